@@ -1,0 +1,5 @@
+"""Dry-friction oscillators as exact, fast event maps."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,36 @@
+"""Why a motion ended: integer codes that kernels return, one remedy sentence each."""
+
+from __future__ import annotations
+
+from typing import Final
+
+OK: Final = 0
+NEVER_SLIPPING: Final = 1
+NEVER_CYCLE: Final = 2
+EVENT_LIMIT: Final = 3
+TIME_LIMIT: Final = 4
+UNDECIDED: Final = 5
+LAW_FAILED: Final = 6
+STEP_FAILED: Final = 7
+
+NAMES: Final = (
+    "OK",
+    "NEVER_SLIPPING",
+    "NEVER_CYCLE",
+    "EVENT_LIMIT",
+    "TIME_LIMIT",
+    "UNDECIDED",
+    "LAW_FAILED",
+    "STEP_FAILED",
+)
+
+MESSAGES: Final = (
+    "returned to global stick",
+    "all blocks slip for ever: no relative velocity can reach zero again",
+    "the motion settled on a cycle without global stick",
+    "gave up after max_events events; raise max_events",
+    "gave up after max_time; raise max_time",
+    "simultaneous events leave no consistent set of modes; move the starting point",
+    "the friction law returned NaN; check it over the speeds that occur",
+    "the integrator could not take a step; check that the law is smooth between its knots",
+)
