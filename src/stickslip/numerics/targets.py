@@ -1,0 +1,277 @@
+"""Where kernels run: compiling them, caching them on disk, binding laws into them, threads.
+
+Every compiled function of the project goes through `kernel`. Numba's own cache is keyed by
+the source of one function and so serves stale code when a callee in another file changes
+(numba issues 3588, 8851, 8926); here the cache folder is named by a hash over all kernel
+sources, so that an edit anywhere makes a new folder.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import shutil
+import stat
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any, TypeVar
+
+import numba
+from numba.core import config, event
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+PACKAGE = Path(__file__).resolve().parents[1]
+KERNEL_FOLDERS = ("numerics", "mechanics")
+OLD_CACHE_SECONDS = 30 * 24 * 3600.0
+ANNOUNCE_AFTER_SECONDS = 1.0
+
+
+# --- the cache folder -------------------------------------------------------------------------
+
+
+@cache
+def source_hash() -> str:
+    """Hash of every source file that kernels are made of, and of numba's version."""
+    digest = hashlib.sha256(numba.__version__.encode())
+    for folder in KERNEL_FOLDERS:
+        for path in sorted((PACKAGE / folder).rglob("*.py")):
+            digest.update(str(path.relative_to(PACKAGE)).encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _candidate_roots() -> Iterator[Path]:
+    if folder := os.environ.get("STICKSLIP_CACHE_DIR"):
+        yield Path(folder)
+    if folder := os.environ.get("XDG_CACHE_HOME"):
+        yield Path(folder) / "stickslip"
+    home = os.path.expanduser("~")  # noqa: PTH111 - Path.home() raises where there is none
+    if os.path.isabs(home):  # noqa: PTH117
+        yield Path(home) / ".cache" / "stickslip"
+    yield Path(tempfile.gettempdir()) / f"stickslip-{getattr(os, 'getuid', lambda: 0)()}"
+
+
+def _private_and_writable(folder: Path) -> bool:
+    """Whether `folder` can hold pickled code: ours alone to write, and writable."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        status = folder.stat()
+        if hasattr(os, "getuid") and status.st_uid != os.getuid():
+            return False
+        if status.st_mode & stat.S_IWOTH:
+            return False
+        with tempfile.NamedTemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
+
+
+@cache
+def cache_root() -> Path | None:
+    """Folder of compiled and generated kernels of this version of the sources, or None.
+
+    The first writable of ``$STICKSLIP_CACHE_DIR``, ``$XDG_CACHE_HOME``, ``~/.cache`` and a
+    private temporary folder. Folders of other versions that nobody used for a month go.
+    """
+    for base in _candidate_roots():
+        numba_base = base / "numba"
+        if _private_and_writable(numba_base):
+            root = numba_base / source_hash()
+            root.mkdir(exist_ok=True, mode=0o700)
+            os.utime(root)
+            _prune(numba_base, keep=root)
+            return root
+    return None
+
+
+def _prune(base: Path, keep: Path) -> None:
+    oldest = time.time() - OLD_CACHE_SECONDS
+    for folder in base.iterdir():
+        try:
+            if folder != keep and folder.stat().st_mtime < oldest:
+                shutil.rmtree(folder, ignore_errors=True)
+        except OSError:
+            continue
+
+
+@contextmanager
+def _numba_cache_folder(folder: Path) -> Iterator[None]:
+    previous = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = previous
+
+
+# --- compiling --------------------------------------------------------------------------------
+
+_instance_key = threading.local()
+_ours: set[int] = set()
+
+
+def kernel(func: F) -> F:
+    """Compile `func` for the CPU; the only use of numba's decorator in the project.
+
+    ``fastmath`` is off except for fused multiply-adds; divisions follow IEEE rules.
+    """
+    dispatcher = numba.njit(nogil=True, error_model="numpy", fastmath={"contract"})(func)
+    if config.DISABLE_JIT:
+        return func
+    _ours.add(id(dispatcher))
+    root = cache_root()
+    key = getattr(_instance_key, "value", "plain")
+    if root is not None and key is not None:
+        with _numba_cache_folder(root / key):
+            dispatcher.enable_caching()
+    return dispatcher  # type: ignore[no-any-return]
+
+
+def kernel_uncached(func: F) -> F:
+    """Compile `func` for this process only: code that no other process can import."""
+    with _instance("", cached=False):
+        return kernel(func)
+
+
+@contextmanager
+def _instance(key: str, *, cached: bool) -> Iterator[None]:
+    previous = getattr(_instance_key, "value", "plain")
+    _instance_key.value = key if cached else None
+    try:
+        yield
+    finally:
+        _instance_key.value = previous
+
+
+def instantiate(template: str, key: str, *, cached: bool = True, **bindings: Any) -> ModuleType:
+    """Execute a template module of kernels again, with `bindings` among its globals.
+
+    This is how a friction law or a stepper gets into the engine: numba sees plain global
+    functions, which it inlines and caches; a closure or a function argument would be compiled
+    anew in each process. Each instance has a cache folder of its own.
+
+    Parameters
+    ----------
+    template : str
+        Full name of the template module. Names that it expects to be bound are imported
+        there under ``TYPE_CHECKING`` only.
+    key : str
+        Identifies the bindings; equal keys give the same instance.
+    cached : bool
+        False when a binding exists in this process only.
+    **bindings
+        The global names to bind.
+    """
+    name = f"{template}[{key}]"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.find_spec(template)
+    if spec is None or spec.origin is None:
+        raise ModuleNotFoundError(template)
+    module = ModuleType(name)
+    module.__file__ = spec.origin
+    module.__dict__.update(bindings)
+    code = compile(Path(spec.origin).read_text(encoding="utf-8"), spec.origin, "exec")
+    sys.modules[name] = module
+    try:
+        with _instance(key, cached=cached):
+            exec(code, module.__dict__)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+def write_module(stem: str, text: str) -> ModuleType:
+    """Import generated kernel `text`, written as a module so that numba can cache it.
+
+    The file lies in the cache folder under a name with the hash of its text; without a
+    writable folder it lives in a temporary one for this process.
+    """
+    digest = hashlib.sha256(text.encode()).hexdigest()[:16]
+    name = f"stickslip_generated_{stem}_{digest}"
+    if name in sys.modules:
+        return sys.modules[name]
+    folder = (cache_root() or Path(tempfile.mkdtemp(prefix="stickslip-"))) / "generated"
+    folder.mkdir(exist_ok=True)
+    path = folder / f"{name}.py"
+    if not path.exists():
+        with tempfile.NamedTemporaryFile("w", dir=folder, suffix=".tmp", delete=False) as file:
+            file.write(text)
+        Path(file.name).replace(path)
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    with _instance(digest, cached=True):
+        spec.loader.exec_module(module)
+    return module
+
+
+class _Announcer(event.Listener):  # type: ignore[misc]
+    """Says on stderr that kernels are being compiled, once it takes longer than a second."""
+
+    def __init__(self) -> None:
+        self._depth = 0
+        self._timer: threading.Timer | None = None
+
+    def on_start(self, event: Any) -> None:
+        if id(event.data["dispatcher"]) not in _ours:
+            return
+        self._depth += 1
+        if self._depth == 1:
+            self._timer = threading.Timer(ANNOUNCE_AFTER_SECONDS, _announce)
+            self._timer.daemon = True
+            self._timer.start()
+
+    def on_end(self, event: Any) -> None:
+        if id(event.data["dispatcher"]) not in _ours:
+            return
+        self._depth -= 1
+        if self._depth == 0 and self._timer is not None:
+            self._timer.cancel()
+
+
+def _announce() -> None:
+    kept = "kept for the next run" if cache_root() else "no writable cache folder: not kept"
+    print(f"stickslip: compiling kernels, some seconds ({kept}) ...", file=sys.stderr, flush=True)
+
+
+event.register("numba:compile", _Announcer())
+
+
+# --- launching --------------------------------------------------------------------------------
+
+
+def available_threads() -> int:
+    """Number of processor cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def launch(task: Callable[[int, int], None], size: int, threads: int, smallest: int) -> None:
+    """Run ``task(start, stop)`` over ``range(size)``, cut into tiles for `threads` threads.
+
+    Kernels release the interpreter lock, so threads are enough. Tiles are no smaller than
+    `smallest` items and there are several for each thread, since motions differ in length.
+    """
+    tiles = min(8 * threads, -(-size // smallest))
+    if threads == 1 or tiles <= 1:
+        task(0, size)
+        return
+    edges = [size * i // tiles for i in range(tiles + 1)]
+    with ThreadPoolExecutor(threads) as pool:
+        for future in [pool.submit(task, a, b) for a, b in zip(edges, edges[1:], strict=False)]:
+            future.result()
