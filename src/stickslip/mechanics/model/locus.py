@@ -1,0 +1,185 @@
+"""The global stick locus (eq. 6a): where both blocks can ride on the belt together.
+
+Displacements carry a block axis last: ``x[..., 0]`` is X_1, ``x[..., 1]`` is X_2.
+A riding block needs the force R_i = X_i + alpha (X_i - X_j) from the belt; the
+locus is |R_1| < 1, |R_2| < beta, a parallelogram in the plane of displacements.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["ULP_SLACK", "admit", "contains", "corners", "half_width", "onset", "spring_force"]
+
+ULP_SLACK = 4
+"""How many units in the last place outside its domain a ``d`` may lie and count as its end."""
+
+
+def spring_force(x: ArrayLike, alpha: float) -> NDArray[np.float64]:
+    """Force R that the springs ask of the belt, per block (eq. 6a).
+
+    Parameters
+    ----------
+    x : array_like of float, shape (..., 2)
+        Displacements in units of f_s1 / k.
+    alpha : float
+        Coupling ratio.
+
+    Returns
+    -------
+    ndarray of float64, shape (..., 2)
+        ``X_i + alpha (X_i - X_j)`` in units of f_s1.
+    """
+    x = np.asarray(x, dtype=np.float64)
+    return x + alpha * (x - x[..., ::-1])
+
+
+def displacement(force: ArrayLike, alpha: float) -> NDArray[np.float64]:
+    """Displacements that need given forces: the inverse of `spring_force`.
+
+    Parameters
+    ----------
+    force : array_like of float, shape (..., 2)
+        Spring forces R in units of f_s1.
+    alpha : float
+        Coupling ratio.
+
+    Returns
+    -------
+    ndarray of float64, shape (..., 2)
+        Displacements in units of f_s1 / k.
+    """
+    force = np.asarray(force, dtype=np.float64)
+    return ((1.0 + alpha) * force + alpha * force[..., ::-1]) / (1.0 + 2.0 * alpha)
+
+
+def half_width(alpha: float, beta: float) -> float:
+    """Largest |d| of a global stick phase: the locus projected on d = X_2 - X_1.
+
+    Since R_2 - R_1 = (1 + 2 alpha) d, the ends are where the blocks stand at
+    opposite limits: (1 + beta) / (1 + 2 alpha).
+
+    Parameters
+    ----------
+    alpha, beta : float
+        Coupling and static-friction ratio.
+
+    Returns
+    -------
+    float
+        In units of f_s1 / k.
+    """
+    return (1.0 + beta) / (1.0 + 2.0 * alpha)
+
+
+def corners(alpha: float, beta: float) -> NDArray[np.float64]:
+    """Corners A, B, C, D of the locus, counterclockwise (the paper's figure 2).
+
+    A and C are the ends of the event map's domain: at A block 1 stands at its
+    upper and block 2 at its lower limit, at C the reverse. At B both stand at
+    their upper limits, so a global stick phase ends on the edge AB (block 1
+    slips) or on the edge BC (block 2 slips).
+
+    Parameters
+    ----------
+    alpha, beta : float
+        Coupling and static-friction ratio.
+
+    Returns
+    -------
+    ndarray of float64, shape (4, 2)
+        Displacements (X_1, X_2) in units of f_s1 / k.
+    """
+    limits = np.array([[1.0, -beta], [1.0, beta], [-1.0, beta], [-1.0, -beta]])
+    return displacement(limits, alpha)
+
+
+def contains(x: ArrayLike, alpha: float, beta: float) -> NDArray[np.bool_]:
+    """Whether both blocks can ride at given displacements (eq. 6a, open inequalities).
+
+    Parameters
+    ----------
+    x : array_like of float, shape (..., 2)
+        Displacements in units of f_s1 / k.
+    alpha, beta : float
+        Coupling and static-friction ratio.
+
+    Returns
+    -------
+    ndarray of bool, shape (...)
+        True inside the locus; False on its boundary, outside, and for NaN.
+    """
+    force = spring_force(x, alpha)
+    inside: NDArray[np.bool_] = np.all(np.abs(force) < np.array([1.0, beta]), axis=-1)
+    return inside
+
+
+def onset(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:
+    """Displacements at which a global stick phase ends.
+
+    On the belt d is fixed while both displacements grow, and so do both R_i: the
+    upper limit that is reached first decides. R_1 = 1 at X_1 = 1 + alpha d and
+    R_2 = beta at X_1 = beta - (1 + alpha) d.
+
+    Parameters
+    ----------
+    d : array_like of float, any shape
+        Relative displacements X_2 - X_1 inside the domain (not checked here).
+    alpha, beta : float
+        Coupling and static-friction ratio.
+
+    Returns
+    -------
+    ndarray of float64, shape (..., 2)
+        (X_1, X_2) on the edges AB and BC of the locus.
+    """
+    d = np.asarray(d, dtype=np.float64)
+    x1 = np.minimum(1.0 + alpha * d, beta - (1.0 + alpha) * d)
+    return np.stack([x1, x1 + d], axis=-1)
+
+
+def admit(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:
+    """Check relative displacements against the domain and return them as floats.
+
+    Parameters
+    ----------
+    d : array_like of float, any shape
+        Relative displacements in units of f_s1 / k.
+    alpha, beta : float
+        Coupling and static-friction ratio.
+
+    Returns
+    -------
+    ndarray of float64, same shape
+        The input, with values up to `ULP_SLACK` ulp outside moved to the end of
+        the domain: rounding of ``-d_max`` and of ``linspace`` must not be an error.
+
+    Raises
+    ------
+    ValueError
+        Some ``d`` is NaN or outside the locus; the first one is named.
+    """
+    values = np.asarray(d)
+    if values.dtype.kind not in "fiu":
+        raise ValueError(
+            f"d must be real numbers, got {d!r} ({values.dtype}). "
+            "Give a float, an integer or an array of them."
+        )
+    values = values.astype(np.float64)
+    end = half_width(alpha, beta)
+    # `not <=` also catches NaN
+    bad = np.flatnonzero(~(np.abs(values) <= end + ULP_SLACK * np.spacing(end)))
+    if bad.size:
+        where = np.unravel_index(bad[0], values.shape)
+        index = f"[{', '.join(map(str, where))}]" if values.ndim else ""
+        raise ValueError(
+            f"d{index} = {float(values[where])!r} is outside the global stick locus "
+            f"|d| <= {end:.17g} (alpha={alpha:g}, beta={beta:g}, eq. 6a). "
+            "Take d from model.domain."
+        )
+    return np.clip(values, -end, end)

@@ -1,0 +1,368 @@
+"""Two blocks on a moving belt: the paper's model (eqs. 5a-10) as immutable numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import TYPE_CHECKING, Any, Protocol, Self, runtime_checkable
+
+import numpy as np
+
+from stickslip.mechanics.model import locus
+from stickslip.mechanics.model.checks import finite_number
+from stickslip.mechanics.model.units import Units
+from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["TwoBlock"]
+
+
+@runtime_checkable
+class _Law(Protocol):
+    """What a model asks of a friction law: named numbers and changed copies."""
+
+    @property
+    def parameters(self) -> dict[str, float]: ...
+
+    def replace(self, **changes: Any) -> Any: ...
+
+
+@dataclass(frozen=True)
+class TwoBlock:
+    """Two equal blocks on a moving belt, each held by a spring and coupled by a third.
+
+    Parameters
+    ----------
+    alpha : float
+        Coupling ratio k12 / k, >= 0.
+    beta : float
+        Static-friction ratio f_s2 / f_s1, > 0.
+    V : float
+        Driving velocity in units of f_s1 / sqrt(k m), > 0.
+    friction : FrictionLaw or pair of FrictionLaw
+        Kinetic friction relative to each block's own static limit: one law for
+        both blocks (eq. 10), or one for block 1 and one for block 2.
+    units : Units, optional
+        Physical scales, kept by `from_physical` for the way back.
+
+    Raises
+    ------
+    ValueError
+        A parameter is not a finite number in its range, or `friction` is not a
+        law or a pair of laws.
+
+    Notes
+    -----
+    Galvanetto (2001), eqs. (5a)-(10), with the friction force on block i
+    opposing its slip and L = (1, beta) the static limits::
+
+        stick     X_i' = V                                         while |R_i| < L_i
+        slip      X_i'' + R_i = -sign(w_i) L_i F(|w_i|),           w_i = X_i' - V
+        springs   R_i = X_i + alpha (X_i - X_j)
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.0366, friction=ss.Coulomb(mu=0.22))
+    >>> model.parameters
+    {'alpha': 1.2, 'beta': 1.3, 'V': 0.0366, 'mu': 0.22}
+    >>> model.replace(V=0.037).V
+    0.037
+    """
+
+    alpha: float
+    beta: float
+    V: float
+    friction: Any
+    units: Units | None = None
+
+    def __post_init__(self) -> None:
+        checked = {
+            "alpha": finite_number(
+                "alpha",
+                self.alpha,
+                at_least=0.0,
+                why="alpha = k12 / k is a ratio of spring stiffnesses; 0 uncouples the blocks.",
+            ),
+            "beta": finite_number(
+                "beta",
+                self.beta,
+                above=0.0,
+                why="beta = f_s2 / f_s1 is a ratio of static friction limits.",
+            ),
+            "V": _belt_velocity(self.V),
+            "friction": _one_law_or_pair(self.friction),
+        }
+        if self.units is not None and not isinstance(self.units, Units):
+            raise ValueError(f"units = {self.units!r} must be a Units(m=, k=, fs1=) or None.")
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_physical(
+        cls, *, m: float, k: float, k12: float, fs1: float, fs2: float, v_dr: float, friction: Any
+    ) -> Self:
+        """Build the dimensionless model from physical quantities (definitions under eq. 6a).
+
+        Parameters
+        ----------
+        m, k : float
+            Mass of a block and stiffness of its support spring, > 0.
+        k12 : float
+            Stiffness of the coupling spring, >= 0.
+        fs1, fs2 : float
+            Static friction limits of the blocks, > 0.
+        v_dr : float
+            Velocity of the belt, > 0.
+        friction : FrictionLaw or pair of FrictionLaw
+            In dimensionless form: force over the block's static limit as a
+            function of dimensionless slip speed. `Units` says how coefficients
+            known in physical speeds convert.
+
+        Returns
+        -------
+        TwoBlock
+            With ``units`` set, so that `to_physical` needs nothing else.
+
+        Raises
+        ------
+        ValueError
+            A quantity is not a finite number in its range; the physical name is given.
+        """
+        units = Units(m=m, k=k, fs1=fs1)
+        k12 = finite_number("k12", k12, at_least=0.0, why="A spring's stiffness is not negative.")
+        fs2 = finite_number("fs2", fs2, above=0.0, why="A static friction limit is positive.")
+        v_dr = _belt_velocity(v_dr, "v_dr")
+        return cls(
+            alpha=k12 / units.k,
+            beta=fs2 / units.fs1,
+            V=v_dr / units.scale("velocity"),
+            friction=friction,
+            units=units,
+        )
+
+    def physical_parameters(self, units: Units | None = None) -> dict[str, float]:
+        """Physical quantities of this model, by the names that `from_physical` takes.
+
+        Parameters
+        ----------
+        units : Units, optional
+            Scales; by default those of `from_physical`.
+
+        Returns
+        -------
+        dict of str to float
+            ``m, k, k12, fs1, fs2, v_dr``.
+
+        Raises
+        ------
+        ValueError
+            The model has no scales and none are given.
+        """
+        units = self._units(units)
+        return {
+            "m": units.m,
+            "k": units.k,
+            "k12": self.alpha * units.k,
+            "fs1": units.fs1,
+            "fs2": self.beta * units.fs1,
+            "v_dr": self.V * units.scale("velocity"),
+        }
+
+    @property
+    def laws(self) -> tuple[Any, Any]:
+        """Friction laws of block 1 and block 2."""
+        return self.friction if isinstance(self.friction, tuple) else (self.friction,) * 2
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """All numbers by name; a law's carry the suffix ``_1``, ``_2`` where a pair is given."""
+        numbers = {"alpha": self.alpha, "beta": self.beta, "V": self.V}
+        if not isinstance(self.friction, tuple):
+            return numbers | self.friction.parameters
+        for block, law in enumerate(self.friction, start=1):
+            numbers |= {f"{name}_{block}": value for name, value in law.parameters.items()}
+        return numbers
+
+    def replace(self, **changes: Any) -> Self:
+        """Changed copy, by parameter name.
+
+        Parameters
+        ----------
+        **changes
+            Names from `parameters`, or ``friction`` or ``units``.
+
+        Returns
+        -------
+        TwoBlock
+            A new model; this one stays as it is.
+
+        Raises
+        ------
+        ValueError
+            Unknown name (the closest known one is suggested), or a value out of range.
+        """
+        own = {field.name for field in fields(self)}
+        mine = {name: value for name, value in changes.items() if name in own}
+        for_laws = {name: value for name, value in changes.items() if name not in own}
+        friction = _one_law_or_pair(mine.pop("friction", self.friction))
+        return replace(self, friction=self._changed(friction, for_laws), **mine)
+
+    def _changed(self, friction: Any, changes: dict[str, Any]) -> Any:
+        """Friction with some of its parameters changed, by the names of `parameters`."""
+        pair = isinstance(friction, tuple)
+        laws = friction if pair else (friction,)
+        per_law: list[dict[str, Any]] = [{} for _ in laws]
+        names = {
+            f"{name}_{block}" if pair else name: (block - 1, name)
+            for block, law in enumerate(laws, start=1)
+            for name in _law_names(law)
+        }
+        for name, value in changes.items():
+            if name not in names:
+                known = did_you_mean(name, ["alpha", "beta", "V", *names, "friction", "units"])
+                raise ValueError(f"TwoBlock has no parameter {name!r}. {known}")
+            block, own_name = names[name]
+            per_law[block][own_name] = value
+        changed = tuple(
+            law.replace(**some) if some else law for law, some in zip(laws, per_law, strict=True)
+        )
+        return changed if pair else changed[0]
+
+    @property
+    def n_blocks(self) -> int:
+        """Number of blocks."""
+        return 2
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Static limits of the blocks in units of f_s1: (1, beta)."""
+        return (1.0, self.beta)
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """(d_min, d_max) of the event map: the locus projected on d = X_2 - X_1."""
+        end = locus.half_width(self.alpha, self.beta)
+        return (-end, end)
+
+    @property
+    def monotone_loading(self) -> bool:
+        """Whether a rider's spring force only grows while the others ride or slip backward.
+
+        R_i' = V + alpha (V - X_j') with X_j' <= V: always so here, hence such a
+        rider can leave at its upper limit alone, once.
+        """
+        return True
+
+    def admit(self, d: ArrayLike) -> NDArray[np.float64]:
+        """Check relative displacements against `domain`; see `locus.admit`.
+
+        Parameters
+        ----------
+        d : array_like of float, any shape
+            Relative displacements in units of f_s1 / k.
+
+        Returns
+        -------
+        ndarray of float64, same shape
+            Values up to 4 ulp outside moved to the end of the domain.
+
+        Raises
+        ------
+        ValueError
+            Some ``d`` is NaN or outside; the first one is named.
+        """
+        return locus.admit(d, self.alpha, self.beta)
+
+    def contains(self, d: ArrayLike) -> NDArray[np.bool_]:
+        """Whether relative displacements lie in `domain`, ends included.
+
+        Parameters
+        ----------
+        d : array_like of float, any shape
+            Relative displacements in units of f_s1 / k.
+
+        Returns
+        -------
+        ndarray of bool, same shape
+            False for NaN.
+        """
+        return np.asarray(np.abs(np.asarray(d, dtype=np.float64)) <= self.domain[1])
+
+    def onset(self, d: ArrayLike) -> NDArray[np.float64]:
+        """Displacements at which the global stick phase of a given ``d`` ends.
+
+        Parameters
+        ----------
+        d : array_like of float, any shape
+            Relative displacements in `domain`, units of f_s1 / k.
+
+        Returns
+        -------
+        ndarray of float64, shape (..., 2)
+            (X_1, X_2), both blocks at velocity V, where the first static limit is reached.
+
+        Raises
+        ------
+        ValueError
+            Some ``d`` is NaN or outside the domain.
+        """
+        return locus.onset(self.admit(d), self.alpha, self.beta)
+
+    def _units(self, units: Units | None) -> Units:
+        units = units or self.units
+        if units is None:
+            raise ValueError(
+                "this model has no physical scales: it was built from dimensionless numbers. "
+                "Give units=Units(m=, k=, fs1=), or build it with TwoBlock.from_physical."
+            )
+        return units
+
+    def __repr__(self) -> str:
+        numbers = f"alpha={self.alpha!r}, beta={self.beta!r}, V={self.V!r}"
+        units = "" if self.units is None else f", units={self.units!r}"
+        return f"TwoBlock({numbers}, friction={self.friction!r}{units})"
+
+
+def _belt_velocity(value: object, name: str = "V") -> float:
+    return finite_number(
+        name,
+        value,
+        above=0.0,
+        why=(
+            "The belt loads the springs by moving towards positive displacements "
+            "(V = 0 makes sense for forced models only)."
+        ),
+        remedy=(
+            f"A belt that runs backward is the mirror image (X, V) -> -(X, V): take |{name}| "
+            "and change the sign of all displacements."
+        ),
+    )
+
+
+def _one_law_or_pair(friction: Any) -> Any:
+    """A law, or a tuple of two; anything else is an error that says what to do."""
+    if isinstance(friction, _Law) and not isinstance(friction, type):
+        return friction
+    if isinstance(friction, tuple | list):
+        if len(friction) == 2 and all(isinstance(law, _Law) for law in friction):
+            return tuple(friction)
+        raise ValueError(
+            f"friction = {friction!r} must be one law or a pair of laws, one per block: "
+            "friction=(law_1, law_2)."
+        )
+    remedy = (
+        "Wrap a function of the slip speed in friction_law(...)."
+        if callable(friction) and not isinstance(friction, type)
+        else "Take Coulomb(mu=), PoppStelter(gamma=) or friction_law(...)."
+    )
+    raise ValueError(f"friction = {friction!r} is not a friction law. {remedy}")
+
+
+def _law_names(law: Any) -> list[str]:
+    """Names by which a law's numbers can be changed, also those that it does not list."""
+    names = list(law.parameters)
+    if is_dataclass(law):
+        names += [field.name for field in fields(law) if field.name not in names and field.init]
+    return names

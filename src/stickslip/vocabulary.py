@@ -1,0 +1,151 @@
+"""One table of names: symbol, meaning, scale and equation of everything that has a name.
+
+Axis labels, attributes of labelled arrays, documentation and error messages
+read this table, so that a quantity is called the same everywhere.
+Equation numbers are those of Galvanetto (2001).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from types import MappingProxyType
+from typing import Final
+
+__all__ = ["TERMS", "Term", "did_you_mean", "label", "symbol"]
+
+
+@dataclass(frozen=True)
+class Term:
+    """What one name stands for.
+
+    Attributes
+    ----------
+    name : str
+        The word used in code, files and on the command line.
+    symbol : str
+        Mathtext without dollar signs, in the paper's notation.
+    meaning : str
+        A phrase that can follow "the".
+    scale : str
+        What one dimensionless unit is; empty for a pure number.
+    equation : str
+        Where the source paper defines it; empty if it does not.
+    """
+
+    name: str
+    symbol: str
+    meaning: str
+    scale: str = ""
+    equation: str = ""
+
+
+_LENGTH = "f_s1 / k"
+_TIME = "sqrt(m / k)"
+_VELOCITY = "f_s1 / sqrt(k m)"
+_ENERGY = "f_s1^2 / k"
+
+_TABLE = (
+    # parameters of models
+    Term("alpha", r"\alpha", "coupling ratio k12 / k", "", "6a"),
+    Term("beta", r"\beta", "static-friction ratio f_s2 / f_s1", "", "6a"),
+    Term("V", r"V_{\mathrm{dr}}", "driving velocity, the velocity of the belt", _VELOCITY, "6a"),
+    # parameters of friction laws
+    Term("mu", r"\mu_{\mathrm{k}}", "kinetic over static friction", "", "8"),
+    Term("gamma", r"\gamma", "rate at which friction falls with slip speed", "1 / velocity", "9"),
+    Term("delta", r"\delta", "share of friction that never falls", "", "9"),
+    Term("eta", r"\eta", "growth of friction with slip speed squared", "1 / velocity^2", "9"),
+    Term("viscous", "c", "viscous friction per slip speed", "1 / velocity"),
+    Term("speed", r"s_0", "slip speed over which friction falls", _VELOCITY),
+    Term("exponent", "p", "exponent of the slip speed in the falling part"),
+    # state
+    Term("t", r"\tau", "time", _TIME, "6a"),
+    Term("x", "X", "displacement of a block from where all springs are slack", _LENGTH, "6a"),
+    Term("v", r"\dot{X}", "velocity of a block", _VELOCITY, "7a"),
+    Term("w", "w", "relative velocity X' - V", _VELOCITY),
+    Term("s", "s", "slip speed |X' - V|", _VELOCITY, "8"),
+    Term("force", r"F_{\mathrm{k}}", "kinetic friction over the block's static limit", "", "8, 9"),
+    Term("spring_force", "R", "force that a block needs to stay with the belt", "f_s1", "6a"),
+    Term("friction", "F", "friction force on a block", "f_s1", "7a"),
+    Term("energy", "E", "energy", _ENERGY),
+    # event map
+    Term("d", "d", "relative displacement X_2 - X_1 in global stick", _LENGTH, "11"),
+    Term("value", "f(d)", "relative displacement of the next global stick", _LENGTH, "12"),
+    Term("derivative", "f'(d)", "slope of the event map; over an orbit, its multiplier"),
+    Term("duration", r"\Delta\tau", "time between two global stick phases", _TIME),
+    Term("n_events", "n", "number of changes of mode between two global stick phases"),
+    Term("label", "", "hash of the itinerary"),
+    Term("margin", "", "distance of the motion from a change of its itinerary"),
+    Term("status", "", "why the motion ended"),
+    Term("multiplier", r"\lambda", "Floquet multiplier, slope of the map over one period"),
+)
+
+TERMS: Final = MappingProxyType({term.name: term for term in _TABLE})
+"""Every term by its name, in the order of the documentation."""
+
+
+def symbol(name: str, index: int | str | None = None) -> str:
+    """Mathtext of a term, with a subscript if asked.
+
+    Parameters
+    ----------
+    name : str
+        A key of `TERMS`; with block suffix (``"mu_2"``) the subscript is taken
+        from the name.
+    index : int or str, optional
+        Subscript: a block, or an iterate such as ``"n+1"``.
+
+    Returns
+    -------
+    str
+        For example ``"$X_{2}$"``.
+    """
+    if name not in TERMS and index is None:
+        name, _, index = name.rpartition("_")
+    base = TERMS[name].symbol
+    if index is None:
+        return f"${base}$"
+    if base.endswith("}") and "_{" in base:  # a symbol that has a subscript: join them
+        return f"${base[:-1]},{index}}}$"
+    return f"${base}_{{{index}}}$"
+
+
+def label(name: str, index: int | str | None = None) -> str:
+    """Axis label: the meaning in words and the symbol.
+
+    Parameters
+    ----------
+    name : str
+        A key of `TERMS`.
+    index : int or str, optional
+        Subscript of the symbol.
+
+    Returns
+    -------
+    str
+        For example ``"driving velocity, the velocity of the belt $V$"``.
+    """
+    return f"{TERMS[name].meaning} {symbol(name, index)}"
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Sentence that lists what exists and names the closest.
+
+    Parameters
+    ----------
+    name : str
+        What the user wrote.
+    known : iterable of str
+        What would have been accepted.
+
+    Returns
+    -------
+    str
+        ``"Known: alpha, beta. Did you mean 'alpha'?"``, the question only where
+        something is close.
+    """
+    known = list(known)
+    listing = f"Known: {', '.join(known)}."
+    close = get_close_matches(name, known, n=1)
+    return f"{listing} Did you mean {close[0]!r}?" if close else listing
