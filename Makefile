@@ -1,0 +1,118 @@
+# Needs only `python3` (3.11 or newer, with venv), `make` and, for the first run, a network.
+# Every target makes the environment it needs from the lock files; nothing has to be activated.
+#
+#   make reproduce    the paper's figures and table of values in out/
+#   make test         the whole test suite
+#   make check        lint, types, import contracts, then the tests: what CI runs
+#   make docs         the documentation in docs/_build/html, from local files alone
+#   make benchmark    the timings, competitors included
+#   make clean        remove what the targets above made, the environment too
+
+PYTHON ?= python3
+VENV ?= .venv
+JOBS ?= 2
+
+PY := $(VENV)/bin/python
+PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check
+STAMPS := $(VENV)/.stickslip
+COMPILE := $(PY) -m uv pip compile --quiet --universal --python-version 3.11 \
+	--generate-hashes --no-emit-index-url --no-emit-find-links --no-header
+
+.DELETE_ON_ERROR:
+.PHONY: help reproduce test check docs benchmark clean lint format types contracts \
+	test-kernels test-all lock env env-dev env-docs
+
+help:
+	@sed -n '/^#   make/s/^#   //p' Makefile
+
+# ---------------------------------------------------------------- what users run
+
+reproduce: $(STAMPS)/core
+	$(PY) -m stickslip.cli reproduce --out out
+
+# The kernels once as plain Python (real tracebacks, coverage), then everything, compiled.
+# `$(MAKE)` one after the other, also under `make -j`: the summary of the whole suite comes last.
+test: $(STAMPS)/dev
+	@$(MAKE) --no-print-directory test-kernels
+	@$(MAKE) --no-print-directory test-all
+
+check: $(STAMPS)/dev
+	@$(MAKE) --no-print-directory lint
+	@$(MAKE) --no-print-directory types
+	@$(MAKE) --no-print-directory contracts
+	@$(MAKE) --no-print-directory test
+
+docs: $(STAMPS)/docs
+	$(PY) -m sphinx -b html -W --keep-going --quiet -d docs/_build/doctrees docs docs/_build/html
+	@echo "docs/_build/html/index.html"
+
+benchmark: $(STAMPS)/dev
+	$(PY) -m pytest benchmarks -p no:xdist -o python_files='bench_*.py' -o python_functions='bench_*' \
+		--benchmark-only --benchmark-sort=name
+
+clean:
+	rm -rf out build dist docs/_build docs/gallery/generated docs/api/generated benchmarks/results \
+		.pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache $(VENV)
+	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+
+# ---------------------------------------------------------------- what `check` is made of
+
+test-kernels: $(STAMPS)/dev
+	NUMBA_DISABLE_JIT=1 $(PY) -m pytest tests -m kernel -n $(JOBS) -q
+
+test-all: $(STAMPS)/dev
+	$(PY) -m pytest -n $(JOBS) -q
+
+lint: $(STAMPS)/dev
+	$(PY) -m ruff format --check .
+	$(PY) -m ruff check .
+
+format: $(STAMPS)/dev
+	$(PY) -m ruff check --fix .
+	$(PY) -m ruff format .
+
+types: $(STAMPS)/dev
+	$(PY) -m mypy
+
+contracts: $(STAMPS)/dev
+	$(VENV)/bin/lint-imports
+
+# ---------------------------------------------------------------- environment
+# One environment grows: core, then the tools for tests, then those for docs. All locks agree with
+# the core's, so the order does not matter. A stamp is renewed when its lock or pyproject changes.
+
+env: $(STAMPS)/core
+env-dev: $(STAMPS)/dev
+env-docs: $(STAMPS)/docs
+
+$(STAMPS)/venv:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+		echo "stickslip needs Python 3.11 or newer; \`$(PYTHON)\` is" \
+			"$$($(PYTHON) --version 2>&1 || echo missing). Name another: make PYTHON=python3.12" >&2; \
+		exit 1; }
+	@$(PYTHON) -m venv --clear $(VENV) || { \
+		rm -rf $(VENV); \
+		echo "\`$(PYTHON) -m venv\` failed. On Debian or Ubuntu: apt install python3-venv" >&2; \
+		exit 1; }
+	@mkdir -p $(STAMPS) && touch $@
+
+$(STAMPS)/core: $(STAMPS)/venv requirements.lock pyproject.toml
+	@echo "installing the core into $(VENV) (once per requirements.lock; half a minute)" >&2
+	$(PIP_INSTALL) --require-hashes -r requirements.lock
+	$(PIP_INSTALL) --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(STAMPS)/dev: $(STAMPS)/core requirements-dev.lock
+	$(PIP_INSTALL) --require-hashes -r requirements-dev.lock
+	@touch $@
+
+$(STAMPS)/docs: $(STAMPS)/core requirements-docs.lock
+	$(PIP_INSTALL) --require-hashes -r requirements-docs.lock
+	@touch $@
+
+# The locks: hashes, no URL, every platform and every supported Python. Needs uv (pip install uv).
+lock:
+	$(COMPILE) pyproject.toml --group build -o requirements.lock
+	$(COMPILE) pyproject.toml --group build --extra dev -c requirements.lock -o requirements-dev.lock
+	$(COMPILE) pyproject.toml --group build --extra docs -c requirements.lock -o requirements-docs.lock
+	@! grep -n '://' requirements*.lock
