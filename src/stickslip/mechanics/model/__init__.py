@@ -1,0 +1,1 @@
+"""Models: immutable, validated parameters of oscillators on a belt."""

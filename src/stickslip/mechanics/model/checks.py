@@ -61,7 +61,7 @@ def finite_number(
         number = inf
     if isfinite(number) and number > above and number >= at_least:
         return number
-    shown = repr(value) if isinstance(value, int | float) else repr(number)
+    shown = repr(number if hasattr(value, "dtype") else value)
     if len(shown) > 24:  # an integer beyond the floats
         shown = f"{shown[:12]}... ({len(shown)} digits)"
     remedy = remedy or f"Give {name} a value in that range."

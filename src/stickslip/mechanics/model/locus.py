@@ -36,7 +36,8 @@ def spring_force(x: ArrayLike, alpha: float) -> NDArray[np.float64]:
         ``X_i + alpha (X_i - X_j)`` in units of f_s1.
     """
     x = np.asarray(x, dtype=np.float64)
-    return x + alpha * (x - x[..., ::-1])
+    force: NDArray[np.float64] = x + alpha * (x - x[..., ::-1])
+    return force
 
 
 def displacement(force: ArrayLike, alpha: float) -> NDArray[np.float64]:
@@ -182,4 +183,5 @@ def admit(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:
             f"|d| <= {end:.17g} (alpha={alpha:g}, beta={beta:g}, eq. 6a). "
             "Take d from model.domain."
         )
-    return np.clip(values, -end, end)
+    inside: NDArray[np.float64] = np.clip(values, -end, end)
+    return inside

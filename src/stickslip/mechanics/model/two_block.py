@@ -78,6 +78,7 @@ class TwoBlock:
     units: Units | None = None
 
     def __post_init__(self) -> None:
+        """Check every number once and store it as a float."""
         checked = {
             "alpha": finite_number(
                 "alpha",
@@ -180,13 +181,13 @@ class TwoBlock:
         """All numbers by name; a law's carry the suffix ``_1``, ``_2`` where a pair is given."""
         numbers = {"alpha": self.alpha, "beta": self.beta, "V": self.V}
         if not isinstance(self.friction, tuple):
-            return numbers | self.friction.parameters
+            return {**numbers, **self.friction.parameters}
         for block, law in enumerate(self.friction, start=1):
             numbers |= {f"{name}_{block}": value for name, value in law.parameters.items()}
         return numbers
 
     def replace(self, **changes: Any) -> Self:
-        """Changed copy, by parameter name.
+        """Make a changed copy, by parameter name.
 
         Parameters
         ----------
@@ -320,6 +321,7 @@ class TwoBlock:
         return units
 
     def __repr__(self) -> str:
+        """One line that builds the model again."""
         numbers = f"alpha={self.alpha!r}, beta={self.beta!r}, V={self.V!r}"
         units = "" if self.units is None else f", units={self.units!r}"
         return f"TwoBlock({numbers}, friction={self.friction!r}{units})"
@@ -342,7 +344,7 @@ def _belt_velocity(value: object, name: str = "V") -> float:
 
 
 def _one_law_or_pair(friction: Any) -> Any:
-    """A law, or a tuple of two; anything else is an error that says what to do."""
+    """Return a law or a tuple of two; anything else is an error that says what to do."""
     if isinstance(friction, _Law) and not isinstance(friction, type):
         return friction
     if isinstance(friction, tuple | list):

@@ -62,6 +62,7 @@ class Units:
     fs1: float
 
     def __post_init__(self) -> None:
+        """Check every number once and store it as a float."""
         reasons = {
             "m": "A block without mass has no equation of motion.",
             "k": "The support spring's stiffness sets the scales of length and time.",
