@@ -1,0 +1,103 @@
+"""The map f^p: a map like any other, which remembers what it is a power of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.analysis.protocol import (
+    Map1D,
+    PointValues,
+    checked_points,
+    iterate,
+    mix_labels,
+    sample,
+)
+from stickslip.status import OK
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from stickslip.analysis.protocol import Floats
+
+__all__ = ["PowerMap", "base_and_exponent"]
+
+
+@dataclass(frozen=True)
+class PowerMap:
+    """A map applied ``exponent`` times.
+
+    Parameters
+    ----------
+    base : Map1D
+        The map that is applied.
+    exponent : int
+        How often, >= 1.
+
+    Raises
+    ------
+    ValueError
+        The exponent is not a whole number >= 1.
+
+    Notes
+    -----
+    Derivatives are products along the orbit, labels combine those of its points in order,
+    the status is the first that is not OK. Orbits that leave the domain have no value.
+    """
+
+    base: Map1D
+    exponent: int
+
+    def __post_init__(self) -> None:
+        """Check the exponent."""
+        if self.exponent != int(self.exponent) or self.exponent < 1:
+            raise ValueError(
+                f"exponent = {self.exponent!r} of a map: a whole number >= 1 is needed."
+            )
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """Domain of the base map: points whose orbit leaves it have no value."""
+        return self.base.domain
+
+    def evaluate(self, x: ArrayLike, /) -> PointValues:
+        """Return value, derivative, label and status of f^p at points of the domain."""
+        point = checked_points(self.domain, x)
+        derivative = np.ones(point.shape)
+        label = np.zeros(point.shape, dtype=np.uint64)
+        status = np.full(point.shape, OK, dtype=np.int64)
+        for _ in range(self.exponent):
+            step = sample(self.base, point)
+            point, derivative = step.value, derivative * step.derivative
+            label = mix_labels(label, step.label)
+            status = np.where(status == OK, step.status, status)
+        return PointValues(point, np.where(status == OK, derivative, np.nan), label, status)
+
+    def __call__(self, x: ArrayLike) -> float | Floats:
+        """Return f^p(x): a float for a scalar, else an array of the same shape."""
+        value = self.evaluate(x).value
+        return float(value) if value.ndim == 0 else value
+
+    def derivative(self, x: ArrayLike) -> float | Floats:
+        """Return (f^p)'(x): a float for a scalar, else an array of the same shape."""
+        slope = self.evaluate(x).derivative
+        return float(slope) if slope.ndim == 0 else slope
+
+    def iterate(self, x: ArrayLike, n: int) -> Floats:
+        """Apply f^p ``n`` times; shape ``x.shape + (n + 1,)``."""
+        return iterate(self, x, n)
+
+    def power(self, p: int) -> PowerMap:
+        """Return the map (f^p)^q as a power of the base map itself."""
+        return PowerMap(self.base, self.exponent * p)
+
+
+def base_and_exponent(f: Map1D) -> tuple[Map1D, int]:
+    """Return the map that ``f`` is a power of, and the exponent: (f, 1) for a plain map."""
+    base, exponent = getattr(f, "base", None), getattr(f, "exponent", None)
+    if isinstance(base, Map1D) and isinstance(exponent, int):
+        inner, times = base_and_exponent(base)
+        return inner, times * exponent
+    return f, 1

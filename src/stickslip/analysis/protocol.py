@@ -1,0 +1,229 @@
+"""What a map of the line must offer, and the three ways in which this layer asks for values.
+
+The analysis knows a map only through this module: it never hears of blocks. An event map of
+the mechanics and a `PiecewiseMap` both fit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TypeAlias, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip.status import OK
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+Floats: TypeAlias = NDArray[np.float64]
+Labels: TypeAlias = NDArray[np.uint64]
+Codes: TypeAlias = NDArray[np.integer[Any]]
+
+UNDEFINED: Final = -1  # the map's function returned NaN there: a gap
+OUTSIDE: Final = -2  # the argument is NaN or outside the domain: an orbit that has left
+
+DOMAIN_SLACK_ULP: Final = 4  # an argument this far outside the domain counts as its end
+
+
+@runtime_checkable
+class MapValues(Protocol):
+    """Values of a map at many points, all arrays of one shape.
+
+    ``value`` is NaN exactly where ``status`` is not `stickslip.status.OK`. ``derivative`` is
+    exact, one-sided at a breakpoint. Points of one branch share a ``label``; where the status
+    is not OK the label means nothing.
+    """
+
+    @property
+    def value(self) -> Floats:
+        """f(x), NaN where the map has none."""
+
+    @property
+    def derivative(self) -> Floats:
+        """f'(x), exact; one-sided at a breakpoint."""
+
+    @property
+    def label(self) -> Labels:
+        """One number per branch."""
+
+    @property
+    def status(self) -> Codes:
+        """OK, or why there is no value."""
+
+
+@runtime_checkable
+class Map1D(Protocol):
+    """A piecewise-smooth map of an interval into the line, immutable and hashable.
+
+    ``evaluate`` takes any shape and raises ``ValueError`` for an argument that is NaN or
+    outside the domain; what the map does (no value there) is data: NaN and a status.
+
+    It may also offer, and the analysis then uses:
+
+    - ``margin`` among the values: a distance, zero at a breakpoint, that tells how far a
+      point is from changing its label;
+    - ``iterate(x, n)``, shape (..., n + 1), faster than a loop over ``evaluate``;
+    - ``itinerary(x)``, a text per point that says more than the label's number;
+    - ``base`` and ``exponent``: this map is ``base`` applied ``exponent`` times.
+    """
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """Ends ``lo < hi`` of the closed interval of arguments."""
+
+    def evaluate(self, x: ArrayLike, /) -> MapValues:
+        """Return value, derivative, label and status, all shaped like ``x``."""
+
+
+@runtime_checkable
+class MapFamily(Map1D, Protocol):
+    """A map with named parameters and exact derivatives with respect to each."""
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Names and values."""
+
+    def replace(self, **changes: Any) -> Self:
+        """Return the map with other parameter values."""
+
+    def parameter_derivative(self, x: ArrayLike, name: str, /) -> Any:
+        """Return df/d(name) at fixed ``x``."""
+
+
+@dataclass(frozen=True)
+class PointValues:
+    """Values of a map at many points: the plain container of `MapValues`."""
+
+    value: Floats
+    derivative: Floats
+    label: Labels
+    status: NDArray[np.int64]
+
+
+def clip_to_domain(domain: tuple[float, float], x: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return points moved to the domain's end if a few ulp outside, and which lie inside.
+
+    Parameters
+    ----------
+    domain : tuple of float
+        Ends ``lo < hi`` of the closed interval.
+    x : ndarray of float, any shape
+
+    Returns
+    -------
+    clipped : ndarray of float, shaped like ``x``
+        Points of the domain; for those outside it the nearest end, NaN excepted.
+    inside : ndarray of bool, shaped like ``x``
+    """
+    lo, hi = domain
+    slack = DOMAIN_SLACK_ULP * np.spacing(max(abs(lo), abs(hi)))
+    with np.errstate(invalid="ignore"):
+        inside = (x >= lo - slack) & (x <= hi + slack)
+        return np.clip(x, lo, hi), inside
+
+
+def checked_points(domain: tuple[float, float], x: ArrayLike) -> Floats:
+    """Return ``x`` as floats inside the domain, or say which element is not.
+
+    Raises
+    ------
+    ValueError
+        An element is NaN or more than 4 ulp outside the domain.
+    """
+    points = np.asarray(x, dtype=np.float64)
+    clipped, inside = clip_to_domain(domain, points)
+    if not inside.all():
+        position = tuple(int(i) for i in np.argwhere(~inside)[0])
+        where = f"x[{', '.join(map(str, position))}]" if position else "x"
+        raise ValueError(
+            f"{where} = {points[position]:.17g} is outside the domain "
+            f"[{domain[0]:.17g}, {domain[1]:.17g}]. Take x from the map's domain."
+        )
+    return clipped
+
+
+def sample(f: Map1D, x: ArrayLike) -> PointValues:
+    """Evaluate a map at points that may be NaN or outside its domain.
+
+    Parameters
+    ----------
+    f : Map1D
+    x : array_like of float, any shape
+
+    Returns
+    -------
+    PointValues
+        Shaped like ``x``; points outside have NaN values, label 0 and status `OUTSIDE`.
+    """
+    points = np.asarray(x, dtype=np.float64)
+    clipped, inside = clip_to_domain(f.domain, points)
+    if inside.all():
+        got = f.evaluate(clipped)
+        return PointValues(
+            np.asarray(got.value, dtype=np.float64),
+            np.asarray(got.derivative, dtype=np.float64),
+            np.asarray(got.label, dtype=np.uint64),
+            np.asarray(got.status, dtype=np.int64),
+        )
+    value = np.full(points.shape, np.nan)
+    derivative = np.full(points.shape, np.nan)
+    label = np.zeros(points.shape, dtype=np.uint64)
+    status = np.full(points.shape, OUTSIDE, dtype=np.int64)
+    if inside.any():
+        got = f.evaluate(clipped[inside])
+        value[inside], derivative[inside] = got.value, got.derivative
+        label[inside], status[inside] = got.label, got.status
+    return PointValues(value, derivative, label, status)
+
+
+def iterate(f: Map1D, x: ArrayLike, n: int) -> Floats:
+    """Apply a map ``n`` times, keeping every point on the way.
+
+    Parameters
+    ----------
+    f : Map1D
+    x : array_like of float, any shape
+        Starting points inside the domain.
+    n : int
+        Number of applications, >= 0.
+
+    Returns
+    -------
+    ndarray of float, shape ``x.shape + (n + 1,)``
+        ``[..., 0]`` is ``x``. After a point without a value, or outside the domain, NaN stays.
+
+    Raises
+    ------
+    ValueError
+        A starting point is outside the domain, or ``n`` is negative.
+    """
+    if n < 0:
+        raise ValueError(f"n = {n} applications of a map: n must be at least 0.")
+    orbit = np.empty((*np.shape(x), n + 1))
+    orbit[..., 0] = checked_points(f.domain, x)
+    for k in range(n):
+        orbit[..., k + 1] = sample(f, orbit[..., k]).value
+    return orbit
+
+
+def mix_labels(seed: Labels, label: Labels) -> Labels:
+    """Combine labels in their order into one, practically unique (splitmix64's finaliser)."""
+    z = seed * np.uint64(0x9E3779B97F4A7C15) + label + np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    mixed: Labels = z ^ (z >> np.uint64(31))
+    return mixed
+
+
+def domain_width(f: Map1D) -> float:
+    """Length of a map's domain, the scale that relative tolerances refer to."""
+    lo, hi = f.domain
+    return hi - lo
+
+
+def is_ok(values: MapValues) -> NDArray[np.bool_]:
+    """Return where a map has a value, so that slopes and labels there mean something."""
+    ok: NDArray[np.bool_] = np.asarray(values.status) == OK
+    return ok
