@@ -1,0 +1,257 @@
+"""Maps whose orbits are known in closed form: answers for tests, first steps for readers."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.analysis.piecewise_map import PiecewiseMap
+
+if TYPE_CHECKING:
+    from stickslip.analysis.protocol import Floats
+
+__all__ = [
+    "border_collision",
+    "doubling",
+    "logistic",
+    "logistic_points",
+    "maximal_orbit",
+    "square_root",
+    "tent",
+    "tent_points",
+    "tent_with_hole",
+]
+
+
+def tent(slope: float = 2.0) -> PiecewiseMap:
+    """Make the tent map slope * min(x, 1 - x) on [0, 1], with a corner at 1/2.
+
+    Parameters
+    ----------
+    slope : float
+        Parameter ``slope``, between 0 and 2. At 2 the map is chaotic and f^p has 2^p fixed
+        points (`tent_points`); every orbit of it has multiplier ±slope^p.
+    """
+    return PiecewiseMap(
+        _tent,
+        (0.0, 1.0),
+        parameters={"slope": slope},
+        derivative=_tent_slope,
+        parameter_derivative={"slope": lambda x, slope: np.minimum(x, 1 - x)},
+        breakpoints=[0.5],
+    )
+
+
+def _tent(x: Any, slope: float) -> Any:
+    return slope * np.minimum(x, 1 - x)
+
+
+def _tent_slope(x: Any, slope: float) -> Any:
+    return np.where(x < 0.5, slope, -slope)
+
+
+def tent_points(p: int) -> Floats:
+    """Return the 2^p fixed points of the p-th power of the tent map of slope 2, ascending.
+
+    The lap number j, 0 <= j < 2^p, is x -> 2^p x - j or j + 1 - 2^p x, j even or odd.
+    """
+    j = np.arange(2**p)
+    return np.where(j % 2 == 0, j / (2.0**p - 1), (j + 1) / (2.0**p + 1))
+
+
+def logistic(r: float = 4.0) -> PiecewiseMap:
+    """Make the logistic map r x (1 - x) on [0, 1]: one branch, parameter ``r`` in [0, 4]."""
+    return PiecewiseMap(
+        _logistic,
+        (0.0, 1.0),
+        parameters={"r": r},
+        derivative=lambda x, r: r * (1 - 2 * x),
+        parameter_derivative={"r": lambda x, r: x * (1 - x)},
+    )
+
+
+def _logistic(x: Any, r: float) -> Any:
+    return r * x * (1 - x)
+
+
+def logistic_points(p: int) -> Floats:
+    """Return the 2^p fixed points of the p-th power of the logistic map at r = 4, ascending.
+
+    They are the image of `tent_points` under x -> sin(pi x / 2)^2.
+    """
+    points: Floats = np.sin(np.pi / 2 * tent_points(p)) ** 2
+    return points
+
+
+def doubling(slope: float = 2.0) -> PiecewiseMap:
+    """Make the expanding map slope * x mod 1 on [0, 1], with jumps at k / slope.
+
+    The value at a jump is the right one; at x = 1 it is the limit from the left, so that at
+    slope 2 both ends are fixed points and f^p has the 2^p fixed points k / (2^p - 1). The
+    fixed point of each full branch number k is k / (slope - 1).
+
+    Parameters
+    ----------
+    slope : float
+        Parameter ``slope``, above 1.
+    """
+    return PiecewiseMap(
+        _doubling,
+        (0.0, 1.0),
+        parameters={"slope": slope},
+        derivative=lambda x, slope: np.full_like(x, slope),
+        parameter_derivative={"slope": lambda x, slope: x},
+        breakpoints=lambda slope: np.arange(1, math.ceil(slope)) / slope,
+    )
+
+
+def _doubling(x: Any, slope: float) -> Any:
+    branch = np.minimum(np.floor(slope * x), math.ceil(slope) - 1)
+    return slope * x - branch
+
+
+def tent_with_hole(slope: float = 3.0) -> PiecewiseMap:
+    """Make the tent map slope * min(x, 1 - x) without a value where that exceeds 1: a gap.
+
+    The gap is the open interval (1/slope, 1 - 1/slope). Both branches are onto [0, 1], so
+    f^p has 2^p fixed points, all unstable with multipliers ±slope^p; almost every orbit
+    ends in the gap.
+
+    Parameters
+    ----------
+    slope : float
+        Parameter ``slope``, above 2.
+    """
+    return PiecewiseMap(
+        _tent_with_hole,
+        (0.0, 1.0),
+        parameters={"slope": slope},
+        derivative=_tent_slope,
+        parameter_derivative={"slope": lambda x, slope: np.minimum(x, 1 - x)},
+        breakpoints=lambda slope: [1 / slope, 1 - 1 / slope],
+    )
+
+
+def _tent_with_hole(x: Any, slope: float) -> Any:
+    value = slope * np.minimum(x, 1 - x)
+    return np.where(value <= 1, value, np.nan)
+
+
+def border_collision(
+    a: float = 0.5, b: float = -2.0, mu: float = 1.0, jump: float = 0.0, *, size: float = 10.0
+) -> PiecewiseMap:
+    """Make the normal form of a border collision: a x + mu left of 0, b x + mu + jump right.
+
+    Parameters
+    ----------
+    a, b : float
+        Slopes left and right of the border x = 0.
+    mu : float
+        Height of the left branch at the border, the bifurcation parameter.
+    jump : float
+        How much higher the right branch ends at the border; 0 for a continuous map.
+    size : float
+        The domain is [-size, size].
+
+    Notes
+    -----
+    Fixed points: mu / (1 - a) if that is <= 0, (mu + jump) / (1 - b) if that is >= 0.
+    Continuous (Nusse and Yorke 1992; di Bernardo et al. 2008, section 3.1) and with a jump
+    (Jain and Banerjee 2003; Avrutin et al. 2019).
+    """
+    return PiecewiseMap(
+        _border_collision,
+        (-size, size),
+        parameters={"a": a, "b": b, "mu": mu, "jump": jump},
+        derivative=lambda x, a, b, mu, jump: np.where(x < 0, a, b),
+        parameter_derivative={
+            "a": lambda x, a, b, mu, jump: np.where(x < 0, x, 0.0),
+            "b": lambda x, a, b, mu, jump: np.where(x < 0, 0.0, x),
+            "mu": lambda x, a, b, mu, jump: np.ones_like(x),
+            "jump": lambda x, a, b, mu, jump: np.where(x < 0, 0.0, 1.0),
+        },
+        breakpoints=[0.0],
+    )
+
+
+def _border_collision(x: Any, a: float, b: float, mu: float, jump: float) -> Any:
+    return np.where(x < 0, a * x + mu, b * x + mu + jump)
+
+
+def square_root(lam: float = 0.2, mu: float = 0.1) -> PiecewiseMap:
+    """Make Nordmark's square-root map: lam x + mu left of 0, mu - sqrt(x) right of it.
+
+    Its slope at the border is -inf from the right; grazing impacts bring it about.
+
+    Parameters
+    ----------
+    lam : float
+        Parameter ``lam``, the slope left of the border, 0 < lam < 1.
+    mu : float
+        Parameter ``mu``, the height at the border, the bifurcation parameter.
+
+    Notes
+    -----
+    Nordmark, J. Sound Vib. 145, 279 (1991) and Phys. Rev. E 55, 266 (1997); Chin, Ott,
+    Nusse and Grebogi, Phys. Rev. E 50, 4427 (1994). For lam < 1/4 the orbits with one point
+    right of the border (`maximal_orbit`) add a point after another as mu falls to 0.
+    """
+    return PiecewiseMap(
+        _square_root,
+        (-2.0, 2.0),
+        parameters={"lam": lam, "mu": mu},
+        derivative=_square_root_slope,
+        parameter_derivative={
+            "lam": lambda x, lam, mu: np.where(x < 0, x, 0.0),
+            "mu": lambda x, lam, mu: np.ones_like(x),
+        },
+        breakpoints=[0.0],
+    )
+
+
+def _square_root(x: Any, lam: float, mu: float) -> Any:
+    return np.where(x < 0, lam * x, -np.sqrt(np.maximum(x, 0.0))) + mu
+
+
+def _square_root_slope(x: Any, lam: float, mu: float) -> Any:
+    return np.where(x < 0, lam, -0.5 / np.sqrt(np.maximum(x, 0.0)))
+
+
+def maximal_orbit(lam: float, mu: float, p: int) -> tuple[Floats, float]:
+    """Return the orbit of `square_root` with one point right of the border, p - 1 left of it.
+
+    Parameters
+    ----------
+    lam, mu : float
+        As in `square_root`, with mu > 0.
+    p : int
+        Period, >= 1.
+
+    Returns
+    -------
+    points : ndarray of float, shape (p,)
+        In the map's order, the positive one first.
+    multiplier : float
+
+    Raises
+    ------
+    ValueError
+        There is no such orbit.
+
+    Notes
+    -----
+    With u the root of the positive point, u^2 + lam^(p-1) u = mu (1 - lam^p) / (1 - lam).
+    """
+    q = lam ** (p - 1)
+    height = mu * (1 - lam**p) / (1 - lam)
+    # The form of the positive solution without cancellation.
+    root = 2 * height / (q + math.sqrt(q * q + 4 * height))
+    left = [mu - root]
+    for _ in range(p - 2):
+        left.append(lam * left[-1] + mu)
+    points = np.array([root * root, *left[: p - 1]])
+    if root * root > 2 or (points[1:] >= 0).any():
+        raise ValueError(f"lam = {lam}, mu = {mu}: no maximal orbit of period {p}.")
+    return points, -0.5 / root * q

@@ -1,0 +1,386 @@
+"""A user's own map of an interval: jumps, corners, gaps and square roots welcome."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from numbers import Real
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import numpy as np
+
+from stickslip.analysis.differences import FIRST_STEP, complex_step, extrapolated_difference
+from stickslip.analysis.power import PowerMap
+from stickslip.analysis.protocol import (
+    UNDEFINED,
+    PointValues,
+    checked_points,
+    iterate,
+)
+from stickslip.status import OK
+from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from typing import Self
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from stickslip.analysis.protocol import Floats, Labels
+
+__all__ = ["PiecewiseMap"]
+
+Function: TypeAlias = Callable[..., Any]
+Breakpoints: TypeAlias = Sequence[float] | Callable[..., Sequence[float]]
+
+N_PROBES: Final = 64  # points where the ways to call and to differentiate are tried out
+COMPLEX_AGREES: Final = 1e-6  # complex step and differences, relative: else it is not analytic
+PARAMETER_SCALE: Final = 1e-2  # of a parameter's size: first step of differences in it
+
+
+class PiecewiseMap:
+    """A piecewise-smooth map of an interval into the line, with named parameters.
+
+    Parameters
+    ----------
+    func : callable
+        ``func(x, **parameters)``; takes arrays or, if it cannot, single numbers (found out
+        by trying). NaN means that the map has no value there: a gap.
+    domain : pair of float
+        Ends ``lo < hi`` of the closed interval of arguments. Values outside it are legal:
+        the orbit leaves.
+    parameters : mapping of str to float, optional
+        Names and values, passed to every callable by keyword.
+    derivative : callable, optional
+        ``derivative(x, **parameters)``. Without it the derivative is taken by complex step
+        where that agrees with differences (error near rounding), else by extrapolated
+        differences (about 1e-10 of the scale).
+    parameter_derivative : mapping of str to callable, or callable, optional
+        ``{"r": df_dr}`` with ``df_dr(x, **parameters)``, or ``df(x, name, **parameters)``.
+        Differences where absent.
+    label : callable, optional
+        ``label(x, **parameters)``: a whole number per branch.
+    breakpoints : sequence of float, or callable, optional
+        Where the branches end (``breakpoints(**parameters)`` if they move); the label is
+        then the number of breakpoints at or left of x. Without label and breakpoints the
+        whole domain has label 0 and discontinuities are found from the values alone.
+
+    Raises
+    ------
+    ValueError
+        The domain is not an interval, a parameter is not a finite number, breakpoints are
+        outside the domain or not increasing, or ``func`` fails on points of the domain.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.5})
+    >>> f(0.5)
+    0.875
+    >>> f.replace(r=4).iterate(0.5, 2)
+    array([0.5, 1. , 0. ])
+    """
+
+    def __init__(
+        self,
+        func: Function,
+        domain: tuple[float, float],
+        *,
+        parameters: Mapping[str, float] | None = None,
+        derivative: Function | None = None,
+        parameter_derivative: Mapping[str, Function] | Function | None = None,
+        label: Function | None = None,
+        breakpoints: Breakpoints | None = None,
+    ) -> None:
+        self._func = func
+        self._domain = _checked_domain(domain)
+        self._parameters = _checked_parameters(parameters or {})
+        self._given_derivative = derivative
+        self._given_parameter_derivative = parameter_derivative
+        self._given_label = label
+        self._given_breakpoints = breakpoints
+        self._check_parameter_derivative_names()
+        self._breakpoints = self._breakpoints_with(self._parameters)
+        self._in_arrays = self._takes_arrays(func)
+        self._label_in_arrays = label is not None and self._takes_arrays(label)
+        self._derivative_in_arrays = derivative is not None and self._takes_arrays(derivative)
+        self._analytic = derivative is None and self._complex_step_agrees()
+
+    # ------------------------------------------------------------------ what it is
+
+    @property
+    def func(self) -> Function:
+        """The function, as given."""
+        return self._func
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """Ends of the closed interval of arguments."""
+        return self._domain
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Names and values; a copy."""
+        return dict(self._parameters)
+
+    def replace(self, **changes: float) -> Self:
+        """Return the same map with other parameter values.
+
+        Raises
+        ------
+        ValueError
+            A name is not one of the map's parameters, or a value is not a finite number.
+        """
+        for name in changes:
+            self._check_name(name)
+        return type(self)(
+            self._func,
+            self._domain,
+            parameters={**self._parameters, **changes},
+            derivative=self._given_derivative,
+            parameter_derivative=self._given_parameter_derivative,
+            label=self._given_label,
+            breakpoints=self._given_breakpoints,
+        )
+
+    def __repr__(self) -> str:
+        """Name of the function, domain and parameters."""
+        name = getattr(self._func, "__name__", type(self._func).__name__)
+        values = "".join(f", {key}={value:.12g}" for key, value in self._parameters.items())
+        return f"PiecewiseMap({name}, [{self._domain[0]:.12g}, {self._domain[1]:.12g}]{values})"
+
+    # ------------------------------------------------------------------ values
+
+    def evaluate(self, x: ArrayLike, /) -> PointValues:
+        """Return value, derivative, label and status at points of the domain.
+
+        Parameters
+        ----------
+        x : array_like of float, any shape
+
+        Returns
+        -------
+        PointValues
+            Shaped like ``x``. In a gap the value and derivative are NaN and the status is
+            `stickslip.analysis.protocol.UNDEFINED`.
+
+        Raises
+        ------
+        ValueError
+            An element is NaN or outside the domain.
+        """
+        points = checked_points(self._domain, x)
+        flat = points.ravel()
+        value = self._values(flat)
+        ok = np.isfinite(value)
+        slope = np.full(flat.shape, np.nan)
+        if ok.any():
+            slope[ok] = self._slopes(flat[ok])
+        shape = points.shape
+        return PointValues(
+            np.where(ok, value, np.nan).reshape(shape),
+            slope.reshape(shape),
+            self._labels(flat).reshape(shape),
+            np.where(ok, OK, UNDEFINED).astype(np.int64).reshape(shape),
+        )
+
+    def __call__(self, x: ArrayLike) -> float | Floats:
+        """Return f(x): a float for a scalar, else an array of the same shape."""
+        points = checked_points(self._domain, x)
+        value = self._values(points.ravel()).reshape(points.shape)
+        return float(value) if value.ndim == 0 else value
+
+    def derivative(self, x: ArrayLike) -> float | Floats:
+        """Return f'(x): a float for a scalar, else an array of the same shape."""
+        slope = self.evaluate(x).derivative
+        return float(slope) if slope.ndim == 0 else slope
+
+    def parameter_derivative(self, x: ArrayLike, name: str, /) -> float | Floats:
+        """Return df/d(name) at fixed x.
+
+        Raises
+        ------
+        ValueError
+            ``name`` is not a parameter, or a point is outside the domain.
+        """
+        self._check_name(name)
+        points = checked_points(self._domain, x)
+        slope = self._parameter_slopes(points.ravel(), name).reshape(points.shape)
+        return float(slope) if slope.ndim == 0 else slope
+
+    def iterate(self, x: ArrayLike, n: int) -> Floats:
+        """Apply the map ``n`` times; shape ``x.shape + (n + 1,)``, NaN once it has left."""
+        return iterate(self, x, n)
+
+    def power(self, p: int) -> PowerMap:
+        """Return the map f^p: ``p`` applications as one map."""
+        return PowerMap(self, p)
+
+    # ------------------------------------------------------------------ inside
+
+    def _values(self, x: Floats) -> Floats:
+        return _apply(self._func, x, self._parameters, self._in_arrays)
+
+    def _slopes(self, x: Floats) -> Floats:
+        if self._given_derivative is not None:
+            return _apply(self._given_derivative, x, self._parameters, self._derivative_in_arrays)
+        if self._analytic:
+            return complex_step(lambda z: self._func(z, **self._parameters), x)
+        lo, hi = self._domain
+        return extrapolated_difference(self._values_inside, x, hi - lo, self._same_branch)[0]
+
+    def _values_inside(self, x: Floats) -> Floats:
+        """Values, NaN outside the domain, where ``func`` is never called."""
+        inside = (x >= self._domain[0]) & (x <= self._domain[1])
+        values = np.full(x.shape, np.nan)
+        values[inside] = self._values(x[inside])
+        return values
+
+    def _labels(self, x: Floats) -> Labels:
+        return self._labels_with(x, self._parameters, self._breakpoints)
+
+    def _labels_with(self, x: Floats, parameters: Mapping[str, Any], breakpoints: Floats) -> Labels:
+        if self._given_label is None:
+            return np.searchsorted(breakpoints, x, side="right").astype(np.uint64)
+        with np.errstate(all="ignore"):
+            if self._label_in_arrays:
+                labels = np.broadcast_to(self._given_label(x, **parameters), x.shape)
+            else:
+                labels = np.array([self._given_label(float(v), **parameters) for v in x])
+        if labels.dtype == np.uint64:
+            return labels.copy()
+        # Labels may be negative (two's complement keeps them apart) or NaN in a gap.
+        whole = labels if labels.dtype.kind in "biu" else np.nan_to_num(labels)
+        return whole.astype(np.int64).astype(np.uint64)
+
+    def _same_branch(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
+        inside = (y >= self._domain[0]) & (y <= self._domain[1])
+        same: NDArray[np.bool_] = inside & (self._labels(x) == self._labels(y))
+        return same
+
+    def _parameter_slopes(self, x: Floats, name: str) -> Floats:
+        given = self._given_parameter_derivative
+        if isinstance(given, Mapping) and name in given:
+            return _apply(given[name], x, self._parameters, self._takes_arrays(given[name]))
+        if callable(given):
+
+            def named(points: Any, **parameters: float) -> Any:
+                return given(points, name, **parameters)
+
+            return _apply(named, x, self._parameters, self._takes_arrays(named))
+        return self._parameter_differences(x, name)
+
+    def _parameter_differences(self, x: Floats, name: str) -> Floats:
+        now = self._parameters[name]
+        scale = PARAMETER_SCALE * max(abs(now), 1.0) / FIRST_STEP
+
+        def values(changed: Floats) -> Floats:
+            # Differences ask for all points at one value of the parameter after another.
+            return np.concatenate(
+                [
+                    self._values_on_branch(x, {**self._parameters, name: float(row[0])})
+                    for row in changed.reshape(-1, x.size)
+                ]
+            )
+
+        return extrapolated_difference(values, np.full(x.shape, now), scale)[0]
+
+    def _values_on_branch(self, x: Floats, parameters: Mapping[str, float]) -> Floats:
+        """Values with other parameters, NaN where the point has changed its branch."""
+        moved = self._breakpoints_with(parameters)
+        stays = self._labels_with(x, parameters, moved) == self._labels(x)
+        return np.where(stays, _apply(self._func, x, parameters, self._in_arrays), np.nan)
+
+    # ------------------------------------------------------------------ checks
+
+    def _probes(self) -> Floats:
+        """Points of the domain at no special place, some between any two breakpoints."""
+        lo, hi = self._domain
+        ends = np.concatenate([[lo], self._breakpoints, [hi]])
+        share = (0.5 + 0.6180339887498949 * np.arange(1, N_PROBES + 1)) % 1.0
+        return np.concatenate([a + (b - a) * share for a, b in pairwise(ends)])
+
+    def _takes_arrays(self, func: Function) -> bool:
+        """Tell whether ``func`` works elementwise on arrays; raise if it works in no way."""
+        few = self._probes()[:3]
+        try:
+            one_by_one = _apply(func, few, self._parameters, in_arrays=False)
+        except Exception as reason:
+            name = getattr(func, "__name__", type(func).__name__)
+            raise ValueError(
+                f"{name}(x{''.join(f', {p}=...' for p in self._parameters)}) failed at "
+                f"x = {few[0]:.6g} with {type(reason).__name__}: {reason}. It must accept a "
+                "point of the domain and every parameter by its name."
+            ) from reason
+        try:
+            together = _apply(func, few, self._parameters, in_arrays=True)
+        except Exception:  # any failure on arrays means: one number at a time
+            return False
+        return bool(np.allclose(together, one_by_one, rtol=1e-12, atol=0, equal_nan=True))
+
+    def _complex_step_agrees(self) -> bool:
+        """Tell whether ``func`` carries complex arrays and is analytic at every probe."""
+        if not self._in_arrays:
+            return False
+        x = self._probes()
+        value = self._values(x)
+        x = x[np.isfinite(value)]
+        try:
+            with np.errstate(all="ignore"):
+                slope = complex_step(lambda z: self._func(z, **self._parameters), x)
+        except Exception:  # no complex arithmetic inside ``func``
+            return False
+        lo, hi = self._domain
+        check, error = extrapolated_difference(self._values_inside, x, hi - lo, self._same_branch)
+        allowed = COMPLEX_AGREES * (1 + np.abs(check)) + 10 * error
+        return bool(slope.shape == x.shape and np.all(np.abs(slope - check) <= allowed))
+
+    def _breakpoints_with(self, parameters: Mapping[str, float]) -> Floats:
+        """Breakpoints inside the domain for given parameters, checked."""
+        given = self._given_breakpoints
+        if given is None:
+            return np.empty(0)
+        listed = given(**parameters) if callable(given) else given
+        points = np.asarray(listed, dtype=np.float64)
+        lo, hi = self._domain
+        if points.ndim != 1 or not (np.isfinite(points).all() and (np.diff(points) > 0).all()):
+            raise ValueError(f"breakpoints = {listed!r}: increasing finite numbers are needed.")
+        return points[(points > lo) & (points <= hi)]
+
+    def _check_parameter_derivative_names(self) -> None:
+        if isinstance(self._given_parameter_derivative, Mapping):
+            for name in self._given_parameter_derivative:
+                self._check_name(name)
+
+    def _check_name(self, name: str) -> None:
+        if name not in self._parameters:
+            raise ValueError(
+                f"{name!r} is not a parameter of {self!r}. {did_you_mean(name, self._parameters)}"
+            )
+
+
+def _apply(func: Function, x: Floats, parameters: Mapping[str, float], in_arrays: bool) -> Floats:
+    """Evaluate a callable at points, shape (n,), as one array or one number at a time."""
+    with np.errstate(all="ignore"):
+        if not in_arrays:
+            return np.array([float(func(float(v), **parameters)) for v in x], dtype=np.float64)
+        result = np.asarray(func(x, **parameters), dtype=np.float64)
+    # A constant branch may come back as one number.
+    return np.broadcast_to(result, x.shape).astype(np.float64)
+
+
+def _checked_domain(domain: tuple[float, float]) -> tuple[float, float]:
+    try:
+        lo, hi = (float(end) for end in domain)
+    except (TypeError, ValueError) as reason:
+        raise ValueError(f"domain = {domain!r}: a pair of numbers (lo, hi) is needed.") from reason
+    if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi):
+        raise ValueError(f"domain = ({lo:.12g}, {hi:.12g}): finite ends with lo < hi are needed.")
+    return lo, hi
+
+
+def _checked_parameters(parameters: Mapping[str, float]) -> dict[str, float]:
+    for name, value in parameters.items():
+        if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
+            raise ValueError(f"{name} = {value!r}: a parameter must be a finite number.")
+    return {name: float(value) for name, value in parameters.items()}
