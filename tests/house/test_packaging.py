@@ -1,0 +1,154 @@
+"""What the repository promises about itself: locks, names, make targets."""
+
+import ast
+import re
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import stickslip
+
+ROOT = Path(__file__).resolve().parents[2]
+PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+LOCKS = sorted(ROOT.glob("requirements*.lock"))
+
+
+def pinned(lock):
+    """Versions by (name, marker) that a lock asks for."""
+    pins = re.findall(r"^([\w.-]+)==(\S+)(?: ; (.*?))? \\$", lock.read_text(), re.MULTILINE)
+    return {(name, marker): version for name, version, marker in pins}
+
+
+def test_there_is_a_lock_for_the_core_for_tests_and_for_docs():
+    assert [lock.name for lock in LOCKS] == [
+        "requirements-dev.lock",
+        "requirements-docs.lock",
+        "requirements.lock",
+    ]
+
+
+@pytest.mark.parametrize("lock", LOCKS, ids=lambda lock: lock.name)
+def test_a_lock_names_no_place_to_download_from(lock):
+    text = lock.read_text()
+    assert "://" not in text
+    assert "--index" not in text
+    assert "--find-links" not in text
+
+
+@pytest.mark.parametrize("lock", LOCKS, ids=lambda lock: lock.name)
+def test_every_pin_has_hashes(lock):
+    entries = re.split(r"\n(?=\S)", lock.read_text().strip())
+    assert entries
+    for entry in entries:
+        assert "--hash=sha256:" in entry, entry.splitlines()[0]
+
+
+@pytest.mark.parametrize("lock", LOCKS, ids=lambda lock: lock.name)
+def test_locks_agree_with_the_core(lock):
+    core = pinned(ROOT / "requirements.lock")
+    assert core
+    assert core.items() <= pinned(lock).items()
+
+
+def test_the_core_lock_covers_the_dependencies_and_what_builds_the_project():
+    locked = {name for name, _ in pinned(ROOT / "requirements.lock")}
+    wanted = PYPROJECT["project"]["dependencies"] + PYPROJECT["dependency-groups"]["build"]
+    names = {re.split(r"[<>=\[]", line)[0].replace("_", "-") for line in wanted}
+    assert names <= locked
+
+
+def test_the_core_leaves_out_what_is_large_and_optional():
+    locked = {name for name, _ in pinned(ROOT / "requirements.lock")}
+    assert locked.isdisjoint({"xarray", "zarr", "dask", "numba-cuda", "sphinx", "pytest"})
+
+
+def test_versions_agree():
+    version = PYPROJECT["project"]["version"]
+    assert stickslip.__version__ == version
+    assert re.search(rf"^version: {re.escape(version)}$", (ROOT / "CITATION.cff").read_text(), re.M)
+    assert f"\n## {version}" in (ROOT / "CHANGELOG.md").read_text()
+
+
+@pytest.mark.parametrize(
+    "target", ["reproduce", "test", "check", "docs", "benchmark", "clean", "lint", "types"]
+)
+def test_make_knows_the_target(target):
+    done = subprocess.run(
+        ["make", "--dry-run", target], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_make_says_what_to_do_without_a_new_enough_python(tmp_path):
+    old = tmp_path / "python3"
+    old.write_text("#!/bin/sh\necho 'Python 3.9.2'\nexit 1\n")
+    old.chmod(0o755)
+    done = subprocess.run(
+        ["make", "env", f"PYTHON={old}", f"VENV={tmp_path / 'venv'}"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode != 0
+    assert "needs Python 3.11 or newer" in done.stderr
+    assert "Python 3.9.2" in done.stderr
+
+
+def test_make_says_what_to_do_without_venv(tmp_path):
+    bare = tmp_path / "python3"
+    bare.write_text('#!/bin/sh\n[ "$1" = -m ] && exit 1\nexit 0\n')
+    bare.chmod(0o755)
+    done = subprocess.run(
+        ["make", "env", f"PYTHON={bare}", f"VENV={tmp_path / 'venv'}"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode != 0
+    assert "apt install python3-venv" in done.stderr
+    assert not (tmp_path / "venv").exists()
+
+
+def test_ci_runs_check():
+    script = ROOT / ".ci" / "run"
+    assert script.stat().st_mode & 0o111
+    assert "make check" in script.read_text()
+
+
+def _tracked():
+    listed = subprocess.run(
+        ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    if listed.returncode != 0:
+        pytest.skip("not a git checkout")
+    names = [name for name in listed.stdout.split("\0") if name]
+    return [ROOT / name for name in names if (ROOT / name).is_file()]
+
+
+def test_no_tracked_file_names_a_package_registry():
+    registry = re.compile(rb"--(?:extra-)?index-url|https?://[^ ]*/(?:simple|packages)/")
+    this = Path(__file__)
+    for path in _tracked():
+        if path != this:
+            assert not registry.search(path.read_bytes()), path
+
+
+def test_public_names_are_listed_once_and_all_load():
+    stub = ast.parse((ROOT / "src/stickslip/__init__.pyi").read_text())
+    imports = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
+    names = [alias.asname for node in imports for alias in node.names]
+    assert None not in names  # `as` re-exports, which type checkers ask for
+    assert sorted(names) == sorted(set(names))
+    assert set(names) == set(stickslip.__all__)
+    for name in names:
+        assert getattr(stickslip, name) is not None
+
+
+def test_public_names_are_documented():
+    page = (ROOT / "docs/api.md").read_text()
+    listed = re.findall(r"^   ([\w.]+)$", page, re.MULTILINE)
+    assert sorted(listed) == sorted(stickslip.__all__)

@@ -1,0 +1,38 @@
+"""Starting is cheap: nothing heavy is imported before it is needed."""
+
+import os
+import subprocess
+import sys
+
+import stickslip
+
+HEAVY = ("numba", "scipy", "matplotlib", "xarray", "numpy")
+
+
+def loaded_after(code):
+    """Names of the heavy packages that are loaded after running `code`."""
+    probe = f"{code}\nimport sys\nprint(*[name for name in {HEAVY} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
+    return done.stdout.splitlines()[-1].split()
+
+
+def test_importing_the_package_loads_nothing_heavy():
+    assert loaded_after("import stickslip") == []
+
+
+def test_parsing_the_command_line_loads_nothing_heavy():
+    code = "from stickslip.cli import main\nassert main(['map', '--help']) == 0"
+    assert loaded_after(code) == []
+
+
+def test_version_is_told_at_once():
+    # Processor time, which other work on the machine disturbs less than the clock; best of some.
+    spent = []
+    for _ in range(5):
+        before = os.times()
+        command = [sys.executable, "-m", "stickslip.cli", "--version"]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        after = os.times()
+        spent.append(sum(after[2:4]) - sum(before[2:4]))  # of child processes, user and system
+        assert done.stdout == f"{stickslip.__version__}\n"
+    assert min(spent) < 0.3
