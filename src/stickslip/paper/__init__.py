@@ -1,0 +1,1 @@
+"""Figures and printed numbers of source papers, computed anew."""

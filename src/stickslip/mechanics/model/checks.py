@@ -60,7 +60,7 @@ def finite_number(
     except OverflowError:
         number = inf
     if isfinite(number) and number > above and number >= at_least:
-        return number
+        return number + 0.0  # no negative zero
     shown = repr(number if hasattr(value, "dtype") else value)
     if len(shown) > 24:  # an integer beyond the floats
         shown = f"{shown[:12]}... ({len(shown)} digits)"

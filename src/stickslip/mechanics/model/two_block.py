@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol, Self, runtime_checkable
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
 
+from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.checks import finite_number
 from stickslip.mechanics.model.units import Units
@@ -17,15 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["TwoBlock"]
 
-
-@runtime_checkable
-class _Law(Protocol):
-    """What a model asks of a friction law: named numbers and changed copies."""
-
-    @property
-    def parameters(self) -> dict[str, float]: ...
-
-    def replace(self, **changes: Any) -> Any: ...
+Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, FrictionLaw]
 
 
 @dataclass(frozen=True)
@@ -74,7 +67,7 @@ class TwoBlock:
     alpha: float
     beta: float
     V: float
-    friction: Any
+    friction: Friction
     units: Units | None = None
 
     def __post_init__(self) -> None:
@@ -102,7 +95,15 @@ class TwoBlock:
 
     @classmethod
     def from_physical(
-        cls, *, m: float, k: float, k12: float, fs1: float, fs2: float, v_dr: float, friction: Any
+        cls,
+        *,
+        m: float,
+        k: float,
+        k12: float,
+        fs1: float,
+        fs2: float,
+        v_dr: float,
+        friction: Friction,
     ) -> Self:
         """Build the dimensionless model from physical quantities (definitions under eq. 6a).
 
@@ -172,9 +173,9 @@ class TwoBlock:
         }
 
     @property
-    def laws(self) -> tuple[Any, Any]:
+    def laws(self) -> tuple[FrictionLaw, FrictionLaw]:
         """Friction laws of block 1 and block 2."""
-        return self.friction if isinstance(self.friction, tuple) else (self.friction,) * 2
+        return self.friction if isinstance(self.friction, tuple) else (self.friction, self.friction)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -210,15 +211,15 @@ class TwoBlock:
         friction = _one_law_or_pair(mine.pop("friction", self.friction))
         return replace(self, friction=self._changed(friction, for_laws), **mine)
 
-    def _changed(self, friction: Any, changes: dict[str, Any]) -> Any:
+    def _changed(self, friction: Friction, changes: dict[str, Any]) -> Friction:
         """Friction with some of its parameters changed, by the names of `parameters`."""
         pair = isinstance(friction, tuple)
-        laws = friction if pair else (friction,)
+        laws = friction if isinstance(friction, tuple) else (friction,)
         per_law: list[dict[str, Any]] = [{} for _ in laws]
         names = {
             f"{name}_{block}" if pair else name: (block - 1, name)
             for block, law in enumerate(laws, start=1)
-            for name in _law_names(law)
+            for name in law.names
         }
         for name, value in changes.items():
             if name not in names:
@@ -226,10 +227,8 @@ class TwoBlock:
                 raise ValueError(f"TwoBlock has no parameter {name!r}. {known}")
             block, own_name = names[name]
             per_law[block][own_name] = value
-        changed = tuple(
-            law.replace(**some) if some else law for law, some in zip(laws, per_law, strict=True)
-        )
-        return changed if pair else changed[0]
+        first, *rest = (law.replace(**some) for law, some in zip(laws, per_law, strict=True))
+        return (first, rest[0]) if rest else first
 
     @property
     def n_blocks(self) -> int:
@@ -343,13 +342,14 @@ def _belt_velocity(value: object, name: str = "V") -> float:
     )
 
 
-def _one_law_or_pair(friction: Any) -> Any:
+def _one_law_or_pair(friction: object) -> Friction:
     """Return a law or a tuple of two; anything else is an error that says what to do."""
-    if isinstance(friction, _Law) and not isinstance(friction, type):
+    if isinstance(friction, FrictionLaw):
         return friction
     if isinstance(friction, tuple | list):
-        if len(friction) == 2 and all(isinstance(law, _Law) for law in friction):
-            return tuple(friction)
+        match friction:
+            case [FrictionLaw() as first, FrictionLaw() as second]:
+                return (first, second)
         raise ValueError(
             f"friction = {friction!r} must be one law or a pair of laws, one per block: "
             "friction=(law_1, law_2)."
@@ -360,11 +360,3 @@ def _one_law_or_pair(friction: Any) -> Any:
         else "Take Coulomb(mu=), PoppStelter(gamma=) or friction_law(...)."
     )
     raise ValueError(f"friction = {friction!r} is not a friction law. {remedy}")
-
-
-def _law_names(law: Any) -> list[str]:
-    """Names by which a law's numbers can be changed, also those that it does not list."""
-    names = list(law.parameters)
-    if is_dataclass(law):
-        names += [field.name for field in fields(law) if field.name not in names and field.init]
-    return names

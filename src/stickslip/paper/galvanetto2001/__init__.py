@@ -1,0 +1,10 @@
+"""Galvanetto (2001), Some discontinuous bifurcations in a two-block stick-slip system.
+
+One module per figure, ``figNN.py``, found by its name; figures 4, 11, 13 and 15
+(bifurcation diagrams, the magnified cusps and the crisis) need the analysis of
+bifurcations and take their places here once that exists.
+
+A figure module offers ``TITLE``, ``COLUMNS``, ``HEIGHT`` (inches), ``compute()``
+(all numbers, as a frozen dataclass), ``draw(data, figure)`` and ``caption(data)``,
+which states every parameter that the paper does not print.
+"""

@@ -1,0 +1,50 @@
+"""Figure 1: the stick-slip model, drawn from the numbers of the Coulomb system."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from stickslip import examples
+from stickslip.plot.mechanism import mechanism
+
+if TYPE_CHECKING:
+    import numpy as np
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from stickslip.mechanics.model.two_block import TwoBlock
+
+TITLE: Final = "Stick-slip model"
+COLUMNS: Final = "one"
+HEIGHT: Final = 1.3
+
+
+@dataclass(frozen=True)
+class Data:
+    """The model and the displacements (2,) at which it is shown."""
+
+    model: TwoBlock
+    x: NDArray[np.float64]
+
+
+def compute() -> Data:
+    """Take the Coulomb system where a global stick phase with level blocks ends."""
+    model = examples.coulomb()
+    return Data(model, model.onset(0.0))
+
+
+def draw(data: Data, figure: Figure) -> None:
+    """Draw the mechanism."""
+    mechanism(data.model, figure.add_subplot(), x=data.x)
+
+
+def caption(data: Data) -> str:
+    """Describe the drawing and its numbers."""
+    model = data.model
+    return (
+        f"Two blocks on a belt, drawn for alpha = {model.alpha:g} and beta = {model.beta:g} (the "
+        "paper's Coulomb system) where a global stick phase with d = 0 ends: spring wires are as "
+        "heavy as the springs are stiff, arrows of the static limits as long as these are large. "
+        "The paper's drawing has no numbers."
+    )

@@ -1,0 +1,52 @@
+"""Figure 2: the global stick locus in the displacement space (eq. 6a)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from stickslip import examples
+from stickslip.mechanics.model import locus
+from stickslip.plot.stick_locus import stick_locus
+
+if TYPE_CHECKING:
+    import numpy as np
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from stickslip.mechanics.model.two_block import TwoBlock
+
+TITLE: Final = "Global stick locus"
+COLUMNS: Final = "one"
+HEIGHT: Final = 3.3
+
+
+@dataclass(frozen=True)
+class Data:
+    """The model, the corners A, B, C, D (4, 2) and the map's domain."""
+
+    model: TwoBlock
+    corners: NDArray[np.float64]
+    domain: tuple[float, float]
+
+
+def compute() -> Data:
+    """Find the corners of the locus of the Coulomb system."""
+    model = examples.coulomb()
+    return Data(model, locus.corners(model.alpha, model.beta), model.domain)
+
+
+def draw(data: Data, figure: Figure) -> None:
+    """Draw the locus, its onset edges and the domain AC."""
+    stick_locus(data.model, figure.add_subplot()).legend(loc="lower right")
+
+
+def caption(data: Data) -> str:
+    """Describe the picture, the domain in numbers."""
+    model = data.model
+    return (
+        f"Global stick locus for alpha = {model.alpha:g}, beta = {model.beta:g} (the paper's "
+        "figure shows a typical shape without numbers). Global stick phases move along the "
+        "arrows and end on AB, where block 1 slips, or on BC, where block 2 slips; the event "
+        f"map is defined on AC, {data.domain[0]:.6g} <= d <= {data.domain[1]:.6g}."
+    )

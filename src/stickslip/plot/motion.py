@@ -1,0 +1,168 @@
+"""Motions in time: phase portraits with the stick interval, and time series (figures 7, 17)."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.plot.style import PALETTE, axes_or_new
+from stickslip.vocabulary import symbol
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from stickslip.mechanics.model.two_block import TwoBlock
+
+__all__ = ["draw_portrait", "phase_portrait", "sample_times", "stick_interval", "time_series"]
+
+
+def sample_times(t: NDArray[np.float64], per_unit: float = 60.0) -> NDArray[np.float64]:
+    """Spread times for a smooth line: every event, and even steps within each phase.
+
+    Parameters
+    ----------
+    t : ndarray of float64, shape (n,)
+        Times of the events, ascending.
+    per_unit : float
+        Points per unit of dimensionless time; a phase gets 8 at least.
+
+    Returns
+    -------
+    ndarray of float64, shape (m,)
+        Ascending, with every element of `t`.
+    """
+    pieces = [
+        np.linspace(start, end, max(8, int(per_unit * (end - start))), endpoint=False)
+        for start, end in pairwise(t)
+    ]
+    return np.concatenate([*pieces, t[-1:]])
+
+
+def stick_interval(model: TwoBlock, block: int, x_other: float) -> tuple[float, float]:
+    """Displacements at which a block can ride while the other stands at a given place (eq. 6a).
+
+    Parameters
+    ----------
+    model : TwoBlock
+        Gives alpha and the static limits.
+    block : int
+        1 or 2.
+    x_other : float
+        Displacement of the other block.
+
+    Returns
+    -------
+    tuple of float
+        Ends of |X_i + alpha (X_i - X_j)| < L_i. The interval moves with the other block.
+    """
+    limit, shift = model.limits[block - 1], model.alpha * x_other
+    return ((shift - limit) / (1.0 + model.alpha), (shift + limit) / (1.0 + model.alpha))
+
+
+def phase_portrait(trajectory: Any, block: int = 2, ax: Axes | None = None) -> Axes:
+    """Draw velocity over displacement of one block; heavy where it rides on the belt.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        A simulated motion.
+    block : int
+        1 or 2.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        With the line X' = V dashed.
+    """
+    ax = axes_or_new(ax)
+    t = sample_times(np.asarray(trajectory.t))
+    x, v = trajectory.x(t)[..., block - 1], trajectory.v(t)[..., block - 1]
+    return draw_portrait(ax, x, v, block=block, V=trajectory.model.V)
+
+
+def draw_portrait(
+    ax: Axes,
+    x: NDArray[np.float64],
+    v: NDArray[np.float64],
+    *,
+    block: int,
+    V: float,
+    interval: tuple[float, float] | None = None,
+) -> Axes:
+    """Draw sampled displacement and velocity of one block with the stick interval.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        Where to draw.
+    x, v : ndarray of float64, shape (n,)
+        Displacement and velocity.
+    block : int
+        1 or 2, for the axis labels.
+    V : float
+        Driving velocity.
+    interval : pair of float, optional
+        Ends of the stick interval; by default it is drawn where the block rides.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes given.
+    """
+    ax.axhline(V, color=PALETTE["grey"], lw=0.5, ls=(0, (5, 3)), zorder=1)
+    riding: dict[str, Any] = {
+        "color": PALETTE["vermillion"],
+        "lw": 2.2,
+        "solid_capstyle": "butt",
+        "zorder": 2,
+    }
+    if interval is None:
+        rides = np.where(v == V, x, np.nan)
+        ax.plot(rides, v, **riding)
+    else:
+        ax.plot(interval, [V, V], **riding)
+        ax.plot(interval, [V, V], ls="none", marker="|", ms=6.0, color=PALETTE["vermillion"])
+    ax.plot(x, v, color="black", lw=0.8, zorder=3)
+    ax.set_xlabel(symbol("x", block))
+    ax.set_ylabel(symbol("v", block))
+    return ax
+
+
+def time_series(trajectory: Any, name: str = "v", ax: Axes | None = None) -> Axes:
+    """Draw displacement, velocity or friction of every block over time.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        A simulated motion.
+    name : {"x", "v", "friction"}
+        Which function of time.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        One line per block, named in a legend.
+
+    Raises
+    ------
+    ValueError
+        Another name.
+    """
+    if name not in ("x", "v", "friction"):
+        raise ValueError(f"name = {name!r} must be 'x', 'v' or 'friction'")
+    ax = axes_or_new(ax)
+    t = sample_times(np.asarray(trajectory.t))
+    values = getattr(trajectory, name)(t)
+    for block in range(values.shape[-1]):
+        ax.plot(t, values[:, block], label=f"block {block + 1}")
+    ax.set_xlabel(symbol("t"))
+    ax.set_ylabel(symbol(name, "i"))
+    ax.legend()
+    return ax

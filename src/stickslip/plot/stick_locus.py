@@ -1,0 +1,74 @@
+"""The global stick locus in the plane of displacements (the paper's figure 2)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.patches import Polygon
+
+from stickslip.mechanics.model import locus
+from stickslip.plot.style import PALETTE, axes_or_new
+from stickslip.vocabulary import symbol
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from stickslip.mechanics.model.two_block import TwoBlock
+
+__all__ = ["stick_locus"]
+
+
+def stick_locus(model: TwoBlock, ax: Axes | None = None) -> Axes:
+    """Draw the locus, the edges on which global stick ends, and the map's domain AC.
+
+    Parameters
+    ----------
+    model : TwoBlock
+        Gives alpha and beta.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Equal scales; a legend names the edges.
+    """
+    ax = axes_or_new(ax)
+    corners = locus.corners(model.alpha, model.beta)
+    a, b, c, _ = corners
+    ax.add_patch(Polygon(corners, facecolor=PALETTE["light"], alpha=0.5, lw=0.0))
+    ax.add_patch(Polygon(corners, fill=False, ec="black", lw=0.8))
+    ax.plot(*np.array([a, b]).T, color=PALETTE["blue"], lw=2.2, label="block 1 slips")
+    ax.plot(*np.array([b, c]).T, color=PALETTE["vermillion"], lw=2.2, label="block 2 slips")
+    ax.plot(*np.array([a, c]).T, color="black", lw=1.0, ls=(0, (5, 2)), label="domain $AC$")
+    _stick_phases(ax, model)
+    _name_corners(ax, corners)
+    ax.axhline(0.0, color=PALETTE["grey"], lw=0.4, zorder=0)
+    ax.axvline(0.0, color=PALETTE["grey"], lw=0.4, zorder=0)
+    ax.set_aspect("equal")
+    ax.margins(0.14)
+    ax.set_xlabel(symbol("x", 1))
+    ax.set_ylabel(symbol("x", 2))
+    return ax
+
+
+def _stick_phases(ax: Axes, model: TwoBlock) -> None:
+    """Show motions at constant d: from the line AC along (1, 1) to the edge where they end."""
+    c = locus.corners(model.alpha, model.beta)[2]
+    for share in (-0.6, -0.2, 0.2, 0.6):
+        start, end = share * c, model.onset(share * model.domain[1])
+        arrow = {"arrowstyle": "-|>", "color": "0.35", "lw": 0.7, "mutation_scale": 7.0}
+        ax.annotate(
+            "", tuple(end), tuple(start), arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.5}
+        )
+
+
+def _name_corners(ax: Axes, corners: NDArray[np.float64]) -> None:
+    """Letters just outside the corners, and the value of d at the ends of the domain."""
+    names = ("$A$, $d_{\\min}$", "$B$", "$C$, $d_{\\max}$", "$D$")
+    offsets = ((4, -5), (3, 3), (-4, 5), (-3, -3))
+    aligns = (("left", "top"), ("left", "bottom"), ("right", "bottom"), ("right", "top"))
+    for corner, name, offset, (ha, va) in zip(corners, names, offsets, aligns, strict=True):
+        ax.annotate(name, corner, offset, textcoords="offset points", ha=ha, va=va)

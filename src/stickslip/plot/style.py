@@ -1,0 +1,206 @@
+"""One style for every picture, and one writer whose files are the same bytes each time."""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
+
+import matplotlib as mpl
+from cycler import cycler
+from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from matplotlib.axes import Axes
+
+__all__ = ["FORMATS", "PALETTE", "WIDTHS", "axes_or_new", "new_figure", "save", "style"]
+
+FORMATS: Final = ("svg", "pdf", "png")
+
+WIDTHS: Final = MappingProxyType({"one": 3.46, "two": 7.09})
+"""Widths in inches of a figure over one and over two columns (88 and 180 mm)."""
+
+PALETTE: Final = MappingProxyType(
+    {
+        "black": "#000000",
+        "blue": "#0072B2",
+        "vermillion": "#D55E00",
+        "green": "#009E73",
+        "purple": "#CC79A7",
+        "orange": "#E69F00",
+        "sky": "#56B4E9",
+        "grey": "#7F7F7F",
+        "light": "#D9D9D9",
+    }
+)
+"""Colours that stay apart for colour-blind readers (Okabe and Ito 2008), and two greys."""
+
+# Any: matplotlib types the keys one by one, and newer versions know more of them.
+_SETTINGS: Final[Any] = {
+    "font.family": "STIXGeneral",  # ships with matplotlib; text and mathtext agree, no LaTeX
+    "mathtext.fontset": "stix",
+    "font.size": 9.0,
+    "axes.labelsize": 9.0,
+    "axes.titlesize": 9.0,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "legend.handlelength": 1.8,
+    "axes.linewidth": 0.6,
+    "axes.prop_cycle": cycler(
+        color=[PALETTE[name] for name in ("blue", "vermillion", "green", "purple", "orange")]
+    ),
+    "axes.formatter.useoffset": False,
+    "axes.unicode_minus": True,
+    "lines.linewidth": 1.0,
+    "lines.markersize": 4.0,
+    "lines.solid_capstyle": "butt",
+    "patch.linewidth": 0.6,
+    "hatch.linewidth": 0.4,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 3.0,
+    "ytick.major.size": 3.0,
+    "xtick.minor.width": 0.4,
+    "ytick.minor.width": 0.4,
+    "xtick.minor.size": 1.6,
+    "ytick.minor.size": 1.6,
+    "figure.dpi": 100.0,
+    "figure.facecolor": "white",
+    "savefig.dpi": 300.0,
+    "savefig.bbox": None,  # a figure keeps the width it was given
+    "svg.fonttype": "path",  # the same picture on machines without the fonts
+    "svg.hashsalt": "stickslip",
+    "pdf.fonttype": 42,
+    "path.simplify_threshold": 0.02,
+}
+
+# A date or a version in a file would make two equal pictures differ.
+_METADATA: Final[dict[str, dict[str, str | None]]] = {
+    "svg": {"Date": None, "Creator": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+    "png": {"Software": None},
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw and save in the house style; the caller's settings come back afterwards.
+
+    Yields
+    ------
+    None
+        Inside the block matplotlib's defaults are replaced by ours, so that a
+        user's own style file cannot change a figure of the paper.
+
+    Examples
+    --------
+    >>> with style():
+    ...     figure = new_figure("one")
+    ...     ax = figure.add_subplot()
+    """
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(_SETTINGS)
+        yield
+
+
+def new_figure(columns: str = "one", *, height: float | None = None) -> Figure:
+    """Figure of the width of one or two columns, apart from pyplot's state.
+
+    Parameters
+    ----------
+    columns : {"one", "two"}
+        88 or 180 mm.
+    height : float, optional
+        Inches; by default three quarters of one column's width.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        With constrained layout.
+
+    Raises
+    ------
+    ValueError
+        Neither one nor two columns.
+    """
+    if columns not in WIDTHS:
+        raise ValueError(f"columns = {columns!r} must be one of {', '.join(map(repr, WIDTHS))}")
+    return Figure(figsize=(WIDTHS[columns], height or 0.75 * WIDTHS["one"]), layout="constrained")
+
+
+def axes_or_new(ax: Axes | None) -> Axes:
+    """Return the axes given, or those of a new figure.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes or None
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Registered with pyplot only if the caller has imported pyplot, so that
+        ``plt.show()`` works there and no window system is touched elsewhere.
+    """
+    if ax is not None:
+        return ax
+    if pyplot := sys.modules.get("matplotlib.pyplot"):
+        axes: Axes = pyplot.figure(layout="constrained").add_subplot()
+        return axes
+    return new_figure().add_subplot()
+
+
+def save(figure: Figure, stem: str | Path, formats: Iterable[str] = FORMATS) -> tuple[Path, ...]:
+    """Write a figure; the same figure gives the same bytes.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        What to write.
+    stem : str or path
+        Path without suffix; folders are made.
+    formats : iterable of str
+        Any of `FORMATS`.
+
+    Returns
+    -------
+    tuple of pathlib.Path
+        One per format. Each appears whole or not at all: written under a
+        temporary name, then renamed.
+
+    Raises
+    ------
+    ValueError
+        Unknown format.
+    OSError
+        The folder cannot be made or written.
+    """
+    formats = tuple(formats)
+    if unknown := [name for name in formats if name not in FORMATS]:
+        raise ValueError(f"format {unknown[0]!r} is not one of {', '.join(FORMATS)}")
+    stem = Path(stem)
+    stem.parent.mkdir(parents=True, exist_ok=True)
+    return tuple(_write(figure, Path(f"{stem}.{name}"), name) for name in formats)
+
+
+def _write(figure: Figure, path: Path, name: str) -> Path:
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        with style():
+            figure.savefig(partial, format=name, metadata=_METADATA[name])
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+    return path
