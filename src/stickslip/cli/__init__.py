@@ -1,0 +1,24 @@
+"""Command line: each subcommand turns options into calls of public names, nothing more."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command ``stickslip``.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        What follows the program's name; ``sys.argv[1:]`` if not given.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 1 a computation failed, 2 bad usage or file, 3 refused to
+        overwrite, 4 a checked claim did not hold, 130 interrupted.
+    """
+    from stickslip.cli.program import run
+
+    return run(arguments)

@@ -19,7 +19,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -132,7 +132,7 @@ def kernel(func: F) -> F:
     root = cache_root()
     key = getattr(_instance_key, "value", "plain")
     if root is not None and key is not None:
-        with _numba_cache_folder(root / key):
+        with _numba_cache_folder(root / key), suppress(RuntimeError):  # no file: typed by hand
             dispatcher.enable_caching()
     return dispatcher  # type: ignore[no-any-return]
 

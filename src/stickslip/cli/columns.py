@@ -1,0 +1,60 @@
+"""Columns of numbers as a JSON document, a CSV file or a table on the terminal."""
+
+from __future__ import annotations
+
+import csv
+import sys
+from collections.abc import Mapping
+from itertools import zip_longest
+from typing import Any, TextIO
+
+import msgspec
+
+
+SCHEMA = 1
+TABLE_ROWS = 40
+
+
+def document(command: str, parameters: Mapping[str, Any], result: Mapping[str, Any]) -> str:
+    """Write one JSON document; numbers keep every digit, NaN and infinities become null."""
+    lists = {name: _as_list(column) for name, column in result.items()}
+    content = {"schema": SCHEMA, "command": command, "parameters": parameters, "result": lists}
+    return msgspec.json.encode(content).decode() + "\n"
+
+
+def error_document(command: str, error: BaseException) -> str:
+    """Write the reason for a failure in the same form."""
+    reason = {"type": type(error).__name__, "message": str(error)}
+    content = {"schema": SCHEMA, "command": command, "error": reason}
+    return msgspec.json.encode(content).decode() + "\n"
+
+
+def write_csv(stream: TextIO, columns: Mapping[str, Any]) -> None:
+    """Write a header and one line per row; floats keep every digit, NaN is ``nan``."""
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*map(_as_list, columns.values()), strict=True))
+
+
+def show(columns: Mapping[str, Any]) -> None:
+    """Print columns to stdout: a table for eyes on a terminal, CSV into a pipe."""
+    if not sys.stdout.isatty():
+        write_csv(sys.stdout, columns)
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    for name in columns:
+        table.add_column(name, justify="right", no_wrap=True)
+    rows = list(zip_longest(*map(_as_list, columns.values())))
+    for row in rows[:TABLE_ROWS]:
+        table.add_row(*(f"{cell:.10g}" if isinstance(cell, float) else str(cell) for cell in row))
+    console = Console()
+    console.print(table)
+    if len(rows) > TABLE_ROWS:
+        console.print(f"... {len(rows) - TABLE_ROWS} more rows: --out FILE.csv writes all")
+
+
+def _as_list(column: Any) -> list[Any]:
+    return column.tolist() if hasattr(column, "tolist") else list(column)

@@ -1,0 +1,47 @@
+"""Exit codes, and the exceptions that carry them from a command to the program."""
+
+from __future__ import annotations
+
+from typing import Final
+
+DONE: Final = 0
+COMPUTATION_FAILED: Final = 1
+BAD_USAGE: Final = 2
+REFUSED: Final = 3
+CLAIM_FAILED: Final = 4
+INTERRUPTED: Final = 130
+
+
+class CommandError(Exception):
+    """A command cannot do what was asked; `exit_code` says of which sort the reason is."""
+
+    exit_code = BAD_USAGE
+
+
+class UsageError(CommandError):
+    """The options do not fit together, or a file cannot be used."""
+
+
+class RefusalError(CommandError):
+    """Something is in the way that only the user may remove."""
+
+    exit_code = REFUSED
+
+
+class ComputationError(CommandError):
+    """The options were right and there is still no answer."""
+
+    exit_code = COMPUTATION_FAILED
+
+
+def exit_code_of(error: BaseException) -> int:
+    """Exit code for an exception that reached the program.
+
+    The library raises ValueError for illegal input before anything runs, and the system
+    OSError for files: both are the user's to mend. Anything else is a failure of ours.
+    """
+    if isinstance(error, CommandError):
+        return error.exit_code
+    if isinstance(error, KeyboardInterrupt):
+        return INTERRUPTED
+    return BAD_USAGE if isinstance(error, ValueError | OSError) else COMPUTATION_FAILED

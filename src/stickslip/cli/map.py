@@ -1,0 +1,140 @@
+"""``stickslip map``: the event map at given points or on a grid."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from stickslip.cli import columns
+from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
+from stickslip.cli.files import new_file
+from stickslip.cli.options import (
+    OUTPUT,
+    Flag,
+    EngineOptions,
+    ModelOptions,
+    OutputOptions,
+    described,
+)
+from stickslip.cli.progress import note, tracked
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from stickslip.mechanics.eventmap import EventMap
+
+EXAMPLES = """\
+stickslip map --preset coulomb -d -0.2 -d 0.1 --itinerary
+stickslip map --alpha 1.2 --beta 1.3 --V 0.0366 \\
+    --friction coulomb:mu=0.22 -d -0.2 -d 0.1 --json
+stickslip map --preset law9 --alpha 1.209 --grid 2000 \\
+    --window 0.379 0.39 --out map.csv
+"""
+
+FIELDS = ("value", "derivative", "duration", "n_events", "label", "margin", "status")
+PIECE = 20_000  # points between two steps of the progress bar
+
+
+def command(
+    *,
+    model: ModelOptions = ModelOptions(),  # noqa: B008 - frozen
+    d: Annotated[
+        tuple[float, ...], Parameter(name=["--d", "-d"], negative=(), show_default=False)
+    ] = (),
+    grid: int | None = None,
+    window: Annotated[tuple[float, float] | None, Parameter(negative=())] = None,
+    itinerary: Flag = False,
+    engine: EngineOptions = EngineOptions(),  # noqa: B008
+    out: Annotated[Path | None, Parameter(group=OUTPUT)] = None,
+    force: Annotated[Flag, Parameter(group=OUTPUT)] = False,
+    output: OutputOptions = OutputOptions(),  # noqa: B008
+) -> int:
+    """Carry d = X_2 - X_1 from one global stick phase to the next.
+
+    Prints a table on a terminal, CSV into a pipe. A motion that never returns to global
+    stick has value nan and a status that says why; the exit code is 1 if no point at all
+    has an answer.
+
+    Parameters
+    ----------
+    d
+        A point to map; may be given several times.
+    grid
+        Map so many equally spaced points instead, both ends included.
+    window
+        The two ends of the grid; the whole domain if not given.
+    itinerary
+        Add the modes of the blocks (. stick, - backward, + forward) from event to event.
+    out
+        Write a CSV file.
+    force
+        Replace the file if it exists.
+    """
+    f = engine.event_map(model.model())
+    points = _points(f, d, grid, window)
+    if out is None:
+        table = _evaluated(f, points, itinerary=itinerary, quiet=output.quiet)
+    else:
+        with new_file(out, force=force) as stream:
+            table = _evaluated(f, points, itinerary=itinerary, quiet=output.quiet)
+            columns.write_csv(stream, table)
+    if output.json:
+        print(columns.document("map", described(f.model) | engine.described(), table), end="")
+    elif out is None:
+        columns.show(table)
+    else:
+        print(out)
+    return _ending(table, quiet=output.quiet)
+
+
+def _points(
+    f: EventMap, d: tuple[float, ...], grid: int | None, window: tuple[float, float] | None
+) -> NDArray[np.float64]:
+    import numpy as np
+
+    if bool(d) == (grid is not None):
+        raise UsageError("give either points, -d 0.1 -d 0.2, or a grid, --grid 2000")
+    if grid is None:
+        if window is not None:
+            raise UsageError("--window belongs to --grid")
+        return np.array(d)
+    if grid < 2:
+        raise UsageError(f"--grid {grid}: a grid has at least 2 points")
+    first, last = window or f.domain
+    return np.linspace(first, last, grid)
+
+
+def _evaluated(
+    f: EventMap, points: NDArray[np.float64], *, itinerary: bool, quiet: bool
+) -> dict[str, Any]:
+    import numpy as np
+
+    from stickslip import status
+
+    pieces = np.array_split(points, max(1, -(-points.size // PIECE)))
+    bar = tracked(pieces, len(pieces), "mapping", quiet=quiet)
+    results = [f.evaluate(piece) for piece in bar]
+    table: dict[str, Any] = {"d": points}
+    for field in FIELDS:
+        table[field] = np.concatenate([getattr(result, field) for result in results])
+    table["status_name"] = [status.NAMES[code] for code in table["status"]]
+    if itinerary:
+        table["itinerary"] = [f.itinerary(point) for point in points]
+    return table
+
+
+def _ending(table: dict[str, Any], *, quiet: bool) -> int:
+    """Tell how many points have no value and why; fail if none has an answer."""
+    import numpy as np
+
+    from stickslip import status
+
+    codes, counts = np.unique(table["status"], return_counts=True)
+    for code, count in zip(codes, counts, strict=True):
+        if code != status.OK:
+            note(f"{count} of {counts.sum()}: {status.MESSAGES[code]}", quiet=quiet)
+    answers = {status.OK, status.NEVER_SLIPPING, status.NEVER_CYCLE}
+    return DONE if answers & set(codes.tolist()) else COMPUTATION_FAILED

@@ -1,0 +1,131 @@
+"""Options that several subcommands share, and the model and map that they name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, isfinite
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Group, Parameter
+
+from stickslip.cli.failure import UsageError
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.eventmap import EventMap
+    from stickslip.mechanics.model import TwoBlock
+
+MODEL = Group.create_ordered("Model")
+ENGINE = Group.create_ordered("Engine")
+OUTPUT = Group.create_ordered("Output")
+
+Flag = Annotated[bool, Parameter(negative=(), show_default=False)]
+"""A switch that is off; a ``--no-...`` for it would be noise."""
+
+
+@Parameter(name="*", group=MODEL)
+@dataclass(frozen=True, kw_only=True)
+class ModelOptions:
+    """The two-block model: a preset, its parameters, or a preset with some changed."""
+
+    preset: Literal["coulomb", "law9"] | None = None
+    """One of the paper's two systems; the options below change it."""
+    alpha: float | None = None
+    """Coupling ratio k12 / k, at least 0."""
+    beta: float | None = None
+    """Static-friction ratio f_s2 / f_s1, above 0."""
+    V: Annotated[float | None, Parameter(name="--V")] = None
+    """Driving velocity of the belt, above 0."""
+    friction: Annotated[
+        tuple[str, ...] | None, Parameter(name="--friction", negative=(), metavar="LAW")
+    ] = None
+    """Kinetic law, like coulomb:mu=0.22; given twice: block 1, then block 2."""
+
+    def model(self) -> TwoBlock:
+        """Build the model; says which options are missing."""
+        import stickslip as ss
+
+        given: dict[str, Any] = {
+            name: value
+            for name in ("alpha", "beta", "V")
+            if (value := getattr(self, name)) is not None
+        }
+        if self.friction is not None:
+            given["friction"] = _friction(self.friction)
+        if self.preset is not None:
+            preset: TwoBlock = getattr(ss.examples, self.preset)()
+            return preset.replace(**given) if given else preset
+        if missing := [name for name in ("alpha", "beta", "V", "friction") if name not in given]:
+            raise UsageError(
+                f"the model lacks {', '.join('--' + name for name in missing)}; "
+                "give them, or start from --preset coulomb or --preset law9"
+            )
+        return ss.TwoBlock(**given)
+
+
+@Parameter(name="*", group=ENGINE)
+@dataclass(frozen=True, kw_only=True)
+class EngineOptions:
+    """How motions are followed."""
+
+    engine: Literal["auto", "exact", "adaptive"] = "auto"
+    """Closed form where the law allows it, or adaptive steps."""
+    rtol: float = 1e-15
+    """Local truncation of the adaptive engine."""
+    max_events: int = 10_000
+    """Give up on a motion after so many events."""
+    max_time: float = inf
+    """Give up on a motion after this dimensionless time."""
+    threads: int | None = None
+    """Threads for large arrays; all cores if not given."""
+
+    def event_map(self, model: TwoBlock) -> EventMap:
+        """Build the event map of `model`."""
+        import stickslip as ss
+
+        return ss.event_map(
+            model,
+            engine=self.engine,
+            rtol=self.rtol,
+            max_events=self.max_events,
+            max_time=self.max_time,
+            threads=self.threads,
+        )
+
+    def described(self) -> dict[str, Any]:
+        """Return what decides the values; an infinite limit is None."""
+        limit = self.max_time if isfinite(self.max_time) else None
+        chosen = {"engine": self.engine, "rtol": self.rtol, "max_events": self.max_events}
+        return {**chosen, "max_time": limit}
+
+
+@Parameter(name="*", group=OUTPUT)
+@dataclass(frozen=True, kw_only=True)
+class OutputOptions:
+    """Where results and messages go."""
+
+    json: Flag = False
+    """Print one JSON document to stdout; errors too."""
+    quiet: Annotated[Flag, Parameter(name=["--quiet", "-q"])] = False
+    """No progress and no notes on stderr."""
+    verbose: Annotated[Flag, Parameter(name=["--verbose", "-v"])] = False
+    """Show the traceback of an error."""
+
+
+def _friction(specifications: tuple[str, ...]) -> Any:
+    from stickslip.mechanics.friction import parse_law
+
+    if len(specifications) > 2:
+        raise UsageError(f"--friction given {len(specifications)} times; there are two blocks")
+    laws = tuple(map(parse_law, specifications))
+    return laws[0] if len(laws) == 1 else laws
+
+
+def described(model: TwoBlock) -> dict[str, Any]:
+    """Parameters of a model by name, and its laws: enough to build it again."""
+    laws = model.friction if isinstance(model.friction, tuple) else (model.friction,)
+    return {**model.parameters, "friction": [_specification(law) for law in laws]}
+
+
+def _specification(law: Any) -> str:
+    numbers = ",".join(f"{name}={value!r}" for name, value in law.parameters.items())
+    return f"{law.name}:{numbers}"
