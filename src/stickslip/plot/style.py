@@ -18,7 +18,16 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-__all__ = ["FORMATS", "PALETTE", "WIDTHS", "axes_or_new", "new_figure", "save", "style"]
+__all__ = [
+    "FORMATS",
+    "PALETTE",
+    "WIDTHS",
+    "axes_or_new",
+    "check_formats",
+    "new_figure",
+    "save",
+    "style",
+]
 
 FORMATS: Final = ("svg", "pdf", "png")
 
@@ -162,6 +171,31 @@ def axes_or_new(ax: Axes | None) -> Axes:
     return new_figure().add_subplot()
 
 
+def check_formats(formats: Iterable[str]) -> tuple[str, ...]:
+    """Check names of file formats.
+
+    Parameters
+    ----------
+    formats : iterable of str
+        Any of `FORMATS`.
+
+    Returns
+    -------
+    tuple of str
+        The same.
+
+    Raises
+    ------
+    ValueError
+        Unknown format.
+    """
+    given = (formats,) if isinstance(formats, str) else tuple(formats)
+    for name in given:
+        if name not in FORMATS:
+            raise ValueError(f"format {name!r} is not one of {', '.join(FORMATS)}")
+    return given
+
+
 def save(figure: Figure, stem: str | Path, formats: Iterable[str] = FORMATS) -> tuple[Path, ...]:
     """Write a figure; the same figure gives the same bytes.
 
@@ -187,9 +221,7 @@ def save(figure: Figure, stem: str | Path, formats: Iterable[str] = FORMATS) -> 
     OSError
         The folder cannot be made or written.
     """
-    formats = tuple(formats)
-    if unknown := [name for name in formats if name not in FORMATS]:
-        raise ValueError(f"format {unknown[0]!r} is not one of {', '.join(FORMATS)}")
+    formats = check_formats(formats)
     stem = Path(stem)
     stem.parent.mkdir(parents=True, exist_ok=True)
     return tuple(_write(figure, Path(f"{stem}.{name}"), name) for name in formats)

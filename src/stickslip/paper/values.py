@@ -1,0 +1,130 @@
+"""Numbers beside the paper's: what is computed, how well, and whether the two agree."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["Value", "as_json", "as_markdown"]
+
+SCHEMA = 1
+
+
+@dataclass(frozen=True)
+class Value:
+    """One computed number.
+
+    Attributes
+    ----------
+    name : str
+        Short and unique, such as ``"V at the collision of S4"``.
+    computed : float
+        Dimensionless.
+    error : float
+        Estimate of its absolute error.
+    figure : int
+        Figure of the paper to which it belongs.
+    how : str
+        Which equation was solved.
+    printed : str
+        As the paper prints it; empty if it does not.
+    note : str
+        What a reader should know, such as why the two differ.
+    """
+
+    name: str
+    computed: float
+    error: float
+    figure: int
+    how: str
+    printed: str = ""
+    note: str = ""
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether the printed number is within one unit of its own last digit; None without one.
+
+        One unit and not a half: the paper does not say whether it rounds or cuts, and
+        reads some values off a diagram ("approximately").
+        """
+        if not self.printed:
+            return None
+        printed = Decimal(self.printed)
+        unit = 10.0 ** int(printed.as_tuple().exponent)
+        return abs(self.computed - float(printed)) <= unit + self.error
+
+
+def as_json(values: Sequence[Value], captions: dict[int, str]) -> str:
+    """Document for programs.
+
+    Parameters
+    ----------
+    values : sequence of Value
+        In the order to be written.
+    captions : dict of int to str
+        What each figure shows and which parameters were chosen.
+
+    Returns
+    -------
+    str
+        JSON; numbers in full precision, NaN as null.
+    """
+    rows = [{**asdict(value), "agrees": value.agrees} for value in values]
+    for row in rows:
+        row |= {key: None for key in ("computed", "error") if not math.isfinite(row[key])}
+    document: dict[str, Any] = {
+        "schema": SCHEMA,
+        "source": "Galvanetto (2001)",
+        "figures": {str(number): caption for number, caption in captions.items()},
+        "values": rows,
+    }
+    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def as_markdown(values: Sequence[Value], captions: dict[int, str]) -> str:
+    """Table for readers.
+
+    Parameters
+    ----------
+    values : sequence of Value
+        In the order to be written.
+    captions : dict of int to str
+        What each figure shows and which parameters were chosen.
+
+    Returns
+    -------
+    str
+        Markdown; as many digits as the error allows.
+    """
+    lines = ["# Values of Galvanetto (2001), computed", ""]
+    if values:
+        lines += ["| figure | value | printed | computed | error | agrees | how |"]
+        lines += ["|---|---|---|---|---|---|---|"]
+        lines += [_row(value) for value in values]
+        notes = [f"- {value.name}: {value.note}" for value in values if value.note]
+        lines += ["", "Notes", "", *notes] if notes else []
+        lines += ["", 'A printed number "agrees" within one unit of its last digit.', ""]
+    lines += ["## Figures", ""]
+    lines += [f"**Figure {number}.** {caption}\n" for number, caption in captions.items()]
+    return "\n".join(lines)
+
+
+def _row(value: Value) -> str:
+    agrees = {True: "yes", False: "**no**", None: ""}[value.agrees]
+    number = _digits(value.computed, value.error)
+    cells = [value.figure, value.name, value.printed, number, f"{value.error:.0e}", agrees]
+    return "| " + " | ".join(map(str, [*cells, value.how])) + " |"
+
+
+def _digits(number: float, error: float) -> str:
+    """Number to the decimal place of its error."""
+    if not math.isfinite(number) or not math.isfinite(error):
+        return f"{number:.17g}"
+    places = 17 if error <= 0.0 else min(17, max(0, math.ceil(-math.log10(error))))
+    return f"{number:.{places}f}"
