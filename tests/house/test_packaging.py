@@ -152,3 +152,11 @@ def test_public_names_are_documented():
     page = (ROOT / "docs/api.md").read_text()
     listed = re.findall(r"^   ([\w.]+)$", page, re.MULTILINE)
     assert sorted(listed) == sorted(stickslip.__all__)
+
+
+def test_every_kernel_file_stands_under_the_contract():
+    contracts = PYPROJECT["tool"]["importlinter"]["contracts"]
+    (sources,) = (c["source_modules"] for c in contracts if c["name"].startswith("kernels"))
+    for path in (ROOT / "src").rglob("*_kernels.py"):
+        module = ".".join(path.relative_to(ROOT / "src").with_suffix("").parts)
+        assert path.name == "_kernels.py" or module in sources
