@@ -1,0 +1,191 @@
+"""Kernels of friction laws: force, slope, parameter derivatives and Taylor series.
+
+The kernels are generated from the laws' formulas. All take a row ``p`` of numbers that says
+which law it is and holds its parameters, and the direction of slip ``m``: -1 backward, +1
+forward (it matters in asymmetric laws only).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.mechanics.friction import _text
+from stickslip.mechanics.friction.formula import (
+    CallableFormula,
+    Formula,
+    TracedFormula,
+    quietly,
+)
+from stickslip.mechanics.friction.law import FrictionLaw, unknown_name
+from stickslip.numerics.expression import evaluate
+from stickslip.numerics.series import Scalars
+
+Kernel = Callable[..., Any]
+
+
+@dataclass(frozen=True, eq=False)
+class LawCode:
+    """Compiled functions of one or more friction laws.
+
+    Attributes
+    ----------
+    key : str
+        Short hash of the generated text; names cache folders.
+    traceable : bool
+        Whether there are Taylor series: `series` and `series_tangent` are None otherwise.
+    formulas : tuple of Formula
+        The distinct formulas; column 0 of a parameter row says which of them applies.
+    force : kernel (p, m, s) -> float
+        F(s) for s >= 0; exactly 0 or 1 at s = 0 where only rounding separates it from them.
+    force_continued : kernel (p, m, s) -> float
+        The same, with its tangent at s = 0 for s < 0.
+    slope : kernel (p, m, s) -> float
+        dF/ds.
+    gradient : kernel (p, m, s, out) -> None
+        Writes dF/d(parameter j) to ``out[j]``, j < N_PARAMETERS.
+    static_value : kernel (p, m) -> float
+        F(0), as `force` gives it.
+    series : kernel (p, m, rows, k) -> None
+        With the Taylor coefficients 0..k of s(t) in ``rows[0]`` and the kernel called for
+        0..k-1 before, writes coefficient k of F(s(t)) to ``rows[FORCE_ROW]``. Other rows
+        below N_ROWS are its work space.
+    series_tangent : kernel (p, m, rows, order) -> None
+        After `series` up to `order`: the series of dF/ds in ``rows[SLOPE_ROW]`` and of
+        dF/d(parameter j) in ``rows[GRADIENT_ROW + j]``.
+    N_ROWS, FORCE_ROW, SLOPE_ROW, GRADIENT_ROW, N_PARAMETERS : int
+    """
+
+    key: str
+    traceable: bool
+    formulas: tuple[Formula, ...]
+    force: Kernel
+    force_continued: Kernel
+    slope: Kernel
+    gradient: Kernel
+    static_value: Kernel
+    series: Kernel | None
+    series_tangent: Kernel | None
+    N_ROWS: int
+    N_PARAMETERS: int
+    scalars: tuple[Scalars | None, ...]
+    FORCE_ROW: int = _text.FORCE_ROW
+    SLOPE_ROW: int = _text.SLOPE_ROW
+    GRADIENT_ROW: int = _text.GRADIENT_ROW
+
+    def parameter_rows(self, laws: Iterable[FrictionLaw]) -> NDArray[np.float64]:
+        """The rows ``p`` of some laws, one per block: shape (n_blocks, n_columns)."""
+        rows = [self._parameter_row(law) for law in laws]
+        width = _text.PARAMETER_COLUMN + max(
+            len(formula.parameters) + len(scalars.constants if scalars else ())
+            for formula, scalars in zip(self.formulas, self.scalars, strict=True)
+        )
+        table = np.zeros((len(rows), width))
+        for i, row in enumerate(rows):
+            table[i, : len(row)] = row
+        return table
+
+    def _parameter_row(self, law: FrictionLaw) -> list[float]:
+        """Law number, F(0) backward and forward, the parameters, constants made of them."""
+        index = self.formulas.index(law.formula)
+        values = {name: np.float64(value) for name, value in law.arguments.items()}
+        row = [
+            float(index),
+            law.static_value(),
+            law.static_value(forward=True),
+            *(values[name] for name in law.formula.parameters),
+        ]
+        scalars = self.scalars[index]
+        if scalars is not None:
+            row += quietly(evaluate, scalars.graph, scalars.constants, values)
+        return row
+
+    def parameter_index(self, law: FrictionLaw, name: str) -> int:
+        """The j of a parameter in `gradient` and among the rows of `series_tangent`."""
+        names = law.formula.parameters
+        if name not in names:
+            raise unknown_name(name, names, f"friction law {law.name}")
+        return names.index(name)
+
+    def parameter_column(self, law: FrictionLaw, name: str) -> int:
+        """The column of a parameter in a parameter row."""
+        return _text.PARAMETER_COLUMN + self.parameter_index(law, name)
+
+
+_codes: dict[tuple[Formula, ...], LawCode] = {}
+_serial = itertools.count()
+
+
+def law_code(laws: Sequence[FrictionLaw]) -> LawCode:
+    """Kernels for the laws of a model's blocks; the same object for the same formulas."""
+    formulas = tuple(dict.fromkeys(law.formula for law in laws))
+    if formulas not in _codes:
+        _codes[formulas] = _generated(formulas)
+    return _codes[formulas]
+
+
+def _generated(formulas: tuple[Formula, ...]) -> LawCode:
+    source = _text.kernel_source(formulas)
+    key = hashlib.sha256(source.text.encode()).hexdigest()[:16]
+    traceable = all(isinstance(formula, TracedFormula) for formula in formulas)
+    names: Mapping[str, Any]
+    if traceable:
+        from stickslip.numerics.targets import write_module
+
+        names = vars(write_module("friction", source.text))
+    else:
+        names = compiled_here(source.text, formulas)
+        key = f"{key}-{next(_serial)}"  # the functions exist in this process only
+    return LawCode(
+        key=key,
+        traceable=traceable,
+        formulas=formulas,
+        force=names["force"],
+        force_continued=names["force_continued"],
+        slope=names["slope"],
+        gradient=names["gradient"],
+        static_value=names["static_value"],
+        series=names.get("series"),
+        series_tangent=names.get("series_tangent"),
+        N_ROWS=source.n_rows,
+        N_PARAMETERS=source.n_parameters,
+        scalars=source.scalars,
+    )
+
+
+def compiled_here(text: str, formulas: Sequence[Formula]) -> dict[str, Any]:
+    """Execute kernel text around functions of the user, without a cache."""
+    from stickslip.numerics.targets import kernel_uncached
+
+    names: dict[str, Any] = {"kernel": kernel_uncached}
+    for i, formula in enumerate(formulas):
+        if isinstance(formula, CallableFormula):
+            for name, function in _text.user_functions(i, formula).items():
+                names[name] = compiled(function)
+    exec(compile(text, "<friction laws>", "exec"), names)
+    return names
+
+
+def pointwise(law: FrictionLaw, name: str) -> tuple[NDArray[np.float64], Kernel]:
+    """The parameter row of one law and one of its kernels."""
+    code = law_code([law])
+    return code.parameter_rows([law])[0], getattr(code, name)
+
+
+_compiled: dict[Callable[..., Any], Kernel] = {}
+
+
+def compiled(function: Callable[..., Any]) -> Kernel:
+    """A user's function for use in kernels, compiled once in this process."""
+    from stickslip.numerics.targets import kernel_uncached
+
+    if function not in _compiled:
+        jitted = hasattr(function, "py_func")
+        _compiled[function] = function if jitted else kernel_uncached(function)
+    return _compiled[function]

@@ -1,0 +1,156 @@
+"""What a friction law computes, apart from the values of its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+
+from stickslip.numerics.expression import (
+    Graph,
+    Node,
+    derivative,
+    evaluate,
+    is_analytic,
+    reachable,
+)
+from stickslip.numerics.tracing import trace
+
+Function = Callable[..., Any]
+
+
+@dataclass(frozen=True)
+class TracedFormula:
+    """A law recorded as a graph in s = |w|; equal graphs are equal formulas.
+
+    `backward` and `forward` are the nodes of the force in the two directions of slip; they
+    are the same node in a symmetric law.
+    """
+
+    parameters: tuple[str, ...]
+    nodes: tuple[Node, ...]
+    backward: int
+    forward: int
+
+    @property
+    def symmetric(self) -> bool:
+        return self.backward == self.forward
+
+    def graph(self) -> Graph:
+        """A graph of its own for whoever wants to add derivatives to it."""
+        return Graph("s", self.nodes)
+
+    def output(self, forward: bool) -> int:
+        return self.forward if forward else self.backward
+
+    @cached_property
+    def _slopes(self) -> tuple[Graph, int, int]:
+        graph = self.graph()
+        s = graph.symbol("s")
+        backward = derivative(graph[self.backward], s).number
+        return graph, backward, derivative(graph[self.forward], s).number
+
+    def force(
+        self,
+        s: Any,
+        arguments: Mapping[str, Any],
+        forward: bool = False,
+        functions: Mapping[str, Function] | None = None,
+    ) -> Any:
+        """F in the arithmetic of `s` and `arguments`; see `expression.evaluate`."""
+        output = self.output(forward)
+        return evaluate(self.graph(), [output], {"s": s, **arguments}, functions)[0]
+
+    def slope(
+        self,
+        s: Any,
+        arguments: Mapping[str, Any],
+        forward: bool = False,
+        functions: Mapping[str, Function] | None = None,
+    ) -> Any:
+        """dF/ds, like `force`."""
+        graph, *outputs = self._slopes
+        return evaluate(graph, [outputs[forward]], {"s": s, **arguments}, functions)[0]
+
+    def is_analytic_at_rest(self, arguments: Mapping[str, float]) -> bool:
+        """Whether F has a Taylor series at s = 0 in both directions."""
+        outputs = [self.backward, self.forward]
+        return is_analytic(self.graph(), outputs, {"s": 0.0, **arguments})
+
+
+@dataclass(frozen=True)
+class UserFunction:
+    """A plain Python function of the speed and of some parameters, by name."""
+
+    function: Function
+    parameters: tuple[str, ...]
+
+    def __call__(self, s: Any, arguments: Mapping[str, Any]) -> Any:
+        return self.function(s, **{name: arguments[name] for name in self.parameters})
+
+
+@dataclass(frozen=True)
+class CallableFormula:
+    """A law known by its values only; equal if the functions are the same ones.
+
+    `slope` belongs to the backward direction, and to both in a symmetric law.
+    """
+
+    parameters: tuple[str, ...]
+    backward: UserFunction
+    forward: UserFunction
+    slope: UserFunction | None = None
+
+    @property
+    def symmetric(self) -> bool:
+        return self.forward == self.backward
+
+
+Formula = TracedFormula | CallableFormula
+
+
+def traced_formula(
+    parameters: Sequence[str], backward: UserFunction, forward: UserFunction | None = None
+) -> TracedFormula:
+    """Record a law; NotTraceable if that cannot be done."""
+    graph = Graph("s")
+    for name in parameters:
+        graph.symbol(name)
+    functions = [backward, backward if forward is None else forward]
+    results = [trace(user.function, graph, user.parameters).number for user in functions]
+    return _pruned(tuple(parameters), graph, *results)
+
+
+def _pruned(
+    parameters: tuple[str, ...], graph: Graph, backward: int, forward: int
+) -> TracedFormula:
+    """Without the nodes left over from tracing, so that equal laws are equal formulas."""
+    symbols = [graph.symbol(name).number for name in ("s", *parameters)]
+    kept = reachable(graph, [*symbols, backward, forward])
+    position = {number: i for i, number in enumerate(kept)}
+    nodes = tuple(
+        graph.nodes[number]._replace(args=tuple(position[arg] for arg in graph.nodes[number].args))
+        for number in kept
+    )
+    return TracedFormula(parameters, nodes, position[backward], position[forward])
+
+
+@lru_cache(maxsize=256)
+def builtin_formula(law: type[Any], options: tuple[tuple[str, Any], ...]) -> TracedFormula:
+    """Formula of a law class with an ``expression``; `options` are its fixed arguments."""
+    fixed = dict(options)
+
+    def function(s: Any, **parameters: Any) -> Any:
+        return law.expression(s, **parameters, **fixed)
+
+    names = law.parameter_names()
+    return traced_formula(names, UserFunction(function, names))
+
+
+def quietly(function: Function, *args: Any, **kwargs: Any) -> Any:
+    """Call without numpy's warnings: what overflows is told by its value."""
+    with np.errstate(all="ignore"):
+        return function(*args, **kwargs)

@@ -1,0 +1,277 @@
+"""The contract of a kinetic friction law: one-sided, relative to the block's static limit."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+from collections.abc import Iterable, Mapping
+from functools import cache
+from numbers import Real
+from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.mechanics.friction.formula import (
+    Formula,
+    TracedFormula,
+    builtin_formula,
+    quietly,
+)
+
+# F(0) this close to 0 or 1 is taken for it: (1 - delta) / 1 + delta rounds.
+AT_LIMIT = 4 * np.finfo(float).eps
+
+
+@dataclasses.dataclass(frozen=True)
+class Range:
+    """Values that a parameter may have; stands in the annotation of its field."""
+
+    low: float
+    high: float = math.inf
+    above: bool = False
+
+    def __contains__(self, value: float) -> bool:
+        if not math.isfinite(value):
+            return False
+        return (self.low < value if self.above else self.low <= value) and value <= self.high
+
+    def text(self, name: str) -> str:
+        """As a condition on `name`."""
+        if self.high == math.inf:
+            return f"{name} {'>' if self.above else '>='} {self.low:g}"
+        return f"{self.low:g} {'<' if self.above else '<='} {name} <= {self.high:g}"
+
+
+@dataclasses.dataclass(frozen=True)
+class Choice:
+    """A field that selects between formulas and takes one of a few values."""
+
+    values: tuple[int, ...]
+
+
+NonNegative = Annotated[float, Range(0.0)]
+Positive = Annotated[float, Range(0.0, above=True)]
+Share = Annotated[float, Range(0.0, 1.0)]
+
+
+def real(name: str, value: Any, allowed: str) -> float:
+    """`value` as a float; ValueError if it is no finite real number."""
+    is_number = isinstance(value, Real) and not isinstance(value, (bool, np.bool_))
+    if not is_number:
+        raise ValueError(f"{name} = {value!r} is not a real number; allowed: {allowed}")
+    if not math.isfinite(value):
+        raise ValueError(f"{name} = {value} is not finite; allowed: {allowed}")
+    return float(value)
+
+
+def unknown_name(name: str, known: Iterable[str], owner: str) -> ValueError:
+    """The error for a parameter that does not exist, with the nearest that does."""
+    names = list(known)
+    close = difflib.get_close_matches(name, names, n=1)
+    hint = f"; did you mean {close[0]!r}?" if close else ""
+    listing = ", ".join(names) if names else "none"
+    return ValueError(f"{owner} has no parameter {name!r}{hint} (parameters: {listing})")
+
+
+@cache
+def _fields(law: type[FrictionLaw]) -> dict[str, Range | Choice]:
+    """The annotated fields of a law class and what they may hold."""
+    hints = get_type_hints(law, include_extras=True)
+    return {
+        field.name: get_args(hints[field.name])[1]
+        for field in dataclasses.fields(law)
+        if get_origin(hints[field.name]) is Annotated
+    }
+
+
+@dataclasses.dataclass(frozen=True)
+class FrictionLaw:
+    """Kinetic friction F(s) of a block that slips with speed ``s = |w| >= 0`` on the belt.
+
+    The force is divided by the block's static limit and opposes the slip, so that a block
+    with limit L feels ``-sign(w) L F(|w|)``; ``0 <= F(0) <= 1``. Laws are immutable values:
+    equal parameters make equal laws.
+
+    A law of its own is a subclass: a frozen dataclass whose fields are annotated with the
+    range of each parameter, and the equation as one static method ``expression``.
+    """
+
+    name: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        for name, allowed in _fields(type(self)).items():
+            object.__setattr__(self, name, self._checked(name, allowed))
+        self._check_static_value()
+
+    def _checked(self, name: str, allowed: Range | Choice) -> float:
+        value = getattr(self, name)
+        if isinstance(allowed, Choice):
+            if isinstance(value, (bool, str)) or value not in allowed.values:
+                choices = " or ".join(map(str, allowed.values))
+                raise ValueError(f"{name} = {value!r}; allowed: {choices} ({self.name})")
+            return int(value)
+        number = real(name, value, allowed.text(name))
+        if number not in allowed:
+            raise ValueError(f"{name} = {number!r}; allowed: {allowed.text(name)} ({self.name})")
+        return number + 0.0  # no negative zero
+
+    def _check_static_value(self) -> None:
+        for forward in (False, True):
+            value = self._value_at_rest(forward)
+            if not -AT_LIMIT <= value <= 1.0 + AT_LIMIT:
+                raise ValueError(
+                    f"F(0) = {value!r} of the friction law {self.title}; allowed: 0 <= F(0) <= 1, "
+                    "relative to the static limit (a block that starts to slip never feels more "
+                    "than that limit)"
+                )
+
+    # --- parameters -----------------------------------------------------------------------
+
+    @classmethod
+    def parameter_names(cls) -> tuple[str, ...]:
+        """Names of all real parameters of the formula."""
+        return tuple(name for name, kind in _fields(cls).items() if isinstance(kind, Range))
+
+    @classmethod
+    def from_values(cls, values: Mapping[str, float]) -> Self:
+        """The law with these fields; ValueError names one that is unknown or missing."""
+        known = _fields(cls)
+        for name in values:
+            if name not in known:
+                raise unknown_name(name, known, f"friction law {cls.name}")
+        for field in dataclasses.fields(cls):
+            if field.name not in values and field.default is dataclasses.MISSING:
+                raise ValueError(
+                    f"friction law {cls.name} needs a value for {field.name!r} "
+                    f"(parameters: {', '.join(known)})"
+                )
+        return cls(**values)
+
+    @property
+    def arguments(self) -> dict[str, float]:
+        """Value of every real parameter of the formula."""
+        return {name: getattr(self, name) for name in self.parameter_names()}
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The parameters by name, as they appear among a model's parameters."""
+        return self.arguments
+
+    @property
+    def options(self) -> dict[str, int]:
+        """Choices between formulas: fields that are no real parameters."""
+        fields = _fields(type(self)).items()
+        return {name: getattr(self, name) for name, kind in fields if isinstance(kind, Choice)}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Everything `replace` accepts."""
+        return (*self.arguments, *self.options)
+
+    def replace(self, **changes: Any) -> Self:
+        """A copy with some parameters changed.
+
+        Raises
+        ------
+        ValueError
+            The law has no parameter of that name, or the value is not allowed.
+        """
+        for name in changes:
+            if name not in self.names:
+                raise unknown_name(name, self.names, f"friction law {self.title}")
+        return self._replaced(changes)
+
+    def _replaced(self, changes: dict[str, Any]) -> Self:
+        return dataclasses.replace(self, **changes)
+
+    def __str__(self) -> str:
+        """The law as ``parse_law`` reads it."""
+        values = {**self.parameters, **self.options}
+        return f"{self.name}:" + ",".join(f"{name}={value!r}" for name, value in values.items())
+
+    @property
+    def title(self) -> str:
+        """What messages call the law."""
+        return self.name
+
+    # --- the equation ---------------------------------------------------------------------
+
+    @property
+    def formula(self) -> Formula:
+        """The equation, apart from the values of its parameters."""
+        return builtin_formula(type(self), tuple(self.options.items()))
+
+    @property
+    def traceable(self) -> bool:
+        """Whether Taylor series can be made of the law."""
+        return isinstance(self.formula, TracedFormula)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the force is the same in both directions of slip."""
+        return self.formula.symmetric
+
+    @property
+    def knots(self) -> tuple[float, ...]:
+        """Speeds at which the law is not smooth; a crossing ends an integration step."""
+        return ()
+
+    def force(self, s: ArrayLike, *, forward: bool = False) -> Any:
+        """Friction force over the static limit.
+
+        Parameters
+        ----------
+        s : array_like of float
+            Slip speeds ``|w| >= 0``, dimensionless.
+        forward : bool
+            For a block faster than the belt (w > 0); differs in asymmetric laws only.
+
+        Returns
+        -------
+        float or ndarray
+            F(s) of the same shape as `s`.
+
+        Raises
+        ------
+        ValueError
+            Some speed is negative or NaN.
+        """
+        return self._over_speeds(self._force, s, forward)
+
+    def slope(self, s: ArrayLike, *, forward: bool = False) -> Any:
+        """dF/ds; arguments as in `force`."""
+        return self._over_speeds(self._slope, s, forward)
+
+    def static_value(self, *, forward: bool = False) -> float:
+        """F(0), exactly 0 or 1 where it differs from them by rounding only."""
+        value = self._value_at_rest(forward)
+        for limit in (0.0, 1.0):
+            if abs(value - limit) <= AT_LIMIT:
+                return limit
+        return value
+
+    def _value_at_rest(self, forward: bool) -> float:
+        return float(quietly(self._force, np.float64(0.0), forward))
+
+    def _force(self, s: Any, forward: bool) -> Any:
+        assert isinstance(self.formula, TracedFormula)
+        return self.formula.force(s, self.arguments, forward)
+
+    def _slope(self, s: Any, forward: bool) -> Any:
+        assert isinstance(self.formula, TracedFormula)
+        return self.formula.slope(s, self.arguments, forward)
+
+    def _over_speeds(self, function: Any, s: ArrayLike, forward: bool) -> Any:
+        speeds = np.asarray(s, dtype=float)
+        bad = ~(speeds >= 0.0)
+        if bad.any():
+            value = float(speeds[bad].flat[0])
+            raise ValueError(
+                f"s = {value!r}; allowed: s >= 0 (laws are functions of the slip speed s = |w|)"
+            )
+        values = quietly(function, speeds, forward)
+        result = np.empty_like(speeds)
+        result[...] = values
+        return result if speeds.ndim else float(result)

@@ -1,0 +1,44 @@
+"""Friction laws as text, on the command line and in model files."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+
+from stickslip.mechanics.friction.law import FrictionLaw
+
+
+def law_from_text(text: str, laws: Mapping[str, type[FrictionLaw]]) -> FrictionLaw:
+    """Read ``name:parameter=value,parameter=value``; the opposite of ``str(law)``.
+
+    Raises
+    ------
+    ValueError
+        No such law or parameter, a value that is no number or not allowed, a parameter
+        missing or given twice.
+    """
+    name, _, rest = text.strip().partition(":")
+    name = name.strip().lower().replace("_", "-")
+    if name not in laws:
+        close = difflib.get_close_matches(name, laws, n=1)
+        hint = f"; did you mean {close[0]!r}?" if close else ""
+        raise ValueError(f"there is no friction law {name!r}{hint} (laws: {', '.join(laws)})")
+    law = laws[name]
+    values: dict[str, float] = {}
+    for item in filter(None, (part.strip() for part in rest.split(","))):
+        key, equals, number = (part.strip() for part in item.partition("="))
+        if not equals:
+            raise ValueError(f"{item!r} in {text!r} is not of the form parameter=value")
+        if key in values:
+            raise ValueError(f"{key!r} is given twice in {text!r}")
+        values[key] = _number(key, number, law)
+    return law.from_values(values)
+
+
+def _number(key: str, text: str, law: type[FrictionLaw]) -> float:
+    try:
+        return int(text) if text.lstrip("+-").isdigit() else float(text)
+    except ValueError:
+        raise ValueError(
+            f"{key} = {text!r} of the friction law {law.name} is not a number"
+        ) from None

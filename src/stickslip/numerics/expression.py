@@ -1,0 +1,465 @@
+"""Formulas as graphs: recorded by tracing, evaluated in any arithmetic, differentiated exactly.
+
+A friction law is written once, as a formula in the slip speed. Everything else that is needed
+of it (slope, derivatives by its parameters, Taylor series, enclosures) comes from its graph.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+# A constant integer power becomes products up to this exponent.
+LARGEST_PRODUCT_POWER = 64
+
+
+class NotTraceable(TypeError):
+    """The formula does something that cannot be recorded, such as branch on its argument."""
+
+
+class Node(NamedTuple):
+    """One operation; ``args`` are the numbers of earlier nodes of the same graph."""
+
+    op: str
+    args: tuple[int, ...] = ()
+    value: float = 0.0
+    name: str = ""
+
+
+class Elementary(NamedTuple):
+    """An elementary function u = f(x), with the form in which its series is computed.
+
+    Either ``u' = factor(x, u) x'`` or ``u' = x' / divisor(x, u)``, whichever needs fewer
+    series products.
+    """
+
+    scalar: Callable[[float], float]
+    ufunc: np.ufunc
+    factor: Callable[[Expression, Expression], Expression] | None = None
+    divisor: Callable[[Expression, Expression], Expression] | None = None
+
+
+class Graph:
+    """Grows nodes, each distinct one once. `variable` is what series are taken in.
+
+    Parameters
+    ----------
+    variable : str
+        Name of the symbol that varies with time; all other symbols are parameters.
+    nodes : sequence of Node
+        Start from these, as another graph left them.
+    """
+
+    def __init__(self, variable: str = "s", nodes: Sequence[Node] = ()) -> None:
+        self.variable = variable
+        self.nodes: list[Node] = []
+        self.varies: list[bool] = []
+        self._numbers: dict[Node, int] = {}
+        for node in nodes:
+            self.add(node)
+
+    def add(self, node: Node) -> Expression:
+        number = self._numbers.get(node)
+        if number is None:
+            number = len(self.nodes)
+            self.nodes.append(node)
+            self.varies.append(
+                any(self.varies[arg] for arg in node.args)
+                or (node.op == "symbol" and node.name == self.variable)
+            )
+            self._numbers[node] = number
+        return Expression(self, number)
+
+    def symbol(self, name: str) -> Expression:
+        return self.add(Node("symbol", name=name))
+
+    def constant(self, value: float) -> Expression:
+        if not math.isfinite(value):
+            raise NotTraceable(f"the constant {value} is not finite")
+        return self.add(Node("constant", value=float(value) + 0.0))  # no second, negative zero
+
+    def __getitem__(self, number: int) -> Expression:
+        return Expression(self, number)
+
+
+class Expression:
+    """A node of a graph that behaves like a number and records what is done to it."""
+
+    __slots__ = ("graph", "number")
+
+    def __init__(self, graph: Graph, number: int) -> None:
+        self.graph = graph
+        self.number = number
+
+    @property
+    def node(self) -> Node:
+        return self.graph.nodes[self.number]
+
+    @property
+    def varies(self) -> bool:
+        """Whether it depends on the graph's variable."""
+        return self.graph.varies[self.number]
+
+    def __add__(self, other: Any) -> Expression:
+        return _binary(add, self, other)
+
+    def __radd__(self, other: Any) -> Expression:
+        return _binary(add, other, self)
+
+    def __sub__(self, other: Any) -> Expression:
+        return _binary(subtract, self, other)
+
+    def __rsub__(self, other: Any) -> Expression:
+        return _binary(subtract, other, self)
+
+    def __mul__(self, other: Any) -> Expression:
+        return _binary(multiply, self, other)
+
+    def __rmul__(self, other: Any) -> Expression:
+        return _binary(multiply, other, self)
+
+    def __truediv__(self, other: Any) -> Expression:
+        return _binary(divide, self, other)
+
+    def __rtruediv__(self, other: Any) -> Expression:
+        return _binary(divide, other, self)
+
+    def __pow__(self, other: Any) -> Expression:
+        return _binary(power, self, other)
+
+    def __rpow__(self, other: Any) -> Expression:
+        return _binary(power, other, self)
+
+    def __neg__(self) -> Expression:
+        return negative(self)
+
+    def __pos__(self) -> Expression:
+        return self
+
+    def __abs__(self) -> Expression:
+        if self.node == Node("symbol", name=self.graph.variable):
+            return self  # speeds are not negative
+        raise NotTraceable("abs() is not smooth")
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        recorded = _RECORDED.get(ufunc.__name__)
+        if recorded is None or method != "__call__" or kwargs:
+            raise NotTraceable(f"numpy.{ufunc.__name__} is not among the functions traced")
+        numbers = [_expression(self.graph, value) for value in inputs]
+        return recorded(*numbers)
+
+    def _refuse(self, *_: Any) -> Any:
+        raise NotTraceable("its steps depend on the value of its argument")
+
+    __lt__ = __le__ = __gt__ = __ge__ = __bool__ = _refuse
+    __eq__ = __ne__ = _refuse
+    __hash__ = None  # type: ignore[assignment]
+    __float__ = __int__ = __index__ = __complex__ = __round__ = _refuse
+    __floordiv__ = __rfloordiv__ = __mod__ = __rmod__ = __divmod__ = _refuse
+
+    def __repr__(self) -> str:
+        node = self.node
+        if node.op == "constant":
+            return repr(node.value)
+        if node.op == "symbol":
+            return node.name
+        return f"{node.op}({', '.join(repr(self.graph[arg]) for arg in node.args)})"
+
+
+def _expression(graph: Graph, value: Any) -> Expression:
+    if isinstance(value, Expression):
+        return value
+    if isinstance(value, (bool, np.bool_)) or isinstance(value, complex):
+        raise NotTraceable(f"{value!r} is not a real number")
+    if isinstance(value, (int, float, np.integer, np.floating)):
+        return graph.constant(float(value))
+    raise NotTraceable(f"{type(value).__name__} is not a real number")
+
+
+def _binary(operation: Callable[..., Expression], left: Any, right: Any) -> Any:
+    graph = left.graph if isinstance(left, Expression) else right.graph
+    try:
+        return operation(_expression(graph, left), _expression(graph, right))
+    except ZeroDivisionError as error:
+        raise NotTraceable("division by a constant zero") from error
+
+
+# --- operations, constants folded ----------------------------------------------------------------
+
+
+def _constants(*terms: Expression) -> list[float] | None:
+    """Values of the terms if all are constants."""
+    values = [term.node.value for term in terms if term.node.op == "constant"]
+    return values if len(values) == len(terms) else None
+
+
+def _is(term: Expression, value: float) -> bool:
+    return term.node.op == "constant" and term.node.value == value
+
+
+def _grow(op: str, *terms: Expression) -> Expression:
+    return terms[0].graph.add(Node(op, tuple(term.number for term in terms)))
+
+
+def add(a: Expression, b: Expression) -> Expression:
+    if values := _constants(a, b):
+        return a.graph.constant(values[0] + values[1])
+    if _is(a, 0.0):
+        return b
+    if _is(b, 0.0):
+        return a
+    if b.node.op == "negative":
+        return subtract(a, a.graph[b.node.args[0]])
+    return _grow("add", *sorted((a, b), key=lambda term: term.number))
+
+
+def subtract(a: Expression, b: Expression) -> Expression:
+    if values := _constants(a, b):
+        return a.graph.constant(values[0] - values[1])
+    if _is(b, 0.0):
+        return a
+    if _is(a, 0.0):
+        return negative(b)
+    if a.number == b.number:
+        return a.graph.constant(0.0)
+    if b.node.op == "negative":
+        return add(a, a.graph[b.node.args[0]])
+    return _grow("subtract", a, b)
+
+
+def negative(a: Expression) -> Expression:
+    if values := _constants(a):
+        return a.graph.constant(-values[0])
+    if a.node.op == "negative":
+        return a.graph[a.node.args[0]]
+    return _grow("negative", a)
+
+
+def multiply(a: Expression, b: Expression) -> Expression:
+    if values := _constants(a, b):
+        return a.graph.constant(values[0] * values[1])
+    if _is(a, 0.0) or _is(b, 0.0):
+        return a.graph.constant(0.0)
+    for one, other in ((a, b), (b, a)):
+        if _is(one, 1.0):
+            return other
+        if _is(one, -1.0):
+            return negative(other)
+        if one.node.op == "negative":
+            return negative(multiply(a.graph[one.node.args[0]], other))
+    return _grow("multiply", *sorted((a, b), key=lambda term: term.number))
+
+
+def divide(a: Expression, b: Expression) -> Expression:
+    if values := _constants(a, b):
+        return a.graph.constant(values[0] / values[1])
+    if _is(b, 1.0):
+        return a
+    if _is(b, 0.0):
+        raise NotTraceable("division by a constant zero")
+    if _is(a, 0.0):
+        return a
+    if not a.varies and b.varies:  # one recurrence for the reciprocal serves the derivatives too
+        return multiply(a, _grow("reciprocal", b))
+    return _grow("divide", a, b)
+
+
+def power(a: Expression, b: Expression) -> Expression:
+    if values := _constants(a, b):
+        return a.graph.constant(math.pow(values[0], values[1]))
+    if b.varies:
+        return elementary("exp", multiply(b, elementary("log", a)))
+    exponent = _constants(b)
+    if exponent is None:
+        return _grow("power", a, b)
+    if exponent[0] == 0.5:
+        return elementary("sqrt", a)
+    if exponent[0] == round(exponent[0]) and abs(exponent[0]) <= LARGEST_PRODUCT_POWER:
+        return _integer_power(a, round(exponent[0]))
+    return _grow("power", a, b)
+
+
+def _integer_power(a: Expression, exponent: int) -> Expression:
+    if exponent < 0:
+        return divide(a.graph.constant(1.0), _integer_power(a, -exponent))
+    if exponent == 0:
+        return a.graph.constant(1.0)
+    half = _integer_power(a, exponent // 2)
+    square = multiply(half, half)
+    return multiply(square, a) if exponent % 2 else square
+
+
+def elementary(name: str, a: Expression) -> Expression:
+    if values := _constants(a):
+        return a.graph.constant(ELEMENTARY[name].scalar(values[0]))
+    return _grow(name, a)
+
+
+ELEMENTARY = {
+    "exp": Elementary(math.exp, np.exp, factor=lambda x, u: u),
+    "expm1": Elementary(math.expm1, np.expm1, factor=lambda x, u: elementary("exp", x)),
+    "log": Elementary(math.log, np.log, divisor=lambda x, u: x),
+    "log1p": Elementary(math.log1p, np.log1p, divisor=lambda x, u: 1.0 + x),
+    "sqrt": Elementary(math.sqrt, np.sqrt, divisor=lambda x, u: 2.0 * u),
+    "sin": Elementary(math.sin, np.sin, factor=lambda x, u: elementary("cos", x)),
+    "cos": Elementary(math.cos, np.cos, factor=lambda x, u: -elementary("sin", x)),
+    "tan": Elementary(math.tan, np.tan, factor=lambda x, u: 1.0 + u * u),
+    "sinh": Elementary(math.sinh, np.sinh, factor=lambda x, u: elementary("cosh", x)),
+    "cosh": Elementary(math.cosh, np.cosh, factor=lambda x, u: elementary("sinh", x)),
+    "tanh": Elementary(math.tanh, np.tanh, factor=lambda x, u: 1.0 - u * u),
+    "atan": Elementary(math.atan, np.arctan, divisor=lambda x, u: 1.0 + x * x),
+    "asinh": Elementary(
+        math.asinh, np.arcsinh, divisor=lambda x, u: elementary("sqrt", 1.0 + x * x)
+    ),
+}
+
+ARITHMETIC: dict[str, Callable[..., Any]] = {
+    "add": lambda a, b: a + b,
+    "subtract": lambda a, b: a - b,
+    "negative": lambda a: -a,
+    "multiply": lambda a, b: a * b,
+    "divide": lambda a, b: a / b,
+    "reciprocal": lambda a: 1.0 / a,
+    "power": lambda a, b: a**b,
+}
+
+# What `__array_ufunc__` accepts, by the ufunc's own name.
+_RECORDED: dict[str, Callable[..., Expression]] = {
+    "add": add,
+    "subtract": subtract,
+    "multiply": multiply,
+    "divide": divide,
+    "true_divide": divide,
+    "power": power,
+    "float_power": power,
+    "negative": negative,
+    "positive": lambda a: a,
+    "absolute": abs,
+    "square": lambda a: a * a,
+    "reciprocal": lambda a: 1.0 / a,
+    **{
+        entry.ufunc.__name__: (lambda a, name=name: elementary(name, a))
+        for name, entry in ELEMENTARY.items()
+    },
+}
+
+
+# --- what can be done with a graph ---------------------------------------------------------------
+
+
+def reachable(graph: Graph, outputs: Sequence[int]) -> list[int]:
+    """Numbers of the nodes that `outputs` are made of, operands before results."""
+    found: set[int] = set()
+    waiting = list(outputs)
+    while waiting:
+        number = waiting.pop()
+        if number not in found:
+            found.add(number)
+            waiting.extend(graph.nodes[number].args)
+    return sorted(found)
+
+
+def evaluate(
+    graph: Graph,
+    outputs: Sequence[int],
+    values: Mapping[str, Any],
+    functions: Mapping[str, Callable[[Any], Any]] | None = None,
+) -> list[Any]:
+    """Values of some nodes, in the arithmetic of whatever numbers are given.
+
+    Parameters
+    ----------
+    graph : Graph
+    outputs : sequence of int
+        Numbers of the nodes wanted.
+    values : mapping of str to number
+        Value of each symbol: floats, arrays, multiple-precision numbers, balls.
+    functions : mapping of str to callable, optional
+        The elementary functions of that arithmetic; numpy's by default.
+    """
+    known: dict[int, Any] = {}
+    for number in reachable(graph, outputs):
+        node = graph.nodes[number]
+        arguments = [known[arg] for arg in node.args]
+        if node.op == "constant":
+            known[number] = node.value
+        elif node.op == "symbol":
+            known[number] = values[node.name]
+        elif node.op in ARITHMETIC:
+            known[number] = ARITHMETIC[node.op](*arguments)
+        elif functions is not None:
+            known[number] = functions[node.op](*arguments)
+        else:
+            known[number] = ELEMENTARY[node.op].ufunc(*arguments)
+    return [known[number] for number in outputs]
+
+
+def derivative(term: Expression, by: Expression) -> Expression:
+    """Derivative of `term` by the symbol `by`, as further nodes of its graph."""
+    graph = term.graph
+    known: dict[int, Expression] = {}
+    for number in reachable(graph, [term.number]):
+        known[number] = _node_derivative(graph[number], known, by)
+    return known[term.number]
+
+
+def _node_derivative(u: Expression, known: dict[int, Expression], by: Expression) -> Expression:
+    graph, node = u.graph, u.node
+    if u.number == by.number:
+        return graph.constant(1.0)
+    if not node.args:
+        return graph.constant(0.0)
+    x, dx = graph[node.args[0]], known[node.args[0]]
+    y, dy = graph[node.args[-1]], known[node.args[-1]]
+    match node.op:
+        case "add":
+            return dx + dy
+        case "subtract":
+            return dx - dy
+        case "negative":
+            return -dx
+        case "multiply":
+            return dx * y + x * dy
+        case "divide":
+            return (dx - u * dy) / y
+        case "reciprocal":
+            return -(u * u) * dx
+        case "power":
+            result = y * power(x, y - 1.0) * dx
+            return result if _is(dy, 0.0) else result + u * elementary("log", x) * dy
+    rule = ELEMENTARY[node.op]
+    if _is(dx, 0.0):
+        return dx
+    if rule.factor is not None:
+        return rule.factor(x, u) * dx
+    assert rule.divisor is not None
+    return dx / rule.divisor(x, u)
+
+
+def is_analytic(graph: Graph, outputs: Sequence[int], values: Mapping[str, float]) -> bool:
+    """Whether no root, logarithm, power or quotient is singular at this point.
+
+    A sufficient test, node by node: the series of every node exists there.
+    """
+    numbers = reachable(graph, outputs)
+    with np.errstate(all="ignore"):
+        known = dict(zip(numbers, evaluate(graph, numbers, values), strict=True))
+    for number in numbers:
+        node = graph.nodes[number]
+        if not graph.varies[number] or not node.args:
+            continue
+        first, last = known[node.args[0]], known[node.args[-1]]
+        regular = {
+            "divide": last != 0.0,
+            "reciprocal": first != 0.0,
+            "power": first > 0.0,
+            "sqrt": first > 0.0,
+            "log": first > 0.0,
+            "log1p": first > -1.0,
+        }.get(node.op, True)
+        if not (regular and math.isfinite(known[number])):
+            return False
+    return True

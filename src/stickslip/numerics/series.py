@@ -1,0 +1,333 @@
+"""Straight-line kernel text for values and truncated Taylor series of a formula.
+
+With ``rows[r, k]`` the k-th Taylor coefficient of the quantity in row r, each nonlinear node u
+of a graph obeys a recurrence (Jorba & Zou, Experimental Mathematics 14, 2005, 99-117, section
+2; Moore 1966), for k >= 1:
+
+    u = x y            u_k = sum x_j y_(k-j),                            0 <= j <= k
+    u = 1 / x          u_k = -u_0 sum x_j u_(k-j),                       1 <= j <= k
+    u = x / y          u_k = (x_k - sum y_j u_(k-j)) / y_0,              1 <= j <= k
+    u = x^r            u_k = sum (r j - (k - j)) x_j u_(k-j) / (k x_0),  1 <= j <= k
+    u' = w x'          u_k = sum j x_j w_(k-j) / k,                      1 <= j <= k
+    u' = x' / v        u_k = (x_k - sum j u_j v_(k-j) / k) / v_0,        1 <= j < k
+
+The last two are all elementary functions, with w or v a node of the graph as well. In each
+sum the terms 0 < j < k need nothing of index k, so the sums of all nodes share one inner loop;
+the terms with index k follow in the order of the graph. Linear nodes cost a term and have a
+row only where a product looks back at it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from stickslip.numerics.expression import ELEMENTARY, Graph, Node, reachable
+
+Lines = list[str]
+
+_INFIX = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
+
+
+def indented(lines: Iterable[str], depth: int = 1) -> Lines:
+    return ["    " * depth + line for line in lines]
+
+
+@dataclass
+class Scalars:
+    """Kernel text of whatever does not depend on the variable.
+
+    Parameters stand in columns of the array ``p``. Every other constant of the formula that
+    is made of parameters gets a column after them, filled once by whoever fills ``p``.
+    """
+
+    graph: Graph
+    parameter_columns: Mapping[str, int]
+    first_constant: int
+    constants: list[int] = field(default_factory=list)
+
+    def text(self, number: int) -> str:
+        node = self.graph.nodes[number]
+        if node.op == "constant":
+            return repr(node.value) if node.value >= 0 else f"({node.value!r})"
+        if node.op == "symbol":
+            return f"p[{self.parameter_columns[node.name]}]"
+        if number not in self.constants:
+            self.constants.append(number)
+        return f"p[{self.first_constant + self.constants.index(number)}]"
+
+
+def value_lines(scalars: Scalars, targets: Mapping[str, int]) -> Lines:
+    """Assignments that compute nodes from the variable.
+
+    Parameters
+    ----------
+    scalars : Scalars
+        Of the graph; gains the constants that are needed.
+    targets : mapping of str to int
+        Text to assign to, such as ``out[2]``, and the node to assign.
+    """
+    graph = scalars.graph
+    names = _names(scalars, targets.values(), f"{graph.variable}")
+    lines = [
+        f"{names[number]} = {_value(graph.nodes[number], names)}"
+        for number in reachable(graph, list(targets.values()))
+        if graph.varies[number] and graph.nodes[number].args
+    ]
+    return lines + [f"{target} = {names[number]}" for target, number in targets.items()]
+
+
+def _names(scalars: Scalars, outputs: Iterable[int], variable: str) -> dict[int, str]:
+    """Text that stands for each node and each operand: a local name, or a scalar."""
+    graph = scalars.graph
+    names: dict[int, str] = {}
+    for number in reachable(graph, list(outputs)):
+        if graph.varies[number]:
+            names[number] = f"u{number}" if graph.nodes[number].args else variable
+            for arg in graph.nodes[number].args:
+                if not graph.varies[arg]:
+                    names[arg] = scalars.text(arg)
+    for number in outputs:
+        if not graph.varies[number]:
+            names[number] = scalars.text(number)
+    return names
+
+
+def _value(node: Node, names: Mapping[int, str]) -> str:
+    x, y = names[node.args[0]], names[node.args[-1]]
+    if node.op in _INFIX:
+        return f"{x} {_INFIX[node.op]} {y}"
+    if node.op == "negative":
+        return f"-{x}"
+    if node.op == "reciprocal":
+        return f"1.0 / {x}"
+    if node.op == "power":
+        return f"math.pow({x}, {y})"
+    return f"math.{ELEMENTARY[node.op].scalar.__name__}({x})"
+
+
+@dataclass
+class SeriesText:
+    """Text that advances the Taylor series of some nodes by one coefficient.
+
+    ``start`` computes coefficient 0 and ``advance`` coefficient k >= 1, of all nodes that
+    `outputs` need; both expect ``rows``, ``p`` and the local names that they read to exist.
+
+    Parameters
+    ----------
+    scalars : Scalars
+    outputs : mapping of int to int
+        The row and the node that it shall hold.
+    known : mapping of int to int
+        Nodes whose series is there already, and the row it is in; the variable is one.
+    first_row : int
+        First row free for other nodes; `next_row` is the first left free.
+    """
+
+    scalars: Scalars
+    outputs: Mapping[int, int]
+    known: Mapping[int, int]
+    first_row: int
+
+    start: Lines = field(init=False)
+    advance: Lines = field(init=False)
+    rows: dict[int, int] = field(init=False)
+    next_row: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        graph = self.scalars.graph
+        self._partners: dict[int, int] = {}
+        self._nodes = self._closure()
+        self.rows = dict(self.known)
+        self.next_row = self.first_row
+        for row, number in self.outputs.items():
+            if graph.varies[number]:
+                self.rows.setdefault(number, row)
+        for number in self._looked_back_at():
+            if number not in self.rows:
+                self.rows[number] = self.next_row
+                self.next_row += 1
+        wanted = [*self._nodes, *self.outputs.values(), *self.known]
+        self._names = _names(self.scalars, wanted, f"u_{graph.variable}")
+        self.start = self._start()
+        self.advance = self._advance()
+
+    def _closure(self) -> list[int]:
+        """All varying nodes that are to be computed: what outputs need, and partners of it."""
+        graph = self.scalars.graph
+        wanted = list(self.outputs.values())
+        found: set[int] = set()
+        while wanted:
+            number = wanted.pop()
+            if number in found or number in self.known or not graph.varies[number]:
+                continue
+            found.add(number)
+            wanted.extend(graph.nodes[number].args)
+            if (partner := self._partner(number)) is not None:
+                wanted.append(partner)
+        return sorted(found)
+
+    def _partner(self, number: int) -> int | None:
+        """Number of the node w with u' = w x', or v with u' = x' / v, for elementary u."""
+        graph = self.scalars.graph
+        rule = ELEMENTARY.get(graph.nodes[number].op)
+        if rule is None:
+            return None
+        if number not in self._partners:
+            builder = rule.factor or rule.divisor
+            assert builder is not None
+            argument = graph[graph.nodes[number].args[0]]
+            self._partners[number] = builder(argument, graph[number]).number
+        return self._partners[number]
+
+    def _looked_back_at(self) -> list[int]:
+        """Nodes of which a sum needs earlier coefficients, in order."""
+        graph = self.scalars.graph
+        found: set[int] = set()
+        for number in self._nodes:
+            if not self._is_nonlinear(number):
+                continue
+            node = graph.nodes[number]
+            found.update(arg for arg in node.args if graph.varies[arg])
+            if node.op != "multiply":
+                found.add(number)
+            if (partner := self._partner(number)) is not None:
+                found.add(partner)
+        return sorted(found)
+
+    def _is_nonlinear(self, number: int) -> bool:
+        graph = self.scalars.graph
+        node = graph.nodes[number]
+        if node.op in ("add", "subtract", "negative"):
+            return False
+        if node.op == "multiply":
+            return all(graph.varies[arg] for arg in node.args)
+        if node.op == "divide":
+            return graph.varies[node.args[1]]
+        return True
+
+    def _loads(self, index: str) -> Lines:
+        """Reading what is known already and used by the nodes to come."""
+        graph = self.scalars.graph
+        used = {arg for number in self._nodes for arg in graph.nodes[number].args}
+        used.update(self.outputs.values())
+        return [
+            f"{self._names[number]} = rows[{row}, {index}]"
+            for number, row in self.known.items()
+            if number in used
+        ]
+
+    def _stores(self, index: str, constant_part: bool) -> Lines:
+        """Outputs that are not computed into their own row: copies and constants."""
+        graph = self.scalars.graph
+        lines = []
+        for row, number in self.outputs.items():
+            if not graph.varies[number]:
+                value = self._names[number] if constant_part else "0.0"
+                lines.append(f"rows[{row}, {index}] = {value}")
+            elif self.rows[number] != row:
+                lines.append(f"rows[{row}, {index}] = {self._names[number]}")
+        return lines
+
+    def _assign(self, number: int, index: str, text: str) -> Lines:
+        lines = [f"{self._names[number]} = {text}"]
+        if number in self.rows:
+            lines.append(f"rows[{self.rows[number]}, {index}] = {self._names[number]}")
+        return lines
+
+    def _start(self) -> Lines:
+        lines = self._loads("0")
+        for number in self._nodes:
+            node = self.scalars.graph.nodes[number]
+            lines += self._assign(number, "0", _value(node, self._names))
+        return lines + self._stores("0", constant_part=True)
+
+    def _advance(self) -> Lines:
+        sums: Lines = []
+        terms: Lines = []
+        for number in self._nodes:
+            if self._is_nonlinear(number):
+                sums.append(f"a{number} += {self._summand(number)}")
+                text = self._nonlinear(number)
+            else:
+                text = self._linear(number)
+            terms += self._assign(number, "k", text)
+        return [
+            *self._loop(sums),
+            *self._loads("k"),
+            *terms,
+            *self._stores("k", constant_part=False),
+        ]
+
+    def _loop(self, sums: Sequence[str]) -> Lines:
+        if not sums:
+            return []
+        weighted = any(self._is_weighted(number) for number in self._nodes)
+        return [
+            *(f"{line.split()[0]} = 0.0" for line in sums),
+            "for j in range(1, k):",
+            *indented(["i = k - j", *sums]),
+            *(["share = 1.0 / k"] if weighted else []),
+        ]
+
+    def _is_weighted(self, number: int) -> bool:
+        """Whether the terms of its sum carry weights, and the sum a divisor k."""
+        op = self.scalars.graph.nodes[number].op
+        return op == "power" or op in ELEMENTARY
+
+    def _row(self, number: int, index: str) -> str:
+        return f"rows[{self.rows[number]}, {index}]"
+
+    def _summand(self, number: int) -> str:
+        """What each 0 < j < k adds to the sum of a node."""
+        node = self.scalars.graph.nodes[number]
+        x, y = node.args[0], node.args[-1]
+        match node.op:
+            case "multiply":
+                return f"{self._row(x, 'j')} * {self._row(y, 'i')}"
+            case "reciprocal":
+                return f"{self._row(x, 'j')} * {self._row(number, 'i')}"
+            case "divide":
+                return f"{self._row(y, 'j')} * {self._row(number, 'i')}"
+            case "power":
+                weight = f"({self._names[y]} * j - i)"
+                return f"{weight} * {self._row(x, 'j')} * {self._row(number, 'i')}"
+        partner = self._partners[number]
+        followed = x if ELEMENTARY[node.op].factor is not None else number
+        return f"j * {self._row(followed, 'j')} * {self._row(partner, 'i')}"
+
+    def _nonlinear(self, number: int) -> str:
+        """Coefficient k of a node, from its sum and the terms that have index k."""
+        node = self.scalars.graph.nodes[number]
+        x, y = node.args[0], node.args[-1]
+        total, x_k, x_0 = f"a{number}", self._names[x], self._row(x, "0")
+        match node.op:
+            case "multiply" if x == y:
+                return f"{total} + 2.0 * {x_0} * {x_k}"
+            case "multiply":
+                return f"{total} + {x_0} * {self._names[y]} + {x_k} * {self._row(y, '0')}"
+            case "reciprocal":
+                u_0 = self._row(number, "0")
+                return f"-({total} + {x_k} * {u_0}) * {u_0}"
+            case "divide":
+                last = f"{self._names[y]} * {self._row(number, '0')}"
+                return f"({x_k} - {total} - {last}) / {self._row(y, '0')}"
+            case "power":
+                u_0 = self._row(number, "0")
+                return f"({total} * share + {self._names[y]} * {x_k} * {u_0}) / {x_0}"
+        partner_0 = self._row(self._partners[number], "0")
+        if ELEMENTARY[node.op].factor is not None:
+            return f"{total} * share + {x_k} * {partner_0}"
+        return f"({x_k} - {total} * share) / {partner_0}"
+
+    def _linear(self, number: int) -> str:
+        """Coefficient k >= 1 of a sum, or of a multiple: constants drop out of sums."""
+        graph = self.scalars.graph
+        node = graph.nodes[number]
+        if node.op in ("add", "subtract"):
+            x, y = node.args
+            if not graph.varies[y]:
+                return self._names[x]
+            if not graph.varies[x]:
+                return self._names[y] if node.op == "add" else f"-{self._names[y]}"
+        return _value(node, self._names)
