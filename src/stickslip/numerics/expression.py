@@ -1,4 +1,4 @@
-"""Formulas as graphs: recorded by tracing, evaluated in any arithmetic, differentiated exactly.
+"""Formulas as graphs, grown by numbers that record what is done to them.
 
 A friction law is written once, as a formula in the slip speed. Everything else that is needed
 of it (slope, derivatives by its parameters, Taylor series, enclosures) comes from its graph.
@@ -7,7 +7,8 @@ of it (slope, derivatives by its parameters, Taylor series, enclosures) comes fr
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -62,6 +63,7 @@ class Graph:
             self.add(node)
 
     def add(self, node: Node) -> Expression:
+        """Return the expression of a node, new or not."""
         number = self._numbers.get(node)
         if number is None:
             number = len(self.nodes)
@@ -74,15 +76,33 @@ class Graph:
         return Expression(self, number)
 
     def symbol(self, name: str) -> Expression:
+        """Return the variable or a parameter."""
         return self.add(Node("symbol", name=name))
 
     def constant(self, value: float) -> Expression:
+        """Return a number, which has to be finite."""
         if not math.isfinite(value):
             raise NotTraceable(f"the constant {value} is not finite")
         return self.add(Node("constant", value=float(value) + 0.0))  # no second, negative zero
 
     def __getitem__(self, number: int) -> Expression:
+        """Return the expression with this number."""
         return Expression(self, number)
+
+
+Operation = Callable[..., "Expression"]
+
+
+def _operator(operation: Operation) -> Callable[[Expression, Any], Expression]:
+    return lambda self, other: operation(self, _expression(self.graph, other))
+
+
+def _reflected(operation: Operation) -> Callable[[Expression, Any], Expression]:
+    return lambda self, other: operation(_expression(self.graph, other), self)
+
+
+def _refuse(*_: Any) -> Any:
+    raise NotTraceable("its steps depend on the value of its argument")
 
 
 class Expression:
@@ -96,6 +116,7 @@ class Expression:
 
     @property
     def node(self) -> Node:
+        """What the graph holds under its number."""
         return self.graph.nodes[self.number]
 
     @property
@@ -103,64 +124,46 @@ class Expression:
         """Whether it depends on the graph's variable."""
         return self.graph.varies[self.number]
 
-    def __add__(self, other: Any) -> Expression:
-        return _binary(add, self, other)
-
-    def __radd__(self, other: Any) -> Expression:
-        return _binary(add, other, self)
-
-    def __sub__(self, other: Any) -> Expression:
-        return _binary(subtract, self, other)
-
-    def __rsub__(self, other: Any) -> Expression:
-        return _binary(subtract, other, self)
-
-    def __mul__(self, other: Any) -> Expression:
-        return _binary(multiply, self, other)
-
-    def __rmul__(self, other: Any) -> Expression:
-        return _binary(multiply, other, self)
-
-    def __truediv__(self, other: Any) -> Expression:
-        return _binary(divide, self, other)
-
-    def __rtruediv__(self, other: Any) -> Expression:
-        return _binary(divide, other, self)
-
-    def __pow__(self, other: Any) -> Expression:
-        return _binary(power, self, other)
-
-    def __rpow__(self, other: Any) -> Expression:
-        return _binary(power, other, self)
+    __add__ = _operator(lambda a, b: add(a, b))
+    __radd__ = _reflected(lambda a, b: add(a, b))
+    __sub__ = _operator(lambda a, b: subtract(a, b))
+    __rsub__ = _reflected(lambda a, b: subtract(a, b))
+    __mul__ = _operator(lambda a, b: multiply(a, b))
+    __rmul__ = _reflected(lambda a, b: multiply(a, b))
+    __truediv__ = _operator(lambda a, b: divide(a, b))
+    __rtruediv__ = _reflected(lambda a, b: divide(a, b))
+    __pow__ = _operator(lambda a, b: power(a, b))
+    __rpow__ = _reflected(lambda a, b: power(a, b))
 
     def __neg__(self) -> Expression:
+        """Record a change of sign."""
         return negative(self)
 
     def __pos__(self) -> Expression:
+        """Return it as it is."""
         return self
 
     def __abs__(self) -> Expression:
+        """Return the variable itself: it is a speed. Nothing else has a smooth modulus."""
         if self.node == Node("symbol", name=self.graph.variable):
-            return self  # speeds are not negative
+            return self
         raise NotTraceable("abs() is not smooth")
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        """Record what numpy's functions do."""
         recorded = _RECORDED.get(ufunc.__name__)
         if recorded is None or method != "__call__" or kwargs:
-            raise NotTraceable(f"numpy.{ufunc.__name__} is not among the functions traced")
-        numbers = [_expression(self.graph, value) for value in inputs]
-        return recorded(*numbers)
+            raise NotTraceable(f"numpy.{ufunc.__name__} is not among the functions recorded")
+        return recorded(*(_expression(self.graph, value) for value in inputs))
 
-    def _refuse(self, *_: Any) -> Any:
-        raise NotTraceable("its steps depend on the value of its argument")
-
-    __lt__ = __le__ = __gt__ = __ge__ = __bool__ = _refuse
-    __eq__ = __ne__ = _refuse
-    __hash__ = None  # type: ignore[assignment]
-    __float__ = __int__ = __index__ = __complex__ = __round__ = _refuse
+    # Comparing and rounding would make the steps depend on the value.
+    __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = _refuse
+    __bool__ = __float__ = __int__ = __index__ = __complex__ = __round__ = _refuse
     __floordiv__ = __rfloordiv__ = __mod__ = __rmod__ = __divmod__ = _refuse
+    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
+        """Show it as nested calls."""
         node = self.node
         if node.op == "constant":
             return repr(node.value)
@@ -172,19 +175,10 @@ class Expression:
 def _expression(graph: Graph, value: Any) -> Expression:
     if isinstance(value, Expression):
         return value
-    if isinstance(value, (bool, np.bool_)) or isinstance(value, complex):
-        raise NotTraceable(f"{value!r} is not a real number")
-    if isinstance(value, (int, float, np.integer, np.floating)):
-        return graph.constant(float(value))
-    raise NotTraceable(f"{type(value).__name__} is not a real number")
-
-
-def _binary(operation: Callable[..., Expression], left: Any, right: Any) -> Any:
-    graph = left.graph if isinstance(left, Expression) else right.graph
-    try:
-        return operation(_expression(graph, left), _expression(graph, right))
-    except ZeroDivisionError as error:
-        raise NotTraceable("division by a constant zero") from error
+    is_real = isinstance(value, (int, float, np.integer, np.floating))
+    if not is_real or isinstance(value, bool):
+        raise NotTraceable(f"{type(value).__name__} is not a real number")
+    return graph.constant(float(value))
 
 
 # --- operations, constants folded ----------------------------------------------------------------
@@ -196,7 +190,8 @@ def _constants(*terms: Expression) -> list[float] | None:
     return values if len(values) == len(terms) else None
 
 
-def _is(term: Expression, value: float) -> bool:
+def is_constant(term: Expression, value: float) -> bool:
+    """Whether `term` is this number whatever the symbols are."""
     return term.node.op == "constant" and term.node.value == value
 
 
@@ -205,11 +200,12 @@ def _grow(op: str, *terms: Expression) -> Expression:
 
 
 def add(a: Expression, b: Expression) -> Expression:
+    """Return a + b."""
     if values := _constants(a, b):
         return a.graph.constant(values[0] + values[1])
-    if _is(a, 0.0):
+    if is_constant(a, 0.0):
         return b
-    if _is(b, 0.0):
+    if is_constant(b, 0.0):
         return a
     if b.node.op == "negative":
         return subtract(a, a.graph[b.node.args[0]])
@@ -217,11 +213,12 @@ def add(a: Expression, b: Expression) -> Expression:
 
 
 def subtract(a: Expression, b: Expression) -> Expression:
+    """Return a - b."""
     if values := _constants(a, b):
         return a.graph.constant(values[0] - values[1])
-    if _is(b, 0.0):
+    if is_constant(b, 0.0):
         return a
-    if _is(a, 0.0):
+    if is_constant(a, 0.0):
         return negative(b)
     if a.number == b.number:
         return a.graph.constant(0.0)
@@ -231,6 +228,7 @@ def subtract(a: Expression, b: Expression) -> Expression:
 
 
 def negative(a: Expression) -> Expression:
+    """Return -a."""
     if values := _constants(a):
         return a.graph.constant(-values[0])
     if a.node.op == "negative":
@@ -239,14 +237,15 @@ def negative(a: Expression) -> Expression:
 
 
 def multiply(a: Expression, b: Expression) -> Expression:
+    """Return a b; the sign of a factor moves out."""
     if values := _constants(a, b):
         return a.graph.constant(values[0] * values[1])
-    if _is(a, 0.0) or _is(b, 0.0):
+    if is_constant(a, 0.0) or is_constant(b, 0.0):
         return a.graph.constant(0.0)
     for one, other in ((a, b), (b, a)):
-        if _is(one, 1.0):
+        if is_constant(one, 1.0):
             return other
-        if _is(one, -1.0):
+        if is_constant(one, -1.0):
             return negative(other)
         if one.node.op == "negative":
             return negative(multiply(a.graph[one.node.args[0]], other))
@@ -254,13 +253,14 @@ def multiply(a: Expression, b: Expression) -> Expression:
 
 
 def divide(a: Expression, b: Expression) -> Expression:
+    """Return a / b."""
+    if is_constant(b, 0.0):
+        raise NotTraceable("it divides by zero")
     if values := _constants(a, b):
         return a.graph.constant(values[0] / values[1])
-    if _is(b, 1.0):
+    if is_constant(b, 1.0):
         return a
-    if _is(b, 0.0):
-        raise NotTraceable("division by a constant zero")
-    if _is(a, 0.0):
+    if is_constant(a, 0.0):
         return a
     if not a.varies and b.varies:  # one recurrence for the reciprocal serves the derivatives too
         return multiply(a, _grow("reciprocal", b))
@@ -268,6 +268,7 @@ def divide(a: Expression, b: Expression) -> Expression:
 
 
 def power(a: Expression, b: Expression) -> Expression:
+    """Return a^b: products if b is a small integer, a power if constant, else exp(b log a)."""
     if values := _constants(a, b):
         return a.graph.constant(math.pow(values[0], values[1]))
     if b.varies:
@@ -293,6 +294,7 @@ def _integer_power(a: Expression, exponent: int) -> Expression:
 
 
 def elementary(name: str, a: Expression) -> Expression:
+    """Return a function of `ELEMENTARY`, of a."""
     if values := _constants(a):
         return a.graph.constant(ELEMENTARY[name].scalar(values[0]))
     return _grow(name, a)
@@ -316,18 +318,8 @@ ELEMENTARY = {
     ),
 }
 
-ARITHMETIC: dict[str, Callable[..., Any]] = {
-    "add": lambda a, b: a + b,
-    "subtract": lambda a, b: a - b,
-    "negative": lambda a: -a,
-    "multiply": lambda a, b: a * b,
-    "divide": lambda a, b: a / b,
-    "reciprocal": lambda a: 1.0 / a,
-    "power": lambda a, b: a**b,
-}
-
 # What `__array_ufunc__` accepts, by the ufunc's own name.
-_RECORDED: dict[str, Callable[..., Expression]] = {
+_RECORDED: dict[str, Operation] = {
     "add": add,
     "subtract": subtract,
     "multiply": multiply,
@@ -340,126 +332,5 @@ _RECORDED: dict[str, Callable[..., Expression]] = {
     "absolute": abs,
     "square": lambda a: a * a,
     "reciprocal": lambda a: 1.0 / a,
-    **{
-        entry.ufunc.__name__: (lambda a, name=name: elementary(name, a))
-        for name, entry in ELEMENTARY.items()
-    },
+    **{entry.ufunc.__name__: partial(elementary, name) for name, entry in ELEMENTARY.items()},
 }
-
-
-# --- what can be done with a graph ---------------------------------------------------------------
-
-
-def reachable(graph: Graph, outputs: Sequence[int]) -> list[int]:
-    """Numbers of the nodes that `outputs` are made of, operands before results."""
-    found: set[int] = set()
-    waiting = list(outputs)
-    while waiting:
-        number = waiting.pop()
-        if number not in found:
-            found.add(number)
-            waiting.extend(graph.nodes[number].args)
-    return sorted(found)
-
-
-def evaluate(
-    graph: Graph,
-    outputs: Sequence[int],
-    values: Mapping[str, Any],
-    functions: Mapping[str, Callable[[Any], Any]] | None = None,
-) -> list[Any]:
-    """Values of some nodes, in the arithmetic of whatever numbers are given.
-
-    Parameters
-    ----------
-    graph : Graph
-    outputs : sequence of int
-        Numbers of the nodes wanted.
-    values : mapping of str to number
-        Value of each symbol: floats, arrays, multiple-precision numbers, balls.
-    functions : mapping of str to callable, optional
-        The elementary functions of that arithmetic; numpy's by default.
-    """
-    known: dict[int, Any] = {}
-    for number in reachable(graph, outputs):
-        node = graph.nodes[number]
-        arguments = [known[arg] for arg in node.args]
-        if node.op == "constant":
-            known[number] = node.value
-        elif node.op == "symbol":
-            known[number] = values[node.name]
-        elif node.op in ARITHMETIC:
-            known[number] = ARITHMETIC[node.op](*arguments)
-        elif functions is not None:
-            known[number] = functions[node.op](*arguments)
-        else:
-            known[number] = ELEMENTARY[node.op].ufunc(*arguments)
-    return [known[number] for number in outputs]
-
-
-def derivative(term: Expression, by: Expression) -> Expression:
-    """Derivative of `term` by the symbol `by`, as further nodes of its graph."""
-    graph = term.graph
-    known: dict[int, Expression] = {}
-    for number in reachable(graph, [term.number]):
-        known[number] = _node_derivative(graph[number], known, by)
-    return known[term.number]
-
-
-def _node_derivative(u: Expression, known: dict[int, Expression], by: Expression) -> Expression:
-    graph, node = u.graph, u.node
-    if u.number == by.number:
-        return graph.constant(1.0)
-    if not node.args:
-        return graph.constant(0.0)
-    x, dx = graph[node.args[0]], known[node.args[0]]
-    y, dy = graph[node.args[-1]], known[node.args[-1]]
-    match node.op:
-        case "add":
-            return dx + dy
-        case "subtract":
-            return dx - dy
-        case "negative":
-            return -dx
-        case "multiply":
-            return dx * y + x * dy
-        case "divide":
-            return (dx - u * dy) / y
-        case "reciprocal":
-            return -(u * u) * dx
-        case "power":
-            result = y * power(x, y - 1.0) * dx
-            return result if _is(dy, 0.0) else result + u * elementary("log", x) * dy
-    rule = ELEMENTARY[node.op]
-    if _is(dx, 0.0):
-        return dx
-    if rule.factor is not None:
-        return rule.factor(x, u) * dx
-    assert rule.divisor is not None
-    return dx / rule.divisor(x, u)
-
-
-def is_analytic(graph: Graph, outputs: Sequence[int], values: Mapping[str, float]) -> bool:
-    """Whether no root, logarithm, power or quotient is singular at this point.
-
-    A sufficient test, node by node: the series of every node exists there.
-    """
-    numbers = reachable(graph, outputs)
-    with np.errstate(all="ignore"):
-        known = dict(zip(numbers, evaluate(graph, numbers, values), strict=True))
-    for number in numbers:
-        node = graph.nodes[number]
-        if not graph.varies[number] or not node.args:
-            continue
-        first, last = known[node.args[0]], known[node.args[-1]]
-        regular = {
-            "divide": last != 0.0,
-            "reciprocal": first != 0.0,
-            "power": first > 0.0,
-            "sqrt": first > 0.0,
-            "log": first > 0.0,
-            "log1p": first > -1.0,
-        }.get(node.op, True)
-        if not (regular and math.isfinite(known[number])):
-            return False
-    return True

@@ -22,7 +22,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from stickslip.numerics.expression import ELEMENTARY, Graph, Node, reachable
+from stickslip.numerics.calculus import reachable
+from stickslip.numerics.expression import ELEMENTARY, Graph, Node
 
 Lines = list[str]
 
@@ -30,6 +31,7 @@ _INFIX = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 
 
 def indented(lines: Iterable[str], depth: int = 1) -> Lines:
+    """Indent lines of text by some levels."""
     return ["    " * depth + line for line in lines]
 
 
@@ -47,6 +49,7 @@ class Scalars:
     constants: list[int] = field(default_factory=list)
 
     def text(self, number: int) -> str:
+        """Return the text that stands for a node without the variable."""
         node = self.graph.nodes[number]
         if node.op == "constant":
             return repr(node.value) if node.value >= 0 else f"({node.value!r})"
@@ -58,7 +61,7 @@ class Scalars:
 
 
 def value_lines(scalars: Scalars, targets: Mapping[str, int]) -> Lines:
-    """Assignments that compute nodes from the variable.
+    """Write the assignments that compute nodes from the variable.
 
     Parameters
     ----------
@@ -135,6 +138,7 @@ class SeriesText:
     next_row: int = field(init=False)
 
     def __post_init__(self) -> None:
+        """Choose rows, then write the text."""
         graph = self.scalars.graph
         self._partners: dict[int, int] = {}
         self._nodes = self._closure()
@@ -168,7 +172,7 @@ class SeriesText:
         return sorted(found)
 
     def _partner(self, number: int) -> int | None:
-        """Number of the node w with u' = w x', or v with u' = x' / v, for elementary u."""
+        """Return the node w with u' = w x', or v with u' = x' / v, of an elementary u."""
         graph = self.scalars.graph
         rule = ELEMENTARY.get(graph.nodes[number].op)
         if rule is None:
@@ -207,7 +211,7 @@ class SeriesText:
         return True
 
     def _loads(self, index: str) -> Lines:
-        """Reading what is known already and used by the nodes to come."""
+        """Read what is known already and used by the nodes to come."""
         graph = self.scalars.graph
         used = {arg for number in self._nodes for arg in graph.nodes[number].args}
         used.update(self.outputs.values())
@@ -218,7 +222,7 @@ class SeriesText:
         ]
 
     def _stores(self, index: str, constant_part: bool) -> Lines:
-        """Outputs that are not computed into their own row: copies and constants."""
+        """Write the outputs that are not computed in their own row: copies and constants."""
         graph = self.scalars.graph
         lines = []
         for row, number in self.outputs.items():
@@ -279,7 +283,7 @@ class SeriesText:
         return f"rows[{self.rows[number]}, {index}]"
 
     def _summand(self, number: int) -> str:
-        """What each 0 < j < k adds to the sum of a node."""
+        """Return what each 0 < j < k adds to the sum of a node."""
         node = self.scalars.graph.nodes[number]
         x, y = node.args[0], node.args[-1]
         match node.op:

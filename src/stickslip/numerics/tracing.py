@@ -41,8 +41,9 @@ class _TracedMath:
 
 
 def plain_function(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The Python function behind one that numba has compiled already; others as they are."""
-    return getattr(function, "py_func", function)  # type: ignore[no-any-return]
+    """Return the Python function behind one that numba compiled; others as they are."""
+    plain: Callable[..., Any] = getattr(function, "py_func", function)
+    return plain
 
 
 def _retargeted(value: Any, done: dict[int, Any]) -> Any:

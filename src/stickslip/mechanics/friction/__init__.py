@@ -11,7 +11,7 @@ LAWS: dict[str, type[FrictionLaw]] = {law.name: law for law in (Coulomb, PoppSte
 
 
 def parse_law(text: str) -> FrictionLaw:
-    """The built-in law written as ``"coulomb:mu=0.22"``; see `law_from_text`."""
+    """Read a built-in law written as ``"coulomb:mu=0.22"``; see `law_from_text`."""
     return law_from_text(text, LAWS)
 
 

@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Any
 
 from stickslip.mechanics.friction.formula import CallableFormula, Formula, TracedFormula
-from stickslip.numerics.expression import Graph, derivative
+from stickslip.numerics.calculus import derivative
 from stickslip.numerics.series import Lines, Scalars, SeriesText, indented, value_lines
 
 STATIC_COLUMNS = (1, 2)
@@ -158,7 +158,7 @@ class LawText:
 
 
 def user_functions(law: int, formula: CallableFormula) -> dict[str, Callable[..., Any]]:
-    """The user's functions under the names that the text calls them by."""
+    """Name the user's functions as the text calls them."""
     functions = {f"law_{law}_backward": formula.backward.function}
     if not formula.symmetric:
         functions[f"law_{law}_forward"] = formula.forward.function
@@ -211,7 +211,7 @@ def _kernel(signature: str, about: str, *bodies: Lines) -> str:
 
 
 def _chosen(laws: Sequence[LawText], part: Callable[[Any], Lines]) -> Lines:
-    """The lines of the law that ``p[0]`` names."""
+    """Choose the lines of the law that ``p[0]`` names."""
     if len(laws) == 1:
         return laws[0].lines(part)
     lines: Lines = []

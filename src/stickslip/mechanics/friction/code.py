@@ -23,8 +23,9 @@ from stickslip.mechanics.friction.formula import (
     TracedFormula,
     quietly,
 )
-from stickslip.mechanics.friction.law import FrictionLaw, unknown_name
-from stickslip.numerics.expression import evaluate
+from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.mechanics.friction.ranges import unknown_name
+from stickslip.numerics.calculus import evaluate
 from stickslip.numerics.series import Scalars
 
 Kernel = Callable[..., Any]
@@ -80,7 +81,7 @@ class LawCode:
     GRADIENT_ROW: int = _text.GRADIENT_ROW
 
     def parameter_rows(self, laws: Iterable[FrictionLaw]) -> NDArray[np.float64]:
-        """The rows ``p`` of some laws, one per block: shape (n_blocks, n_columns)."""
+        """Return the rows ``p`` of some laws, one per block: shape (n_blocks, n_columns)."""
         rows = [self._parameter_row(law) for law in laws]
         width = _text.PARAMETER_COLUMN + max(
             len(formula.parameters) + len(scalars.constants if scalars else ())
@@ -107,14 +108,14 @@ class LawCode:
         return row
 
     def parameter_index(self, law: FrictionLaw, name: str) -> int:
-        """The j of a parameter in `gradient` and among the rows of `series_tangent`."""
+        """Return the j of a parameter in `gradient` and among the rows of `series_tangent`."""
         names = law.formula.parameters
         if name not in names:
             raise unknown_name(name, names, f"friction law {law.name}")
         return names.index(name)
 
     def parameter_column(self, law: FrictionLaw, name: str) -> int:
-        """The column of a parameter in a parameter row."""
+        """Return the column of a parameter in a parameter row."""
         return _text.PARAMETER_COLUMN + self.parameter_index(law, name)
 
 
@@ -173,7 +174,7 @@ def compiled_here(text: str, formulas: Sequence[Formula]) -> dict[str, Any]:
 
 
 def pointwise(law: FrictionLaw, name: str) -> tuple[NDArray[np.float64], Kernel]:
-    """The parameter row of one law and one of its kernels."""
+    """Return the parameter row of one law and one of its kernels."""
     code = law_code([law])
     return code.parameter_rows([law])[0], getattr(code, name)
 
@@ -182,7 +183,7 @@ _compiled: dict[Callable[..., Any], Kernel] = {}
 
 
 def compiled(function: Callable[..., Any]) -> Kernel:
-    """A user's function for use in kernels, compiled once in this process."""
+    """Compile a user's function for use in kernels, once in this process."""
     from stickslip.numerics.targets import kernel_uncached
 
     if function not in _compiled:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from stickslip.mechanics.friction.law import FrictionLaw, NonNegative, Share
+from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.mechanics.friction.ranges import NonNegative, Share
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class Coulomb(FrictionLaw):
 
     @staticmethod
     def expression(s: Any, mu: Any, viscous: Any) -> Any:
+        """Eq. (8) in s = |w|."""
         return mu + viscous * s
 
     @property

@@ -4,19 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
 
-from stickslip.numerics.expression import (
-    Graph,
-    Node,
-    derivative,
-    evaluate,
-    is_analytic,
-    reachable,
-)
+from stickslip.numerics.calculus import derivative, evaluate, is_analytic, reachable
+from stickslip.numerics.expression import Graph, Node
 from stickslip.numerics.tracing import trace
 
 Function = Callable[..., Any]
@@ -37,13 +31,15 @@ class TracedFormula:
 
     @property
     def symmetric(self) -> bool:
+        """Whether both directions of slip have the same force."""
         return self.backward == self.forward
 
     def graph(self) -> Graph:
-        """A graph of its own for whoever wants to add derivatives to it."""
+        """Return a graph of its own to whoever wants to add derivatives to it."""
         return Graph("s", self.nodes)
 
     def output(self, forward: bool) -> int:
+        """Return the node of the force in one direction."""
         return self.forward if forward else self.backward
 
     @cached_property
@@ -89,6 +85,7 @@ class UserFunction:
     parameters: tuple[str, ...]
 
     def __call__(self, s: Any, arguments: Mapping[str, Any]) -> Any:
+        """Call it with those parameters that it takes."""
         return self.function(s, **{name: arguments[name] for name in self.parameters})
 
 
@@ -106,6 +103,7 @@ class CallableFormula:
 
     @property
     def symmetric(self) -> bool:
+        """Whether both directions of slip have the same force."""
         return self.forward == self.backward
 
 
@@ -139,15 +137,11 @@ def _pruned(
 
 
 @lru_cache(maxsize=256)
-def builtin_formula(law: type[Any], options: tuple[tuple[str, Any], ...]) -> TracedFormula:
-    """Formula of a law class with an ``expression``; `options` are its fixed arguments."""
-    fixed = dict(options)
-
-    def function(s: Any, **parameters: Any) -> Any:
-        return law.expression(s, **parameters, **fixed)
-
-    names = law.parameter_names()
-    return traced_formula(names, UserFunction(function, names))
+def builtin_formula(
+    expression: Function, names: tuple[str, ...], options: tuple[tuple[str, Any], ...]
+) -> TracedFormula:
+    """Trace the ``expression`` of a law class; `options` are its fixed arguments."""
+    return traced_formula(names, UserFunction(partial(expression, **dict(options)), names))
 
 
 def quietly(function: Function, *args: Any, **kwargs: Any) -> Any:

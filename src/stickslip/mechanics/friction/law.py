@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
-import math
-from collections.abc import Iterable, Mapping
-from functools import cache
-from numbers import Real
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -19,71 +15,13 @@ from stickslip.mechanics.friction.formula import (
     builtin_formula,
     quietly,
 )
+from stickslip.mechanics.friction.ranges import Choice, Range, real, unknown_name
 
 # F(0) this close to 0 or 1 is taken for it: (1 - delta) / 1 + delta rounds.
 AT_LIMIT = 4 * np.finfo(float).eps
 
-
-@dataclasses.dataclass(frozen=True)
-class Range:
-    """Values that a parameter may have; stands in the annotation of its field."""
-
-    low: float
-    high: float = math.inf
-    above: bool = False
-
-    def __contains__(self, value: float) -> bool:
-        if not math.isfinite(value):
-            return False
-        return (self.low < value if self.above else self.low <= value) and value <= self.high
-
-    def text(self, name: str) -> str:
-        """As a condition on `name`."""
-        if self.high == math.inf:
-            return f"{name} {'>' if self.above else '>='} {self.low:g}"
-        return f"{self.low:g} {'<' if self.above else '<='} {name} <= {self.high:g}"
-
-
-@dataclasses.dataclass(frozen=True)
-class Choice:
-    """A field that selects between formulas and takes one of a few values."""
-
-    values: tuple[int, ...]
-
-
-NonNegative = Annotated[float, Range(0.0)]
-Positive = Annotated[float, Range(0.0, above=True)]
-Share = Annotated[float, Range(0.0, 1.0)]
-
-
-def real(name: str, value: Any, allowed: str) -> float:
-    """`value` as a float; ValueError if it is no finite real number."""
-    is_number = isinstance(value, Real) and not isinstance(value, (bool, np.bool_))
-    if not is_number:
-        raise ValueError(f"{name} = {value!r} is not a real number; allowed: {allowed}")
-    if not math.isfinite(value):
-        raise ValueError(f"{name} = {value} is not finite; allowed: {allowed}")
-    return float(value)
-
-
-def unknown_name(name: str, known: Iterable[str], owner: str) -> ValueError:
-    """The error for a parameter that does not exist, with the nearest that does."""
-    names = list(known)
-    close = difflib.get_close_matches(name, names, n=1)
-    hint = f"; did you mean {close[0]!r}?" if close else ""
-    listing = ", ".join(names) if names else "none"
-    return ValueError(f"{owner} has no parameter {name!r}{hint} (parameters: {listing})")
-
-
-@cache
-def _fields(law: type[FrictionLaw]) -> dict[str, Range | Choice]:
-    """The annotated fields of a law class and what they may hold."""
-    hints = get_type_hints(law, include_extras=True)
-    return {
-        field.name: get_args(hints[field.name])[1]
-        for field in dataclasses.fields(law)
-        if get_origin(hints[field.name]) is Annotated
-    }
+# Annotated fields of each law class; not functools.cache, which asks types for their hash.
+_fields: dict[type[Any], dict[str, Range | Choice]] = {}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -101,20 +39,22 @@ class FrictionLaw:
     name: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
-        for name, allowed in _fields(type(self)).items():
+        """Check the parameters, then F(0)."""
+        for name, allowed in self.fields().items():
             object.__setattr__(self, name, self._checked(name, allowed))
         self._check_static_value()
 
     def _checked(self, name: str, allowed: Range | Choice) -> float:
         value = getattr(self, name)
+        of_law = f"{name} of the friction law {self.name}"
         if isinstance(allowed, Choice):
             if isinstance(value, (bool, str)) or value not in allowed.values:
                 choices = " or ".join(map(str, allowed.values))
-                raise ValueError(f"{name} = {value!r}; allowed: {choices} ({self.name})")
+                raise ValueError(f"{of_law} is {value!r}; allowed: {name} = {choices}")
             return int(value)
-        number = real(name, value, allowed.text(name))
+        number = real(of_law, value, allowed.text(name))
         if number not in allowed:
-            raise ValueError(f"{name} = {number!r}; allowed: {allowed.text(name)} ({self.name})")
+            raise ValueError(f"{of_law} is {number!r}; allowed: {allowed.text(name)}")
         return number + 0.0  # no negative zero
 
     def _check_static_value(self) -> None:
@@ -130,14 +70,26 @@ class FrictionLaw:
     # --- parameters -----------------------------------------------------------------------
 
     @classmethod
+    def fields(cls) -> dict[str, Range | Choice]:
+        """Return what the constructor takes, and the values it allows."""
+        if cls not in _fields:
+            hints = get_type_hints(cls, include_extras=True)
+            _fields[cls] = {
+                field.name: get_args(hints[field.name])[1]
+                for field in dataclasses.fields(cls)
+                if get_origin(hints[field.name]) is Annotated
+            }
+        return _fields[cls]
+
+    @classmethod
     def parameter_names(cls) -> tuple[str, ...]:
         """Names of all real parameters of the formula."""
-        return tuple(name for name, kind in _fields(cls).items() if isinstance(kind, Range))
+        return tuple(name for name, kind in cls.fields().items() if isinstance(kind, Range))
 
     @classmethod
     def from_values(cls, values: Mapping[str, float]) -> Self:
-        """The law with these fields; ValueError names one that is unknown or missing."""
-        known = _fields(cls)
+        """Make the law with these fields; ValueError names one that is unknown or missing."""
+        known = cls.fields()
         for name in values:
             if name not in known:
                 raise unknown_name(name, known, f"friction law {cls.name}")
@@ -162,7 +114,7 @@ class FrictionLaw:
     @property
     def options(self) -> dict[str, int]:
         """Choices between formulas: fields that are no real parameters."""
-        fields = _fields(type(self)).items()
+        fields = self.fields().items()
         return {name: getattr(self, name) for name, kind in fields if isinstance(kind, Choice)}
 
     @property
@@ -171,7 +123,7 @@ class FrictionLaw:
         return (*self.arguments, *self.options)
 
     def replace(self, **changes: Any) -> Self:
-        """A copy with some parameters changed.
+        """Return a copy with some parameters changed.
 
         Raises
         ------
@@ -187,9 +139,9 @@ class FrictionLaw:
         return dataclasses.replace(self, **changes)
 
     def __str__(self) -> str:
-        """The law as ``parse_law`` reads it."""
+        """Write the law as ``parse_law`` reads it."""
         values = {**self.parameters, **self.options}
-        return f"{self.name}:" + ",".join(f"{name}={value!r}" for name, value in values.items())
+        return f"{self.title}:" + ",".join(f"{name}={value!r}" for name, value in values.items())
 
     @property
     def title(self) -> str:
@@ -201,7 +153,13 @@ class FrictionLaw:
     @property
     def formula(self) -> Formula:
         """The equation, apart from the values of its parameters."""
-        return builtin_formula(type(self), tuple(self.options.items()))
+        options = tuple(self.options.items())
+        return builtin_formula(self.expression, self.parameter_names(), options)
+
+    @staticmethod
+    def expression(s: Any, *parameters: Any) -> Any:
+        """Return F(s), by operations and functions of `numpy` only."""
+        raise NotImplementedError
 
     @property
     def traceable(self) -> bool:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from stickslip.mechanics.friction.law import FrictionLaw, NonNegative, Share
+from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.mechanics.friction.ranges import NonNegative, Share
 
 
 @dataclass(frozen=True)
@@ -36,4 +37,5 @@ class PoppStelter(FrictionLaw):
 
     @staticmethod
     def expression(s: Any, gamma: Any, delta: Any, eta: Any) -> Any:
+        """Eq. (9) in s = |w|."""
         return (1.0 - delta) / (1.0 + gamma * s) + delta + eta * s**2

@@ -7,7 +7,8 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from stickslip.mechanics.friction.law import Choice, FrictionLaw, NonNegative, Positive, Share
+from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.mechanics.friction.ranges import Choice, NonNegative, Positive, Share
 
 
 @dataclass(frozen=True)
@@ -40,4 +41,5 @@ class Stribeck(FrictionLaw):
 
     @staticmethod
     def expression(s: Any, mu: Any, speed: Any, viscous: Any, exponent: int) -> Any:
+        """Return F(s)."""
         return mu + (1.0 - mu) * np.exp(-((s / speed) ** exponent)) + viscous * s

@@ -20,7 +20,8 @@ from stickslip.mechanics.friction.formula import (
     quietly,
     traced_formula,
 )
-from stickslip.mechanics.friction.law import FrictionLaw, real, unknown_name
+from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.mechanics.friction.ranges import real, unknown_name
 from stickslip.numerics.expression import NotTraceable
 from stickslip.numerics.tracing import plain_function
 
@@ -95,6 +96,7 @@ class UserLaw(FrictionLaw):
     _formula: Formula = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
+        """Check the functions and values, then record the law or compile it."""
         values = tuple((name, self._value(name, value)) for name, value in self.values)
         self._set("values", values)
         callable_formula = self._callable_formula()
@@ -114,22 +116,26 @@ class UserLaw(FrictionLaw):
 
     @property
     def title(self) -> str:
+        """Name of the function."""
         return getattr(self.function, "__name__", type(self.function).__name__)
 
     @property
     def formula(self) -> Formula:
+        """The law as a graph, or as its functions."""
         return self._formula
 
     # --- parameters ---------------------------------------------------------------------------
 
     @property
     def arguments(self) -> dict[str, float]:
+        """Value of every parameter."""
         return dict(self.values)
 
     def _value(self, name: str, value: Any) -> float:
-        if not (isinstance(name, str) and name.isidentifier()):
+        if not str(name).isidentifier():
             raise ValueError(f"{name!r} cannot name a parameter of the friction law {self.title}")
-        return real(name, value, "any finite number")
+        owner = f"{name} of the friction law {self.title}"
+        return real(owner, value, "any finite number")
 
     def _replaced(self, changes: dict[str, Any]) -> Self:
         values = tuple((name, changes.get(name, value)) for name, value in self.values)
@@ -154,9 +160,9 @@ class UserLaw(FrictionLaw):
             signature = inspect.signature(plain_function(function))
         except (TypeError, ValueError):
             raise ValueError(f"{owner} does not tell its parameters; wrap it in a def") from None
-        speed, *others = [*signature.parameters.values(), None]
-        taken = [p for p in others if p is not None]
-        if speed is None or speed.kind not in (speed.POSITIONAL_ONLY, speed.POSITIONAL_OR_KEYWORD):
+        taken = list(signature.parameters.values())
+        positional = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+        if not taken or taken.pop(0).kind not in positional:
             raise ValueError(f"{owner} takes no speed s as its first argument")
         given = self.arguments
         for p in taken:
@@ -203,14 +209,14 @@ class UserLaw(FrictionLaw):
             raise ValueError(
                 f"friction law {self.title}: F({s:g}) is a {type(value).__name__}, not a float"
             )
-        if not np.isfinite(value):
+        if not np.isfinite(float(value)):
             raise ValueError(
                 f"friction law {self.title}: F({s:g}) = {value}; "
                 "a law must be finite for 0 <= s <= 10"
             )
 
     def _trace(self, formula: CallableFormula) -> TracedFormula:
-        """The law as a graph that has a series at s = 0 and agrees with the function."""
+        """Record the law as a graph that has a series at s = 0 and agrees with the function."""
         traced = traced_formula(
             formula.parameters,
             formula.backward,
@@ -266,10 +272,8 @@ class UserLaw(FrictionLaw):
         m = 1 if forward else -1
         return np.vectorize(lambda speed: slope(row, m, speed), otypes=[float])(s)
 
-    def __str__(self) -> str:
-        return ",".join([f"{self.title}", *(f"{name}={value!r}" for name, value in self.values)])
-
     def __repr__(self) -> str:
+        """Show the call that makes it."""
         parameters = f", parameters={dict(self.values)!r}" if self.values else ""
         more = "" if self.forward_function is None else ", forward=..."
         return f"friction_law({self.title}{parameters}{more})"
