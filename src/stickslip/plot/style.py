@@ -25,6 +25,7 @@ __all__ = [
     "axes_or_new",
     "check_formats",
     "new_figure",
+    "panel_letter",
     "save",
     "style",
 ]
@@ -169,6 +170,19 @@ def axes_or_new(ax: Axes | None) -> Axes:
         axes: Axes = pyplot.figure(layout="constrained").add_subplot()
         return axes
     return new_figure().add_subplot()
+
+
+def panel_letter(ax: Axes, letter: str) -> None:
+    """Name a panel as the paper does: "(a)" above its left end.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        The panel.
+    letter : str
+        Without parentheses.
+    """
+    ax.set_title(f"({letter})", loc="left", pad=3.0)
 
 
 def check_formats(formats: Iterable[str]) -> tuple[str, ...]:
