@@ -52,7 +52,7 @@ def mechanism(model: TwoBlock, ax: Axes | None = None, *, x: ArrayLike | None = 
     _walls(ax)
     _belt(ax)
     for block, centre in enumerate(centres, start=1):
-        _block(ax, centre)
+        _block(ax, block, centre)
         _displacement_arrow(ax, block, centre)
         _limit_arrow(ax, block, centre, model.limits[block - 1])
     half = _BLOCK[0] / 2
@@ -97,10 +97,12 @@ def _belt(ax: Axes) -> None:
     ax.text(middle + 0.7, bottom / 2, r"$v_{\mathrm{dr}}$", va="center", color=PALETTE["blue"])
 
 
-def _block(ax: Axes, centre: float) -> None:
+def _block(ax: Axes, block: int, centre: float) -> None:
     width, height = _BLOCK
-    corner = (centre - width / 2, 0.0)
-    ax.add_patch(Rectangle(corner, width, height, facecolor=PALETTE["light"], ec="black", lw=0.9))
+    corner, gid = (centre - width / 2, 0.0), f"block-{block}"
+    ax.add_patch(
+        Rectangle(corner, width, height, facecolor=PALETTE["light"], ec="black", lw=0.9, gid=gid)
+    )
     ax.text(centre, 0.72 * height, "$m$", ha="center", va="center")
 
 

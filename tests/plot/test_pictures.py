@@ -1,0 +1,145 @@
+"""Each picture shows what the model says: read back from the artists, not from pixels."""
+
+import numpy as np
+import pytest
+from matplotlib.patches import Polygon
+
+from stickslip import examples
+from stickslip.mechanics.friction.coulomb import Coulomb
+from stickslip.mechanics.friction.popp_stelter import PoppStelter
+from stickslip.mechanics.model import locus
+from stickslip.plot.event_map import cobweb, event_map, mark_orbit
+from stickslip.plot.law import friction_characteristic
+from stickslip.plot.mechanism import mechanism
+from stickslip.plot.motion import draw_portrait, sample_times, stick_interval
+from stickslip.plot.stick_locus import stick_locus
+from stickslip.plot.style import new_figure, style
+
+
+@pytest.fixture
+def ax():
+    with style():
+        yield new_figure("one").add_subplot()
+
+
+def lines(ax):
+    return {line.get_label(): line.get_xydata() for line in ax.lines}
+
+
+def texts(ax):
+    return [text.get_text() for text in ax.texts]
+
+
+class TestMechanism:
+    def test_blocks_follow_the_displacements(self, ax):
+        model = examples.coulomb()
+        rest, moved = (self.left_edges(model, x) for x in ((0.0, 0.0), (0.4, -0.2)))
+        shift = moved - rest
+        assert shift[0] > 0.0
+        assert shift[1] == pytest.approx(-0.5 * shift[0])
+
+    @staticmethod
+    def left_edges(model, x):
+        ax = mechanism(model, new_figure().add_subplot(), x=x)
+        blocks = [patch for patch in ax.patches if patch.get_gid()]
+        return np.array([patch.get_x() for patch in blocks])
+
+    def test_names_are_the_papers(self, ax):
+        mechanism(examples.coulomb(), ax)
+        named = {"$k_{12}=\\alpha k$", "$x_1$", "$x_2$", "$v_{\\mathrm{dr}}$"}
+        assert named <= set(texts(ax))
+
+    def test_uncoupled_blocks_have_two_springs(self, ax):
+        mechanism(examples.coulomb(alpha=0), ax)
+        assert texts(ax).count("$k$") == 2
+        assert not any("k_{12}" in text for text in texts(ax))
+
+
+class TestLocus:
+    def test_polygon_edges_and_domain_are_the_models(self, ax):
+        model = examples.coulomb()
+        stick_locus(model, ax)
+        corners = locus.corners(1.2, 1.3)
+        polygons = [patch for patch in ax.patches if isinstance(patch, Polygon)]
+        np.testing.assert_allclose(polygons[0].get_xy()[:4], corners)
+        drawn = lines(ax)
+        np.testing.assert_allclose(drawn["block 1 slips"], corners[[0, 1]])
+        np.testing.assert_allclose(drawn["block 2 slips"], corners[[1, 2]])
+        np.testing.assert_allclose(drawn["domain $AC$"], corners[[0, 2]])
+
+    def test_axis_labels_are_the_papers_symbols(self, ax):
+        stick_locus(examples.coulomb(), ax)
+        assert (ax.get_xlabel(), ax.get_ylabel()) == ("$X_{1}$", "$X_{2}$")
+
+
+class TestLaw:
+    def test_both_directions_oppose_the_slip(self, ax):
+        law = PoppStelter(gamma=3.0, delta=0.2)
+        friction_characteristic(law, ax, limit=2.0)
+        backward, forward = (line.get_xydata() for line in ax.lines[:2])
+        assert np.all(backward[:, 0] <= 0)
+        assert np.all(backward[:, 1] > 0)
+        assert np.all(forward[:, 1] < 0)
+        assert backward[-1, 1] == pytest.approx(0.8 / 7 + 0.2)
+        np.testing.assert_allclose(backward, -forward)
+
+    def test_static_interval_spans_the_limits(self, ax):
+        friction_characteristic(Coulomb(mu=0.3), ax)
+        assert ax.lines[2].get_xydata().tolist() == [[0.0, -1.0], [0.0, 1.0]]
+
+
+class Tent:
+    domain = (0.0, 1.0)
+
+    def evaluate(self, x):
+        value = 1.0 - np.abs(2.0 * x - 1.0)
+        return type("Values", (), {"value": value, "label": (x > 0.5).astype(np.uint64)})
+
+
+class TestEventMap:
+    def test_map_and_diagonal(self, ax):
+        event_map(Tent(), ax, power=3)
+        diagonal, graph = (line.get_xydata() for line in ax.lines)
+        np.testing.assert_array_equal(diagonal[:, 0], diagonal[:, 1])
+        assert np.nanmax(graph[:, 1]) == pytest.approx(1.0, abs=1e-6)
+        assert ax.get_xlim() == ax.get_ylim() == (0.0, 1.0)
+        assert ax.get_ylabel() == "$d_{n+3}$"
+
+    def test_marks_stand_on_the_map(self, ax):
+        mark_orbit(ax, [0.4, 0.8], stable=False)
+        assert ax.lines[0].get_xydata().tolist() == [[0.4, 0.8], [0.8, 0.4]]
+        mark_orbit(ax, [0.4, 0.8], power=2)
+        assert ax.lines[1].get_xydata().tolist() == [[0.4, 0.4], [0.8, 0.8]]
+        assert ax.lines[0].get_marker() != ax.lines[1].get_marker()
+
+    def test_cobweb_alternates_between_map_and_diagonal(self, ax):
+        cobweb(ax, [0.1, 0.2, 0.4])
+        steps = [[0.1, 0.1], [0.1, 0.2], [0.2, 0.2], [0.2, 0.4], [0.4, 0.4]]
+        assert ax.lines[0].get_xydata().tolist() == steps
+
+
+class TestMotion:
+    def test_sample_times_keep_every_event(self):
+        t = np.array([0.0, 0.01, 2.0])
+        times = sample_times(t)
+        assert np.isin(t, times).all()
+        assert np.all(np.diff(times) > 0)
+
+    @pytest.mark.parametrize("block", [1, 2])
+    def test_ends_of_the_stick_interval_need_the_static_limit(self, block):
+        model = examples.law9()
+        for end, sign in zip(stick_interval(model, block, 0.37), (-1, 1), strict=True):
+            x = [end, 0.37] if block == 1 else [0.37, end]
+            force = locus.spring_force(x, model.alpha)[block - 1]
+            assert force == pytest.approx(sign * model.limits[block - 1], rel=1e-14)
+
+    def test_portrait_marks_the_interval_at_belt_velocity(self, ax):
+        draw_portrait(ax, np.zeros(3), np.zeros(3), block=2, V=0.3, interval=(-0.5, 0.5))
+        assert [[-0.5, 0.3], [0.5, 0.3]] in [line.get_xydata().tolist() for line in ax.lines]
+
+    def test_portrait_marks_where_the_block_rides(self, ax):
+        x, v = np.array([0.0, 0.1, 0.2, 0.1]), np.array([0.3, 0.3, 0.1, 0.3])
+        draw_portrait(ax, x, v, block=2, V=0.3)
+        riding = ax.lines[1].get_xdata()
+        assert riding[:2].tolist() == [0.0, 0.1]
+        assert np.isnan(riding[2])
