@@ -1,0 +1,225 @@
+"""One step of the event map: phases between events, and the rules that join them.
+
+Design, section 3, rules 1-6, for two blocks on a belt. What moves inside a phase is the business
+of `coulomb.py` and `law9.py`; here are only the limits, the contacts and who changes mode.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from flint import arb
+
+from .precision import TIE, exact
+from .roots import NotPositive
+
+Pair = tuple[arb, arb]
+Modes = tuple[int, int]
+MARK = {0: ".", -1: "-", 1: "+"}
+
+OK = "OK"
+NEVER_SLIPPING = "NEVER_SLIPPING"
+NEVER_CYCLE = "NEVER_CYCLE"
+EVENT_LIMIT = "EVENT_LIMIT"
+TIME_LIMIT = "TIME_LIMIT"
+UNDECIDED = "UNDECIDED"
+
+RECURS = arb("1e-25")  # states closer than this after some events: a cycle (rule 6 asks 1e-10)
+
+
+@dataclass(frozen=True)
+class Event:
+    """A change of mode: when, where, from what to what."""
+
+    time: arb
+    x: Pair
+    v: Pair
+    before: Modes
+    after: Modes
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What became of one start ``d``."""
+
+    status: str
+    value: arb | None
+    events: tuple[Event, ...]
+    phases: tuple[Phase, ...] = field(repr=False)
+
+    @property
+    def itinerary(self) -> str:
+        """Modes after each event, as "-. -- .- .."."""
+        return " ".join(MARK[e.after[0]] + MARK[e.after[1]] for e in self.events)
+
+    @property
+    def n_events(self) -> int:
+        """Changes of mode after the onset."""
+        return len(self.events) - 1
+
+    @property
+    def duration(self) -> arb:
+        """Time from the onset to the last event."""
+        return self.events[-1].time
+
+
+class Phase(Protocol):
+    """A stretch of motion with constant modes, from time 0 of its own clock."""
+
+    def first_event(self) -> tuple[arb, frozenset[int]] | None:
+        """When, and at which blocks, the first contact or limit comes; None: not up to a limit."""
+
+    def state(self, t: arb) -> tuple[Pair, Pair]:
+        """Positions and velocities."""
+
+    def never_ends(self) -> bool:
+        """Both blocks slip, and it is proved that neither reaches the belt's velocity."""
+
+
+class System(Protocol):
+    """Two blocks, their springs and their friction."""
+
+    alpha: arb
+    beta: arb
+    V: arb
+    limits: Pair
+
+    def phase(self, x: Pair, v: Pair, modes: Modes) -> Phase:
+        """The motion from this state as long as the modes last."""
+
+    def acceleration(self, block: int, x: Pair, v: Pair, mode: int) -> arb:
+        """X'' of a slipping block."""
+
+
+def need(system: System, block: int, x: Pair) -> arb:
+    """R: the friction force the block needs in order to stay with the belt (eq. 6a)."""
+    return x[block] + system.alpha * (x[block] - x[1 - block])
+
+
+def onset(system: System, d: arb) -> Pair:
+    """Where the global stick phase of this d ends (figure 2)."""
+    first, second = 1 + system.alpha * d, system.beta - (1 + system.alpha) * d
+    x1 = first if first < second else second
+    return (x1.mid(), (x1 + d).mid())
+
+
+def inside(system: System, d: arb) -> arb:
+    """``d``, or the end of the domain if it lies up to 4 ulp (2^-50 relative) beyond."""
+    end = (1 + system.beta) / (1 + 2 * system.alpha)
+    if abs(d) <= end:
+        return d
+    if abs(d) > end * (1 + arb(2) ** -50):
+        raise ValueError(f"d = {float(d)} is outside |d| <= {float(end)}")
+    return (end if d > 0 else -end).mid()
+
+
+def mode_at_contact(system: System, block: int, x: Pair, v: Pair, other: int) -> int:
+    """Mode of a block that moves with the belt at this moment; ``other``: its neighbour's mode."""
+    force, limit = need(system, block, x), system.limits[block]
+    if abs(force) < limit - TIE:
+        return 0
+    side = 1 if force > 0 else -1
+    if abs(force) <= limit + TIE and side * rate_of_need(system, block, x, v, other) < 0:
+        return 0
+    return -side
+
+
+def rate_of_need(system: System, block: int, x: Pair, v: Pair, other: int) -> arb:
+    """The first derivative of R that is not zero, if the block rides.
+
+    R' = V - alpha w_j, R'' = -alpha w_j'; if both vanish (w_j = V / alpha, at its own extreme) then
+    R''' = alpha (V + (1 + alpha) w_j), whatever the law: its slope multiplies w_j' = 0.
+    """
+    neighbour = 1 - block
+    w = v[neighbour] - system.V
+    rate = system.V - system.alpha * w
+    if abs(rate) > TIE:
+        return rate
+    acceleration = system.acceleration(neighbour, x, v, other)
+    if abs(acceleration) > TIE:
+        return -system.alpha * acceleration
+    return system.alpha * (system.V + (1 + system.alpha) * w)
+
+
+def motion(system: System, d: object, *, max_events: int = 10_000, max_time: float = 1e6) -> Motion:
+    """Carry ``d`` from one global stick phase to the next."""
+    x, v = onset(system, inside(system, exact(d))), (system.V, system.V)
+    time, modes = arb(0), (0, 0)
+    concerned = [i for i in (0, 1) if need(system, i, x) > system.limits[i] - TIE]
+    events: list[Event] = []
+    phases: list[Phase] = []
+
+    def result(status: str, value: arb | None = None) -> Motion:
+        return Motion(status, value, tuple(events), tuple(phases))
+
+    anchor, power = None, 1
+    while True:
+        after = list(modes)
+        for block in concerned:
+            # Both concerned: the neighbour moves with the belt too, its mode does not matter.
+            after[block] = mode_at_contact(system, block, x, v, modes[1 - block])
+        if tuple(after) != modes:
+            events.append(Event(time, x, v, modes, (after[0], after[1])))
+            modes = (after[0], after[1])
+            if modes == (0, 0):
+                return result(OK, (x[1] - x[0]).mid())
+            if anchor is not None and recurs(anchor, events[-1]):
+                return result(NEVER_CYCLE)
+            if len(events) == power:
+                anchor, power = events[-1], 2 * power
+        if len(phases) > max_events:  # touches that change no mode count as well
+            return result(EVENT_LIMIT)
+        phase = system.phase(x, v, modes)
+        try:
+            if phase.never_ends():
+                return result(NEVER_SLIPPING)
+            found = phase.first_event()
+        except NotPositive:
+            return result(UNDECIDED)
+        if found is None or time > max_time:
+            return result(TIME_LIMIT)
+        t, hit = found
+        phases.append(phase)
+        concerned = sorted(hit)
+        x, v = phase.state(t)
+        v = tuple(system.V if i in hit or modes[i] == 0 else v[i].mid() for i in (0, 1))
+        x, time = (x[0].mid(), x[1].mid()), (time + t).mid()
+
+
+def recurs(earlier: Event, later: Event) -> bool:
+    """The same change of mode from the same state."""
+    same = (earlier.before, earlier.after) == (later.before, later.after)
+    return same and all(
+        abs(a - b) < RECURS for a, b in zip(earlier.x + earlier.v, later.x + later.v, strict=True)
+    )
+
+
+def sensitivity(system: System, d: object, base: Motion | None = None) -> tuple[float, float]:
+    """(derivative of the value, kappa), by a second motion 1e-40 away with the same itinerary.
+
+    kappa is the largest |d state / d d| over the motion's events, at least 1; infinite where the
+    itinerary changes within 1e-40 on both sides, NaN derivative where there is no value.
+    """
+    d = inside(system, exact(d))
+    base = base or motion(system, d)
+    end = (1 + system.beta) / (1 + 2 * system.alpha)
+    for step in (arb("1e-40"), arb("-1e-40")):
+        if abs(d + step) > end:
+            continue
+        near = motion(system, d + step)
+        if near.itinerary != base.itinerary:
+            continue
+        kappa = max(
+            1.0, *(growth(a, b, step) for a, b in zip(base.events, near.events, strict=True))
+        )
+        if base.value is None or near.value is None:
+            return float("nan"), kappa
+        return float((near.value - base.value) / step), kappa
+    return float("nan"), float("inf")
+
+
+def growth(a: Event, b: Event, step: arb) -> float:
+    """|d state / d d| at one event."""
+    squares = sum(((q - p) / step) ** 2 for p, q in zip(a.x + a.v, b.x + b.v, strict=True))
+    return float(squares.sqrt())
