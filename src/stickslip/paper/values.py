@@ -123,7 +123,7 @@ def _row(value: Value) -> str:
 
 
 def _digits(number: float, error: float) -> str:
-    """Number to the decimal place of its error."""
+    """Write a number to the decimal place of its error."""
     if not math.isfinite(number) or not math.isfinite(error):
         return f"{number:.17g}"
     places = 17 if error <= 0.0 else min(17, max(0, math.ceil(-math.log10(error))))
