@@ -1,0 +1,79 @@
+"""Figure 10: orbits that start on both sides of the jump reach S4 in different ways."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip import examples
+from stickslip.mechanics.eventmap.event_map import event_map
+from stickslip.paper.galvanetto2001.printed import EXACT, JUMP_OF_S4, S4_POINT
+from stickslip.paper.galvanetto2001.roots import fixed_point, jump
+from stickslip.plot.curve import Curve, trace
+from stickslip.plot.event_map import cobweb, draw_curve, mark_orbit
+from stickslip.plot.style import PALETTE, panel_letter
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+TITLE: Final = "Transients from both sides of the jump of the fourth iterated map"
+COLUMNS: Final = "two"
+HEIGHT: Final = 3.5
+
+WINDOWS: Final = ((-0.30, 0.34), (0.2765, 0.2805))
+STEPS: Final = 40
+
+
+@dataclass(frozen=True)
+class Data:
+    """Graphs of f^4 in two windows, S4, the jump, and f^4-orbits (STEPS + 1,) from its sides."""
+
+    curves: tuple[Curve, Curve]
+    s4: NDArray[np.float64]
+    jump: float
+    from_left: NDArray[np.float64]
+    from_right: NDArray[np.float64]
+
+
+def compute() -> Data:
+    """Trace f^4 and iterate it from the floats on both sides of the jump next to S4."""
+    f = event_map(examples.coulomb())
+    f4 = f.power(4)
+    left, right = jump(f, *JUMP_OF_S4)
+    s4 = f.iterate(fixed_point(f4, *S4_POINT, noise=EXACT).value, 3)
+    curves = (trace(f4, WINDOWS[0], points=2001), trace(f4, WINDOWS[1]))
+    return Data(curves, s4, left, f4.iterate(left, STEPS), f4.iterate(right, STEPS))
+
+
+def draw(data: Data, figure: Figure) -> None:
+    """Draw both windows with the two transients, S4 and the point of U4 on the jump."""
+    axes = figure.subplots(1, 2)
+    for ax, letter, curve, window in zip(axes, "ab", data.curves, WINDOWS, strict=True):
+        draw_curve(curve, ax, window=window, power=4)
+        cobweb(ax, data.from_left, color=PALETTE["blue"])
+        cobweb(ax, data.from_right, color=PALETTE["orange"])
+        _mark(ax, data, window)
+        panel_letter(ax, letter)
+
+
+def _mark(ax: Axes, data: Data, window: tuple[float, float]) -> None:
+    inside = data.s4[(data.s4 > window[0]) & (data.s4 < window[1])]
+    mark_orbit(ax, inside, power=inside.size)
+    mark_orbit(ax, data.jump, stable=False)
+    for name, d in (("$S_4$", inside[0]), ("$U_4$", data.jump)):
+        ax.annotate(name, (d, d), (5, -11), textcoords="offset points")
+
+
+def caption(data: Data) -> str:
+    """Describe the two transients."""
+    return (
+        f"Fourth iterated map for V = 0.0366 (a) over {WINDOWS[0][0]:g} < d < {WINDOWS[0][1]:g} "
+        f"and (b) enlarged (our choice). From the left side of the jump d = {data.jump:.10f} the "
+        "orbit climbs down to the nearest point of S4; from the right side it leaves for "
+        f"d = {data.from_right[1]:.4f} and settles at d = {data.from_right[-1]:.4f}, another "
+        "point of S4. Squares: the point of the infinitely unstable U4 on the jump."
+    )
