@@ -1,0 +1,322 @@
+"""The event map of one motion and of many: from one global stick phase to the next.
+
+A template (`numerics.targets.instantiate`): the engine that moves a motion to its next event
+is bound to the names imported below for the type checker.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.mechanics.flow.mode import settle
+from stickslip.mechanics.flow.system import (
+    ALPHA,
+    BACKWARD,
+    BETA,
+    LANDING,
+    START,
+    Floats,
+    Motion,
+    System,
+    limit,
+)
+from stickslip.numerics.roots import EPSILON
+from stickslip.numerics.targets import kernel
+from stickslip.status import EVENT_LIMIT, NEVER_CYCLE, OK, STEP_FAILED, TIME_LIMIT, UNDECIDED
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.flow._exact_kernels import Work, advance, landing_rate
+
+# From this many events on a motion is watched for a cycle without global stick.
+LONG = 64
+# A state recurs when it comes back to within this distance (rule 6).
+RECURRENCE = 1e-10
+# Events in zero time after which the modes count as undecidable.
+MAX_INSTANT = 8
+# Steps without an event, for each event allowed, before a motion is given up.
+STEPS_PER_EVENT = 200
+# Multiplier of the 64-bit hash of itineraries (Knuth's MMIX).
+HASH = np.uint64(6364136223846793005)
+
+
+class Controls(NamedTuple):
+    """Tolerance of the adaptive engine and the limits of a motion."""
+
+    rtol: float
+    max_events: int
+    max_time: float
+
+
+class Outputs(NamedTuple):
+    """What a motion leaves, an entry (``derivative``: a row) for each starting point."""
+
+    value: Floats
+    derivative: Floats
+    duration: Floats
+    n_events: NDArray[np.int64]
+    label: NDArray[np.uint64]
+    margin: Floats
+    status: NDArray[np.int64]
+
+
+@kernel
+def onset(system: System, motion: Motion, d: float) -> None:
+    """End of the global stick phase with ``X_2 - X_1 = d`` (eq. 6a): who slips, and from where.
+
+    On the belt d is fixed while both displacements grow, so the first upper limit reached
+    decides; the other block's needed force is then known. Where both are reached, both slip.
+    """
+    end = (1.0 + system.beta) / (1.0 + 2.0 * system.alpha)
+    d = min(max(d, -end), end)
+    spread = (1.0 + 2.0 * system.alpha) * d  # e_2 - e_1
+    lead = 1.0 + spread - system.beta  # how far block 2 is past its limit as block 1 leaves
+    tie = abs(lead) <= 4.0 * EPSILON * (1.0 + abs(spread) + system.beta)
+    first = lead < 0.0 or tie
+    second = lead > 0.0 or tie
+    motion.w[0] = motion.w[1] = 0.0
+    motion.mode[0] = BACKWARD if first else 0
+    motion.mode[1] = BACKWARD if second else 0
+    motion.e[0] = 1.0 if first else max(system.beta - spread, -1.0)
+    motion.e[1] = system.beta if second else max(1.0 + spread, -system.beta)
+    for column in range(motion.directions.shape[0]):
+        direction = motion.directions[column]
+        d_spread = (1.0 + 2.0 * system.alpha) * direction[START] + 2.0 * d * direction[ALPHA]
+        motion.tangent_w[0, column] = motion.tangent_w[1, column] = 0.0
+        motion.tangent_e[0, column] = 0.0 if first else direction[BETA] - d_spread
+        motion.tangent_e[1, column] = direction[BETA] if second else d_spread
+
+
+@kernel
+def mode_code(motion: Motion) -> int:
+    """Number of a pair of modes, 0..8; both sticking is 4."""
+    return 3 * (motion.mode[0] + 1) + motion.mode[1] + 1
+
+
+@kernel
+def copy_motion(source: Motion, target: Motion) -> None:
+    """Copy the state and the tangents into a motion with more columns."""
+    for block in range(2):
+        target.w[block] = source.w[block]
+        target.e[block] = source.e[block]
+        target.mode[block] = source.mode[block]
+        for column in range(source.directions.shape[0]):
+            target.tangent_w[block, column] = source.tangent_w[block, column]
+            target.tangent_e[block, column] = source.tangent_e[block, column]
+
+
+@kernel
+def watch_from_here(motion: Motion, saved: Motion, n_columns: int) -> None:
+    """Save the state and start the loop's tangent, its last four columns, at the identity."""
+    for block in range(2):
+        saved.w[block] = motion.w[block]
+        saved.e[block] = motion.e[block]
+        saved.mode[block] = motion.mode[block]
+        for k in range(4):
+            motion.tangent_w[block, n_columns + k] = 0.0
+            motion.tangent_e[block, n_columns + k] = 0.0
+        if motion.mode[block] != 0:
+            motion.tangent_w[block, n_columns + block] = 1.0
+        motion.tangent_e[block, n_columns + 2 + block] = 1.0
+
+
+@kernel
+def recurs(motion: Motion, saved: Motion, n_columns: int, margin: float) -> bool:
+    """Whether the state came back so close that the loop is a cycle which attracts it (rule 6)."""
+    distance = 0.0
+    norm = 0.0
+    for block in range(2):
+        if motion.mode[block] != saved.mode[block]:
+            return False
+        distance = max(distance, abs(motion.w[block] - saved.w[block]))
+        distance = max(distance, abs(motion.e[block] - saved.e[block]))
+        row_w = row_e = 0.0
+        for k in range(4):
+            row_w += abs(motion.tangent_w[block, n_columns + k])
+            row_e += abs(motion.tangent_e[block, n_columns + k])
+        norm = max(norm, row_w, row_e)
+    return distance < RECURRENCE and norm < 1.0 and distance < 0.1 * margin * (1.0 - norm)
+
+
+@kernel
+def landing_margin(system: System, laws: Floats, motion: Motion) -> float:
+    """Clearance of the blocks that land now: from their limits, and from a touch."""
+    margin = math.inf
+    for block in range(2):
+        if motion.event[block] == LANDING:
+            room = abs(limit(system, block) - abs(motion.e[block]))
+            rate = abs(landing_rate(system, laws, motion, block))
+            margin = min(margin, room, rate)
+    return margin
+
+
+@kernel
+def blocks_of_event(motion: Motion) -> int:
+    """Bit set of the blocks whose event it is."""
+    return (1 if motion.event[0] != 0 else 0) + (2 if motion.event[1] != 0 else 0)
+
+
+@kernel
+def carry(
+    system: System,
+    laws: Floats,
+    d: float,
+    motion: Motion,
+    long_motion: Motion,
+    saved: Motion,
+    work: Work,
+    controls: Controls,
+    itinerary: NDArray[np.int8],
+) -> tuple[float, float, int, np.uint64, float, int]:
+    """Follow a motion from the global stick phase `d` to the next one.
+
+    Returns (value, duration, events, label, margin, status). Tangents of the last state stay
+    in `motion`. `itinerary` takes the codes of the phases as far as it reaches.
+    """
+    n_columns = motion.directions.shape[0]
+    onset(system, motion, d)
+    watching = work.watch[0]
+    work.margin[0] = math.inf
+    work.sliding[0] = 0.0
+    current = motion
+    code = mode_code(current)
+    label = np.uint64(code + 1)
+    if itinerary.shape[0] > 0:
+        itinerary[0] = code
+    duration = phase = 0.0
+    earlier_margin = math.inf
+    n_events = instant = 0
+    before = (1 if motion.mode[0] != 0 else 0) + (2 if motion.mode[1] != 0 else 0)
+    status = TIME_LIMIT
+    for _ in range(STEPS_PER_EVENT * (controls.max_events + LONG)):
+        t, status = advance(system, laws, current, work, controls.rtol, math.inf)
+        duration += t
+        phase += t
+        if status != OK:
+            break
+        if not (math.isfinite(current.e[0]) and math.isfinite(current.e[1])):
+            status = STEP_FAILED
+            break
+        status = TIME_LIMIT
+        if duration > controls.max_time:
+            break
+        here = blocks_of_event(current)
+        if here == 0:
+            continue
+        if work.watch[0] != 0.0:
+            margin = landing_margin(system, laws, current)
+            if here != before:
+                margin = min(margin, phase)
+            work.margin[0] = min(work.margin[0], margin)
+        before = here
+        instant = instant + 1 if phase == 0.0 else 0
+        phase = 0.0
+        settle(system, current)
+        new_code = mode_code(current)
+        if new_code == code:
+            continue
+        code = new_code
+        n_events += 1
+        label = label * HASH + np.uint64(code + 1)
+        if n_events < itinerary.shape[0]:
+            itinerary[n_events] = code
+        if code == 4:
+            status = OK
+            break
+        if instant > MAX_INSTANT:
+            status = UNDECIDED
+            break
+        if n_events >= controls.max_events:
+            status = EVENT_LIMIT
+            break
+        if n_events >= LONG:
+            if n_events == LONG:
+                copy_motion(motion, long_motion)
+                current = long_motion
+                work.watch[0] = 1.0
+            elif recurs(current, saved, n_columns, work.margin[0]):
+                status = NEVER_CYCLE
+                break
+            if n_events & (n_events - 1) == 0:
+                watch_from_here(current, saved, n_columns)
+                earlier_margin = min(earlier_margin, work.margin[0])
+                work.margin[0] = math.inf
+    work.watch[0] = watching
+    margin = min(earlier_margin, work.margin[0])
+    value = math.nan
+    if status == OK:
+        value = (current.e[1] - current.e[0]) / (1.0 + 2.0 * system.alpha)
+        if n_events >= LONG:
+            for block in range(2):
+                for column in range(n_columns):
+                    motion.tangent_e[block, column] = current.tangent_e[block, column]
+    return value, duration, n_events, label, margin, status
+
+
+@kernel
+def value_tangent(system: System, motion: Motion, value: float, column: int) -> float:
+    """Derivative of d = (e_2 - e_1) / (1 + 2 alpha) in the direction of a column."""
+    difference = motion.tangent_e[1, column] - motion.tangent_e[0, column]
+    growth = 2.0 * value * motion.directions[column, ALPHA]
+    return (difference - growth) / (1.0 + 2.0 * system.alpha)
+
+
+@kernel
+def carry_range(
+    system: System,
+    laws: Floats,
+    d: Floats,
+    start: int,
+    stop: int,
+    motion: Motion,
+    long_motion: Motion,
+    saved: Motion,
+    work: Work,
+    controls: Controls,
+    itinerary: NDArray[np.int8],
+    outputs: Outputs,
+) -> None:
+    """Evaluate the map at ``d[start:stop]``; `itinerary` is that of the last motion."""
+    for i in range(start, stop):
+        if math.isnan(d[i]):
+            continue
+        value, duration, n_events, label, margin, status = carry(
+            system, laws, d[i], motion, long_motion, saved, work, controls, itinerary
+        )
+        outputs.value[i] = value
+        outputs.duration[i] = duration
+        outputs.n_events[i] = n_events
+        outputs.label[i] = label
+        outputs.margin[i] = margin
+        outputs.status[i] = status
+        for column in range(motion.directions.shape[0]):
+            slope = value_tangent(system, motion, value, column)
+            outputs.derivative[i, column] = slope if status == OK else math.nan
+
+
+@kernel
+def iterate_range(
+    system: System,
+    laws: Floats,
+    orbits: Floats,
+    start: int,
+    stop: int,
+    motion: Motion,
+    long_motion: Motion,
+    saved: Motion,
+    work: Work,
+    controls: Controls,
+    itinerary: NDArray[np.int8],
+) -> None:
+    """Fill rows ``start..stop`` of `orbits` (starts, n + 1) from their first entries on."""
+    for i in range(start, stop):
+        for k in range(orbits.shape[1] - 1):
+            value = orbits[i, k]
+            if not math.isnan(value):
+                value, _, _, _, _, _ = carry(
+                    system, laws, value, motion, long_motion, saved, work, controls, itinerary
+                )
+            orbits[i, k + 1] = value

@@ -1,0 +1,603 @@
+"""Exact engine: constant kinetic friction, so that motion between events is closed form.
+
+`advance` carries a motion to its next event, or a bounded time on where that is far.
+Derivation of every formula: docs/theory/flow.md.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip.mechanics.flow.oscillator import oscillator, oscillator_tangent
+from stickslip.mechanics.flow.saltation import saltation
+from stickslip.mechanics.flow.system import (
+    ALPHA,
+    AT_LOWER_LIMIT,
+    AT_UPPER_LIMIT,
+    BETA,
+    LANDING,
+    LAWS,
+    STATIC_VALUE,
+    VELOCITY,
+    Floats,
+    Motion,
+    System,
+    law_parameters,
+    limit,
+    loading_rate,
+)
+from stickslip.numerics.roots import EPSILON, leaving_step, polish, safe_step
+from stickslip.numerics.targets import kernel
+from stickslip.status import NEVER_SLIPPING, OK, STEP_FAILED
+
+# Time after which a phase is restarted from where it is, so that phases of long motions do
+# not lose digits of their angle.
+LONGEST_STEP = 3.0
+# Steps of a first-root search: some ten are usual, a graze takes a few dozen.
+MAX_SEARCH = 100_000
+# The bound on the third derivative is used over at most this time (measured optimum).
+CAP = 0.85
+
+
+class Work(NamedTuple):
+    """Scratch of the engine: the state at the start of a step, and what the step found.
+
+    ``margin``: smallest clearance of a lobe or of a rider's extreme met so far, written only
+    if ``watch[0]`` is not 0. ``sliding``: time since both blocks began to slip.
+    """
+
+    start_w: Floats
+    start_e: Floats
+    margin: Floats
+    watch: Floats
+    sliding: Floats
+
+
+def new_work(n_columns: int = 0) -> Work:
+    """Scratch arrays for one motion."""
+    return Work(np.zeros(2), np.zeros(2), np.full(1, np.inf), np.zeros(1), np.zeros(1))
+
+
+@kernel
+def landing_rate(system: System, laws: Floats, motion: Motion, block: int) -> float:
+    """w' of a slipping block as it reaches the belt."""
+    return friction(system, laws, motion, block) - motion.e[block]
+
+
+@kernel
+def friction(system: System, laws: Floats, motion: Motion, block: int) -> float:
+    """Kinetic friction on a block (eq. 8): a constant, so that mu = F(0)."""
+    return -motion.mode[block] * laws[block, STATIC_VALUE] * limit(system, block)
+
+
+@kernel
+def friction_direction(
+    system: System, laws: Floats, motion: Motion, block: int, column: int
+) -> float:
+    """Derivative of `friction` in the direction of a tangent column."""
+    direction = motion.directions[column]
+    d_mu = direction[LAWS + block * law_parameters(motion)]
+    d_limit = direction[BETA] * block
+    mu = laws[block, STATIC_VALUE]
+    return -motion.mode[block] * (d_mu * limit(system, block) + mu * d_limit)
+
+
+@kernel
+def advance(
+    system: System, laws: Floats, motion: Motion, work: Work, rtol: float, cap: float
+) -> tuple[float, int]:
+    """Carry `motion` to its next event, or on by a bounded time; return that time and a status.
+
+    ``motion.event`` says what happened to each block; modes are left for `settle`. `cap` ends
+    the step early (the end of a trajectory); `rtol` belongs to the adaptive engine.
+    """
+    for block in range(2):
+        work.start_w[block] = motion.w[block]
+        work.start_e[block] = motion.e[block]
+        motion.event[block] = 0
+    if motion.mode[0] != 0 and motion.mode[1] != 0:
+        t, status = next_event_both(system, laws, motion, work, cap)
+        eventless = motion.event[0] == 0 and motion.event[1] == 0
+        work.sliding[0] = work.sliding[0] + t if eventless else 0.0
+        if work.sliding[0] > common_period(system.alpha):
+            status = NEVER_SLIPPING
+    else:
+        work.sliding[0] = 0.0
+        slipper = 0 if motion.mode[0] != 0 else 1
+        t, status = next_event_one(system, laws, motion, work, slipper, cap)
+    return t, status
+
+
+# --- one block slips, the other rides ---------------------------------------------------------
+
+
+@kernel
+def ride(
+    system: System, motion: Motion, work: Work, slipper: int, t: float
+) -> float:
+    """Needed force of the rider at time `t`, from that of the slipper (already in `motion`).
+
+    Both are driven by the same spring, so that no integral is left:
+    e_b' = V - alpha w_a and e_a' = (1 + alpha) w_a + V.
+    """
+    stiffness = 1.0 + system.alpha
+    gained = motion.e[slipper] - work.start_e[slipper]
+    steady = system.V * (1.0 + 2.0 * system.alpha) * t
+    return work.start_e[1 - slipper] + (steady - system.alpha * gained) / stiffness
+
+
+@kernel
+def move_one(
+    system: System, laws: Floats, motion: Motion, work: Work, slipper: int, t: float
+) -> None:
+    """Put `motion` at time `t` of a phase in which one block slips."""
+    w, e = oscillator(
+        1.0 + system.alpha,
+        system.V,
+        friction(system, laws, motion, slipper),
+        work.start_w[slipper],
+        work.start_e[slipper],
+        t,
+    )
+    motion.w[slipper] = w
+    motion.e[slipper] = e
+    motion.e[1 - slipper] = ride(system, motion, work, slipper, t)
+
+
+@kernel
+def time_of_return(
+    system: System, laws: Floats, motion: Motion, work: Work, slipper: int
+) -> tuple[float, float]:
+    """First time at which a slipping block reaches w = 0 while the other rides, and |w'| there.
+
+    With ``u = w + V/W^2`` a sinusoid of frequency W, ``u = V/W^2`` is a quadratic in the
+    tangent of half the angle; its root with upward crossing is written so that nothing
+    cancels, also for a return right after a tangential start. (inf, 0): no return.
+    """
+    stiffness = 1.0 + system.alpha
+    frequency = math.sqrt(stiffness)
+    sign = -float(motion.mode[slipper])
+    speed = abs(work.start_w[slipper])
+    pull = sign * (friction(system, laws, motion, slipper) - work.start_e[slipper])
+    level = 2.0 * sign * system.V
+    fall = speed * (level - stiffness * speed)
+    square = pull * pull - fall
+    scale = pull * pull + speed * (abs(level) + stiffness * speed)
+    if square < -8.0 * EPSILON * scale:
+        return math.inf, 0.0
+    slope = math.sqrt(square) if square > 8.0 * EPSILON * scale or speed == 0.0 else 0.0
+    if pull < 0.0 or speed == 0.0:
+        pull = min(pull, 0.0)
+        half_angle = math.atan2(slope - pull, speed * frequency - level / frequency)
+    else:
+        half_angle = math.atan2(speed * frequency, slope + pull)
+    return 2.0 * half_angle / frequency, slope
+
+
+@kernel
+def next_event_one(
+    system: System, laws: Floats, motion: Motion, work: Work, slipper: int, cap: float
+) -> tuple[float, int]:
+    """Next event while one block slips: it returns, or the rider reaches a static limit."""
+    rider = 1 - slipper
+    t, slope = time_of_return(system, laws, motion, work, slipper)
+    lands = t <= cap and t < math.inf
+    backward = motion.mode[slipper] < 0
+    if not lands:
+        # Without a return the rider, loaded at a rate of at least V, leaves first.
+        t = min(cap, (limit(system, rider) - work.start_e[rider]) / system.V) if backward else cap
+    move_one(system, laws, motion, work, slipper, t)
+    if lands:
+        motion.e[slipper] = friction(system, laws, motion, slipper) + motion.mode[slipper] * slope
+        motion.e[rider] = ride(system, motion, work, slipper, t)
+    if backward:
+        t_rider, side = rider_reaches_upper(system, laws, motion, work, slipper, t)
+    else:
+        t_rider, side = rider_reaches_either(system, laws, motion, work, slipper, t)
+    if side != 0:
+        motion.event[rider] = side
+        if t_rider < t:
+            t = t_rider
+            lands = False
+            move_one(system, laws, motion, work, slipper, t)
+    if lands:
+        motion.event[slipper] = LANDING
+        motion.w[slipper] = 0.0
+    if work.watch[0] != 0.0:
+        watch_one(system, laws, motion, work, slipper, t)
+    tangents_one(system, laws, motion, work, slipper, t)
+    return t, OK
+
+
+@kernel
+def rider_tolerance(system: System, work: Work, rider: int, t: float) -> float:
+    """Rounding of the rider's needed force at time `t`."""
+    return 4.0 * EPSILON * (1.0 + limit(system, rider) + system.V * t)
+
+
+@kernel
+def rider_reaches_upper(
+    system: System, laws: Floats, motion: Motion, work: Work, slipper: int, t: float
+) -> tuple[float, int]:
+    """First time up to `t` at which the rider reaches its upper limit, if it does.
+
+    The other block slips backward, so the rider's force grows at a rate of at least V: its
+    value at `t` (in `motion`) decides, and the root is bracketed.
+    """
+    rider = 1 - slipper
+    end = limit(system, rider)
+    excess = motion.e[rider] - end
+    tolerance = rider_tolerance(system, work, rider, t)
+    if excess < -tolerance:
+        return t, 0
+    if excess <= tolerance:
+        return t, AT_UPPER_LIMIT
+    low, high = 0.0, t
+    span = excess + (end - work.start_e[rider])
+    root = t * (end - work.start_e[rider]) / span
+    for _ in range(100):
+        move_one(system, laws, motion, work, slipper, root)
+        excess = motion.e[rider] - end
+        if excess > 0.0:
+            high = root
+        else:
+            low = root
+        step = excess / (system.V - system.alpha * motion.w[slipper])
+        if abs(step) <= EPSILON * root:
+            return root - step, AT_UPPER_LIMIT
+        root -= step
+        if not low < root < high:
+            root = 0.5 * (low + high)
+    return root, AT_UPPER_LIMIT
+
+
+@kernel
+def rider_reaches_either(
+    system: System, laws: Floats, motion: Motion, work: Work, slipper: int, t_end: float
+) -> tuple[float, int]:
+    """First time up to `t_end` at which a rider reaches a limit while the other slips forward.
+
+    Its force changes at a rate V - alpha w of either sign. Most often two straight lines show
+    that it stays inside; else both distances are followed by safe steps.
+    """
+    rider = 1 - slipper
+    end = limit(system, rider)
+    tolerance = rider_tolerance(system, work, rider, t_end)
+    start = work.start_e[rider]
+    last = motion.e[rider]
+    reach = system.V * t_end
+    if start + reach < end - tolerance and last - reach > -end + tolerance:
+        return t_end, 0
+    stiffness = 1.0 + system.alpha
+    swing = math.hypot(
+        (work.start_w[slipper] + system.V / stiffness) * math.sqrt(stiffness),
+        friction(system, laws, motion, slipper) - work.start_e[slipper],
+    )
+    bound_2 = system.alpha * swing
+    bound_3 = bound_2 * math.sqrt(stiffness)
+    best, best_side = t_end, 0
+    for side in (AT_UPPER_LIMIT, AT_LOWER_LIMIT):
+        sign = 1.0 if side == AT_UPPER_LIMIT else -1.0
+        t = 0.0
+        for _ in range(MAX_SEARCH):
+            move_one(system, laws, motion, work, slipper, t)
+            gap = end - sign * motion.e[rider]
+            slope = -sign * (system.V - system.alpha * motion.w[slipper])
+            pull = friction(system, laws, motion, slipper) - motion.e[slipper]
+            curvature = sign * system.alpha * pull
+            if gap <= tolerance and (slope < 0.0 or (slope == 0.0 and curvature <= 0.0)):
+                best, best_side = polish(t, gap, slope), side
+                break
+            if t >= best:
+                break
+            if gap <= tolerance:
+                step = leaving_step(slope, curvature, bound_3, CAP)
+            else:
+                step = safe_step(gap, slope, curvature, bound_2, bound_3, CAP)
+            t = min(best, t + max(step, EPSILON * t))
+    move_one(system, laws, motion, work, slipper, best)
+    return best, best_side
+
+
+@kernel
+def watch_one(
+    system: System, laws: Floats, motion: Motion, work: Work, slipper: int, t: float
+) -> None:
+    """Margins of a phase with one slipping block: its lobes that turn back, rider's extremes."""
+    rider = 1 - slipper
+    stiffness = 1.0 + system.alpha
+    frequency = math.sqrt(stiffness)
+    a = (work.start_w[slipper] + system.V / stiffness) * frequency
+    b = friction(system, laws, motion, slipper) - work.start_e[slipper]
+    swing = math.hypot(a, b) / frequency
+    if motion.mode[slipper] < 0:
+        # The first maximum of w; it turned back if the phase went on beyond it.
+        peak = math.atan2(b, a) / frequency
+        if peak <= 0.0:
+            peak += 2.0 * math.pi / frequency
+        if peak < t:
+            work.margin[0] = min(work.margin[0], system.V / stiffness - swing)
+        return
+    if system.alpha == 0.0:
+        return
+    # The rider's force turns where w = V / alpha.
+    level = (system.V / system.alpha + system.V / stiffness) / swing
+    if level >= 1.0:
+        return
+    end_w, end_e = motion.w[slipper], motion.e[slipper]
+    end_rider = motion.e[rider]
+    for side in (-1.0, 1.0):
+        turn = (math.atan2(b, a) + side * math.acos(level)) / frequency
+        if turn <= 0.0:
+            turn += 2.0 * math.pi / frequency
+        if turn < t:
+            move_one(system, laws, motion, work, slipper, turn)
+            room = limit(system, rider) - abs(motion.e[rider])
+            work.margin[0] = min(work.margin[0], max(room, 0.0))
+    motion.w[slipper], motion.e[slipper], motion.e[rider] = end_w, end_e, end_rider
+
+
+@kernel
+def tangents_one(
+    system: System, laws: Floats, motion: Motion, work: Work, slipper: int, t: float
+) -> None:
+    """Carry the tangents through a phase with one slipping block, and through its event."""
+    rider = 1 - slipper
+    stiffness = 1.0 + system.alpha
+    force = friction(system, laws, motion, slipper)
+    for column in range(motion.directions.shape[0]):
+        d_alpha = motion.directions[column, ALPHA]
+        d_V = motion.directions[column, VELOCITY]
+        d_start = motion.tangent_e[slipper, column]
+        d_w, d_e = oscillator_tangent(
+            stiffness,
+            system.V,
+            force,
+            work.start_w[slipper],
+            work.start_e[slipper],
+            t,
+            d_alpha,
+            d_V,
+            friction_direction(system, laws, motion, slipper, column),
+            motion.tangent_w[slipper, column],
+            d_start,
+        )
+        # e_b = e_b(0) + V t - alpha x,  x = (e_a - e_a(0) - V t) / stiffness = integral of w_a
+        slipped = (motion.e[slipper] - work.start_e[slipper] - system.V * t) / stiffness
+        d_slipped = (d_e - d_start - d_V * t - d_alpha * slipped) / stiffness
+        motion.tangent_w[slipper, column] = d_w
+        motion.tangent_e[slipper, column] = d_e
+        motion.tangent_e[rider, column] += d_V * t - d_alpha * slipped - system.alpha * d_slipped
+    tangents_to_event(system, laws, motion)
+
+
+# --- both blocks slip -------------------------------------------------------------------------
+
+
+@kernel
+def move_both(system: System, laws: Floats, motion: Motion, work: Work, t: float) -> None:
+    """Put `motion` at time `t` of a phase in which both blocks slip: sum and difference."""
+    friction_1 = friction(system, laws, motion, 0)
+    friction_2 = friction(system, laws, motion, 1)
+    w_1, w_2 = work.start_w[0], work.start_w[1]
+    e_1, e_2 = work.start_e[0], work.start_e[1]
+    sum_w, sum_e = oscillator(
+        1.0, 2.0 * system.V, friction_1 + friction_2, w_1 + w_2, e_1 + e_2, t
+    )
+    difference_w, difference_e = oscillator(
+        1.0 + 2.0 * system.alpha, 0.0, friction_2 - friction_1, w_2 - w_1, e_2 - e_1, t
+    )
+    motion.w[0] = 0.5 * (sum_w - difference_w)
+    motion.w[1] = 0.5 * (sum_w + difference_w)
+    motion.e[0] = 0.5 * (sum_e - difference_e)
+    motion.e[1] = 0.5 * (sum_e + difference_e)
+
+
+@kernel
+def mode_swings(system: System, laws: Floats, motion: Motion, work: Work) -> tuple[float, float]:
+    """Amplitudes of the sum and the difference of the relative velocities."""
+    friction_1 = friction(system, laws, motion, 0)
+    friction_2 = friction(system, laws, motion, 1)
+    sum_w = work.start_w[0] + work.start_w[1] + 2.0 * system.V
+    sum_pull = friction_1 + friction_2 - work.start_e[0] - work.start_e[1]
+    difference_w = work.start_w[1] - work.start_w[0]
+    difference_pull = friction_2 - friction_1 - work.start_e[1] + work.start_e[0]
+    frequency = math.sqrt(1.0 + 2.0 * system.alpha)
+    return math.hypot(sum_w, sum_pull), math.hypot(difference_w, difference_pull / frequency)
+
+
+@kernel
+def common_period(alpha: float) -> float:
+    """Period of two slipping blocks where their frequencies 1 and W have a small ratio, or inf.
+
+    Their relative velocities then recur, and a period without a contact proves that there is
+    none. With incommensurate frequencies the sum of the amplitudes is approached as closely
+    as one likes, so that `mode_swings` decides.
+    """
+    frequency = math.sqrt(1.0 + 2.0 * alpha)
+    for turns in range(1, 33):
+        if abs(turns * frequency - round(turns * frequency)) <= 4.0 * EPSILON * turns * frequency:
+            return 2.0 * math.pi * turns * (1.0 + 1e-12)
+    return math.inf
+
+
+@kernel
+def next_event_both(
+    system: System, laws: Floats, motion: Motion, work: Work, cap: float
+) -> tuple[float, int]:
+    """First return of one of two slipping blocks, by steps that provably skip none."""
+    swing_1, swing_2 = mode_swings(system, laws, motion, work)
+    backward = motion.mode[0] < 0 and motion.mode[1] < 0
+    if backward and 0.5 * (swing_1 + swing_2) < system.V * (1.0 - 8.0 * EPSILON):
+        return 0.0, NEVER_SLIPPING
+    stiffness = 1.0 + 2.0 * system.alpha
+    bound_2 = 0.5 * (swing_1 + stiffness * swing_2)
+    bound_3 = 0.5 * (swing_1 + stiffness * math.sqrt(stiffness) * swing_2)
+    tolerance = 4.0 * EPSILON * (system.V + swing_1 + swing_2)
+    longest = min(cap, LONGEST_STEP)
+    t = 0.0
+    for _ in range(MAX_SEARCH):
+        step = longest
+        found = False
+        for block in range(2):
+            sign = float(motion.mode[block])
+            gap = sign * motion.w[block]
+            slope = sign * (friction(system, laws, motion, block) - motion.e[block])
+            curvature = -sign * loading_rate(system, motion.w, block)
+            if t == 0.0 and work.start_w[block] == 0.0:
+                if abs(slope) <= 4.0 * EPSILON * limit(system, block):
+                    slope = 0.0  # F(0) = 1: the slip starts at a double root
+                reach = leaving_step(slope, curvature, bound_3, CAP)
+                if reach == 0.0:
+                    motion.event[block] = LANDING
+                    found = True
+            elif gap <= tolerance and slope <= 0.0:
+                motion.event[block] = LANDING
+                found = True
+                reach = CAP
+            else:
+                reach = safe_step(max(gap, 0.0), slope, curvature, bound_2, bound_3, CAP)
+            step = min(step, reach)
+        if found:
+            t = finish_both(system, laws, motion, work, t)
+            return t, OK
+        if t >= longest:
+            if work.watch[0] != 0.0:
+                watch_both(system, laws, motion, work, t)
+            tangents_both(system, laws, motion, work, t)
+            return t, OK
+        t = min(longest, t + max(step, 2.0 * EPSILON * t))
+        move_both(system, laws, motion, work, t)
+    return t, STEP_FAILED
+
+
+@kernel
+def finish_both(system: System, laws: Floats, motion: Motion, work: Work, t: float) -> float:
+    """Polish the time of an event of two slipping blocks and carry everything there."""
+    block = 0 if motion.event[0] == LANDING else 1
+    if not (motion.event[0] == LANDING and motion.event[1] == LANDING) and t > 0.0:
+        slope = friction(system, laws, motion, block) - motion.e[block]
+        t = polish(t, motion.w[block], slope)
+        move_both(system, laws, motion, work, t)
+    if work.watch[0] != 0.0:
+        watch_both(system, laws, motion, work, t)
+    tangents_both(system, laws, motion, work, t)
+    return t
+
+
+@kernel
+def watch_both(system: System, laws: Floats, motion: Motion, work: Work, t_end: float) -> None:
+    """Margins of lobes that turned back within a step: minima of |w| with w' = 0."""
+    swing_1, swing_2 = mode_swings(system, laws, motion, work)
+    stiffness = 1.0 + 2.0 * system.alpha
+    bound_3 = 0.5 * (swing_1 + stiffness * math.sqrt(stiffness) * swing_2)
+    pieces = 1 + int(4.0 * t_end * math.sqrt(stiffness))
+    for block in range(2):
+        sign = float(motion.mode[block])
+        if motion.event[block] == LANDING and t_end == 0.0:
+            continue
+        previous = 1.0  # a slip starts by leaving zero
+        if work.start_w[block] != 0.0:
+            move_both(system, laws, motion, work, 0.0)
+            previous = sign * (friction(system, laws, motion, block) - motion.e[block])
+        left = 0.0
+        for piece in range(1, pieces + 1):
+            right = t_end * piece / pieces
+            move_both(system, laws, motion, work, right)
+            slope = sign * (friction(system, laws, motion, block) - motion.e[block])
+            if previous < 0.0 <= slope:
+                lobe_margin(system, laws, motion, work, block, left, right, bound_3)
+            previous, left = slope, right
+    move_both(system, laws, motion, work, t_end)
+
+
+@kernel
+def lobe_margin(
+    system: System,
+    laws: Floats,
+    motion: Motion,
+    work: Work,
+    block: int,
+    low: float,
+    high: float,
+    bound_3: float,
+) -> None:
+    """Smallest |w| between `low` and `high`, where it falls at first and rises at last."""
+    sign = float(motion.mode[block])
+    t = 0.5 * (low + high)
+    for _ in range(60):
+        move_both(system, laws, motion, work, t)
+        slope = sign * (friction(system, laws, motion, block) - motion.e[block])
+        if slope < 0.0:
+            low = t
+        else:
+            high = t
+        curvature = -sign * loading_rate(system, motion.w, block)
+        if curvature > 0.0 and abs(slope) <= 1e-12 * curvature:
+            break
+        t = t - slope / curvature if curvature > 0.0 else low
+        if not low < t < high:
+            t = 0.5 * (low + high)
+    work.margin[0] = min(work.margin[0], max(sign * motion.w[block], 0.0))
+
+
+@kernel
+def tangents_both(system: System, laws: Floats, motion: Motion, work: Work, t: float) -> None:
+    """Carry the tangents through a phase with two slipping blocks, and through its event."""
+    friction_1 = friction(system, laws, motion, 0)
+    friction_2 = friction(system, laws, motion, 1)
+    w_1, w_2 = work.start_w[0], work.start_w[1]
+    e_1, e_2 = work.start_e[0], work.start_e[1]
+    for column in range(motion.directions.shape[0]):
+        d_friction_1 = friction_direction(system, laws, motion, 0, column)
+        d_friction_2 = friction_direction(system, laws, motion, 1, column)
+        d_w_1, d_w_2 = motion.tangent_w[0, column], motion.tangent_w[1, column]
+        d_e_1, d_e_2 = motion.tangent_e[0, column], motion.tangent_e[1, column]
+        sum_w, sum_e = oscillator_tangent(
+            1.0,
+            2.0 * system.V,
+            friction_1 + friction_2,
+            w_1 + w_2,
+            e_1 + e_2,
+            t,
+            0.0,
+            2.0 * motion.directions[column, VELOCITY],
+            d_friction_1 + d_friction_2,
+            d_w_1 + d_w_2,
+            d_e_1 + d_e_2,
+        )
+        difference_w, difference_e = oscillator_tangent(
+            1.0 + 2.0 * system.alpha,
+            0.0,
+            friction_2 - friction_1,
+            w_2 - w_1,
+            e_2 - e_1,
+            t,
+            2.0 * motion.directions[column, ALPHA],
+            0.0,
+            d_friction_2 - d_friction_1,
+            d_w_2 - d_w_1,
+            d_e_2 - d_e_1,
+        )
+        motion.tangent_w[0, column] = 0.5 * (sum_w - difference_w)
+        motion.tangent_w[1, column] = 0.5 * (sum_w + difference_w)
+        motion.tangent_e[0, column] = 0.5 * (sum_e - difference_e)
+        motion.tangent_e[1, column] = 0.5 * (sum_e + difference_e)
+    tangents_to_event(system, laws, motion)
+
+
+# --- shared -----------------------------------------------------------------------------------
+
+
+@kernel
+def tangents_to_event(system: System, laws: Floats, motion: Motion) -> None:
+    """Move the tangents from a fixed time to the time of the event (the saltation)."""
+    rate_w_1 = rate_w_2 = 0.0
+    if motion.mode[0] != 0:
+        rate_w_1 = friction(system, laws, motion, 0) - motion.e[0]
+    if motion.mode[1] != 0:
+        rate_w_2 = friction(system, laws, motion, 1) - motion.e[1]
+    saltation(system, motion, rate_w_1, rate_w_2)

@@ -1,0 +1,246 @@
+"""Adaptive engine, traced laws: Taylor series of high order, whose polynomials locate events.
+
+A template (`numerics.targets.instantiate`): a law's kernels are bound to the names imported
+below for the type checker. `advance` takes one step, which an event may end.
+Derivation: docs/theory/flow.md.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.mechanics.flow.dense import find_events, never_returns, watch_step
+from stickslip.mechanics.flow.saltation import saltation
+from stickslip.mechanics.flow.system import (
+    ALPHA,
+    BETA,
+    LAWS,
+    VELOCITY,
+    Floats,
+    Motion,
+    System,
+    law_parameters,
+    limit,
+)
+from stickslip.numerics.polynomial import value
+from stickslip.numerics.roots import EPSILON
+from stickslip.numerics.targets import kernel
+from stickslip.status import LAW_FAILED, NEVER_SLIPPING, OK, STEP_FAILED
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.friction.stub import (
+        FORCE_ROW,
+        GRADIENT_ROW,
+        N_ROWS,
+        SLOPE_ROW,
+        force,
+        series,
+        series_tangent,
+        slope,
+        static_value,
+    )
+
+ORDER = 18
+# No step is longer: a Taylor polynomial that happens to end early says nothing beyond.
+LONGEST_STEP = 1.0
+
+
+class Work(NamedTuple):
+    """Scratch of the engine.
+
+    ``w``, ``e`` (2, ORDER + 1): series of the step; ``rows``: series of each block's law;
+    ``signal``: the polynomial that is searched; ``d_w``, ``d_e``: series of one tangent.
+    ``margin``, ``watch``, ``sliding``: as in the exact engine.
+    """
+
+    w: Floats
+    e: Floats
+    rows: NDArray[np.float64]
+    signal: Floats
+    d_w: Floats
+    d_e: Floats
+    margin: Floats
+    watch: Floats
+    sliding: Floats
+
+
+def new_work(n_columns: int = 0) -> Work:
+    """Scratch arrays for one motion."""
+    n = ORDER + 1
+    return Work(
+        w=np.zeros((2, n)),
+        e=np.zeros((2, n)),
+        rows=np.zeros((2, N_ROWS, n)),
+        signal=np.zeros(n),
+        d_w=np.zeros((2, n)),
+        d_e=np.zeros((2, n)),
+        margin=np.full(1, np.inf),
+        watch=np.zeros(1),
+        sliding=np.zeros(1),
+    )
+
+
+@kernel
+def landing_rate(system: System, laws: Floats, motion: Motion, block: int) -> float:
+    """w' of a slipping block as it reaches the belt."""
+    mode = motion.mode[block]
+    return -mode * limit(system, block) * static_value(laws[block], mode) - motion.e[block]
+
+
+@kernel
+def advance(
+    system: System, laws: Floats, motion: Motion, work: Work, rtol: float, cap: float
+) -> tuple[float, int]:
+    """Take one step, up to an event if one comes; return its length and a status."""
+    if motion.mode[0] < 0 and motion.mode[1] < 0 and slides_for_ever(system, laws, motion):
+        return 0.0, NEVER_SLIPPING
+    expand(system, laws, motion, work)
+    h = min(cap, step_length(motion, work, rtol))
+    if not h > 0.0:
+        return 0.0, LAW_FAILED if math.isnan(h) else STEP_FAILED
+    h = find_events(system, motion, work.w, work.e, work.signal, h)
+    if h < 0.0:
+        return 0.0, STEP_FAILED
+    if work.watch[0] != 0.0:
+        margin = watch_step(system, motion, work.w, work.e, work.signal, h)
+        work.margin[0] = min(work.margin[0], margin)
+    if motion.directions.shape[0] > 0:
+        tangents(system, laws, motion, work, h)
+    for block in range(2):
+        if motion.mode[block] != 0:
+            motion.w[block] = value(work.w[block], h)
+        motion.e[block] = value(work.e[block], h)
+    if motion.directions.shape[0] > 0:
+        saltation(
+            system, motion, rate(system, laws, motion, 0), rate(system, laws, motion, 1)
+        )
+    return h, OK
+
+
+@kernel
+def slides_for_ever(system: System, laws: Floats, motion: Motion) -> bool:
+    """Whether two blocks slipping backward can be shown never to reach the belt again."""
+    force_1 = force(laws[0], -1, system.V)
+    force_2 = force(laws[1], -1, system.V)
+    reach = never_returns(system, motion, force_1, force_2)
+    if not reach < system.V:
+        return False
+    for k in range(33):
+        s = system.V + reach * (k / 16.0 - 1.0)
+        if slope(laws[0], -1, s) < 0.0 or slope(laws[1], -1, s) < 0.0:
+            return False
+    return True
+
+
+@kernel
+def rate(system: System, laws: Floats, motion: Motion, block: int) -> float:
+    """w' of a block in its mode."""
+    mode = motion.mode[block]
+    if mode == 0:
+        return 0.0
+    s = max(mode * motion.w[block], 0.0)
+    return -mode * limit(system, block) * force(laws[block], mode, s) - motion.e[block]
+
+
+@kernel
+def expand(system: System, laws: Floats, motion: Motion, work: Work) -> None:
+    """Taylor series of the state: (k + 1) w_{k+1} = -mode limit F_k - e_k, and e from w."""
+    w, e = work.w, work.e
+    for block in range(2):
+        w[block, 0] = motion.w[block]
+        e[block, 0] = motion.e[block]
+        if motion.mode[block] == 0:
+            w[block] = 0.0
+    for k in range(ORDER):
+        for block in range(2):
+            mode = motion.mode[block]
+            if mode != 0:
+                work.rows[block, 0, k] = mode * w[block, k]
+                series(laws[block], mode, work.rows[block], k)
+                pull = -mode * limit(system, block) * work.rows[block, FORCE_ROW, k] - e[block, k]
+                if k == 0 and w[block, 0] == 0.0:
+                    # F(0) = 1: a slip starts at a double root
+                    if abs(pull) <= 4.0 * EPSILON * limit(system, block):
+                        pull = 0.0
+                w[block, k + 1] = pull / (k + 1)
+        drive = system.V if k == 0 else 0.0
+        for block in range(2):
+            loading = (1.0 + system.alpha) * w[block, k] - system.alpha * w[1 - block, k] + drive
+            e[block, k + 1] = loading / (k + 1)
+
+
+@kernel
+def step_length(motion: Motion, work: Work, rtol: float) -> float:
+    """Step after which the last two terms of every series are below `rtol`."""
+    h = LONGEST_STEP
+    for block in range(2):
+        if motion.mode[block] == 0:
+            continue
+        for k in (ORDER - 1, ORDER):
+            size = max(abs(work.w[block, k]), abs(work.e[block, k]))
+            if math.isnan(size):
+                return math.nan
+            if size > 0.0:
+                h = min(h, math.exp(math.log(rtol / size) / k))
+    return h
+
+
+@kernel
+def tangents(system: System, laws: Floats, motion: Motion, work: Work, h: float) -> None:
+    """Carry every tangent column over the step by its own Taylor series."""
+    for block in range(2):
+        mode = motion.mode[block]
+        if mode != 0:
+            work.rows[block, 0, ORDER] = mode * work.w[block, ORDER]
+            series(laws[block], mode, work.rows[block], ORDER)
+            series_tangent(laws[block], mode, work.rows[block], ORDER)
+    for column in range(motion.directions.shape[0]):
+        tangent_series(system, motion, work, column)
+        for block in range(2):
+            motion.tangent_w[block, column] = value(work.d_w[block], h)
+            motion.tangent_e[block, column] = value(work.d_e[block], h)
+
+
+@kernel
+def tangent_series(system: System, motion: Motion, work: Work, column: int) -> None:
+    """Series of one tangent column: the linearised equations, driven by its direction."""
+    d_w, d_e = work.d_w, work.d_e
+    direction = motion.directions[column]
+    for block in range(2):
+        d_w[block] = 0.0
+        d_w[block, 0] = motion.tangent_w[block, column]
+        d_e[block, 0] = motion.tangent_e[block, column]
+    for k in range(ORDER):
+        for block in range(2):
+            if motion.mode[block] != 0:
+                pull = friction_tangent(system, motion, work, direction, block, k)
+                d_w[block, k + 1] = (pull - d_e[block, k]) / (k + 1)
+        d_drive = direction[VELOCITY] if k == 0 else 0.0
+        for block in range(2):
+            loading = (1.0 + system.alpha) * d_w[block, k] - system.alpha * d_w[1 - block, k]
+            loading += direction[ALPHA] * (work.w[block, k] - work.w[1 - block, k])
+            d_e[block, k + 1] = (loading + d_drive) / (k + 1)
+
+
+@kernel
+def friction_tangent(
+    system: System, motion: Motion, work: Work, direction: Floats, block: int, k: int
+) -> float:
+    """Coefficient k of the derivative of the friction force -mode limit F(mode w; parameters)."""
+    mode = motion.mode[block]
+    rows = work.rows[block]
+    changed = 0.0
+    for j in range(k + 1):
+        changed += rows[SLOPE_ROW, j] * work.d_w[block, k - j]
+    changed *= mode
+    n = law_parameters(motion)
+    for j in range(n):
+        d_parameter = direction[LAWS + block * n + j]
+        if d_parameter != 0.0:
+            changed += d_parameter * rows[GRADIENT_ROW + j, k]
+    grown = direction[BETA] * block * rows[FORCE_ROW, k]
+    return -mode * (limit(system, block) * changed + grown)

@@ -1,0 +1,134 @@
+"""Events and margins on one step of the adaptive engine, given as polynomials in time.
+
+The same for every stepper: rows of `w` and `e` hold the coefficients of each block.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.mechanics.flow.system import (
+    AT_LOWER_LIMIT,
+    AT_UPPER_LIMIT,
+    LANDING,
+    Floats,
+    Motion,
+    System,
+    limit,
+)
+from stickslip.numerics.polynomial import (
+    NO_ROOT,
+    UNFINISHED,
+    first_contact,
+    minimum_slope_root,
+    value,
+)
+from stickslip.numerics.roots import EPSILON
+from stickslip.numerics.targets import kernel
+
+Rows = NDArray[np.float64]
+
+# Rounding of a step's coefficients, in units of EPSILON.
+SLACK = 4.0
+
+
+@kernel
+def slip_signal(motion: Motion, w: Rows, signal: Floats, block: int) -> None:
+    """|w| of a slipping block, which lands where it reaches zero."""
+    for k in range(signal.shape[0]):
+        signal[k] = motion.mode[block] * w[block, k]
+
+
+@kernel
+def ride_signal(system: System, e: Rows, signal: Floats, block: int, event: int) -> None:
+    """Distance of a rider's needed force from its upper or lower limit."""
+    sign = -1.0 if event == AT_UPPER_LIMIT else 1.0
+    for k in range(signal.shape[0]):
+        signal[k] = sign * e[block, k]
+    signal[0] += limit(system, block)
+    if abs(signal[0]) <= SLACK * EPSILON * limit(system, block):
+        signal[0] = 0.0
+
+
+@kernel
+def find_events(
+    system: System, motion: Motion, w: Rows, e: Rows, signal: Floats, h: float
+) -> float:
+    """Length of the step up to its first event, or all of it; negative if a search failed.
+
+    ``motion.event`` names the event of each block; blocks whose events are closer than
+    rounding have theirs together.
+    """
+    motion.event[0] = motion.event[1] = 0
+    slack = SLACK * EPSILON
+    for block in range(2):
+        if motion.mode[block] != 0:
+            slip_signal(motion, w, signal, block)
+            t = first_contact(signal, h, signal[0] == 0.0, slack)
+            h = keep_first(motion, block, LANDING, t, h)
+        else:
+            for event in (AT_UPPER_LIMIT, AT_LOWER_LIMIT):
+                ride_signal(system, e, signal, block, event)
+                t = first_contact(signal, h, signal[0] == 0.0, slack)
+                h = keep_first(motion, block, event, t, h)
+        if h < 0.0:
+            return h
+    return h
+
+
+@kernel
+def keep_first(motion: Motion, block: int, event: int, t: float, h: float) -> float:
+    """Note an event at `t` unless there is an earlier one; return the step's new length."""
+    if t == NO_ROOT:
+        return h
+    if t == UNFINISHED:
+        return t
+    if t < h - 2.0 * EPSILON * h:
+        motion.event[0] = motion.event[1] = 0
+    motion.event[block] = event
+    return min(t, h)
+
+
+@kernel
+def watch_step(
+    system: System, motion: Motion, w: Rows, e: Rows, signal: Floats, h: float
+) -> float:
+    """Smallest clearance on a step: lobes of |w| that turned back, extremes of riders."""
+    margin = math.inf
+    for block in range(2):
+        if motion.mode[block] != 0:
+            slip_signal(motion, w, signal, block)
+            margin = min(margin, clearance(signal, h))
+        else:
+            for event in (AT_UPPER_LIMIT, AT_LOWER_LIMIT):
+                ride_signal(system, e, signal, block, event)
+                margin = min(margin, clearance(signal, h))
+    return margin
+
+
+@kernel
+def clearance(signal: Floats, h: float) -> float:
+    """Value of a signal at its minimum inside the step, or inf."""
+    t = minimum_slope_root(signal, h)
+    if t == NO_ROOT:
+        return math.inf
+    return max(value(signal, t), 0.0)
+
+
+@kernel
+def never_returns(system: System, motion: Motion, force_1: float, force_2: float) -> float:
+    """Largest deviation from steady sliding that the energy of two slipping blocks allows.
+
+    With ``y = w + V`` and ``r`` the deviation of e from its steady value ``limit F(V)``, the
+    energy ``(y.y + r.K^-1 r) / 2`` cannot grow while F increases with speed, so that no
+    ``|y_i|`` exceeds its root. K^-1 is applied through sum and difference.
+    """
+    y_1 = motion.w[0] + system.V
+    y_2 = motion.w[1] + system.V
+    r_1 = motion.e[0] - force_1
+    r_2 = motion.e[1] - system.beta * force_2
+    spread = (r_2 - r_1) * (r_2 - r_1) / (1.0 + 2.0 * system.alpha)
+    return math.sqrt(y_1 * y_1 + y_2 * y_2 + 0.5 * ((r_1 + r_2) * (r_1 + r_2) + spread))

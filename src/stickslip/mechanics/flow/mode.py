@@ -1,0 +1,100 @@
+"""Transitions: which mode each block takes at an event (rules 1, 2 and 5 of docs/design.md)."""
+
+from __future__ import annotations
+
+from stickslip.mechanics.flow.system import (
+    AT_LOWER_LIMIT,
+    AT_UPPER_LIMIT,
+    BACKWARD,
+    BETA,
+    FORWARD,
+    LANDING,
+    STICK,
+    Motion,
+    System,
+    limit,
+    loading_rate,
+)
+from stickslip.numerics.roots import EPSILON
+from stickslip.numerics.targets import kernel
+
+# Rounding of e at an event, in units of EPSILON x (limit + |e| of the other block).
+FORCE_ROUNDING = 16.0
+
+
+@kernel
+def force_tolerance(system: System, motion: Motion, block: int) -> float:
+    """How near its static limit the needed force of a block counts as being there."""
+    return FORCE_ROUNDING * EPSILON * (limit(system, block) + abs(motion.e[1 - block]))
+
+
+@kernel
+def mode_on_belt(system: System, motion: Motion, block: int) -> int:
+    """Mode of a block whose relative velocity is zero: table of rule 2.
+
+    ==================  ===========  ========================
+    needed force        it moves     mode
+    ==================  ===========  ========================
+    inside the limits   either way   stick
+    beyond one          either way   slip, backward at the upper end
+    at one              inward       stick
+    at one              outward      slip, backward at the upper end
+    ==================  ===========  ========================
+    """
+    end = limit(system, block)
+    tolerance = force_tolerance(system, motion, block)
+    force = motion.e[block]
+    if abs(force) < end - tolerance:
+        return STICK
+    upper = force > 0.0
+    rate = loading_rate(system, motion.w, block)
+    inward = rate <= 0.0 if upper else rate >= 0.0
+    if abs(force) <= end + tolerance and inward:
+        return STICK
+    return BACKWARD if upper else FORWARD
+
+
+@kernel
+def release(system: System, motion: Motion, block: int, mode: int) -> None:
+    """Let a riding block go: it stands exactly at its limit, which depends on beta alone."""
+    end = limit(system, block)
+    motion.mode[block] = mode
+    motion.w[block] = 0.0
+    motion.e[block] = -mode * end
+    for column in range(motion.directions.shape[0]):
+        motion.tangent_w[block, column] = 0.0
+        motion.tangent_e[block, column] = -mode * motion.directions[column, BETA] * block
+
+
+@kernel
+def land(system: System, motion: Motion, block: int) -> None:
+    """Put a slipping block on the belt and give it the mode that its needed force asks for."""
+    motion.w[block] = 0.0
+    for column in range(motion.directions.shape[0]):
+        motion.tangent_w[block, column] = 0.0
+    mode = mode_on_belt(system, motion, block)
+    motion.mode[block] = mode
+    end = limit(system, block)
+    if mode != STICK and abs(motion.e[block]) <= end + force_tolerance(system, motion, block):
+        motion.e[block] = -mode * end  # a stick of zero length: the slip starts at the limit
+
+
+@kernel
+def settle(system: System, motion: Motion) -> None:
+    """Change the modes of all blocks that are at an event, once.
+
+    The decision of each block rests on its needed force, which is continuous, and on the
+    relative velocity of the other, so blocks that change together cannot contradict each
+    other. Landings come first: they end the motion of w that the rates depend on.
+    """
+    for block in range(2):
+        if motion.event[block] == LANDING:
+            motion.w[block] = 0.0
+    for block in range(2):
+        if motion.event[block] == LANDING:
+            land(system, motion, block)
+    for block in range(2):
+        if motion.event[block] == AT_UPPER_LIMIT:
+            release(system, motion, block, BACKWARD)
+        elif motion.event[block] == AT_LOWER_LIMIT:
+            release(system, motion, block, FORWARD)

@@ -1,0 +1,60 @@
+"""The one closed form behind the exact engine: an oscillator pulled along by the belt.
+
+    w' = friction - e,    e' = stiffness w + drive
+
+is one slipping block among riders (stiffness 1 + alpha, drive V) as well as each normal mode
+of two slipping blocks: the sum (1, 2 V) and the difference (1 + 2 alpha, 0).
+"""
+
+from __future__ import annotations
+
+import math
+
+from stickslip.numerics.targets import kernel
+
+
+@kernel
+def oscillator(
+    stiffness: float, drive: float, friction: float, w: float, e: float, t: float
+) -> tuple[float, float]:
+    """State (w, e) after time `t`."""
+    frequency = math.sqrt(stiffness)
+    c = math.cos(frequency * t)
+    s = math.sin(frequency * t) / frequency
+    half = math.sin(0.5 * frequency * t) / frequency  # (1 - c) / stiffness without cancellation
+    pull = friction - e
+    return (
+        w * c + pull * s - 2.0 * drive * half * half,
+        friction - pull * c + (stiffness * w + drive) * s,
+    )
+
+
+@kernel
+def oscillator_tangent(
+    stiffness: float,
+    drive: float,
+    friction: float,
+    w: float,
+    e: float,
+    t: float,
+    d_stiffness: float,
+    d_drive: float,
+    d_friction: float,
+    d_w: float,
+    d_e: float,
+) -> tuple[float, float]:
+    """Derivative of `oscillator` at fixed `t`, given the derivatives of its arguments."""
+    frequency = math.sqrt(stiffness)
+    c = math.cos(frequency * t)
+    s = math.sin(frequency * t) / frequency
+    half = math.sin(0.5 * frequency * t) / frequency
+    versed = 2.0 * half * half  # (1 - c) / stiffness
+    pull, d_pull = friction - e, d_friction - d_e
+    d_c = -0.5 * t * s * d_stiffness
+    d_s = 0.5 * (t * c - s) / stiffness * d_stiffness
+    d_versed = (0.5 * t * s - versed) / stiffness * d_stiffness
+    gain, d_gain = stiffness * w + drive, d_stiffness * w + stiffness * d_w + d_drive
+    return (
+        d_w * c + w * d_c + d_pull * s + pull * d_s - d_drive * versed - drive * d_versed,
+        d_friction - d_pull * c - pull * d_c + d_gain * s + gain * d_s,
+    )

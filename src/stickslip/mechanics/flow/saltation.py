@@ -1,0 +1,53 @@
+"""Tangents through events.
+
+A motion restarts its clock at each event. The derivative of the state at the event is then
+the derivative at fixed time plus the velocity of the state times the shift of the event,
+``shift = -(d g) / g'`` with ``g`` the signal that reaches zero; the flow after the event
+needs no further correction, because it is autonomous.
+"""
+
+from __future__ import annotations
+
+from stickslip.mechanics.flow.system import (
+    AT_UPPER_LIMIT,
+    BETA,
+    LANDING,
+    Motion,
+    System,
+    limit,
+    loading_rate,
+)
+from stickslip.numerics.roots import EPSILON
+from stickslip.numerics.targets import kernel
+
+
+@kernel
+def saltation(system: System, motion: Motion, rate_w_1: float, rate_w_2: float) -> None:
+    """Move the tangents to the event that ``motion.event`` names, if any.
+
+    `rate_w_1`, `rate_w_2`: w' of each block just before it. Of blocks that change together
+    the first that has an event sets the time. At a touch (rate 0 within rounding) nothing is
+    moved: the value is that of the side without contact.
+    """
+    for block in range(2):
+        event = motion.event[block]
+        if event == 0:
+            continue
+        rate_w = rate_w_1 if block == 0 else rate_w_2
+        rate = rate_w if event == LANDING else loading_rate(system, motion.w, block)
+        if abs(rate) <= 8.0 * EPSILON * limit(system, block):
+            continue
+        rate_e_1 = loading_rate(system, motion.w, 0)
+        rate_e_2 = loading_rate(system, motion.w, 1)
+        side = 1.0 if event == AT_UPPER_LIMIT else -1.0
+        for column in range(motion.directions.shape[0]):
+            if event == LANDING:
+                shift = -motion.tangent_w[block, column] / rate
+            else:
+                moved = side * motion.directions[column, BETA] * block
+                shift = (moved - motion.tangent_e[block, column]) / rate
+            motion.tangent_w[0, column] += rate_w_1 * shift
+            motion.tangent_w[1, column] += rate_w_2 * shift
+            motion.tangent_e[0, column] += rate_e_1 * shift
+            motion.tangent_e[1, column] += rate_e_2 * shift
+        return

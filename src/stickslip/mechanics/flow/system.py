@@ -1,0 +1,92 @@
+"""What kernels know of a model and of a motion: plain tuples and arrays.
+
+State of a motion, one entry a block: relative velocity ``w = X' - V``, needed force
+``e = X + alpha (X - X_other)`` (what friction must supply for the block to ride, R of the
+physics contract) and mode. Both are autonomous, and events are entries that reach 0 or
+``+-limit``:
+
+    w_i' = -mode_i limit_i F(|w_i|) - e_i     (0 while riding)
+    e_1' = (1 + alpha) w_1 - alpha w_2 + V    (2 likewise)
+    d    = (e_2 - e_1) / (1 + 2 alpha)
+
+See docs/theory/flow.md.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.numerics.targets import kernel
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+BACKWARD, STICK, FORWARD = -1, 0, 1
+
+# What the end of a step brings to a block, besides nothing (0):
+LANDING, AT_UPPER_LIMIT, AT_LOWER_LIMIT = 1, 2, 3
+
+# Entries of a row of `directions`: derivatives of alpha, beta, V, the starting d and, from
+# LAWS on, the law parameters of block 1 and of block 2.
+ALPHA, BETA, VELOCITY, START, LAWS = 0, 1, 2, 3, 4
+
+# Column of a law's parameter row that holds F(0) (`friction.code`).
+STATIC_VALUE = 1
+
+
+class System(NamedTuple):
+    """Parameters of two blocks (eqs. 5a-7a); the limits are 1 and `beta`."""
+
+    alpha: float
+    beta: float
+    V: float
+
+
+class Motion(NamedTuple):
+    """One motion, changed in place by kernels; ``w``, ``e``, ``mode``, ``event``: one per block.
+
+    ``tangent_w``, ``tangent_e``: (2, columns), derivatives of the state, one column for each
+    row of ``directions`` (columns, LAWS + law parameters of both blocks).
+    """
+
+    w: Floats
+    e: Floats
+    mode: Ints
+    event: Ints
+    tangent_w: Floats
+    tangent_e: Floats
+    directions: Floats
+
+
+def new_motion(n_columns: int, n_law_parameters: int) -> Motion:
+    """Arrays for one motion with `n_columns` tangents."""
+    return Motion(
+        w=np.zeros(2),
+        e=np.zeros(2),
+        mode=np.zeros(2, dtype=np.int64),
+        event=np.zeros(2, dtype=np.int64),
+        tangent_w=np.zeros((2, n_columns)),
+        tangent_e=np.zeros((2, n_columns)),
+        directions=np.zeros((n_columns, LAWS + 2 * n_law_parameters)),
+    )
+
+
+@kernel
+def limit(system: System, block: int) -> float:
+    """Static limit of a block: 1 or beta."""
+    return 1.0 if block == 0 else system.beta
+
+
+@kernel
+def loading_rate(system: System, w: Floats, block: int) -> float:
+    """e' of a block: how fast the force that it needs in order to ride grows."""
+    return (1.0 + system.alpha) * w[block] - system.alpha * w[1 - block] + system.V
+
+
+@kernel
+def law_parameters(motion: Motion) -> int:
+    """Number of friction parameters of one block in a row of `directions`."""
+    return (motion.directions.shape[1] - LAWS) // 2

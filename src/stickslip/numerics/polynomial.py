@@ -1,0 +1,117 @@
+"""First contact of a polynomial with zero, proved from its coefficients."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.numerics.roots import EPSILON, leaving_step, polish, safe_step
+from stickslip.numerics.targets import kernel
+
+Floats = NDArray[np.float64]
+
+# No contact on the interval, and a search that did not end (never seen).
+NO_ROOT, UNFINISHED = -1.0, -2.0
+MAX_SEARCH = 10_000
+
+
+@kernel
+def value(c: Floats, t: float) -> float:
+    """Sum of ``c[k] t^k``."""
+    total = 0.0
+    for k in range(c.shape[0] - 1, -1, -1):
+        total = total * t + c[k]
+    return total
+
+
+@kernel
+def jet(c: Floats, t: float) -> tuple[float, float, float]:
+    """Value, slope and second derivative at `t`."""
+    total = slope = half = 0.0
+    for k in range(c.shape[0] - 1, -1, -1):
+        half = half * t + slope
+        slope = slope * t + total
+        total = total * t + c[k]
+    return total, slope, 2.0 * half
+
+
+@kernel
+def tail(c: Floats, h: float) -> float:
+    """Bound of the terms of degree 3 and more on [0, h]."""
+    total = 0.0
+    for k in range(c.shape[0] - 1, 2, -1):
+        total = (total + abs(c[k])) * h
+    return total * h * h
+
+
+@kernel
+def first_contact(c: Floats, h: float, leaving: bool, slack: float) -> float:
+    """First t in (0, h] at which a signal that is positive before reaches zero.
+
+    `leaving`: the signal starts at zero; that root is divided out. `slack`: how near zero
+    counts as zero (rounding of the coefficients). Returns NO_ROOT where bounds on the
+    coefficients exclude a contact, which is nearly always.
+    """
+    higher = tail(c, h)
+    rounding = slack + 2.0 * EPSILON * (abs(c[0]) + abs(c[1]) * h + abs(c[2]) * h * h + higher)
+    if leaving:
+        if c[1] >= 0.0 and c[2] >= 0.0 and c[1] * h + c[2] * h * h > higher:
+            return NO_ROOT
+    elif c[0] + min(0.0, c[1] * h) + min(0.0, c[2] * h * h) - higher > rounding:
+        return NO_ROOT
+    return search(c, h, leaving, rounding)
+
+
+@kernel
+def search(c: Floats, h: float, leaving: bool, rounding: float) -> float:
+    """Follow a polynomial from 0 to `h` by steps that provably skip no contact."""
+    bound_2 = bound_3 = 0.0
+    for k in range(c.shape[0] - 1, 2, -1):
+        bound_2 = bound_2 * h + k * (k - 1) * abs(c[k])
+        bound_3 = bound_3 * h + k * (k - 1) * (k - 2) * abs(c[k])
+    bound_2 = bound_2 * h + 2.0 * abs(c[2])
+    t = 0.0
+    if leaving:
+        t = leaving_step(c[1], 2.0 * c[2], bound_3, h)
+        if t == 0.0:
+            return 0.0
+    for _ in range(MAX_SEARCH):
+        if t >= h:
+            return h_contact(c, h, rounding)
+        g, slope, curvature = jet(c, t)
+        if g <= rounding and slope <= 0.0:
+            return min(max(polish(t, g, slope), 0.0), h)
+        step = safe_step(max(g, 0.0), slope, curvature, bound_2, bound_3, h - t)
+        t = min(h, t + max(step, EPSILON * h))
+    return UNFINISHED
+
+
+@kernel
+def h_contact(c: Floats, h: float, rounding: float) -> float:
+    """Whether the end of the interval is itself a contact."""
+    g, slope, _ = jet(c, h)
+    return h if g <= rounding and slope <= 0.0 else NO_ROOT
+
+
+@kernel
+def minimum_slope_root(c: Floats, h: float) -> float:
+    """Time in (0, h) of a minimum: slope negative at 0 and positive at `h`; else NO_ROOT."""
+    _, slope, _ = jet(c, h)
+    if not (c[1] < 0.0 < slope):
+        return NO_ROOT
+    low, high = 0.0, h
+    t = h * c[1] / (c[1] - slope)
+    for _ in range(60):
+        _, slope, curvature = jet(c, t)
+        if slope < 0.0:
+            low = t
+        else:
+            high = t
+        if curvature > 0.0 and abs(slope) <= 1e-13 * curvature * h:
+            break
+        t = t - slope / curvature if curvature > 0.0 else math.nan
+        if not low < t < high:
+            t = 0.5 * (low + high)
+    return t

@@ -1,0 +1,53 @@
+"""The earliest root of a signal, proved: no step is longer than a bound shows to be free of roots.
+
+A signal ``g >= 0`` is followed until it reaches zero. Sign changes are never looked for, so a
+touch (``g = g' = 0``) and a pair of near roots are found like any other contact.
+"""
+
+from __future__ import annotations
+
+import math
+
+from stickslip.numerics.targets import kernel
+
+EPSILON = 2.0**-52
+
+
+@kernel
+def safe_step(
+    g: float, slope: float, curvature: float, bound_2: float, bound_3: float, cap: float
+) -> float:
+    """Longest step, at most `cap`, over which `g` provably stays positive.
+
+    On the step ``g'' >= -m`` with ``m = min(bound_2, bound_3 cap - curvature)``, so ``g`` lies
+    above the parabola ``g + slope h - m h^2 / 2``, whose first root is the step: Newton's step
+    close to a simple root, always from the same side.
+    """
+    m = min(bound_2, bound_3 * cap - curvature)
+    if m <= 0.0:
+        return cap if slope >= 0.0 else min(cap, -g / slope)
+    root = math.sqrt(slope * slope + 2.0 * m * g)
+    step = (slope + root) / m if slope > 0.0 else 2.0 * g / (root - slope)
+    return min(cap, step)
+
+
+@kernel
+def leaving_step(slope: float, curvature: float, bound_3: float, cap: float) -> float:
+    """A step after which a signal that starts at zero is positive, and was all the while.
+
+    The root at the start is divided out: ``g / t >= slope + curvature t / 2 - bound_3 t^2 / 6``.
+    Half the root of that bound is taken; 0 means that the signal does not leave zero upward.
+    """
+    b = 0.5 * curvature
+    c = bound_3 / 6.0
+    if slope < 0.0 or (slope == 0.0 and b <= 0.0):
+        return 0.0
+    root = math.sqrt(b * b + 4.0 * c * slope)
+    first = (b + root) / (2.0 * c) if b > 0.0 else 2.0 * slope / (root - b)
+    return min(cap, 0.5 * first)
+
+
+@kernel
+def polish(t: float, g: float, slope: float) -> float:
+    """One Newton step onto a root just ahead, unless the signal is flat there."""
+    return t - g / slope if slope * slope > 1e-6 * abs(g) else t
