@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.style import PALETTE, axes_or_new
@@ -57,6 +58,7 @@ def draw_curve(
     power: int = 1,
     color: str = "black",
     linewidth: float = 1.0,
+    ticks: int = 7,
 ) -> Axes:
     """Draw a traced map with the diagonal.
 
@@ -74,6 +76,8 @@ def draw_curve(
         Of the map's line.
     linewidth : float
         Of the map's line, in points.
+    ticks : int
+        Most intervals between numbers on an axis.
 
     Returns
     -------
@@ -85,6 +89,8 @@ def draw_curve(
     ax.set_xlim(window)
     ax.set_ylim(window)
     ax.set_aspect("equal")
+    for axis in (ax.xaxis, ax.yaxis):  # the same numbers on both
+        axis.set_major_locator(MaxNLocator(nbins=ticks, steps=[1, 2, 5, 10]))
     ax.set_xlabel(r"$d_n$")
     ax.set_ylabel(rf"$d_{{n+{power}}}$")
     return ax

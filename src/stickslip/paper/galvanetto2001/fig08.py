@@ -23,7 +23,7 @@ COLUMNS: Final = "two"
 HEIGHT: Final = 2.75
 
 VELOCITIES: Final = (0.0366, 0.0372)
-ENLARGED: Final = (0.274, 0.284)  # the paper's enlarged views print no numbers that we have
+ENLARGED: Final = (0.2745, 0.2835)  # the paper's enlarged views print no numbers that we have
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def draw(data: Data, figure: Figure) -> None:
     curves = (data.whole, data.before, data.after)
     for ax, letter, curve in zip(axes, "abc", curves, strict=True):
         window = data.domain if curve is data.whole else ENLARGED
-        draw_curve(curve, ax, window=window, power=4, linewidth=0.9)
+        draw_curve(curve, ax, window=window, power=4, linewidth=0.9, ticks=4)
         panel_letter(ax, letter)
     circle: dict[str, Any] = {"mfc": "white", "mew": 1.0, "ms": 4.5}
     mark_orbit(axes[0], data.s4, power=4, **circle)

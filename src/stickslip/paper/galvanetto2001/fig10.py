@@ -64,8 +64,9 @@ def _mark(ax: Axes, data: Data, window: tuple[float, float]) -> None:
     inside = data.s4[(data.s4 > window[0]) & (data.s4 < window[1])]
     mark_orbit(ax, inside, power=inside.size)
     mark_orbit(ax, data.jump, stable=False)
-    for name, d in (("$S_4$", inside[0]), ("$U_4$", data.jump)):
-        ax.annotate(name, (d, d), (5, -11), textcoords="offset points")
+    ax.annotate("$U_4$", (data.jump,) * 2, (-6, 4), textcoords="offset points", ha="right")
+    for d in inside:
+        ax.annotate("$S_4$", (d, d), (6, -11), textcoords="offset points")
 
 
 def caption(data: Data) -> str:

@@ -11,6 +11,7 @@ from stickslip.paper.galvanetto2001.printed import ADAPTIVE
 from stickslip.paper.galvanetto2001.roots import cusp, fixed_point
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
+from stickslip.plot.style import panel_letter
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,10 +19,11 @@ if TYPE_CHECKING:
     from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "First iterated map, alpha = 1.2182"
-COLUMNS: Final = "one"
-HEIGHT: Final = 3.3
+COLUMNS: Final = "two"
+HEIGHT: Final = 3.5
 
-WINDOW: Final = (0.3782, 0.3824)  # around the three fixed points; our choice
+WINDOW: Final = (0.3782, 0.3824)  # around the lobe; our choice
+ENLARGED: Final = (0.38025, 0.38065)
 
 
 @dataclass(frozen=True)
@@ -46,18 +48,20 @@ def compute() -> Data:
 
 
 def draw(data: Data, figure: Figure) -> None:
-    """Draw the map with both unstable fixed points."""
-    ax = figure.add_subplot()
-    draw_curve(data.curve, ax, window=WINDOW)
-    for name, d, offset in (("$U_1$", data.u1, (-16, 2)), ("$P_1$", data.p1, (6, -3))):
-        mark_orbit(ax, d, stable=False)
-        ax.annotate(name, (d, d), offset, textcoords="offset points")
+    """Draw the map and, enlarged, its cusp with both unstable fixed points."""
+    for ax, letter, window in zip(figure.subplots(1, 2), "ab", (WINDOW, ENLARGED), strict=True):
+        draw_curve(data.curve, ax, window=window)
+        for name, d, offset in (("$U_1$", data.u1, (-17, 2)), ("$P_1$", data.p1, (7, -4))):
+            mark_orbit(ax, d, stable=False)
+            ax.annotate(name, (d, d), offset, textcoords="offset points")
+        panel_letter(ax, letter)
 
 
 def caption(data: Data) -> str:
     """Describe the picture with the points in numbers."""
     return (
-        f"First iterated map for alpha = {data.model.alpha:g}, {WINDOW[0]:g} < d < {WINDOW[1]:g} "
-        f"(our choice). Squares: the unstable fixed points U1, d = {data.u1:.8f}, and P1, "
-        f"d = {data.p1:.8f}, on both sides of the cusp d = {data.cusp:.8f}."
+        f"First iterated map for alpha = {data.model.alpha:g}: (a) the lobe, (b) its cusp enlarged "
+        f"(ranges are our choice). Squares: the unstable fixed points U1, d = {data.u1:.8f}, and "
+        f"P1, d = {data.p1:.8f}, on both sides of the cusp d = {data.cusp:.8f}. The crossing on "
+        "the far left is S1, unstable since its period doubling."
     )
