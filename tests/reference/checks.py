@@ -6,13 +6,7 @@ import numpy as np
 from flint import arb
 from scipy.integrate import solve_ivp
 
-from .motion import Motion, Phase, System, need
-
-
-def spans(motion: Motion) -> list[tuple[Phase, arb]]:
-    """Each phase with its length."""
-    starts = [e.time for e in motion.events]
-    return [(p, b - a) for p, a, b in zip(motion.phases, starts, starts[1:], strict=False)]
+from .motion import Motion, System, need
 
 
 def friction(system: System, block: int, x: tuple, v: tuple, mode: int) -> arb:
@@ -24,7 +18,7 @@ def friction(system: System, block: int, x: tuple, v: tuple, mode: int) -> arb:
 def worst_violation(system: System, motion: Motion, points: int = 60) -> float:
     """Largest breach of eq. (6a) by a rider, or of its direction by a slipper, inside phases."""
     worst = arb("-inf")
-    for phase, length in spans(motion):
+    for phase, length in motion.phases:
         for share in range(1, points):
             x, v = phase.state(length * share / points)
             for block, mode in enumerate(phase.modes):
@@ -43,7 +37,7 @@ def worst_residual(system: System, motion: Motion) -> float:
     With a step of 1e-20 and 96 digits the difference is good to 1e-38.
     """
     worst, step = arb(0), arb("1e-20")
-    for phase, length in spans(motion):
+    for phase, length in motion.phases:
         for share in (0.1, 0.37, 0.81):
             t = length * share
             (x, v), (_, ahead), (_, back) = (phase.state(t + k * step) for k in (0, 1, -1))
@@ -68,7 +62,7 @@ def energy_defect(system: System, motion: Motion) -> float:
     """
     nodes, weights = np.polynomial.legendre.leggauss(48)
     work = arb(0)
-    for phase, length in spans(motion):
+    for phase, length in motion.phases:
         for node, weight in zip(nodes, weights, strict=True):
             x, v = phase.state(length * (1 + float(node)) / 2)
             power = sum(friction(system, i, x, v, m) * v[i] for i, m in enumerate(phase.modes))
@@ -78,7 +72,7 @@ def energy_defect(system: System, motion: Motion) -> float:
     return float(abs(after - before - work) / before)
 
 
-def by_solve_ivp(system: System, d: float, kinetic, most: int = 200) -> tuple[float, str]:
+def by_solve_ivp(system: System, d: float, kinetic, push: float = 0.0) -> tuple[float, str]:
     """The event map once more, in doubles, by scipy with its sign-change events.
 
     ``kinetic(block, s)``: force of eq. (8) or (9) times the block's limit, s = |X' - V|. Good
@@ -90,6 +84,7 @@ def by_solve_ivp(system: System, d: float, kinetic, most: int = 200) -> tuple[fl
     state = np.array([x1, x1 + d, V, V])
     modes = [-1 if 1 + alpha * d <= x1 else 0, -1 if limits[1] - (1 + alpha) * d <= x1 else 0]
     marks = [mark(modes)]
+    state[2:] += push * np.array(modes)
 
     def pull(y, i):
         return y[i] + alpha * (y[i] - y[1 - i])
@@ -101,7 +96,7 @@ def by_solve_ivp(system: System, d: float, kinetic, most: int = 200) -> tuple[fl
                 rates[2 + i] = -mode * kinetic(i, max(0.0, mode * (y[2 + i] - V))) - pull(y, i)
         return rates
 
-    while modes != [0, 0] and len(marks) < most:
+    while modes != [0, 0] and len(marks) < 200:
         found = []
         for i, mode in enumerate(modes):
             signals = (
@@ -121,7 +116,7 @@ def by_solve_ivp(system: System, d: float, kinetic, most: int = 200) -> tuple[fl
             if len(times):
                 at_limit = abs(pull(state, i)) >= limits[i] * (1 - 1e-9)
                 modes[i] = -int(np.sign(pull(state, i))) if at_limit else 0
-                state[2 + i] = V
+                state[2 + i] = V + modes[i] * push
         marks.append(mark(modes))
     return float(state[1] - state[0]), " ".join(marks)
 

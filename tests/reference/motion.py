@@ -46,7 +46,7 @@ class Motion:
     status: str
     value: arb | None
     events: tuple[Event, ...]
-    phases: tuple[Phase, ...] = field(repr=False)
+    phases: tuple[tuple[Phase, arb], ...] = field(repr=False)  # each with its length
 
     @property
     def itinerary(self) -> str:
@@ -148,7 +148,7 @@ def motion(system: System, d: object, *, max_events: int = 10_000, max_time: flo
     time, modes = arb(0), (0, 0)
     concerned = [i for i in (0, 1) if need(system, i, x) > system.limits[i] - TIE]
     events: list[Event] = []
-    phases: list[Phase] = []
+    phases: list[tuple[Phase, arb]] = []
 
     def result(status: str, value: arb | None = None) -> Motion:
         return Motion(status, value, tuple(events), tuple(phases))
@@ -180,7 +180,7 @@ def motion(system: System, d: object, *, max_events: int = 10_000, max_time: flo
         if found is None or time > max_time:
             return result(TIME_LIMIT)
         t, hit = found
-        phases.append(phase)
+        phases.append((phase, t))
         concerned = sorted(hit)
         x, v = phase.state(t)
         v = tuple(system.V if i in hit or modes[i] == 0 else v[i].mid() for i in (0, 1))
@@ -196,15 +196,15 @@ def recurs(earlier: Event, later: Event) -> bool:
 
 
 def sensitivity(system: System, d: object, base: Motion | None = None) -> tuple[float, float]:
-    """(derivative of the value, kappa), by a second motion 1e-40 away with the same itinerary.
+    """(derivative of the value, kappa), by a second motion 1e-25 away with the same itinerary.
 
     kappa is the largest |d state / d d| over the motion's events, at least 1; infinite where the
-    itinerary changes within 1e-40 on both sides, NaN derivative where there is no value.
+    itinerary changes within 1e-25 on both sides, NaN derivative where there is no value.
     """
     d = inside(system, exact(d))
     base = base or motion(system, d)
     end = (1 + system.beta) / (1 + 2 * system.alpha)
-    for step in (arb("1e-40"), arb("-1e-40")):
+    for step in (arb("1e-25"), arb("-1e-25")):
         if abs(d + step) > end:
             continue
         near = motion(system, d + step)

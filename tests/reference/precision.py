@@ -8,12 +8,12 @@ PRECISION = 320  # bits, 96 digits
 ctx.prec = PRECISION
 
 # A signal is at its limit, exactly, when it is closer than this: far below what doubles can tell
-# apart (1e-16) and far above what the oracle loses (1e-90 times the growth of errors, which
-# `motion` watches).
-TIE = arb("1e-60")
+# apart (1e-16) and far above what the oracles lose (Coulomb 1e-90, Taylor steps 1e-48, each times
+# the growth of errors).
+TIE = arb("1e-36")
 # A first root is accepted below this and then polished; smaller than TIE, so that what is found
 # as a root is also recognised as a tie when the next phase starts.
-ROOT = arb("1e-64")
+ROOT = arb("1e-40")
 # What Newton's last step may still be, relative to the time scale 1.
 POLISHED = arb("1e-85")
 

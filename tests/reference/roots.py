@@ -38,14 +38,14 @@ HIGHEST_ZERO = 4  # a signal of this kind of motion leaves zero with one of its 
 class Search:
     """The first root of one signal, looked for piece by piece.
 
-    A zero at t = 0 itself, of whatever order, is not a root: the phase begins there.
+    A zero at t = 0 itself, of whatever order, is not a root if the phase ``begins`` there.
     A touch (double root) is a root.
     """
 
-    def __init__(self, signal: Signal) -> None:
+    def __init__(self, signal: Signal, *, begins: bool = True) -> None:
         self.signal = signal
         self.bounds = signal.bound(2), signal.bound(3)
-        self.t = leave_zero(signal)
+        self.t = leave_zero(signal) if begins else ZERO
 
     def until(self, horizon: arb) -> arb | None:
         """The root if it comes before ``horizon``, else None; may be asked again further on."""
