@@ -1,0 +1,186 @@
+"""Which engine moves a model, and with which numbers: the step from models to kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from types import ModuleType
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.mechanics.flow.system import ALPHA, BETA, LAWS, START, VELOCITY, System
+from stickslip.mechanics.friction import Coulomb
+from stickslip.mechanics.friction.code import LawCode, law_code
+from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.targets import instantiate
+from stickslip.vocabulary import did_you_mean
+
+EngineName: TypeAlias = Literal["auto", "exact", "adaptive"]
+ENGINES = ("auto", "exact", "adaptive")
+
+FLOW = "stickslip.mechanics.flow"
+LAW_KERNELS = (
+    "FORCE_ROW",
+    "GRADIENT_ROW",
+    "N_ROWS",
+    "N_PARAMETERS",
+    "SLOPE_ROW",
+    "force",
+    "force_continued",
+    "gradient",
+    "series",
+    "series_tangent",
+    "slope",
+    "static_value",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Engine:
+    """Kernels that move a model, and the model in the form that they take.
+
+    Attributes
+    ----------
+    name : str
+        "exact", "taylor" or "collocation"; the last two are the adaptive engine.
+    key : str
+        Names the kernels: equal keys, equal machine code.
+    cached : bool
+        Whether the kernels can be kept on disk.
+    kernels : module
+        With ``advance``, ``landing_rate``, ``new_work``.
+    system : System
+    laws : ndarray of float64, shape (2, columns)
+        Parameter rows of the laws (`friction.code`).
+    """
+
+    name: str
+    key: str
+    cached: bool
+    kernels: ModuleType
+    code: LawCode
+    system: System
+    laws: NDArray[np.float64]
+
+    @property
+    def n_law_parameters(self) -> int:
+        """Friction parameters of one block in a row of `directions`."""
+        return self.code.N_PARAMETERS
+
+    def new_work(self) -> Any:
+        """Scratch arrays of the kernels for one motion."""
+        return self.kernels.new_work()
+
+
+def engine_for(model: TwoBlock, engine: EngineName = "auto") -> Engine:
+    """Choose and prepare the engine for a model.
+
+    Parameters
+    ----------
+    model : TwoBlock
+    engine : {"auto", "exact", "adaptive"}
+        "exact" exists where forces are constant between events; "auto" takes it there.
+
+    Raises
+    ------
+    ValueError
+        Unknown engine, or "exact" for a law whose motion has no closed form.
+    """
+    if engine not in ENGINES:
+        raise ValueError(f"engine = {engine!r} is unknown. {did_you_mean(str(engine), ENGINES)}")
+    exact = all(map(is_constant, model.laws))
+    if engine == "exact" and not exact:
+        raise ValueError(
+            f"engine = 'exact' is for constant kinetic friction, Coulomb(mu), and not for "
+            f"{model.friction!r}. Take engine='auto' or 'adaptive'."
+        )
+    code = law_code(model.laws)
+    name = "exact" if exact and engine != "adaptive" else _stepper(code)
+    return Engine(
+        name=name,
+        key="exact" if name == "exact" else f"{name}-{code.key}",
+        cached=code.traceable,
+        kernels=_kernels(name, code),
+        code=code,
+        system=System(model.alpha, model.beta, model.V),
+        laws=code.parameter_rows(model.laws),
+    )
+
+
+def is_constant(law: FrictionLaw) -> bool:
+    """Whether the kinetic friction of a law does not depend on speed."""
+    return isinstance(law, Coulomb) and law.viscous == 0.0
+
+
+def _stepper(code: LawCode) -> str:
+    return "taylor" if code.traceable else "collocation"
+
+
+@lru_cache(maxsize=64)
+def _kernels(name: str, code: LawCode) -> ModuleType:
+    if name == "exact":
+        from stickslip.mechanics.flow import _exact_kernels
+
+        return _exact_kernels
+    bindings = {role: getattr(code, role) for role in LAW_KERNELS}
+    template = f"{FLOW}._{name}_kernels"
+    return instantiate(template, code.key, cached=code.traceable, **bindings)
+
+
+def bind_engine(template: str, engine: Engine) -> ModuleType:
+    """Instantiate a template of kernels that calls ``advance`` and ``landing_rate``."""
+    return instantiate(
+        template,
+        engine.key,
+        cached=engine.cached,
+        advance=engine.kernels.advance,
+        landing_rate=engine.kernels.landing_rate,
+        Work=engine.kernels.Work,
+    )
+
+
+# --- tangent directions -----------------------------------------------------------------------
+
+
+def start_direction(engine: Engine) -> NDArray[np.float64]:
+    """Row of `directions` for a derivative in the starting d."""
+    row = np.zeros(LAWS + 2 * engine.n_law_parameters)
+    row[START] = 1.0
+    return row
+
+
+def parameter_direction(engine: Engine, model: TwoBlock, name: str) -> NDArray[np.float64]:
+    """Row of `directions` for a derivative in a named parameter of the model.
+
+    Raises
+    ------
+    ValueError
+        The model has no parameter of that name.
+    """
+    if name not in model.parameters:
+        known = did_you_mean(name, list(model.parameters))
+        raise ValueError(f"the model has no parameter {name!r}. {known}")
+    row = np.zeros(LAWS + 2 * engine.n_law_parameters)
+    own = {"alpha": ALPHA, "beta": BETA, "V": VELOCITY}
+    if name in own:
+        row[own[name]] = 1.0
+        return row
+    for block, law, law_name in _owners(model, name):
+        j = engine.code.parameter_index(law, law_name)
+        row[LAWS + block * engine.n_law_parameters + j] = 1.0
+    return row
+
+
+def _owners(model: TwoBlock, name: str) -> Sequence[tuple[int, FrictionLaw, str]]:
+    """Blocks that a friction parameter belongs to, and its name in the law."""
+    if not isinstance(model.friction, tuple):
+        return [(block, law, name) for block, law in enumerate(model.laws)]
+    stem, _, number = name.rpartition("_")
+    block = int(number) - 1
+    return [(block, model.laws[block], stem)]
+
+
