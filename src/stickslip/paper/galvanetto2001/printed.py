@@ -104,7 +104,15 @@ def law9_bifurcations() -> Iterator[Value]:
     for name, condition, bracket, figure, text in conditions:
         found = root(partial(_over_alpha, condition), *bracket, noise=ADAPTIVE)
         how = (condition.__doc__ or "").rstrip(".")
-        yield Value(f"alpha of the {name}", found.value, found.error, figure, how, text)
+        note = _NOTES.get(figure, "")
+        yield Value(f"alpha of the {name}", found.value, found.error, figure, how, text, note)
+
+
+_NOTES: Final = {
+    13: 'the paper says "approximately" and draws its figure 13 at 1.20915 "just after" the '
+    "bifurcation, which fits the computed value",
+    16: 'the paper says "close to"; its last digit does not stand',
+}
 
 
 def _over_alpha(condition: Callable[[EventMap], float], alpha: float) -> float:
