@@ -18,7 +18,9 @@ __all__ = ["complex_step", "extrapolated_difference"]
 
 COMPLEX_STEP: Final = 1e-30  # small enough that its square is nothing beside any real part
 FIRST_STEP: Final = 1 / 64  # of the scale
-N_STEPS: Final = 18  # halvings: down to 1e-7 of the scale
+N_STEPS: Final = 28  # halvings: down to 1e-10 of the scale, for points close to a singularity
+APPROACH: Final = 0.75  # sides differ by f'' h: halved with the step
+NOISE: Final = 32.0  # roundings of the value in a difference that may be noise
 ORDER: Final = 4  # columns of the extrapolation table
 
 
@@ -38,7 +40,8 @@ def complex_step(func: Callable[[NDArray[np.complex128]], Any], x: Floats) -> Fl
     """
     shifted = np.asarray(x, dtype=np.complex128) + 1j * COMPLEX_STEP
     slope: Floats = np.imag(func(shifted)) / COMPLEX_STEP
-    return slope
+    # A constant may come back as one number.
+    return np.broadcast_to(slope, shifted.shape).copy()
 
 
 def extrapolated_difference(
@@ -82,17 +85,32 @@ def extrapolated_difference(
     values = np.where(good, values, np.nan)
     forward, backward, centre = values[0::2], values[1::2], func(x)
     h = steps[:, None]
-    candidates = [
-        ((forward - backward) / (2 * h), 2),
-        ((forward - centre) / h, 1),
-        ((centre - backward) / h, 1),
-    ]
+    ahead, behind = (forward - centre) / h, (centre - backward) / h
+    central = np.where(
+        _sides_meet(ahead, behind, centre, h), (forward - backward) / (2 * h), np.nan
+    )
+    candidates = [(central, 2), (ahead, 1), (behind, 1)]
     slope, error = np.full(x.shape, np.nan), np.full(x.shape, np.inf)
     for column, power in candidates:
         found, doubt = _best_entry(column, power)
         better = doubt < error
         slope, error = np.where(better, found, slope), np.where(better, doubt, error)
     return slope, error
+
+
+def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> NDArray[np.bool_]:
+    """Tell at which steps the slopes to either side approach each other, or already agree.
+
+    Across a break they do not; and at a symmetric cusp central differences would agree with
+    each other all the same, at 0.
+    """
+    with np.errstate(invalid="ignore"):
+        split = np.abs(ahead - behind)
+        noise = NOISE * np.finfo(np.float64).eps * np.abs(centre) / h
+        approach = split[1:] <= APPROACH * split[:-1]
+    last = np.zeros((1, *split.shape[1:]), dtype=bool)
+    meets: NDArray[np.bool_] = np.concatenate([approach, last]) | (split <= noise)
+    return meets
 
 
 def _best_entry(column: Floats, power: int) -> tuple[Floats, Floats]:

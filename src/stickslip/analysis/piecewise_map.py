@@ -333,7 +333,7 @@ class PiecewiseMap:
         lo, hi = self._domain
         check, error = extrapolated_difference(self._values_inside, x, hi - lo, self._same_branch)
         allowed = COMPLEX_AGREES * (1 + np.abs(check)) + 10 * error
-        return bool(slope.shape == x.shape and np.all(np.abs(slope - check) <= allowed))
+        return bool(np.all(np.abs(slope - check) <= allowed))
 
     def _breakpoints_with(self, parameters: Mapping[str, float]) -> Floats:
         """Breakpoints inside the domain for given parameters, checked."""

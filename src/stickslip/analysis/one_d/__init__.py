@@ -1,0 +1,1 @@
+"""Maps of the line: what needs the order of its points."""

@@ -1,0 +1,257 @@
+"""Sampling of a map until its shape is known: nodes, cells that passed a test, label changes.
+
+Values and derivatives are exact, so the cubic Hermite interpolant of a cell predicts a point
+in its inside. A cell passes if the prediction holds and leaves no doubt about the sign of the
+slope; else it is halved, down to the resolution. Jumps, corners and turning points fail the
+test at every width, so they are met even where no label tells of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.protocol import Map1D, PointValues, domain_width, is_ok, sample
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.protocol import Floats, Labels
+
+    Bools = NDArray[np.bool_]
+    Indices = NDArray[np.intp]
+
+__all__ = ["Mesh", "Nodes", "hermite", "hermite_slope", "slope_extremes"]
+
+N_START: Final = 101  # nodes of the first grid; ten times as many found nothing more
+GOLDEN: Final = 0.6180339887498949
+JITTER: Final = 0.07  # of a cell: no node on a symmetric place, where turning points like to sit
+VALUE_FIT: Final = 1e-8  # of the range of values: a prediction this good passes
+SLOPE_FIT: Final = 1e-4  # of the slopes: likewise
+SIGN_MARGIN: Final = 4.0  # errors of prediction that a slope must stay away from 0
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Points of a map in ascending order with what the map says there; shapes (n,)."""
+
+    x: Floats
+    value: Floats
+    slope: Floats
+    label: Labels
+    ok: Bools
+
+    @classmethod
+    def at(cls, x: Floats, values: PointValues) -> Nodes:
+        """Take over what an evaluation says; labels mean nothing where it has no value."""
+        ok = is_ok(values) & np.isfinite(values.value)
+        return cls(x, values.value, values.derivative, np.where(ok, values.label, 0), ok)
+
+    def __len__(self) -> int:
+        """Return the number of nodes."""
+        return len(self.x)
+
+    def take(self, index: Indices | Bools | slice) -> Nodes:
+        """Return the nodes at an index, mask or slice."""
+        return Nodes(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+
+    def joined(self, other: Nodes) -> Nodes:
+        """Return both, one after the other, unsorted."""
+        pairs = ((getattr(self, n), getattr(other, n)) for n in self.__dataclass_fields__)
+        return Nodes(*(np.concatenate(pair) for pair in pairs))
+
+    def replaced(self, index: Indices, other: Nodes) -> Nodes:
+        """Return a copy with the nodes at ``index`` replaced."""
+        columns = []
+        for name in self.__dataclass_fields__:
+            column = getattr(self, name).copy()
+            column[index] = getattr(other, name)
+            columns.append(column)
+        return Nodes(*columns)
+
+    def merged(self, other: Nodes) -> tuple[Nodes, Indices]:
+        """Return both sorted together, and where the nodes of ``other`` have gone."""
+        order = np.argsort(np.concatenate([self.x, other.x]), kind="stable")
+        place = np.empty(len(order), dtype=np.intp)
+        place[order] = np.arange(len(order))
+        return self.joined(other).take(order), place[len(self) :]
+
+    def without_value(self, x: Floats) -> Nodes:
+        """Return nodes at other points where nothing is known."""
+        nothing = np.full(x.shape, np.nan)
+        return Nodes(x, nothing, nothing, np.zeros_like(self.label), np.zeros_like(self.ok))
+
+    def same_as_next(self) -> Bools:
+        """Tell for each cell whether its two nodes have the same label, or both no value."""
+        same: Bools = (self.ok[1:] == self.ok[:-1]) & (self.label[1:] == self.label[:-1])
+        return same
+
+
+@dataclass
+class Mesh:
+    """A map under the probe: nodes, and the cells between them that are still open.
+
+    Attributes
+    ----------
+    f : Map1D
+    resolution : float
+        No cell is made narrower than this.
+    nodes : Nodes
+    open : ndarray of bool, shape (n - 1,)
+        Cells still to be tested.
+    doubtful : list of (float, float)
+        Cells of one label that fail the test at the resolution.
+    n_evaluations : int
+    """
+
+    f: Map1D
+    resolution: float
+    nodes: Nodes = field(init=False)
+    open: Bools = field(init=False)
+    doubtful: list[tuple[float, float]] = field(default_factory=list)
+    n_evaluations: int = 0
+
+    def __post_init__(self) -> None:
+        """Lay the first grid, off any symmetric places, with both ends of the domain."""
+        lo, hi = self.f.domain
+        inner = np.arange(1, N_START - 1)
+        share = (inner + JITTER * _wobble(inner)) / (N_START - 1)
+        self.nodes = self.probe(np.concatenate([[lo], lo + (hi - lo) * share, [hi]]))
+        self.open = np.ones(len(self.nodes) - 1, dtype=bool)
+
+    @property
+    def value_scale(self) -> float:
+        """Range of the values met so far, the scale of their errors; of the domain if flat."""
+        values = self.nodes.value[self.nodes.ok]
+        spread = float(np.ptp(values)) if values.size else 0.0
+        return spread if spread > 0 else domain_width(self.f)
+
+    @property
+    def slope_scale(self) -> float:
+        """Mean steepness: range of the values over width of the domain."""
+        return self.value_scale / domain_width(self.f)
+
+    def probe(self, x: Floats) -> Nodes:
+        """Evaluate the map at ascending points and count."""
+        self.n_evaluations += x.size
+        return Nodes.at(x, sample(self.f, x))
+
+    def insert(self, nodes: Nodes) -> None:
+        """Add evaluated nodes; cells beside them are open again if above the resolution."""
+        _, first = np.unique(nodes.x, return_index=True)
+        nodes = nodes.take(first)
+        nodes = nodes.take(~np.isin(nodes.x, self.nodes.x))
+        self.nodes, place = self.nodes.merged(nodes)
+        self.open = _widen(self.open, place, len(self.nodes), value=True)
+        self.open &= np.diff(self.nodes.x) > 1.5 * self.resolution
+
+    def refine(self) -> None:
+        """Test and halve cells until none is open."""
+        while self.open.any():
+            self._refine_once()
+
+    # ------------------------------------------------------------------ one round
+
+    def _refine_once(self) -> None:
+        nodes = self.nodes
+        width = np.diff(nodes.x)
+        candidate = self.open & nodes.same_as_next()
+        wide = self._wide_enough(width)
+        narrow = np.flatnonzero(candidate & ~wide & nodes.ok[1:])
+        self.doubtful += [(float(nodes.x[i]), float(nodes.x[i + 1])) for i in narrow]
+        cells = np.flatnonzero(candidate & wide)
+        self.open[:] = False
+        if not cells.size:
+            return
+        share = 0.5 + JITTER * _wobble(len(nodes) + cells)
+        middle = self.probe(nodes.x[cells] + share * width[cells])
+        passed = self._passes(nodes.take(cells), middle, nodes.take(cells + 1))
+        self.nodes, place = nodes.merged(middle)
+        self.open = _widen(self.open, place, len(self.nodes), value=False)
+        failed = place[~passed]
+        self.open[failed - 1] = self.open[failed] = True
+
+    def _wide_enough(self, width: Floats) -> Bools:
+        """Cells in a gap are probed once or twice, others down to the resolution."""
+        in_gap = ~self.nodes.ok[1:]
+        coarse = 0.6 * domain_width(self.f) / (N_START - 1)
+        return width > np.where(in_gap, coarse, self.resolution)
+
+    def _passes(self, left: Nodes, middle: Nodes, right: Nodes) -> Bools:
+        """Tell for which cells the middle holds no surprise."""
+        gap = ~left.ok & ~middle.ok
+        same = left.ok & middle.ok & (left.label == middle.label)
+        with np.errstate(all="ignore"):
+            passed: Bools = gap | (same & self._fits(left, middle, right))
+        return passed
+
+    def _fits(self, left: Nodes, middle: Nodes, right: Nodes) -> Bools:
+        off_value = np.abs(middle.value - hermite(left, right, middle.x))
+        off_slope = np.abs(middle.slope - hermite_slope(left, right, middle.x))
+        typical = np.abs(left.slope) + np.abs(right.slope) + 0.1 * self.slope_scale
+        close = (off_value <= VALUE_FIT * self.value_scale) & (off_slope <= SLOPE_FIT * typical)
+        return (
+            close & _sign_is_sure(left, middle, off_slope) & _sign_is_sure(middle, right, off_slope)
+        )
+
+
+def _wobble(k: Indices) -> Floats:
+    """Return numbers in [-1, 1) without pattern, always the same: results can be repeated."""
+    return np.asarray(2.0 * ((GOLDEN * k) % 1.0) - 1.0, dtype=np.float64)
+
+
+def _widen(flags: Bools, place: Indices, n_nodes: int, *, value: bool) -> Bools:
+    """Carry flags of cells over to the cells that new nodes have made."""
+    kept = np.setdiff1d(np.arange(n_nodes), place, assume_unique=True)
+    wide = np.repeat(flags, np.diff(kept))
+    # Nodes before the first or after the last old one do not occur: the ends are nodes.
+    if value:
+        wide[place] = True
+        wide[place - 1] = True
+    return wide
+
+
+def _sign_is_sure(left: Nodes, right: Nodes, error: Floats) -> Bools:
+    """Tell where the slope of a cell keeps its sign, or changes it once, beyond doubt."""
+    least, most = slope_extremes(left, right)
+    least, most = least - SIGN_MARGIN * error, most + SIGN_MARGIN * error
+    changes = left.slope * right.slope < 0
+    sure: Bools = changes | (least >= 0) | (most <= 0)
+    return sure
+
+
+def hermite(left: Nodes, right: Nodes, x: Floats) -> Floats:
+    """Cubic through values and slopes at the two nodes of each cell, at x inside it."""
+    h = right.x - left.x
+    t = (x - left.x) / h
+    rise = right.value - left.value
+    a = h * left.slope - rise
+    b = rise - h * right.slope
+    value: Floats = left.value + t * rise + t * (1 - t) * (a * (1 - t) + b * t)
+    return value
+
+
+def hermite_slope(left: Nodes, right: Nodes, x: Floats) -> Floats:
+    """Slope of `hermite`."""
+    h = right.x - left.x
+    t = (x - left.x) / h
+    mean = (right.value - left.value) / h
+    slope: Floats = (
+        left.slope * (1 - t) * (1 - 3 * t) + right.slope * t * (3 * t - 2) + 6 * mean * t * (1 - t)
+    )
+    return slope
+
+
+def slope_extremes(left: Nodes, right: Nodes) -> tuple[Floats, Floats]:
+    """Least and largest slope of `hermite` on each cell."""
+    mean = (right.value - left.value) / (right.x - left.x)
+    # slope(t) = s0 + b t + c t^2
+    b = 6 * mean - 4 * left.slope - 2 * right.slope
+    c = 3 * (left.slope + right.slope - 2 * mean)
+    with np.errstate(all="ignore"):
+        t = -b / (2 * c)
+        inner = np.where((t > 0) & (t < 1), left.slope + b * t / 2, left.slope)
+    ends = np.minimum(left.slope, right.slope), np.maximum(left.slope, right.slope)
+    return np.minimum(ends[0], inner), np.maximum(ends[1], inner)

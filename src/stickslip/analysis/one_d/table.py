@@ -1,0 +1,227 @@
+"""The shape of a map as a table: branches, breakpoints, gaps, laps; made once per map."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final, cast
+
+import numpy as np
+
+from stickslip.analysis.one_d.breakpoints import Breakpoint, kind_of, limits_at_cuts
+from stickslip.analysis.one_d.changes import find_cuts
+from stickslip.analysis.one_d.lap_table import (
+    Segments,
+    smooth_stretches,
+    split_at_smooth,
+    tabulate_laps,
+)
+from stickslip.analysis.one_d.mesh import Mesh
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.one_d.breakpoints import Kind
+    from stickslip.analysis.one_d.changes import Cuts, Unresolved
+    from stickslip.analysis.one_d.laps import Laps
+    from stickslip.analysis.protocol import Floats, Map1D
+
+__all__ = ["RESOLUTION", "Branch", "BranchTable", "branch_table"]
+
+RESOLUTION: Final = 1e-9
+REMEMBERED: Final = 64  # tables kept in memory, 100 kB each: one map is asked many questions
+CLOSE_TO_0: Final = 1e-3  # where floats get ever denser, brackets need not follow
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Maximal interval of one label.
+
+    Attributes
+    ----------
+    left, right : float
+        Ends of the branch.
+    value_left, value_right : float
+        One-sided limits of the map there.
+    label : int
+    """
+
+    left: float
+    right: float
+    value_left: float
+    value_right: float
+    label: int = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BranchTable:
+    """Shape of a map of the line, complete for everything wider than ``resolution``.
+
+    Attributes
+    ----------
+    f : Map1D
+    resolution : float
+    branches : tuple of Branch
+        Ascending; gaps lie between them where they do not touch.
+    breakpoints : tuple of Breakpoint
+        Ascending.
+    gaps : ndarray of float, shape (k, 2)
+        Open intervals without a value: last point before and first point after, or the end
+        of the domain.
+    turning_points, turning_values : ndarray of float, shape (m,)
+        Smooth extrema of the map.
+    laps : Laps
+        Maximal smooth monotone intervals.
+    pieces : Laps
+        The same, cut at every breakpoint, the harmless ones too.
+    unresolved : tuple of Unresolved
+        What stayed undecided, with reasons.
+    n_evaluations : int
+        Evaluations of the map that the table took.
+    """
+
+    f: Map1D
+    resolution: float
+    branches: tuple[Branch, ...]
+    breakpoints: tuple[Breakpoint, ...]
+    gaps: Floats
+    turning_points: Floats
+    turning_values: Floats
+    laps: Laps
+    pieces: Laps
+    unresolved: tuple[Unresolved, ...]
+    n_evaluations: int
+
+    def __len__(self) -> int:
+        """Return the number of branches."""
+        return len(self.branches)
+
+    def __iter__(self) -> Iterator[Branch]:
+        """Go through the branches from left to right."""
+        return iter(self.branches)
+
+
+def branch_table(f: Map1D, resolution: float = RESOLUTION) -> BranchTable:
+    """Return the table of a map, from memory if it was made before and the map still lives.
+
+    Parameters
+    ----------
+    f : Map1D
+    resolution : float
+        Branches, gaps and laps wider than this are found; narrower ones between two of the
+        same label may be missed, narrower ones between two different are part of one
+        breakpoint.
+
+    Raises
+    ------
+    ValueError
+        The resolution is not positive or not small beside the domain.
+    """
+    lo, hi = f.domain
+    if not 0 < resolution <= 1e-3 * (hi - lo):
+        raise ValueError(
+            f"resolution = {resolution!r}: a positive number, at most a thousandth of the "
+            f"domain's width {hi - lo:.6g}, is needed."
+        )
+    return _remembered(f, resolution) if isinstance(f, Hashable) else _make_table(f, resolution)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _remembered(f: Any, resolution: float) -> BranchTable:
+    return _make_table(f, resolution)
+
+
+def _make_table(f: Map1D, resolution: float) -> BranchTable:
+    mesh = Mesh(f, resolution)
+    cuts, unresolved = find_cuts(mesh)
+    breaks, segments = _classify(mesh, cuts)
+    stretches = smooth_stretches(mesh, segments)
+    laps = tabulate_laps(mesh, stretches, len(breaks))
+    return BranchTable(
+        f=f,
+        resolution=resolution,
+        branches=_branches(segments),
+        breakpoints=tuple(breaks),
+        gaps=_gaps(segments),
+        turning_points=np.concatenate([s.x[s.turns] for s in stretches] or [np.empty(0)]),
+        turning_values=np.concatenate([s.value[s.turns] for s in stretches] or [np.empty(0)]),
+        laps=laps,
+        pieces=tabulate_laps(mesh, split_at_smooth(stretches, segments), len(breaks)),
+        unresolved=tuple(unresolved),
+        n_evaluations=mesh.n_evaluations,
+    )
+
+
+def _classify(mesh: Mesh, cuts: Cuts) -> tuple[list[Breakpoint], Segments]:
+    """Take limits at all cuts and drop those that are none: same label, smooth across."""
+    at_first, at_last = limits_at_cuts(mesh, cuts)
+    width = cuts.right.x - cuts.left.x
+    kinds = np.array(
+        kind_of(mesh, at_last.take(slice(0, -1)), at_first.take(slice(1, None)), width)
+    )
+    false = (kinds == "smooth") & (cuts.left.label == cuts.right.label)
+    if false.any():
+        return _classify(mesh, cuts.take(~false))
+    where = _positions(cuts)
+    lo, hi = mesh.nodes.take(slice(0, 1)), mesh.nodes.take(slice(-1, None))
+    first, last = lo.joined(cuts.right), cuts.left.joined(hi)
+    at_first = at_first.moved(np.concatenate([lo.x, where]) - first.x)
+    at_last = at_last.moved(np.concatenate([where, hi.x]) - last.x)
+    segments = Segments(first, last, at_first, at_last, where, kinds == "smooth")
+    return [_breakpoint(cuts, segments, kinds, i) for i in range(len(cuts))], segments
+
+
+def _positions(cuts: Cuts) -> Floats:
+    """One float per break: the first one right of it, but one that has a value.
+
+    Beside 0 it is 0, rather than the tiny number next to it.
+    """
+    use_left = (cuts.left.x == 0) | ~cuts.right.ok
+    return np.where(use_left, cuts.left.x, cuts.right.x)
+
+
+def _breakpoint(cuts: Cuts, segments: Segments, kinds: NDArray[np.str_], i: int) -> Breakpoint:
+    lo, hi = float(cuts.left.x[i]), float(cuts.right.x[i])
+    close = hi - lo <= 4 * np.spacing(max(abs(lo), abs(hi), CLOSE_TO_0))
+    return Breakpoint(
+        d=float(segments.where[i]),
+        left=float(segments.at_last.value[i]),
+        right=float(segments.at_first.value[i + 1]),
+        left_slope=float(segments.at_last.slope[i]),
+        right_slope=float(segments.at_first.slope[i + 1]),
+        kind=cast("Kind", str(kinds[i])),
+        left_label=int(cuts.left.label[i]),
+        right_label=int(cuts.right.label[i]),
+        interval=(lo, hi),
+        quality="located" if close else "bracketed",
+    )
+
+
+def _branches(segments: Segments) -> tuple[Branch, ...]:
+    first, last = segments.first, segments.last
+    return tuple(
+        Branch(
+            float(first.x[i]),
+            float(last.x[i]),
+            float(segments.at_first.value[i]),
+            float(segments.at_last.value[i]),
+            int(first.label[i]),
+        )
+        for i in np.flatnonzero(first.ok)
+    )
+
+
+def _gaps(segments: Segments) -> Floats:
+    """Intervals without a value, from the last point before to the first one after."""
+    first, last = segments.first, segments.last
+    rows = [
+        (
+            last.x[i - 1] if i > 0 else first.x[i],
+            first.x[i + 1] if i + 1 < len(first) else last.x[i],
+        )
+        for i in np.flatnonzero(~first.ok)
+    ]
+    return np.array(rows, dtype=np.float64).reshape(-1, 2)
