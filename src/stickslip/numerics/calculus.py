@@ -123,8 +123,9 @@ def is_analytic(graph: Graph, outputs: Sequence[int], values: Mapping[str, float
     A sufficient test, node by node: the series of every node exists there.
     """
     numbers = reachable(graph, outputs)
+    point = {name: np.float64(value) for name, value in values.items()}
     with np.errstate(all="ignore"):
-        known = dict(zip(numbers, evaluate(graph, numbers, values), strict=True))
+        known = dict(zip(numbers, evaluate(graph, numbers, point), strict=True))
     for number in numbers:
         node = graph.nodes[number]
         if not graph.varies[number] or not node.args:

@@ -1,0 +1,101 @@
+"""The built-in laws against their equations, and laws as text."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip.mechanics.friction import LAWS, Coulomb, PoppStelter, Stribeck, parse_law
+
+SPEEDS = st.floats(0, 10)
+
+
+@given(s=SPEEDS, mu=st.floats(0, 1), c=st.floats(0, 2))
+def test_coulomb_is_eq_8(s, mu, c):
+    assert Coulomb(mu).force(s) == mu
+    assert Coulomb(mu).slope(s) == 0.0
+    assert Coulomb(mu, viscous=c).force(s) == mu + c * s
+    assert Coulomb(mu, viscous=c).slope(s) == c
+
+
+@given(w=st.floats(-5, 5), gamma=st.floats(0, 5), delta=st.floats(0, 1), eta=st.floats(0, 1))
+def test_popp_stelter_is_both_lines_of_eq_9(w, gamma, delta, eta):
+    if w < 0:  # V_dr > X': the first line, in w = X' - V_dr
+        paper = (1 - delta) / (1 - gamma * w) + delta + eta * w**2
+    else:
+        paper = -(1 - delta) / (1 + gamma * w) - delta - eta * w**2
+    force = -np.copysign(1.0, w) * PoppStelter(gamma, delta, eta).force(abs(w))
+    assert force == pytest.approx(paper, rel=1e-15)
+
+
+@given(s=SPEEDS, mu=st.floats(0, 1), speed=st.floats(0.01, 5), n=st.sampled_from([1, 2]))
+def test_stribeck_falls_from_the_static_limit(s, mu, speed, n):
+    law = Stribeck(mu, speed, viscous=0.1, exponent=n)
+    assert law.static_value() == 1.0
+    assert law.slope(0.0) == pytest.approx(0.1 - (1 - mu) / speed * (n == 1), rel=1e-14)
+    expected = mu + (1 - mu) * np.exp(-((s / speed) ** n)) + 0.1 * s
+    assert law.force(s) == pytest.approx(expected, rel=1e-15)
+
+
+def test_viscous_friction_is_a_parameter_of_coulomb_only_where_there_is_some():
+    assert Coulomb(0.22).parameters == {"mu": 0.22}
+    assert Coulomb(0.22, viscous=0.1).parameters == {"mu": 0.22, "viscous": 0.1}
+    assert Coulomb(0.22).replace(viscous=0.1) == Coulomb(0.22, 0.1)
+    assert PoppStelter(3).parameters == {"gamma": 3.0, "delta": 0.0, "eta": 0.0}
+
+
+def test_an_exponent_is_a_choice_and_no_parameter():
+    law = Stribeck(0.3, 0.1, exponent=2)
+    assert "exponent" not in law.parameters
+    assert law.replace(exponent=1) == Stribeck(0.3, 0.1)
+    assert law.replace(exponent=1).formula != law.formula
+
+
+def test_numbers_of_any_kind_become_floats():
+    law = PoppStelter(np.float32(3), np.int64(0), 0)
+    assert law == PoppStelter(3.0)
+    assert all(type(value) is float for value in law.parameters.values())
+    assert repr(law) == "PoppStelter(gamma=3.0, delta=0.0, eta=0.0)"
+
+
+def test_what_is_written_by_str_is_read_by_parse_law():
+    assert str(Coulomb(0.22)) == "coulomb:mu=0.22"
+    assert parse_law(" popp-stelter: gamma=3 , delta=1e-1 ") == PoppStelter(3, 0.1)
+    assert parse_law("Popp_Stelter:gamma=3") == PoppStelter(3)
+    assert parse_law("stribeck:mu=0.2,speed=0.1,exponent=2") == Stribeck(0.2, 0.1, exponent=2)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("coulumb:mu=0.2", "no friction law 'coulumb'; did you mean 'coulomb'"),
+        ("", "no friction law ''"),
+        ("coulomb", "needs a value for 'mu'"),
+        ("coulomb:mu", "'mu' in 'coulomb:mu' is not of the form parameter=value"),
+        ("coulomb:mu=", "mu = '' of the friction law coulomb is not a number"),
+        ("coulomb:mu=x", "mu = 'x' of the friction law coulomb is not a number"),
+        ("coulomb:mu=nan", "mu of the friction law coulomb is nan, not finite; allowed: 0 <= mu"),
+        ("coulomb:mu=1.5", "mu of the friction law coulomb is 1.5; allowed: 0 <= mu <= 1"),
+        ("coulomb:mu=0.2,mu=0.3", "'mu' is given twice"),
+        ("coulomb:gamma=3", "friction law coulomb has no parameter 'gamma'"),
+        ("popp-stelter:gama=3", "did you mean 'gamma'"),
+        (
+            "stribeck:mu=0.2,speed=0",
+            "speed of the friction law stribeck is 0.0; allowed: speed > 0",
+        ),
+        ("stribeck:mu=0.2,speed=1,exponent=3", "is 3; allowed: exponent = 1 or 2"),
+    ],
+)
+def test_text_that_is_no_law(text, message):
+    with pytest.raises(ValueError, match=r"law|form|twice") as error:
+        parse_law(text)
+    assert message in str(error.value)
+
+
+def test_the_table_of_laws_names_each_by_its_own_name():
+    assert {name: law.name for name, law in LAWS.items()} == {name: name for name in LAWS}
+
+
+def test_replace_suggests_the_parameter_that_was_meant():
+    with pytest.raises(ValueError, match=r"no parameter 'gama'; did you mean 'gamma'\?"):
+        PoppStelter(3).replace(gama=2)

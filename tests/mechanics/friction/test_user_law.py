@@ -1,0 +1,166 @@
+"""Laws written by users: how they are read, and what is said about those that are wrong."""
+
+import json
+import math
+import pickle
+
+import numba
+import numpy as np
+import pytest
+
+from stickslip.mechanics.friction import UserLaw, friction_law
+from stickslip.mechanics.friction.code import law_code
+
+
+def weakening(s, a):
+    return a + (1 - a) / (1 + s)
+
+
+def stepped(s, a):
+    return 1.0 if s < 0.1 else a
+
+
+def test_parameters_are_passed_by_name_and_may_have_defaults():
+    def force(s, b=0.5, *, a):
+        return a / (1 + b * s)
+
+    law = friction_law(force, parameters={"a": 0.4})
+    assert law.parameters == {"a": 0.4}
+    assert law.force(2.0) == 0.2
+    assert friction_law(force, parameters={"a": 0.4, "b": 1.0}).force(3.0) == 0.1
+
+
+def test_replace_changes_the_values_only():
+    law = friction_law(weakening, parameters={"a": 0.3})
+    other = law.replace(a=0.5)
+    assert isinstance(other, UserLaw)
+    assert other == friction_law(weakening, parameters={"a": 0.5})
+    assert law.parameters == {"a": 0.3}
+    assert other.force(1.0) == 0.75
+    assert law.replace(a=0.3) == law
+    with pytest.raises(ValueError, match="no parameter 'b' "):
+        law.replace(b=1)
+    with pytest.raises(ValueError, match=r"F\(0\) = 1.5 of the friction law peak"):
+        friction_law(peak, parameters={"a": 0.3}).replace(a=1.5)
+
+
+def peak(s, a):
+    return a / (1 + s)
+
+
+def test_replace_may_make_a_law_singular_at_rest():
+    law = friction_law(lambda s, a: 0.5 * (a + s) ** 1.5, parameters={"a": 0.3})
+    assert law.traceable
+    assert not law.replace(a=0.0).traceable
+    assert law.replace(a=0.0).replace(a=0.2).traceable
+
+
+def test_a_law_compiled_by_the_user_is_traced_all_the_same():
+    law = friction_law(numba.njit(weakening), parameters={"a": 0.3})  # noqa: TID251
+    assert law.traceable
+    assert law.force(1.0) == pytest.approx(weakening(1.0, 0.3), rel=1e-15)
+
+
+def test_a_law_travels_to_another_process():
+    for function in (weakening, stepped):
+        law = friction_law(function, parameters={"a": 0.3})
+        copy = pickle.loads(pickle.dumps(law))
+        assert copy == law
+        assert copy.force(0.7) == law.force(0.7)
+
+
+def test_a_slope_that_is_not_the_derivative_is_refused():
+    with pytest.raises(ValueError, match=r"slope of the friction law weakening is 0.7 at s = 0"):
+        friction_law(weakening, parameters={"a": 0.3}, slope=lambda s, a: (1 - a) / (1 + s) ** 2)
+    right = friction_law(
+        weakening, parameters={"a": 0.3}, slope=lambda s, a: -(1 - a) / (1 + s) ** 2
+    )
+    assert right.slope(1.0) == pytest.approx(-0.175)
+
+
+def test_a_function_that_answers_expressions_differently_is_compiled():
+    law = friction_law(lambda s: 0.3 if isinstance(s, float) else 0.4)
+    assert not law.traceable
+    assert law.force(1.0) == 0.3
+
+
+def test_forward_slip_may_have_a_law_and_parameters_of_its_own():
+    law = friction_law(
+        weakening, parameters={"a": 0.3, "b": 0.2}, forward=lambda s, b: b * math.exp(-s)
+    )
+    assert not law.symmetric
+    assert law.force(0.0, forward=True) == 0.2
+    assert law.static_value() == 1.0
+    assert law.static_value(forward=True) == 0.2
+    code = law_code([law])
+    (p,) = code.parameter_rows([law.replace(b=0.25)])
+    assert code.force(p, 1, 0.0) == code.static_value(p, 1) == 0.25
+    assert code.force(p, -1, 0.0) == code.static_value(p, -1) == 1.0
+
+
+def test_repr_shows_the_call():
+    law = friction_law(weakening, parameters={"a": 0.3})
+    assert repr(law) == "friction_law(weakening, parameters={'a': 0.3})"
+
+
+def reads_json(s):
+    return 0.5 if s > 1 else float(json.loads("0.25"))
+
+
+class Holder:
+    value = 0.5
+
+
+HOLDER = Holder()
+
+
+@pytest.mark.parametrize(
+    ("force", "options", "message"),
+    [
+        (lambda s: math.nan, {}, "F(0) = nan; a law must be finite"),
+        (lambda s: 1 / (1 - s / 10), {}, "ZeroDivisionError"),
+        (lambda s: np.float64(0.5) / s * s, {}, "F(0) = nan"),
+        (lambda s: math.sqrt(1 - s), {}, "failed at s = "),
+        (lambda s: 1.2, {}, "F(0) = 1.2 of the friction law <lambda>; allowed: 0 <= F(0) <= 1"),
+        (lambda s: s - 0.1, {}, "F(0) = -0.1"),
+        (lambda s: 0.5 + 0j, {}, "F(0) is a complex, not a float"),
+        (lambda s: np.array([0.5]), {}, "F(0) is a ndarray, not a float"),
+        (lambda s: "0.5", {}, "F(0) is a str, not a float"),
+        (lambda s: s > 1, {}, "F(0) is a bool, not a float"),
+        (lambda s: None, {}, "F(0) is a NoneType, not a float"),
+        (lambda s, a: a, {}, "force of the friction law <lambda> needs a value for 'a'"),
+        (lambda: 0.5, {}, "takes no speed s as its first argument"),
+        (lambda s, *a: 0.5, {}, "parameter *a cannot be passed by name"),
+        (lambda s, **a: 0.5, {}, "parameter **a cannot be passed by name"),
+        (0.5, {}, "is no function but 0.5"),
+        (lambda s, a: a, {"parameters": {"a": math.nan}}, "a of the friction law <lambda> is nan"),
+        (lambda s, a: a, {"parameters": {"a": "0.3"}}, "is '0.3', not a real number"),
+        (lambda s, a: a, {"parameters": {"a": 0.1, "aa": 0}}, "'aa'; did you mean 'a'?"),
+        (lambda s, a: a, {"parameters": {"a": 0.1, "a b": 0}}, "'a b' cannot name a parameter"),
+        (lambda s: 0.5, {"slope": 3}, "slope of the friction law <lambda> is no function"),
+        (lambda s: 0.5, {"forward": lambda s: 2.0}, "F(0) = 2.0"),
+        (lambda s: 0.5, {"forward": lambda s, q: q}, "forward force of the friction law"),
+    ],
+)
+def test_what_is_wrong_with_a_law_is_said(force, options, message):
+    with pytest.raises(ValueError, match="friction law") as error:
+        friction_law(force, **options)
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        reads_json,
+        lambda s: HOLDER.value if s > 1 else 0.5,
+        lambda s: 0.5 if s > 1 else sorted([s, 1], key=abs)[0] * 0,
+    ],
+)
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled without JIT")
+def test_a_law_that_cannot_be_compiled_is_an_error_of_one_line(force):
+    with pytest.raises(ValueError, match="can be neither recorded as a formula") as error:
+        friction_law(force)
+    assert "its steps depend on the value of its argument" in str(error.value)
+    assert "nor compiled (" in str(error.value)
+    assert "\n" not in str(error.value)
