@@ -1,8 +1,8 @@
 """One-sided values and slopes of a map at its breaks and at the ends of its domain.
 
 At the last float before a break the derivative may belong to the other branch, and a square
-root has lost half of its digits; so limits are taken from three points inside the branch, at
-distances h / 64, h and 4 h with h the resolution (less in a narrow branch).
+root has lost half of its digits; so limits are taken from points inside the branch, at
+distances h / 64, h, 4 h and 16 h with h the resolution (less in a narrow branch).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["Limits", "limits_inside"]
 
 CLOSEST: Final = 1 / 64  # of h: the point that the value is taken from
-ROOM: Final = 1 / 16  # h is at most this share of the branch
+ROOM: Final = 1 / 64  # h is at most this share of the branch
 STEEPENS: Final = 1.5  # growth of the slope from 4 h to h beyond which it diverges
 ROUNDING: Final = 1e-14  # of the range of values: the value at the break itself is as good
 SAME_SLOPE: Final = 1e-6  # of the slopes: the slope at the break is the branch's own, and exact
@@ -67,15 +67,15 @@ def limits_inside(mesh: Mesh, ends: Nodes, inward: Floats, room: Floats) -> Limi
     n = len(ends)
     h = np.minimum(mesh.resolution, ROOM * room)
     h = np.maximum(h, 64 * np.spacing(np.abs(ends.x)))
-    x = np.concatenate([ends.x + inward * k * h for k in (CLOSEST, 1.0, 4.0)])
+    x = np.concatenate([ends.x + inward * k * h for k in (CLOSEST, 1.0, 4.0, 16.0)])
     lo, hi = mesh.f.domain
     inside = mesh.probe(np.clip(x, lo, hi))
-    close, near, far = (inside.take(slice(i * n, (i + 1) * n)) for i in range(3))
+    close, near, far, farther = (inside.take(slice(i * n, (i + 1) * n)) for i in range(4))
     with np.errstate(all="ignore"):
         diverges = _diverges(mesh, close, near, far, h)
         value = np.where(diverges, _root_value(near, far, inward * h), _value(close, near, ends))
-        # s = s0 + c sqrt(h) beside a graze, s0 + c h elsewhere: this combination suits both.
-        slope = np.where(diverges, np.inf * np.sign(near.slope), 2 * near.slope - far.slope)
+        regular = _slope(near, far, farther)
+        slope = np.where(diverges, np.inf * np.sign(near.slope), regular)
         allowed = np.where(diverges, SINGULAR_ROUNDING, ROUNDING) * mesh.value_scale
         exact = np.abs(ends.value - value) <= allowed
         typical = mesh.slope_scale + np.abs(slope)
@@ -89,6 +89,12 @@ def _value(close: Nodes, near: Nodes, ends: Nodes) -> Floats:
     """Extrapolate linearly over h / 64 with the slope at h."""
     value: Floats = close.value + near.slope * (ends.x - close.x)
     return value
+
+
+def _slope(near: Nodes, far: Nodes, farther: Nodes) -> Floats:
+    """Extrapolate s0 + a sqrt(h) + b h, which suits both sides of a graze, from h, 4 h, 16 h."""
+    slope: Floats = (8 * near.slope - 6 * far.slope + farther.slope) / 3
+    return slope
 
 
 def _diverges(mesh: Mesh, close: Nodes, near: Nodes, far: Nodes, h: Floats) -> NDArray[np.bool_]:

@@ -28,7 +28,7 @@ __all__ = ["Mesh", "Nodes", "hermite", "hermite_slope", "slope_extremes"]
 N_START: Final = 101  # nodes of the first grid; ten times as many found nothing more
 GOLDEN: Final = 0.6180339887498949
 JITTER: Final = 0.07  # of a cell: no node on a symmetric place, where turning points like to sit
-VALUE_FIT: Final = 1e-8  # of the range of values: a prediction this good passes
+VALUE_FIT: Final = 1e-7  # of the range of values: a prediction this good passes
 SLOPE_FIT: Final = 1e-4  # of the slopes: likewise
 SIGN_MARGIN: Final = 4.0  # errors of prediction that a slope must stay away from 0
 

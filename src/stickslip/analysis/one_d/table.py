@@ -33,7 +33,7 @@ __all__ = ["RESOLUTION", "Branch", "BranchTable", "branch_table"]
 
 RESOLUTION: Final = 1e-9
 REMEMBERED: Final = 64  # tables kept in memory, 100 kB each: one map is asked many questions
-CLOSE_TO_0: Final = 1e-3  # where floats get ever denser, brackets need not follow
+LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,8 @@ def _classify(mesh: Mesh, cuts: Cuts) -> tuple[list[Breakpoint], Segments]:
     at_first = at_first.moved(np.concatenate([lo.x, where]) - first.x)
     at_last = at_last.moved(np.concatenate([where, hi.x]) - last.x)
     segments = Segments(first, last, at_first, at_last, where, kinds == "smooth")
-    return [_breakpoint(cuts, segments, kinds, i) for i in range(len(cuts))], segments
+    scale = max(abs(end) for end in mesh.f.domain)
+    return [_breakpoint(cuts, segments, kinds, scale, i) for i in range(len(cuts))], segments
 
 
 def _positions(cuts: Cuts) -> Floats:
@@ -183,9 +184,11 @@ def _positions(cuts: Cuts) -> Floats:
     return np.where(use_left, cuts.left.x, cuts.right.x)
 
 
-def _breakpoint(cuts: Cuts, segments: Segments, kinds: NDArray[np.str_], i: int) -> Breakpoint:
+def _breakpoint(
+    cuts: Cuts, segments: Segments, kinds: NDArray[np.str_], scale: float, i: int
+) -> Breakpoint:
     lo, hi = float(cuts.left.x[i]), float(cuts.right.x[i])
-    close = hi - lo <= 4 * np.spacing(max(abs(lo), abs(hi), CLOSE_TO_0))
+    close = hi - lo <= LOCATED * scale
     return Breakpoint(
         d=float(segments.where[i]),
         left=float(segments.at_last.value[i]),
