@@ -125,7 +125,9 @@ def kernel(func: F) -> F:
 
     ``fastmath`` is off except for fused multiply-adds; divisions follow IEEE rules.
     """
-    dispatcher = numba.njit(nogil=True, error_model="numpy", fastmath={"contract"})(func)
+    dispatcher = numba.njit(
+        nogil=True, error_model="numpy", fastmath={"contract"}, _nrt=False
+    )(func)
     if config.DISABLE_JIT:
         return func
     _ours.add(id(dispatcher))
