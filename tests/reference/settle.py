@@ -1,0 +1,90 @@
+"""Right or wrong, as the design says (end of section 3)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from flint import arb
+
+from .motion import EVENT_LIMIT, OK, TIME_LIMIT, Motion, System, sensitivity
+from .precision import exact
+
+LIMITS = (EVENT_LIMIT, TIME_LIMIT)
+
+RIGHT = "right"
+WRONG = "wrong"
+EXCUSED = "excused"  # the reference's own itinerary changes within 64 kappa ulp of d
+GAVE_UP = "gave up"  # one of the two statuses is a limit
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the reference says about one value."""
+
+    verdict: str
+    d: float
+    value: float
+    status: str
+    reference: Motion
+    error: float  # |value - reference|; NaN where one of them has none
+    kappa: float  # 1 where the error alone was small enough
+
+    def __str__(self) -> str:
+        ref = self.reference
+        wanted = "none" if ref.value is None else repr(float(ref.value))
+        return (
+            f"{self.verdict}: d={self.d!r} value={self.value!r} status={self.status} "
+            f"reference={wanted} {ref.status} error={self.error:.3g} kappa={self.kappa:.3g} "
+            f"itinerary={ref.itinerary[:90]!r} ({ref.n_events} events)"
+        )
+
+
+def settle(
+    system: System, d: float, value: float, status: str, tol: float, *, max_events: int = 10_000
+) -> Verdict:
+    """Judge ``value`` and ``status`` at ``d`` against the oracle of this system."""
+    reference = system.motion(d, max_events=max_events)
+    error, kappa = math.nan, 1.0
+
+    def verdict(word: str) -> Verdict:
+        return Verdict(word, d, value, status, reference, error, kappa)
+
+    if status in LIMITS or reference.status in LIMITS:
+        return verdict(GAVE_UP)
+    if status == reference.status:
+        if status != OK:
+            return verdict(RIGHT)
+        if math.isfinite(value):
+            error = float(abs(exact(value) - reference.value))
+            if error <= tol:
+                return verdict(RIGHT)
+    kappa = sensitivity(system, d, reference)[1]
+    if error <= tol * kappa:
+        return verdict(RIGHT)
+    if changes_nearby(system, d, reference, kappa, max_events):
+        return verdict(EXCUSED)
+    return verdict(WRONG)
+
+
+def changes_nearby(
+    system: System, d: float, reference: Motion, kappa: float, max_events: int
+) -> bool:
+    """Whether the reference's itinerary is another one at d - or d + 64 kappa ulp(d)."""
+    if not math.isfinite(kappa):
+        return True
+    reach = 64 * kappa * math.ulp(d)
+    end = (1 + system.beta) / (1 + 2 * system.alpha)
+    for side in (-1, 1):
+        near = exact(d) + side * arb(reach)
+        if abs(near) > end:
+            near = end if near > 0 else -end
+        other = system.motion(near, max_events=max_events)
+        if (other.status, path(other)) != (reference.status, path(reference)):
+            return True
+    return False
+
+
+def path(motion: Motion) -> str:
+    """The itinerary of a motion that returns; where one does not, its end is arbitrary."""
+    return motion.itinerary if motion.status == OK else ""
