@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import types
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,10 @@ def _retargeted(value: Any, done: dict[int, Any]) -> Any:
         return _TracedMath()
     if isinstance(value, types.BuiltinFunctionType):
         return _REPLACED.get(value, value)
+    if isinstance(value, partial):
+        return partial(_retargeted(value.func, done), *value.args, **value.keywords)
+    if isinstance(value, types.MethodType):
+        return types.MethodType(_retargeted(value.__func__, done), value.__self__)
     function = plain_function(value)
     if not isinstance(function, types.FunctionType):
         return value

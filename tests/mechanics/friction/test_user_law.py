@@ -1,5 +1,6 @@
 """Laws written by users: how they are read, and what is said about those that are wrong."""
 
+import functools
 import json
 import math
 import pickle
@@ -96,6 +97,59 @@ def test_forward_slip_may_have_a_law_and_parameters_of_its_own():
     (p,) = code.parameter_rows([law.replace(b=0.25)])
     assert code.force(p, 1, 0.0) == code.static_value(p, 1) == 0.25
     assert code.force(p, -1, 0.0) == code.static_value(p, -1) == 1.0
+
+
+def test_partial_functions_and_methods_are_traced():
+    def force(s, a, b):
+        return a * math.exp(-b * s)
+
+    law = friction_law(functools.partial(force, b=2.0), parameters={"a": 0.5})
+    assert law.traceable
+    assert law.force(0.25) == pytest.approx(0.5 * math.exp(-0.5), rel=1e-15)
+    assert friction_law(Scaled(0.5).force).traceable
+    assert friction_law(Scaled(0.5).force).force(1.0) == 0.5 * math.exp(-1.0)
+
+
+class Scaled:
+    def __init__(self, scale):
+        self.scale = scale
+
+    def force(self, s):
+        return self.scale * math.exp(-s)
+
+
+@pytest.mark.parametrize(
+    "branch",
+    [
+        False,
+        pytest.param(
+            True,
+            marks=pytest.mark.skipif(
+                numba.config.DISABLE_JIT, reason="without JIT it overflows in plain Python"
+            ),
+        ),
+    ],
+)
+def test_a_function_that_overflows_in_plain_python_only_is_no_error(branch):
+    def sech(s, speed):
+        if branch and s < 0:
+            return 1.0
+        return 1 / math.cosh(s / speed)
+
+    law = friction_law(sech, parameters={"speed": 0.01})
+    assert law.traceable is not branch
+    assert law.force(0.01) == pytest.approx(1 / math.cosh(1.0), rel=1e-14)
+    assert law.force(10.0) == 0.0
+
+
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled without JIT")
+def test_a_function_that_numba_understands_differently_is_refused():
+    def huge(s):
+        n = 2**62 if s >= 0 else 0
+        return 0.5 if n * 4 > 0 else 0.25  # wraps to 0 in machine integers
+
+    with pytest.raises(ValueError, match="gives other values when it is compiled"):
+        friction_law(huge)
 
 
 def test_repr_shows_the_call():

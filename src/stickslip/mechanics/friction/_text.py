@@ -12,7 +12,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from stickslip.mechanics.friction.formula import CallableFormula, Formula, TracedFormula
+from stickslip.mechanics.friction.formula import (
+    CallableFormula,
+    Formula,
+    TracedFormula,
+    UserFunction,
+)
 from stickslip.numerics.calculus import derivative
 from stickslip.numerics.series import Lines, Scalars, SeriesText, indented, value_lines
 
@@ -157,13 +162,13 @@ class LawText:
         return ["if m > 0:", *indented(forward[0]), "else:", *indented(backward)]
 
 
-def user_functions(law: int, formula: CallableFormula) -> dict[str, Callable[..., Any]]:
+def user_functions(law: int, formula: CallableFormula) -> dict[str, UserFunction]:
     """Name the user's functions as the text calls them."""
-    functions = {f"law_{law}_backward": formula.backward.function}
+    functions = {f"law_{law}_backward": formula.backward}
     if not formula.symmetric:
-        functions[f"law_{law}_forward"] = formula.forward.function
+        functions[f"law_{law}_forward"] = formula.forward
     if formula.slope is not None:
-        functions[f"law_{law}_slope"] = formula.slope.function
+        functions[f"law_{law}_slope"] = formula.slope
     return functions
 
 

@@ -167,8 +167,8 @@ def compiled_here(text: str, formulas: Sequence[Formula]) -> dict[str, Any]:
     names: dict[str, Any] = {"kernel": kernel_uncached}
     for i, formula in enumerate(formulas):
         if isinstance(formula, CallableFormula):
-            for name, function in _text.user_functions(i, formula).items():
-                names[name] = compiled(function)
+            for name, user in _text.user_functions(i, formula).items():
+                names[name] = user.compiled().function
     exec(compile(text, "<friction laws>", "exec"), names)
     return names
 
@@ -177,16 +177,3 @@ def pointwise(law: FrictionLaw, name: str) -> tuple[NDArray[np.float64], Kernel]
     """Return the parameter row of one law and one of its kernels."""
     code = law_code([law])
     return code.parameter_rows([law])[0], getattr(code, name)
-
-
-_compiled: dict[Callable[..., Any], Kernel] = {}
-
-
-def compiled(function: Callable[..., Any]) -> Kernel:
-    """Compile a user's function for use in kernels, once in this process."""
-    from stickslip.numerics.targets import kernel_uncached
-
-    if function not in _compiled:
-        jitted = hasattr(function, "py_func")
-        _compiled[function] = function if jitted else kernel_uncached(function)
-    return _compiled[function]

@@ -88,6 +88,19 @@ class UserFunction:
         """Call it with those parameters that it takes."""
         return self.function(s, **{name: arguments[name] for name in self.parameters})
 
+    def compiled(self) -> UserFunction:
+        """Return the same for use in kernels, compiled once in this process."""
+        return UserFunction(_compiled(self.function), self.parameters)
+
+
+@lru_cache(maxsize=256)
+def _compiled(function: Function) -> Function:
+    if hasattr(function, "py_func"):  # by numba already
+        return function
+    from stickslip.numerics.targets import kernel_uncached
+
+    return kernel_uncached(function)
+
 
 @dataclass(frozen=True)
 class CallableFormula:

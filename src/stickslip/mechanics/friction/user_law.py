@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-import inspect
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from numbers import Real
@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from stickslip.mechanics.friction.code import compiled, pointwise
+from stickslip.mechanics.friction.code import pointwise
 from stickslip.mechanics.friction.formula import (
     CallableFormula,
     Formula,
@@ -22,6 +22,7 @@ from stickslip.mechanics.friction.formula import (
 )
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.friction.ranges import real, unknown_name
+from stickslip.mechanics.friction.signature import parameter_names, user_function
 from stickslip.numerics.expression import NotTraceable
 from stickslip.numerics.tracing import plain_function
 
@@ -92,24 +93,21 @@ class UserLaw(FrictionLaw):
     values: tuple[tuple[str, float], ...]
     slope_function: Callable[..., float] | None = None
     forward_function: Callable[..., float] | None = None
-    _traced: TracedFormula | None = field(init=False, compare=False, default=None)
     _formula: Formula = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
         """Check the functions and values, then record the law or compile it."""
-        values = tuple((name, self._value(name, value)) for name, value in self.values)
-        self._set("values", values)
-        callable_formula = self._callable_formula()
-        self._check_sample(callable_formula)
+        self._set("values", tuple((name, self._value(name, x)) for name, x in self.values))
+        functions = self._callable_formula()
+        known = self._plain_values(functions)
         try:
-            traced = self._trace(callable_formula)
-            self._set("_traced", traced)
+            traced = self._trace(functions, known)
             self._set("_formula", traced)
-            self._check_slope(callable_formula)
+            self._check_slope(functions)
         except NotTraceable as reason:
-            self._set("_formula", callable_formula)
-            self._compile(str(reason))
-        self._check_static_value()
+            self._set("_formula", functions)
+            self._compile(functions, known, str(reason))
+        self._check_values()
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
@@ -139,131 +137,122 @@ class UserLaw(FrictionLaw):
 
     def _replaced(self, changes: dict[str, Any]) -> Self:
         values = tuple((name, changes.get(name, value)) for name, value in self.values)
-        if self._traced is None or not isinstance(self._formula, TracedFormula):
-            return type(self)(self.function, values, self.slope_function, self.forward_function)
-        law = copy.copy(self)  # the formula stays: only the values are new
-        law._set("values", tuple((name, law._value(name, value)) for name, value in values))
-        if not self._traced.is_analytic_at_rest(law.arguments):
-            return type(self)(self.function, values, self.slope_function, self.forward_function)
-        for forward in (False, True):
-            for s, value in zip(SAMPLE, law.force(SAMPLE, forward=forward), strict=True):
-                law._check_value(s, value)
-        law._check_static_value()
-        return law
-
-    def _user_function(self, function: Callable[..., Any], role: str) -> UserFunction:
-        """With the parameters it takes, checked against those given."""
-        owner = f"{role} of the friction law {self.title}"
-        if not callable(function):
-            raise ValueError(f"{owner} is no function but {function!r}")
-        try:
-            signature = inspect.signature(plain_function(function))
-        except (TypeError, ValueError):
-            raise ValueError(f"{owner} does not tell its parameters; wrap it in a def") from None
-        taken = list(signature.parameters.values())
-        positional = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-        if not taken or taken.pop(0).kind not in positional:
-            raise ValueError(f"{owner} takes no speed s as its first argument")
-        given = self.arguments
-        for p in taken:
-            if p.kind not in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY):
-                raise ValueError(f"{owner}: parameter {p} cannot be passed by name")
-            if p.default is p.empty and p.name not in given:
-                raise ValueError(
-                    f"{owner} needs a value for {p.name!r}: parameters={{{p.name!r}: ...}}"
-                )
-        names = [p.name for p in taken]
-        return UserFunction(function, tuple(name for name in given if name in names))
+        if isinstance(self._formula, TracedFormula):
+            law = copy.copy(self)  # the formula stays: only the values are new
+            law._set("values", tuple((name, law._value(name, x)) for name, x in values))
+            if self._formula.is_analytic_at_rest(law.arguments):
+                law._check_values()
+                return law
+        return type(self)(self.function, values, self.slope_function, self.forward_function)
 
     def _callable_formula(self) -> CallableFormula:
-        backward = self._user_function(self.function, "force")
+        given = tuple(self.arguments)
+
+        def checked(function: Callable[..., Any], role: str) -> UserFunction:
+            return user_function(function, given, f"{role} of the friction law {self.title}")
+
+        backward = checked(self.function, "force")
         forward, slope = backward, None
         if self.forward_function is not None:
-            forward = self._user_function(self.forward_function, "forward force")
+            forward = checked(self.forward_function, "forward force")
         if self.slope_function is not None:
-            slope = self._user_function(self.slope_function, "slope")
-        for name in self.arguments:
+            slope = checked(self.slope_function, "slope")
+        for name in given:
             if name not in backward.parameters and name not in forward.parameters:
-                known = list(inspect.signature(plain_function(self.function)).parameters)[1:]
+                known = parameter_names(self.function)
                 raise unknown_name(name, known, f"friction law {self.title}")
-        return CallableFormula(tuple(self.arguments), backward, forward, slope)
+        return CallableFormula(given, backward, forward, slope)
 
     # --- checks -------------------------------------------------------------------------------
 
-    def _check_sample(self, formula: CallableFormula) -> None:
-        for user in dict.fromkeys((formula.backward, formula.forward)):
-            for s in SAMPLE:
-                self._check_value(s, self._called(user, s))
+    def _plain_values(self, formula: CallableFormula) -> dict[UserFunction, list[float]]:
+        """Call the functions in plain Python; NaN where only that overflows."""
+        functions = dict.fromkeys((formula.backward, formula.forward))
+        return {user: [self._called(user, s) for s in SAMPLE] for user in functions}
 
-    def _called(self, user: UserFunction, s: float) -> Any:
+    def _called(self, user: UserFunction, s: float) -> float:
         plain = UserFunction(plain_function(user.function), user.parameters)
         try:
-            return quietly(plain, s, self.arguments)
+            value = quietly(plain, s, self.arguments)
+        except OverflowError:  # of the math module; numpy and kernels go on with infinity
+            return math.nan
         except Exception as error:
             raise ValueError(
                 f"friction law {self.title} failed at s = {s:g}: {type(error).__name__}: {error}"
             ) from error
-
-    def _check_value(self, s: float, value: Any) -> None:
         if isinstance(value, (bool, np.bool_)) or not isinstance(value, Real):
             raise ValueError(
                 f"friction law {self.title}: F({s:g}) is a {type(value).__name__}, not a float"
             )
-        if not np.isfinite(float(value)):
-            raise ValueError(
-                f"friction law {self.title}: F({s:g}) = {value}; "
-                "a law must be finite for 0 <= s <= 10"
-            )
+        return float(value)
 
-    def _trace(self, formula: CallableFormula) -> TracedFormula:
+    def _trace(
+        self, functions: CallableFormula, known: Mapping[UserFunction, list[float]]
+    ) -> TracedFormula:
         """Record the law as a graph that has a series at s = 0 and agrees with the function."""
-        traced = traced_formula(
-            formula.parameters,
-            formula.backward,
-            None if formula.symmetric else formula.forward,
-        )
+        forward = None if functions.symmetric else functions.forward
+        traced = traced_formula(functions.parameters, functions.backward, forward)
         if not traced.is_analytic_at_rest(self.arguments):
             raise NotTraceable("it has no Taylor series at s = 0")
-        for forward, user in ((False, formula.backward), (True, formula.forward)):
-            values = [self._called(user, s) for s in SAMPLE]
-            recorded = quietly(traced.force, np.array(SAMPLE), self.arguments, forward)
-            if not np.allclose(recorded, values, rtol=AGREEMENT, atol=AGREEMENT):
+        for direction, user in ((False, functions.backward), (True, functions.forward)):
+            values = quietly(traced.force, np.array(SAMPLE), self.arguments, direction)
+            if not _agree(values, known[user]):
                 raise NotTraceable("what it computes depends on the type of its argument")
         return traced
 
-    def _check_slope(self, formula: CallableFormula) -> None:
-        if formula.slope is None:
-            return
-        exact = self.slope(SAMPLE)
-        for s, value in zip(SAMPLE, exact, strict=True):
-            given = self._called(formula.slope, s)
-            if not abs(given - value) <= SLOPE_AGREEMENT * max(1.0, abs(value)):
-                raise ValueError(
-                    f"slope of the friction law {self.title} is {given} at s = {s:g}, "
-                    f"but dF/ds is {value}"
-                )
-
-    def _compile(self, not_traced: str) -> None:
-        formula = self._formula
-        assert isinstance(formula, CallableFormula)
-        for user in dict.fromkeys((formula.backward, formula.forward, formula.slope)):
+    def _compile(
+        self,
+        functions: CallableFormula,
+        known: Mapping[UserFunction, list[float]],
+        not_traced: str,
+    ) -> None:
+        for user in dict.fromkeys((functions.backward, functions.forward, functions.slope)):
             if user is None:
                 continue
             try:
-                UserFunction(compiled(user.function), user.parameters)(0.0, self.arguments)
+                values = [user.compiled()(s, self.arguments) for s in SAMPLE]
             except Exception as error:
                 raise ValueError(
                     f"friction law {self.title} can be neither recorded as a formula "
                     f"({not_traced}) nor compiled ({_reason(error)})"
                 ) from error
+            if user in known and not _agree(values, known[user]):
+                raise ValueError(
+                    f"friction law {self.title} gives other values when it is compiled; "
+                    "it may depend on integer arithmetic or on something that changes"
+                )
+
+    def _check_values(self) -> None:
+        """Check that F is finite at every sample speed, and F(0) allowed."""
+        for forward in (False, True):
+            values = quietly(self._force, np.array(SAMPLE), forward) + np.zeros(len(SAMPLE))
+            for s, value in zip(SAMPLE, values.tolist(), strict=True):
+                if not math.isfinite(value):
+                    raise ValueError(
+                        f"friction law {self.title}: F({s:g}) = {value}; "
+                        "a law must be finite for 0 <= s <= 10"
+                    )
+        self._check_static_value()
+
+    def _check_slope(self, functions: CallableFormula) -> None:
+        """Check a slope given with a law that is differentiated exactly anyway."""
+        if functions.slope is None:
+            return
+        for s, exact in zip(SAMPLE, self.slope(SAMPLE).tolist(), strict=True):
+            given = self._called(functions.slope, s)
+            if abs(given - exact) > SLOPE_AGREEMENT * max(1.0, abs(exact)):
+                raise ValueError(
+                    f"slope of the friction law {self.title} is {given} at s = {s:g}, "
+                    f"but dF/ds is {exact}"
+                )
 
     # --- values -------------------------------------------------------------------------------
 
     def _force(self, s: Any, forward: bool) -> Any:
         if isinstance(self._formula, TracedFormula):
             return super()._force(s, forward)
-        user = self._formula.forward if forward else self._formula.backward
-        return np.vectorize(lambda speed: self._called(user, speed), otypes=[float])(s)
+        user = (self._formula.forward if forward else self._formula.backward).compiled()
+        return np.vectorize(lambda speed: user(speed, self.arguments), otypes=[float])(s)
 
     def _slope(self, s: Any, forward: bool) -> Any:
         if isinstance(self._formula, TracedFormula):
@@ -277,6 +266,14 @@ class UserLaw(FrictionLaw):
         parameters = f", parameters={dict(self.values)!r}" if self.values else ""
         more = "" if self.forward_function is None else ", forward=..."
         return f"friction_law({self.title}{parameters}{more})"
+
+
+def _agree(values: Any, known: list[float]) -> bool:
+    """Whether values are those of plain Python, wherever that has some."""
+    reference = np.array(known)
+    there = np.isfinite(reference)
+    found = np.broadcast_to(values, reference.shape)[there]
+    return bool(np.allclose(found, reference[there], rtol=AGREEMENT, atol=AGREEMENT))
 
 
 def _reason(error: Exception) -> str:
