@@ -27,7 +27,7 @@ def user_function(function: Any, given: Sequence[str], owner: str) -> UserFuncti
     ValueError
         It does not; parameters with a default need no value.
     """
-    if not (callable(function) and isinstance(function, Hashable)):
+    if not isinstance(function, Hashable) or not callable(function):
         raise ValueError(f"{owner} is no function but {function!r}")
     taken = _signature(function, owner)
     positional = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)

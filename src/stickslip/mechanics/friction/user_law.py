@@ -210,7 +210,7 @@ class UserLaw(FrictionLaw):
             if user is None:
                 continue
             try:
-                values = [user.compiled()(s, self.arguments) for s in SAMPLE]
+                values = [quietly(user.compiled(), s, self.arguments) for s in SAMPLE]
             except Exception as error:
                 raise ValueError(
                     f"friction law {self.title} can be neither recorded as a formula "
