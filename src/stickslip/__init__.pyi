@@ -2,6 +2,8 @@
 from . import examples as examples
 from . import status as status
 from .analysis.piecewise_map import PiecewiseMap as PiecewiseMap
+from .mechanics.eventmap.event_map import event_map as event_map
+from .mechanics.flow.trajectory import simulate as simulate
 from .mechanics.friction import Coulomb as Coulomb
 from .mechanics.friction import FrictionLaw as FrictionLaw
 from .mechanics.friction import PoppStelter as PoppStelter

@@ -26,10 +26,23 @@ from stickslip.mechanics.flow.system import (
 )
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
-from stickslip.status import EVENT_LIMIT, NEVER_CYCLE, OK, STEP_FAILED, TIME_LIMIT, UNDECIDED
+from stickslip.status import (
+    EVENT_LIMIT,
+    NEVER_CYCLE,
+    NEVER_SLIPPING,
+    OK,
+    STEP_FAILED,
+    TIME_LIMIT,
+    UNDECIDED,
+)
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.flow._exact_kernels import Work, advance, landing_rate
+    from stickslip.mechanics.flow._exact_kernels import (
+        Work,
+        advance,
+        landing_rate,
+        slides_for_ever,
+    )
 
 # From this many events on a motion is watched for a cycle without global stick.
 LONG = 64
@@ -192,6 +205,9 @@ def carry(
     before = (1 if motion.mode[0] != 0 else 0) + (2 if motion.mode[1] != 0 else 0)
     status = TIME_LIMIT
     for _ in range(STEPS_PER_EVENT * (controls.max_events + LONG)):
+        if code == 0 and slides_for_ever(system, laws, current, work):
+            status = NEVER_SLIPPING
+            break
         t, status = advance(system, laws, current, work, controls.rtol, math.inf)
         duration += t
         phase += t

@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.mechanics.flow.oscillator import oscillator, oscillator_tangent
 from stickslip.mechanics.flow.saltation import saltation
@@ -24,6 +25,7 @@ from stickslip.mechanics.flow.system import (
     VELOCITY,
     Floats,
     Motion,
+    Phases,
     System,
     law_parameters,
     limit,
@@ -31,7 +33,7 @@ from stickslip.mechanics.flow.system import (
 )
 from stickslip.numerics.roots import EPSILON, leaving_step, polish, safe_step
 from stickslip.numerics.targets import kernel
-from stickslip.status import NEVER_SLIPPING, OK, STEP_FAILED
+from stickslip.status import OK, STEP_FAILED
 
 # Time after which a phase is restarted from where it is, so that phases of long motions do
 # not lose digits of their angle.
@@ -102,8 +104,6 @@ def advance(
         t, status = next_event_both(system, laws, motion, work, cap)
         eventless = motion.event[0] == 0 and motion.event[1] == 0
         work.sliding[0] = work.sliding[0] + t if eventless else 0.0
-        if work.sliding[0] > common_period(system.alpha):
-            status = NEVER_SLIPPING
     else:
         work.sliding[0] = 0.0
         slipper = 0 if motion.mode[0] != 0 else 1
@@ -397,14 +397,16 @@ def move_both(system: System, laws: Floats, motion: Motion, work: Work, t: float
 
 
 @kernel
-def mode_swings(system: System, laws: Floats, motion: Motion, work: Work) -> tuple[float, float]:
+def mode_swings(
+    system: System, laws: Floats, motion: Motion, w: Floats, e: Floats
+) -> tuple[float, float]:
     """Amplitudes of the sum and the difference of the relative velocities."""
     friction_1 = friction(system, laws, motion, 0)
     friction_2 = friction(system, laws, motion, 1)
-    sum_w = work.start_w[0] + work.start_w[1] + 2.0 * system.V
-    sum_pull = friction_1 + friction_2 - work.start_e[0] - work.start_e[1]
-    difference_w = work.start_w[1] - work.start_w[0]
-    difference_pull = friction_2 - friction_1 - work.start_e[1] + work.start_e[0]
+    sum_w = w[0] + w[1] + 2.0 * system.V
+    sum_pull = friction_1 + friction_2 - e[0] - e[1]
+    difference_w = w[1] - w[0]
+    difference_pull = friction_2 - friction_1 - e[1] + e[0]
     frequency = math.sqrt(1.0 + 2.0 * system.alpha)
     return math.hypot(sum_w, sum_pull), math.hypot(difference_w, difference_pull / frequency)
 
@@ -425,14 +427,20 @@ def common_period(alpha: float) -> float:
 
 
 @kernel
+def slides_for_ever(system: System, laws: Floats, motion: Motion, work: Work) -> bool:
+    """Whether two blocks slipping backward can be shown never to reach the belt again."""
+    if work.sliding[0] > common_period(system.alpha):
+        return True
+    swing_1, swing_2 = mode_swings(system, laws, motion, motion.w, motion.e)
+    return 0.5 * (swing_1 + swing_2) < system.V * (1.0 - 8.0 * EPSILON)
+
+
+@kernel
 def next_event_both(
     system: System, laws: Floats, motion: Motion, work: Work, cap: float
 ) -> tuple[float, int]:
     """First return of one of two slipping blocks, by steps that provably skip none."""
-    swing_1, swing_2 = mode_swings(system, laws, motion, work)
-    backward = motion.mode[0] < 0 and motion.mode[1] < 0
-    if backward and 0.5 * (swing_1 + swing_2) < system.V * (1.0 - 8.0 * EPSILON):
-        return 0.0, NEVER_SLIPPING
+    swing_1, swing_2 = mode_swings(system, laws, motion, work.start_w, work.start_e)
     stiffness = 1.0 + 2.0 * system.alpha
     bound_2 = 0.5 * (swing_1 + stiffness * swing_2)
     bound_3 = 0.5 * (swing_1 + stiffness * math.sqrt(stiffness) * swing_2)
@@ -491,7 +499,7 @@ def finish_both(system: System, laws: Floats, motion: Motion, work: Work, t: flo
 @kernel
 def watch_both(system: System, laws: Floats, motion: Motion, work: Work, t_end: float) -> None:
     """Margins of lobes that turned back within a step: minima of |w| with w' = 0."""
-    swing_1, swing_2 = mode_swings(system, laws, motion, work)
+    swing_1, swing_2 = mode_swings(system, laws, motion, work.start_w, work.start_e)
     stiffness = 1.0 + 2.0 * system.alpha
     bound_3 = 0.5 * (swing_1 + stiffness * math.sqrt(stiffness) * swing_2)
     pieces = 1 + int(4.0 * t_end * math.sqrt(stiffness))
@@ -601,3 +609,37 @@ def tangents_to_event(system: System, laws: Floats, motion: Motion) -> None:
     if motion.mode[1] != 0:
         rate_w_2 = friction(system, laws, motion, 1) - motion.e[1]
     saltation(system, motion, rate_w_1, rate_w_2)
+
+
+# --- evaluation inside a phase ----------------------------------------------------------------
+
+
+@kernel
+def states(
+    system: System,
+    laws: Floats,
+    motion: Motion,
+    work: Work,
+    starts: Phases,
+    index: NDArray[np.int64],
+    t: Floats,
+    w: NDArray[np.float64],
+    e: NDArray[np.float64],
+) -> None:
+    """State at times `t` after the start of the phases `index`: rows of `w`, `e` (n, 2)."""
+    for i in range(t.shape[0]):
+        phase = index[i]
+        for block in range(2):
+            motion.mode[block] = starts.mode[phase, block]
+            motion.w[block] = work.start_w[block] = starts.w[phase, block]
+            motion.e[block] = work.start_e[block] = starts.e[phase, block]
+        if motion.mode[0] != 0 and motion.mode[1] != 0:
+            move_both(system, laws, motion, work, t[i])
+        elif motion.mode[0] != 0 or motion.mode[1] != 0:
+            move_one(system, laws, motion, work, 0 if motion.mode[0] != 0 else 1, t[i])
+        else:
+            motion.e[0] += system.V * t[i]
+            motion.e[1] += system.V * t[i]
+        for block in range(2):
+            w[i, block] = motion.w[block]
+            e[i, block] = motion.e[block]

@@ -29,7 +29,7 @@ from stickslip.mechanics.flow.system import (
 from stickslip.numerics.polynomial import value
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
-from stickslip.status import LAW_FAILED, NEVER_SLIPPING, OK, STEP_FAILED
+from stickslip.status import LAW_FAILED, OK, STEP_FAILED
 
 if TYPE_CHECKING:
     from stickslip.mechanics.friction.stub import (
@@ -96,8 +96,6 @@ def advance(
     system: System, laws: Floats, motion: Motion, work: Work, rtol: float, cap: float
 ) -> tuple[float, int]:
     """Take one step, up to an event if one comes; return its length and a status."""
-    if motion.mode[0] < 0 and motion.mode[1] < 0 and slides_for_ever(system, laws, motion):
-        return 0.0, NEVER_SLIPPING
     expand(system, laws, motion, work)
     h = min(cap, step_length(motion, work, rtol))
     if not h > 0.0:
@@ -122,7 +120,7 @@ def advance(
 
 
 @kernel
-def slides_for_ever(system: System, laws: Floats, motion: Motion) -> bool:
+def slides_for_ever(system: System, laws: Floats, motion: Motion, work: Work) -> bool:
     """Whether two blocks slipping backward can be shown never to reach the belt again."""
     force_1 = force(laws[0], -1, system.V)
     force_2 = force(laws[1], -1, system.V)

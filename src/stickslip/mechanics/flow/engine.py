@@ -139,6 +139,7 @@ def bind_engine(template: str, engine: Engine) -> ModuleType:
         cached=engine.cached,
         advance=engine.kernels.advance,
         landing_rate=engine.kernels.landing_rate,
+        slides_for_ever=engine.kernels.slides_for_ever,
         Work=engine.kernels.Work,
     )
 

@@ -61,6 +61,14 @@ class Motion(NamedTuple):
     directions: Floats
 
 
+class Phases(NamedTuple):
+    """States at the starts of phases, an entry (n, 2) for each block."""
+
+    w: NDArray[np.float64]
+    e: NDArray[np.float64]
+    mode: NDArray[np.int64]
+
+
 def new_motion(n_columns: int, n_law_parameters: int) -> Motion:
     """Arrays for one motion with `n_columns` tangents."""
     return Motion(

@@ -1,0 +1,423 @@
+"""Motions in time: exact evaluation at any instant, events, slips, friction and energy."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip import status as status_codes
+from stickslip.mechanics.flow.engine import Engine, EngineName, engine_for
+from stickslip.mechanics.flow.recorder import Record, Recorder, scratch
+from stickslip.mechanics.model.checks import finite_number
+from stickslip.mechanics.model.two_block import TwoBlock
+
+Floats = NDArray[np.float64]
+
+EVENT_KINDS = {-1: "slip backward", 0: "stick", 1: "slip forward"}
+# Nodes of the quadrature over one step: far beyond what its smooth integrands need.
+QUADRATURE = np.polynomial.legendre.leggauss(20)
+
+
+class Event(NamedTuple):
+    """A block (counted from 1) takes another mode: "stick", "slip backward", "slip forward"."""
+
+    time: float
+    block: int
+    kind: str
+
+
+class Slip(NamedTuple):
+    """Motion between two global stick phases.
+
+    ``start``, ``duration`` in units of sqrt(m / k); ``blocks`` that slipped, counted from 1;
+    ``moment``: how far the belt left the blocks behind, summed over them, units of f_s1 / k.
+    """
+
+    start: float
+    duration: float
+    blocks: tuple[int, ...]
+    moment: float
+
+
+class State(NamedTuple):
+    """Time, displacements and velocities, (2,) each: ``simulate(model, x, v)`` goes on there."""
+
+    t: float
+    x: Floats
+    v: Floats
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Energy of a motion, units of f_s1^2 / k, every field shaped like the times asked for.
+
+    ``belt_work`` and ``dissipation`` count from the start of the trajectory, so that
+    ``kinetic + elastic - belt_work + dissipation`` stays as it was there.
+    """
+
+    kinetic: Floats
+    elastic: Floats
+    belt_work: Floats
+    dissipation: Floats
+
+    @property
+    def balance(self) -> Floats:
+        """Kinetic and elastic energy less the work of the belt, plus what friction took."""
+        return self.kinetic + self.elastic - self.belt_work + self.dissipation
+
+
+class Trajectory:
+    """A motion in time; `simulate` makes it.
+
+    Attributes
+    ----------
+    model : TwoBlock
+    t : ndarray, shape (n + 1,)
+        Ends of the phases of constant modes; ``t[0] = 0``.
+    modes : ndarray of int, shape (n, 2)
+        Mode of each block in each phase: -1 backward, 0 stick, +1 forward.
+    events : tuple of Event
+    slips : tuple of Slip
+        Those that both begin and end within the trajectory.
+    d : ndarray
+        ``X_2 - X_1`` of its global stick phases: an orbit of the event map.
+    final_state : State
+    status : int
+        `stickslip.status`: OK where the end asked for was reached.
+    """
+
+    def __init__(
+        self, model: TwoBlock, engine: Engine, record: Record, d: list[float], status: int
+    ) -> None:
+        self.model = model
+        self.status = status
+        self.d = np.array(d)
+        self._engine = engine
+        self._times = np.array(record.t)
+        self._starts = record.phases()
+        self._polynomials = record.polynomials
+
+    @property
+    def message(self) -> str:
+        """What the status means."""
+        if self.status == status_codes.OK:
+            return "reached its end"
+        return status_codes.MESSAGES[self.status]
+
+    def __repr__(self) -> str:
+        """One line, then the first events."""
+        lines = [
+            f"Trajectory: t = 0 .. {self.t[-1]:.6g}, {len(self.events)} events, "
+            f"{len(self.d)} global stick phases, {self.message}"
+        ]
+        lines += [f"  t = {e.time:<12.8g} block {e.block}  {e.kind}" for e in self.events[:8]]
+        if len(self.events) > 8:
+            lines.append(f"  ... {len(self.events) - 8} more")
+        return "\n".join(lines)
+
+    # --- phases and events ------------------------------------------------------------------
+
+    @cached_property
+    def _changes(self) -> NDArray[np.int64]:
+        """Steps at which a phase begins: the first, and each with modes unlike the one before."""
+        mode = self._starts.mode
+        changed = (mode[1:-1] != mode[:-2]).any(axis=1)
+        return np.concatenate(([0], 1 + np.flatnonzero(changed)))
+
+    @cached_property
+    def t(self) -> Floats:
+        """Ends of the phases of constant modes, units of sqrt(m / k)."""
+        return np.append(self._times[self._changes], self._times[-1])
+
+    @cached_property
+    def modes(self) -> NDArray[np.int64]:
+        """Mode of each block in each phase."""
+        return np.asarray(self._starts.mode[self._changes])
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """Changes of mode in order of time."""
+        modes = np.vstack((self.modes, self._starts.mode[-1:]))
+        return tuple(
+            Event(float(time), block + 1, EVENT_KINDS[int(new[block])])
+            for time, old, new in zip(self.t[1:], modes, modes[1:], strict=False)
+            for block in range(2)
+            if old[block] != new[block]
+        )
+
+    @cached_property
+    def slips(self) -> tuple[Slip, ...]:
+        """Slips between two global stick phases of this trajectory."""
+        modes = np.vstack((self.modes, self._starts.mode[-1:]))
+        riding = np.flatnonzero(~modes.any(axis=1))
+        starts = riding[:-1] + 1
+        if self.d.size and self.modes.shape[0] and self.modes[0].any() and self._from_belt:
+            starts = np.concatenate(([0], starts))
+            riding = np.concatenate(([-1], riding))
+        return tuple(self._slip(a, b) for a, b in zip(starts, riding[1:], strict=False))
+
+    def _slip(self, first: int, last: int) -> Slip:
+        start, end = self.t[first], self.t[last]
+        moved = self.x(np.array([start, end]))
+        blocks = np.flatnonzero(self.modes[first:last].any(axis=0)) + 1
+        moment = float(np.sum(self.model.V * (end - start) - (moved[1] - moved[0])))
+        return Slip(float(start), float(end - start), tuple(blocks.tolist()), moment)
+
+    @property
+    def _from_belt(self) -> bool:
+        """Whether the trajectory starts as a global stick phase ends."""
+        return bool((self._starts.w[0] == 0.0).all())
+
+    # --- state at any time --------------------------------------------------------------------
+
+    def x(self, t: ArrayLike) -> Floats:
+        """Displacements of the blocks, units of f_s1 / k.
+
+        Parameters
+        ----------
+        t : array_like of float, any shape
+            Times within the trajectory, units of sqrt(m / k).
+
+        Returns
+        -------
+        ndarray of float, shape (..., 2)
+
+        Raises
+        ------
+        ValueError
+            A time is NaN or outside; the trajectory was made with ``record="events"``.
+        """
+        _, e = self._state(t)
+        total = e[..., 0] + e[..., 1]
+        d = (e[..., 1] - e[..., 0]) / (1.0 + 2.0 * self.model.alpha)
+        return np.stack((0.5 * (total - d), 0.5 * (total + d)), axis=-1)
+
+    def v(self, t: ArrayLike) -> Floats:
+        """Velocities of the blocks, shape (..., 2), units of f_s1 / sqrt(k m); as `x`."""
+        w, _ = self._state(t)
+        return w + self.model.V
+
+    def friction(self, t: ArrayLike) -> Floats:
+        """Friction force of the belt on each block, shape (..., 2), units of f_s1; as `x`.
+
+        While a block sticks it is the force it needs in order to ride.
+        """
+        w, e = self._state(t)
+        return self._friction(w, e, self._mode(t))
+
+    def energy(self, t: ArrayLike) -> Energy:
+        """Energy at given times, with the work done since the start; times as in `x`."""
+        times = self._checked(t)
+        w, e = self._state(times)
+        v = w + self.model.V
+        step = self._step(times)
+        before = self._work_done[step]
+        partial = self._work(step.ravel(), (times - self._times[step]).ravel())
+        done = before + partial.reshape(*times.shape, 2)
+        return Energy(
+            kinetic=0.5 * np.sum(v * v, axis=-1),
+            elastic=0.5 * np.sum(self.x(times) * e, axis=-1),
+            belt_work=done[..., 0],
+            dissipation=done[..., 1],
+        )
+
+    @property
+    def final_state(self) -> State:
+        """Where the trajectory ends."""
+        w, e = self._starts.w[-1], self._starts.e[-1]
+        d = (e[1] - e[0]) / (1.0 + 2.0 * self.model.alpha)
+        x = 0.5 * (e.sum() + np.array([-d, d]))
+        return State(float(self._times[-1]), x, w + self.model.V)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw displacements against time; returns the Axes."""
+        return importlib.import_module("stickslip.plot.motion").plot_trajectory(self, ax)
+
+    # --- inside -------------------------------------------------------------------------------
+
+    def _checked(self, t: ArrayLike) -> Floats:
+        times = np.asarray(t, dtype=np.float64)
+        end = self._times[-1]
+        bad = ~((times >= 0.0) & (times <= end))
+        if bad.any():
+            raise ValueError(
+                f"t = {float(times[bad].flat[0])!r} is outside the trajectory; "
+                f"allowed: 0 <= t <= {end!r}"
+            )
+        return times
+
+    def _step(self, times: Floats) -> NDArray[np.int64]:
+        """Step that holds each time; at an event the one that begins there."""
+        last = max(len(self._times) - 2, 0)
+        return np.minimum(np.searchsorted(self._times, times, side="right") - 1, last)
+
+    def _mode(self, t: ArrayLike) -> NDArray[np.int64]:
+        return np.asarray(self._starts.mode[self._step(self._checked(t))])
+
+    def _state(self, t: ArrayLike) -> tuple[Floats, Floats]:
+        times = self._checked(t)
+        step = self._step(times)
+        w, e = self._inside(step.ravel(), (times - self._times[step]).ravel())
+        shape = (*times.shape, 2)
+        return w.reshape(shape), e.reshape(shape)
+
+    def _inside(self, step: NDArray[np.int64], t: Floats) -> tuple[Floats, Floats]:
+        """State at times `t` after the starts of given steps: arrays (n, 2)."""
+        if len(self._times) == 1:
+            return self._starts.w[step], self._starts.e[step]
+        if self._engine.name == "exact":
+            w, e = np.empty((t.size, 2)), np.empty((t.size, 2))
+            self._engine.kernels.states(
+                self._engine.system,
+                self._engine.laws,
+                *scratch(self._engine),
+                self._starts,
+                step.astype(np.int64),
+                t,
+                w,
+                e,
+            )
+            return w, e
+        if not self._polynomials:
+            raise ValueError(
+                "this trajectory keeps its events only; simulate with record='motion'"
+            )
+        return self._horner(0, step, t), self._horner(1, step, t)
+
+    @cached_property
+    def _coefficients(self) -> tuple[Floats, Floats]:
+        w, e = zip(*self._polynomials, strict=True)
+        return np.array(w), np.array(e)
+
+    def _horner(self, which: int, step: NDArray[np.int64], t: Floats) -> Floats:
+        coefficients = self._coefficients[which]
+        total = np.zeros((t.size, 2))
+        for k in range(coefficients.shape[-1] - 1, -1, -1):
+            total = total * t[:, None] + coefficients[step, :, k]
+        return total
+
+    def _friction(self, w: Floats, e: Floats, mode: NDArray[np.int64]) -> Floats:
+        force = e.copy()
+        for block, law in enumerate(self.model.laws):
+            for sign in (-1, 1):
+                slips = mode[..., block] == sign
+                speed = np.maximum(sign * w[..., block][slips], 0.0)
+                size = self.model.limits[block] * law.force(speed, forward=sign > 0)
+                force[..., block][slips] = -sign * size
+        return force
+
+    @cached_property
+    def _work_done(self) -> Floats:
+        """Belt work and dissipation up to the start of each step, (n, 2)."""
+        steps = np.arange(len(self._times) - 1)
+        done = self._work(steps, np.diff(self._times))
+        return np.vstack((np.zeros(2), np.cumsum(done, axis=0)))
+
+    def _work(self, step: NDArray[np.int64], t: Floats) -> Floats:
+        """Belt work and dissipation over the first `t` of given steps, (n, 2)."""
+        nodes, weights = QUADRATURE
+        times = 0.5 * t[:, None] * (nodes + 1.0)
+        index = np.broadcast_to(step[:, None], times.shape)
+        w, e = self._inside(index.ravel(), times.ravel())
+        force = self._friction(w, e, self._starts.mode[index.ravel()])
+        power = np.stack((self.model.V * force.sum(-1), -(force * w).sum(-1)), axis=-1)
+        inside = power.reshape(*times.shape, 2)
+        return 0.5 * t[:, None] * np.einsum("ijk,j->ik", inside, weights)
+
+
+def simulate(
+    model: TwoBlock,
+    x: ArrayLike | None = None,
+    v: ArrayLike | None = None,
+    *,
+    d: float | None = None,
+    t_end: float | None = None,
+    until: Literal["stick"] | None = None,
+    record: Literal["motion", "events"] = "motion",
+    rtol: float = 1e-15,
+    max_events: int = 100_000,
+    engine: EngineName = "auto",
+) -> Trajectory:
+    """Follow a motion in time.
+
+    Parameters
+    ----------
+    model : TwoBlock
+    x, v : array_like of float, shape (2,), optional
+        Displacements (units of f_s1 / k) and velocities (units of f_s1 / sqrt(k m)) at the
+        start. A block at belt velocity rides if its force lies within its limits.
+    d : float, optional
+        Instead of `x` and `v`: start as the global stick phase with ``X_2 - X_1 = d`` ends.
+    t_end : float, optional
+        Time to follow, units of sqrt(m / k).
+    until : {"stick"}, optional
+        End at the next global stick phase, or at `t_end` if that comes first.
+    record : {"motion", "events"}
+        "events" keeps no polynomials of the adaptive engine: events only.
+    rtol : float
+        Local truncation error of the adaptive engine.
+    max_events : int
+        The trajectory ends there with the status EVENT_LIMIT.
+    engine : {"auto", "exact", "adaptive"}
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    ValueError
+        Neither or both of `d` and (`x`, `v`); no end given; a value that is not allowed.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> trajectory = ss.simulate(ss.examples.coulomb(), d=0.1, t_end=200)
+    >>> trajectory.x([0.0, 100.0]).shape
+    (2, 2)
+    """
+    if not isinstance(model, TwoBlock):
+        raise ValueError(f"model = {model!r} is not a model. Take ss.TwoBlock(...).")
+    if record not in ("motion", "events"):
+        raise ValueError(f"record = {record!r}; allowed: 'motion', 'events'")
+    if until not in (None, "stick"):
+        raise ValueError(f"until = {until!r}; allowed: 'stick' or None")
+    if t_end is None and until is None:
+        raise ValueError("give an end: t_end= a time, until='stick', or both")
+    end = math.inf
+    if t_end is not None:
+        end = finite_number("t_end", t_end, at_least=0.0, why="A motion is followed forward.")
+    chosen = engine_for(model, engine)
+    recorder = Recorder(chosen, rtol=rtol, dense=record == "motion")
+    _start(recorder, model, x, v, d)
+    status = recorder.run(end, max_events, until_stick=until == "stick")
+    return Trajectory(model, chosen, recorder.finish(), recorder.d, status)
+
+
+def _start(
+    recorder: Recorder,
+    model: TwoBlock,
+    x: ArrayLike | None,
+    v: ArrayLike | None,
+    d: float | None,
+) -> None:
+    if (d is None) == (x is None) or (x is None) != (v is None):
+        raise ValueError("give either d=, a global stick phase, or both x and v, a state")
+    if d is not None:
+        d = finite_number("d", d, why="d is X_2 - X_1 of a global stick phase.")
+        recorder.start_on_belt(float(model.admit(d)))
+        return
+    recorder.start(_pair("x", x), _pair("v", v))
+
+
+def _pair(name: str, values: ArrayLike | None) -> Floats:
+    array = np.asarray(values, dtype=np.float64)
+    if array.shape != (2,) or not np.isfinite(array).all():
+        raise ValueError(f"{name} = {values!r} is not allowed: two finite numbers, one per block")
+    return array
