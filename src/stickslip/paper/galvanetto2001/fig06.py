@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.mechanics.eventmap.event_map import event_map
+from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.paper.galvanetto2001.printed import S4_POINT
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from stickslip.mechanics.eventmap.event_map import EventMap
     from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Event map of the Coulomb system, V = 0.0370"
@@ -42,7 +41,7 @@ class Data:
 def compute() -> Data:
     """Trace the map and follow the motion that starts where S4 was."""
     model = examples.coulomb(V=0.0370)
-    f = event_map(model)
+    f = EventMap(model)
     attractor, periodic = follow(f, S4_POINT[0])
     return Data(model, trace(f, f.domain), attractor, periodic)
 
