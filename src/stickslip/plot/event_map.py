@@ -59,6 +59,7 @@ def draw_curve(
     color: str = "black",
     linewidth: float = 1.0,
     ticks: int = 7,
+    jumps: bool = False,
 ) -> Axes:
     """Draw a traced map with the diagonal.
 
@@ -78,6 +79,9 @@ def draw_curve(
         Of the map's line, in points.
     ticks : int
         Most intervals between numbers on an axis.
+    jumps : bool
+        Whether to dot a vertical line at each jump, for views in which one side is out
+        of the picture.
 
     Returns
     -------
@@ -86,6 +90,8 @@ def draw_curve(
     """
     ax.plot(window, window, color=PALETTE["grey"], lw=0.5, zorder=1)
     ax.plot(curve.x, curve.y, color=color, lw=linewidth, zorder=2)
+    for jump in curve.jumps if jumps else ():
+        ax.axvline(jump, color=PALETTE["grey"], lw=0.7, ls=":", zorder=1)
     ax.set_xlim(window)
     ax.set_ylim(window)
     ax.set_aspect("equal")

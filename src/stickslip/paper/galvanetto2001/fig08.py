@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 TITLE: Final = "Fourth iterated map of the Coulomb system"
 COLUMNS: Final = "two"
-HEIGHT: Final = 2.75
+HEIGHT: Final = 2.5
 
 VELOCITIES: Final = (0.0366, 0.0372)
 ENLARGED: Final = (0.2745, 0.2835)  # the paper's enlarged views print no numbers that we have
@@ -58,7 +58,8 @@ def draw(data: Data, figure: Figure) -> None:
     curves = (data.whole, data.before, data.after)
     for ax, letter, curve in zip(axes, "abc", curves, strict=True):
         window = data.domain if curve is data.whole else ENLARGED
-        draw_curve(curve, ax, window=window, power=4, linewidth=0.9, ticks=4)
+        enlarged = curve is not data.whole
+        draw_curve(curve, ax, window=window, power=4, linewidth=0.9, ticks=4, jumps=enlarged)
         panel_letter(ax, letter)
     circle: dict[str, Any] = {"mfc": "white", "mew": 1.0, "ms": 4.5}
     mark_orbit(axes[0], data.s4, power=4, **circle)
@@ -69,7 +70,7 @@ def caption(data: Data) -> str:
     """Describe the panels and the enlarged window."""
     return (
         f"Fourth iterated map: (a) V = {VELOCITIES[0]:g}, circles: S4; (b) enlarged, "
-        f"{ENLARGED[0]:g} < d < {ENLARGED[1]:g} (our choice); (c) the same for "
+        f"{ENLARGED[0]:g} < d < {ENLARGED[1]:g} (our choice), dotted: the jump; (c) the same for "
         f"V = {VELOCITIES[1]:g}, where S4 has met the jump and is gone. The point of S4 in (b) is "
         f"d = {data.s4[0]:.10f}."
     )

@@ -25,7 +25,7 @@ TITLE: Final = "Transients from both sides of the jump of the fourth iterated ma
 COLUMNS: Final = "two"
 HEIGHT: Final = 3.5
 
-WINDOWS: Final = ((-0.30, 0.34), (0.2765, 0.2805))
+WINDOWS: Final = ((-0.34, 0.34), (0.2765, 0.2805))
 STEPS: Final = 40
 
 
@@ -54,7 +54,7 @@ def draw(data: Data, figure: Figure) -> None:
     """Draw both windows with the two transients, S4 and the point of U4 on the jump."""
     axes = figure.subplots(1, 2)
     for ax, letter, curve, window in zip(axes, "ab", data.curves, WINDOWS, strict=True):
-        draw_curve(curve, ax, window=window, power=4)
+        draw_curve(curve, ax, window=window, power=4, jumps=letter == "b")
         cobweb(ax, data.from_left, color=PALETTE["blue"])
         cobweb(ax, data.from_right, color=PALETTE["orange"])
         _mark(ax, data, window)
@@ -67,7 +67,7 @@ def _mark(ax: Axes, data: Data, window: tuple[float, float]) -> None:
     mark_orbit(ax, data.jump, stable=False)
     ax.annotate("$U_4$", (data.jump,) * 2, (-6, 4), textcoords="offset points", ha="right")
     for d in inside:
-        ax.annotate("$S_4$", (d, d), (6, -11), textcoords="offset points")
+        ax.annotate("$S_4$", (d, d), (-1, -16), textcoords="offset points")
 
 
 def caption(data: Data) -> str:
