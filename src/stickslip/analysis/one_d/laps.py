@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -23,7 +24,9 @@ LO: Final = -1  # number of the end of a lap that is the left end of the domain
 HI: Final = -2  # ... the right end
 
 MAX_NEWTON: Final = 60  # bracketed: even bisection alone is done by then
-SEED_STEPS: Final = 6  # Newton steps on the interpolant, free of evaluations
+SEED_STSLOPE_MARGIN: Final = 1e-3  # the table's interpolants err by less than a tenth of it
+EPS: Final = 6  # Newton steps on the interpolant, free of evaluations
+SLOPE_MARGIN: Final = 1e-3  # the table's interpolants err by less than a tenth of it
 EPS: Final = float(np.finfo(np.float64).eps)
 
 
@@ -41,6 +44,26 @@ class Cells:
     def take(self, index: Indices) -> Cells:
         """Return some of the cells."""
         return Cells(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+
+    def steepness(self, x0: Floats, x1: Floats) -> tuple[Floats, Floats]:
+        """Least and largest absolute slope of the cubic interpolants between x0 and x1."""
+        with np.errstate(all="ignore"):
+            width = self.x1 - self.x0
+            mean = (self.v1 - self.v0) / width
+            b = 6 * mean - 4 * self.s0 - 2 * self.s1
+            c = 3 * (self.s0 + self.s1 - 2 * mean)
+            t0, t1, turn = (x0 - self.x0) / width, (x1 - self.x0) / width, -b / (2 * c)
+            ends = [self.s0 + t * (b + c * t) for t in (t0, t1)]
+            inside = (turn > t0) & (turn < t1)
+            ends.append(np.where(inside, self.s0 + b * turn / 2, ends[0]))
+        slopes = np.abs(ends)
+        regular = np.isfinite(slopes).all(axis=0)
+        finite = np.minimum(np.abs(self.s0), np.abs(self.s1))
+        least = np.where(regular, slopes.min(axis=0), finite)
+        # Slopes of a lap have one sign: where an interpolant's do not, it is close to 0.
+        signs = np.sign(ends)
+        least = np.where(regular & (signs.min(axis=0) < 0) & (signs.max(axis=0) > 0), 0.0, least)
+        return least, np.where(regular, slopes.max(axis=0), np.inf)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +164,38 @@ class Laps:
         cell = self._cell_of_value(lap, y)
         solver = _Inversion(self, lap, y, self.cells.take(cell))
         return solver.solve()
+
+    def steepness(self, lap: Indices, lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
+        """Bound the absolute slope on subintervals of laps, from the table alone.
+
+        Parameters
+        ----------
+        lap : ndarray of int, shape (m,)
+        lower, upper : ndarray of float, shape (m,)
+            Ends of subintervals of the laps.
+
+        Returns
+        -------
+        least, most : ndarray of float, shape (m,)
+            As sure as the table's interpolants, a margin for their error included.
+        """
+        first, last = self._cell_at(lap, lower), self._cell_at(lap, upper)
+        pairs = np.column_stack([first, last + 1]).ravel()
+        by_cell = self._cell_steepness
+        least = np.minimum.reduceat(np.append(by_cell[0], np.inf), pairs)[::2]
+        most = np.maximum.reduceat(np.append(by_cell[1], 0.0), pairs)[::2]
+        # Within one cell the subinterval's own ends tell more.
+        own = np.flatnonzero(first == last)
+        least[own], most[own] = self.cells.take(first[own]).steepness(lower[own], upper[own])
+        return least * (1 - SLOPE_MARGIN), most * (1 + SLOPE_MARGIN)
+
+    @cached_property
+    def _cell_steepness(self) -> tuple[Floats, Floats]:
+        return self.cells.steepness(self.cells.x0, self.cells.x1)
+
+    def _cell_at(self, lap: Indices, x: Floats) -> Indices:
+        cell = np.searchsorted(self.cells.x0, x, side="right") - 1
+        return np.clip(cell, self.first_cell[lap], self.first_cell[lap + 1] - 1)
 
     def _cell_of_value(self, lap: Indices, y: Floats) -> Indices:
         found = np.empty(len(lap), dtype=np.intp)

@@ -1,0 +1,132 @@
+"""Newton's method for periodic orbits, with all points of an orbit as unknowns.
+
+Shooting from one point loses as many digits as the multiplier has; here each equation
+contains one application of the map only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.protocol import Floats
+
+__all__ = ["Polished", "polish"]
+
+MAX_NEWTON: Final = 20
+EPS: Final = float(np.finfo(np.float64).eps)
+ROUNDINGS: Final = 4.0  # of one evaluation of a map, in its error bound
+
+Evaluate: TypeAlias = Callable[["NDArray[np.intp]", "Floats"], tuple["Floats", "Floats"]]
+
+
+@dataclass(frozen=True)
+class Polished:
+    """Periodic points after Newton's method; shapes (n, p) unless said otherwise.
+
+    Attributes
+    ----------
+    points : ndarray of float
+    slopes : ndarray of float
+    error : ndarray of float
+        Bound of the points' errors: inverse Jacobian times residual and rounding.
+    residual : ndarray of float, shape (n,)
+    converged : ndarray of bool, shape (n,)
+        The last step was below the error bound.
+    """
+
+    points: Floats
+    slopes: Floats
+    error: Floats
+    residual: Floats
+    converged: NDArray[np.bool_]
+
+
+def polish(
+    evaluate: Evaluate, points: Floats, lower: Floats, upper: Floats, value_scale: float
+) -> Polished:
+    """Solve f(x_i) = x_(i+1) for all points of many orbits together.
+
+    Parameters
+    ----------
+    evaluate : callable
+        ``evaluate(k, x)``: values and slopes of the map at points x of shape (m,), where k
+        are their places in the flattened ``points``.
+    points : ndarray of float, shape (n, p)
+        First guesses of n orbits.
+    lower, upper : ndarray of float, shape (n, p)
+        The points are kept between these.
+    value_scale : float
+        Size of the map's values, for their rounding.
+
+    Returns
+    -------
+    Polished
+    """
+    points = np.clip(points, lower, upper)
+    slopes, residuals = np.empty_like(points), np.empty_like(points)
+    step = np.full(len(points), np.inf)
+    todo = np.arange(len(points))
+    for _ in range(MAX_NEWTON):
+        if not todo.size:
+            break
+        _evaluate_rows(evaluate, points, slopes, residuals, todo)
+        moved = np.clip(
+            points[todo] - _newton_steps(slopes[todo], residuals[todo]), lower[todo], upper[todo]
+        )
+        step[todo] = np.abs(moved - points[todo]).max(axis=1)
+        points[todo] = moved
+        todo = todo[step[todo] > ROUNDINGS * EPS * value_scale]
+    _evaluate_rows(evaluate, points, slopes, residuals, np.arange(len(points)))
+    error = _error_bound(points, slopes, residuals, value_scale)
+    converged = np.isfinite(points).all(axis=1) & (step <= error.max(axis=1, initial=0.0))
+    return Polished(points, slopes, error, np.abs(residuals).max(axis=1), converged)
+
+
+def _evaluate_rows(
+    evaluate: Evaluate, points: Floats, slopes: Floats, residuals: Floats, rows: NDArray[np.intp]
+) -> None:
+    """Fill in slopes and f(x_i) - x_(i+1) of some orbits."""
+    p = points.shape[1]
+    places = (rows[:, None] * p + np.arange(p)).ravel()
+    value, slope = evaluate(places, points[rows].ravel())
+    slopes[rows] = slope.reshape(-1, p)
+    residuals[rows] = value.reshape(-1, p) - np.roll(points[rows], -1, axis=1)
+
+
+def _jacobian(slopes: Floats) -> Floats:
+    """Differentiate the residuals: slopes on the diagonal, -1 beside it, cyclic."""
+    n, p = slopes.shape
+    matrix = np.zeros((n, p, p))
+    i = np.arange(p)
+    matrix[:, i, i] = slopes
+    matrix[:, i, (i + 1) % p] -= 1.0
+    return matrix
+
+
+def _newton_steps(slopes: Floats, residuals: Floats) -> Floats:
+    """Solve the linear equations of each orbit; no step where they are singular (a fold)."""
+    usable = np.isfinite(slopes).all(axis=1) & np.isfinite(residuals).all(axis=1)
+    usable &= np.abs(slopes.prod(axis=1) - 1) > EPS
+    steps = np.zeros_like(slopes)
+    if usable.any():
+        system, right = _jacobian(slopes[usable]), residuals[usable][..., None]
+        steps[usable] = np.linalg.solve(system, right)[..., 0]
+    return steps
+
+
+def _error_bound(points: Floats, slopes: Floats, residuals: Floats, value_scale: float) -> Floats:
+    """Bound the points' errors to first order; infinite where the equations are singular."""
+    bound = np.full(points.shape, np.inf)
+    usable = np.isfinite(slopes).all(axis=1) & (np.abs(slopes.prod(axis=1) - 1) > EPS)
+    if usable.any():
+        inverse = np.abs(np.linalg.inv(_jacobian(slopes[usable])))
+        off = np.abs(residuals[usable]) + ROUNDINGS * EPS * value_scale
+        bound[usable] = (inverse @ off[..., None])[..., 0]
+    return bound
