@@ -24,8 +24,7 @@ LO: Final = -1  # number of the end of a lap that is the left end of the domain
 HI: Final = -2  # ... the right end
 
 MAX_NEWTON: Final = 60  # bracketed: even bisection alone is done by then
-SEED_STSLOPE_MARGIN: Final = 1e-3  # the table's interpolants err by less than a tenth of it
-EPS: Final = 6  # Newton steps on the interpolant, free of evaluations
+SEED_STEPS: Final = 6  # Newton steps on the interpolant, free of evaluations
 SLOPE_MARGIN: Final = 1e-3  # the table's interpolants err by less than a tenth of it
 EPS: Final = float(np.finfo(np.float64).eps)
 
