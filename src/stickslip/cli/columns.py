@@ -4,15 +4,46 @@ from __future__ import annotations
 
 import csv
 import sys
-from collections.abc import Mapping
-from itertools import zip_longest
-from typing import Any, TextIO
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, TextIO
 
 import msgspec
 
+from stickslip.cli.files import new_file
+
+if TYPE_CHECKING:
+    from stickslip.cli.options import FileOptions, OutputOptions
 
 SCHEMA = 1
 TABLE_ROWS = 40
+# Columns that a reader on a terminal has in another form or cannot use.
+MACHINE_ONLY = {"label", "status"}
+
+
+def deliver(
+    command: str,
+    parameters: Mapping[str, Any],
+    compute: Callable[[], dict[str, Any]],
+    file: FileOptions,
+    output: OutputOptions,
+) -> dict[str, Any]:
+    """Compute a table and send it where the options say: a file, stdout, as JSON or CSV.
+
+    The file is opened before the computation: one that cannot be written is said at once.
+    """
+    if file.out is None:
+        table = compute()
+    else:
+        with new_file(file.out, force=file.force) as stream:
+            table = compute()
+            write_csv(stream, table)
+    if output.json:
+        print(document(command, parameters, table), end="")
+    elif file.out is None:
+        show(table)
+    else:
+        print(file.out)
+    return table
 
 
 def document(command: str, parameters: Mapping[str, Any], result: Mapping[str, Any]) -> str:
@@ -44,17 +75,22 @@ def show(columns: Mapping[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    shown = {name: _as_list(columns[name]) for name in columns if name not in MACHINE_ONLY}
     table = Table(box=None, header_style="bold", pad_edge=False)
-    for name in columns:
-        table.add_column(name, justify="right", no_wrap=True)
-    rows = list(zip_longest(*map(_as_list, columns.values())))
+    for name in shown:
+        text = name in {"status_name", "itinerary"}
+        table.add_column(
+            name.removesuffix("_name"), justify="left" if text else "right", overflow="fold"
+        )
+    rows = list(zip(*shown.values(), strict=True))
     for row in rows[:TABLE_ROWS]:
-        table.add_row(*(f"{cell:.10g}" if isinstance(cell, float) else str(cell) for cell in row))
-    console = Console()
+        table.add_row(*(f"{cell:.6g}" if isinstance(cell, float) else str(cell) for cell in row))
+    console = Console(highlight=False)
     console.print(table)
     if len(rows) > TABLE_ROWS:
         console.print(f"... {len(rows) - TABLE_ROWS} more rows: --out FILE.csv writes all")
 
 
 def _as_list(column: Any) -> list[Any]:
-    return column.tolist() if hasattr(column, "tolist") else list(column)
+    """Turn an array or any sequence into a list of Python's own numbers and strings."""
+    return list(column.tolist() if hasattr(column, "tolist") else column)

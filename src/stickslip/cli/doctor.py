@@ -19,7 +19,7 @@ PACKAGE = "stickslip"
 Finding = tuple[str, str, str]
 
 
-def command(*, output: OutputOptions = OutputOptions()) -> None:  # noqa: B008 - frozen
+def command(*, output: OutputOptions = OutputOptions()) -> None:
     """Show versions, extras, GPU, cache folder and threads."""
     findings = [*_versions(), *_extras(), _gpu(), _cache(), _threads()]
     subjects, states, details = zip(*findings, strict=True)

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from stickslip.cli import columns
 from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
-from stickslip.cli.files import new_file
 from stickslip.cli.options import (
-    OUTPUT,
-    Flag,
+    ENGINE,
     EngineOptions,
+    FileOptions,
+    Flag,
     ModelOptions,
     OutputOptions,
     described,
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from stickslip.mechanics.eventmap import EventMap
+    from stickslip.mechanics.eventmap.event_map import EventMap
 
 EXAMPLES = """\
 stickslip map --preset coulomb -d -0.2 -d 0.1 --itinerary
@@ -40,17 +39,18 @@ PIECE = 20_000  # points between two steps of the progress bar
 
 def command(
     *,
-    model: ModelOptions = ModelOptions(),  # noqa: B008 - frozen
+    model: ModelOptions = ModelOptions(),
     d: Annotated[
         tuple[float, ...], Parameter(name=["--d", "-d"], negative=(), show_default=False)
     ] = (),
     grid: int | None = None,
     window: Annotated[tuple[float, float] | None, Parameter(negative=())] = None,
     itinerary: Flag = False,
-    engine: EngineOptions = EngineOptions(),  # noqa: B008
-    out: Annotated[Path | None, Parameter(group=OUTPUT)] = None,
-    force: Annotated[Flag, Parameter(group=OUTPUT)] = False,
-    output: OutputOptions = OutputOptions(),  # noqa: B008
+    engine: EngineOptions = EngineOptions(),
+    max_time: Annotated[float | None, Parameter(group=ENGINE)] = None,
+    threads: Annotated[int | None, Parameter(group=ENGINE)] = None,
+    file: FileOptions = FileOptions(),
+    output: OutputOptions = OutputOptions(),
 ) -> int:
     """Carry d = X_2 - X_1 from one global stick phase to the next.
 
@@ -68,25 +68,22 @@ def command(
         The two ends of the grid; the whole domain if not given.
     itinerary
         Add the modes of the blocks (. stick, - backward, + forward) from event to event.
-    out
-        Write a CSV file.
-    force
-        Replace the file if it exists.
+    max_time
+        Give up on a motion after this time, in units of sqrt(m / k).
+    threads
+        Threads for large arrays; all cores if not given.
     """
-    f = engine.event_map(model.model())
+    import stickslip as ss
+
+    settings = engine.settings() | ({} if max_time is None else {"max_time": max_time})
+    f = ss.event_map(model.model(), threads=threads, **settings)
     points = _points(f, d, grid, window)
-    if out is None:
-        table = _evaluated(f, points, itinerary=itinerary, quiet=output.quiet)
-    else:
-        with new_file(out, force=force) as stream:
-            table = _evaluated(f, points, itinerary=itinerary, quiet=output.quiet)
-            columns.write_csv(stream, table)
-    if output.json:
-        print(columns.document("map", described(f.model) | engine.described(), table), end="")
-    elif out is None:
-        columns.show(table)
-    else:
-        print(out)
+    asked = described(f.model) | settings
+
+    def compute() -> dict[str, Any]:
+        return _evaluated(f, points, itinerary=itinerary, quiet=output.quiet)
+
+    table = columns.deliver("map", asked, compute, file, output)
     return _ending(table, quiet=output.quiet)
 
 

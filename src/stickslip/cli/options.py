@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, isfinite
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
@@ -11,8 +11,7 @@ from cyclopts import Group, Parameter
 from stickslip.cli.failure import UsageError
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.eventmap import EventMap
-    from stickslip.mechanics.model import TwoBlock
+    from stickslip.mechanics.model.two_block import TwoBlock
 
 MODEL = Group.create_ordered("Model")
 ENGINE = Group.create_ordered("Engine")
@@ -71,31 +70,13 @@ class EngineOptions:
     """Closed form where the law allows it, or adaptive steps."""
     rtol: float = 1e-15
     """Local truncation of the adaptive engine."""
-    max_events: int = 10_000
+    max_events: int | None = None
     """Give up on a motion after so many events."""
-    max_time: float = inf
-    """Give up on a motion after this dimensionless time."""
-    threads: int | None = None
-    """Threads for large arrays; all cores if not given."""
 
-    def event_map(self, model: TwoBlock) -> EventMap:
-        """Build the event map of `model`."""
-        import stickslip as ss
-
-        return ss.event_map(
-            model,
-            engine=self.engine,
-            rtol=self.rtol,
-            max_events=self.max_events,
-            max_time=self.max_time,
-            threads=self.threads,
-        )
-
-    def described(self) -> dict[str, Any]:
-        """Return what decides the values; an infinite limit is None."""
-        limit = self.max_time if isfinite(self.max_time) else None
-        chosen = {"engine": self.engine, "rtol": self.rtol, "max_events": self.max_events}
-        return {**chosen, "max_time": limit}
+    def settings(self) -> dict[str, Any]:
+        """Return them as arguments; what was not given is left to the library."""
+        settings: dict[str, Any] = {"engine": self.engine, "rtol": self.rtol}
+        return settings if self.max_events is None else {**settings, "max_events": self.max_events}
 
 
 @Parameter(name="*", group=OUTPUT)
@@ -111,6 +92,17 @@ class OutputOptions:
     """Show the traceback of an error."""
 
 
+@Parameter(name="*", group=OUTPUT)
+@dataclass(frozen=True, kw_only=True)
+class FileOptions:
+    """The file that a table goes to."""
+
+    out: Path | None = None
+    """Write a CSV file."""
+    force: Flag = False
+    """Replace the file if it exists."""
+
+
 def _friction(specifications: tuple[str, ...]) -> Any:
     from stickslip.mechanics.friction import parse_law
 
@@ -123,9 +115,4 @@ def _friction(specifications: tuple[str, ...]) -> Any:
 def described(model: TwoBlock) -> dict[str, Any]:
     """Parameters of a model by name, and its laws: enough to build it again."""
     laws = model.friction if isinstance(model.friction, tuple) else (model.friction,)
-    return {**model.parameters, "friction": [_specification(law) for law in laws]}
-
-
-def _specification(law: Any) -> str:
-    numbers = ",".join(f"{name}={value!r}" for name, value in law.parameters.items())
-    return f"{law.name}:{numbers}"
+    return {**model.parameters, "friction": [str(law) for law in laws]}

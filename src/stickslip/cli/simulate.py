@@ -1,0 +1,117 @@
+"""``stickslip simulate``: one trajectory in time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from stickslip.cli import columns
+from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
+from stickslip.cli.options import (
+    EngineOptions,
+    FileOptions,
+    Flag,
+    ModelOptions,
+    OutputOptions,
+    described,
+)
+from stickslip.cli.progress import note
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.flow.trajectory import Trajectory
+
+EXAMPLES = """\
+stickslip simulate --preset law9 -d 0.3812 --t-end 200 --out run.csv
+stickslip simulate --preset coulomb -d 0.1 --t-end 50 --events
+stickslip simulate --preset coulomb --x 0.5 --x 0.6 --v 0 --v 0.0366 \\
+    --t-end 100 --json
+"""
+
+
+def command(
+    *,
+    model: ModelOptions = ModelOptions(),
+    d: Annotated[float | None, Parameter(name=["--d", "-d"])] = None,
+    x: Annotated[tuple[float, ...], Parameter(negative=(), show_default=False)] = (),
+    v: Annotated[tuple[float, ...], Parameter(name="--v", negative=(), show_default=False)] = (),
+    t_end: float,
+    samples: int = 2001,
+    events: Flag = False,
+    energy: Flag = False,
+    engine: EngineOptions = EngineOptions(),
+    file: FileOptions = FileOptions(),
+    output: OutputOptions = OutputOptions(),
+) -> int:
+    """Follow the two blocks in time, from a global stick phase or from any state.
+
+    Columns: time t; displacement x, velocity v, mode (0 stick, -1 backward, 1 forward slip)
+    and friction force of each block. Each time is evaluated exactly, not interpolated. The
+    exit code is 1 if the motion could not be followed to its end.
+
+    Parameters
+    ----------
+    d
+        Start at the end of the global stick phase with this X_2 - X_1.
+    x
+        Start from these displacements instead; once for each block.
+    v
+        Velocities that belong to --x; once for each block.
+    t_end
+        Time to stop at, in units of sqrt(m / k).
+    samples
+        Number of equally spaced times, both ends included.
+    events
+        List the changes of mode (time, block, kind) instead of samples.
+    energy
+        Add kinetic and elastic energy, work of the belt and dissipation since the start.
+    """
+    import stickslip as ss
+    from stickslip import status
+
+    if samples < 2:
+        raise UsageError(f"--samples {samples}: both ends are samples, so at least 2")
+    if (d is None) == (not x and not v):
+        raise UsageError("give a start: either -d 0.1, or --x and --v once for each block")
+    system = model.model()
+    start: dict[str, Any] = {"d": d} if d is not None else {"x": x, "v": v}
+    ended = status.OK
+
+    def compute() -> dict[str, Any]:
+        nonlocal ended
+        motion = ss.simulate(system, **start, t_end=t_end, **engine.settings())
+        ended = motion.status
+        return _events(motion) if events else _samples(motion, samples, energy=energy)
+
+    asked = described(system) | start | {"t_end": t_end} | engine.settings()
+    columns.deliver("simulate", asked, compute, file, output)
+    if ended == status.OK:
+        return DONE
+    note(f"ended before t_end: {status.MESSAGES[ended]}", quiet=output.quiet)
+    return COMPUTATION_FAILED
+
+
+def _samples(motion: Trajectory, samples: int, *, energy: bool) -> dict[str, Any]:
+    """Sample a motion at equally spaced times, a column for each block."""
+    import numpy as np
+
+    t = np.linspace(motion.t[0], motion.t[-1], samples)
+    phase = np.searchsorted(motion.t, t, side="right") - 1
+    mode = motion.modes[np.minimum(phase, len(motion.modes) - 1)]
+    quantities = {"x": motion.x(t), "v": motion.v(t), "mode": mode, "friction": motion.friction(t)}
+    table = {"t": t}
+    for name, values in quantities.items():
+        table |= {f"{name}_{block + 1}": column for block, column in enumerate(values.T)}
+    if energy:
+        parts = motion.energy(t)
+        names = ("kinetic", "elastic", "belt_work", "dissipation")
+        table |= {name: getattr(parts, name) for name in names}
+    return table
+
+
+def _events(motion: Trajectory) -> dict[str, Any]:
+    """List the changes of mode."""
+    return {
+        name: [getattr(event, name) for event in motion.events]
+        for name in ("time", "block", "kind")
+    }

@@ -1,0 +1,122 @@
+"""How the program ends: exit codes, where messages go, and never with a traceback."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from stickslip import __version__
+from stickslip.cli import main, program
+from stickslip.cli.program import COMMANDS
+
+NAMES = [module.__name__.rpartition(".")[2] for module in COMMANDS]
+
+
+def stickslip(*arguments, **options):
+    return subprocess.run(
+        [sys.executable, "-m", "stickslip.cli", *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+        **options,
+    )
+
+
+def test_version(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"{__version__}\n"
+
+
+def test_without_arguments_it_shows_its_commands(capsys):
+    assert main([]) == 0
+    out = capsys.readouterr().out
+    assert all(name in out for name in NAMES)
+
+
+@pytest.mark.parametrize("module", COMMANDS, ids=NAMES)
+def test_every_help_shows_its_examples(module, capsys):
+    name = module.__name__.rpartition(".")[2]
+    assert main([name, "--help"]) == 0
+    out = capsys.readouterr().out
+    for line in module.EXAMPLES.splitlines():
+        assert line.rstrip("\\").strip() in out
+    assert f"stickslip {name}" in module.EXAMPLES
+
+
+@pytest.mark.parametrize(
+    ("arguments", "fragments"),
+    [
+        (["map", "--alhpa", "1"], ["--alhpa", "--alpha"]),
+        (["mpa"], ["mpa", "map"]),
+        (["map", "--alpha", "much"], ["--alpha", "much"]),
+        (["map", "--preset", "columb"], ["columb", "coulomb", "law9"]),
+        (["simulate", "--preset", "coulomb", "-d", "0.1"], ["--t-end"]),
+        (["reproduce", "five"], ["five"]),
+    ],
+)
+def test_bad_usage_is_said_on_stderr_with_code_2(arguments, fragments, capsys):
+    assert main(arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("stickslip")
+    assert "Traceback" not in captured.err
+    for fragment in fragments:
+        assert fragment in captured.err
+
+
+def test_with_json_an_error_is_a_document(capsys):
+    assert main(["map", "--alhpa", "1", "--json"]) == 2
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    parts = json.loads(captured.out)
+    assert parts["schema"] == 1
+    assert parts["command"] == "map"
+    assert parts["error"]["type"] == "UnknownOptionError"
+    assert "--alpha" in parts["error"]["message"]
+
+
+@pytest.mark.parametrize(
+    ("failure", "code", "fragment"),
+    [
+        (ValueError("alpha = -1.0: must be >= 0"), 2, "alpha = -1.0"),
+        (PermissionError(13, "Permission denied", "out"), 2, "Permission denied"),
+        (RuntimeError("a surprise"), 1, "RuntimeError: a surprise"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+    ],
+)
+def test_failures_have_codes_and_no_traceback(failure, code, fragment, monkeypatch, capsys):
+    def failing():
+        raise failure
+
+    monkeypatch.setattr(program, "application", lambda: lambda *_, **__: failing())
+    assert main(["map"]) == code
+    captured = capsys.readouterr()
+    assert fragment in captured.err
+    assert "Traceback" not in captured.err
+    assert main(["map", "-v"]) == code
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_a_reader_that_leaves_ends_it_quietly():
+    command = f"{sys.executable} -m stickslip.cli doctor | true"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+
+
+def test_doctor_reports_as_json():
+    done = stickslip("doctor", "--json")
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)["result"]
+    found = dict(zip(result["subject"], result["state"], strict=True))
+    assert found["stickslip"] == __version__
+    assert int(found["threads"]) >= 1
+    assert "numba" in found
+    assert {"extra sweep", "extra gpu", "kernel cache", "gpu"} <= found.keys()
+
+
+def test_doctor_names_the_cache_folder_in_use(tmp_path):
+    done = stickslip("doctor", env={"STICKSLIP_CACHE_DIR": str(tmp_path), "PATH": ""})
+    assert done.returncode == 0, done.stderr
+    (line,) = (line for line in done.stdout.splitlines() if line.startswith("kernel cache"))
+    assert str(tmp_path) in line
