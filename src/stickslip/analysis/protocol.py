@@ -210,9 +210,10 @@ def iterate(f: Map1D, x: ArrayLike, n: int) -> Floats:
 
 def mix_labels(seed: Labels, label: Labels) -> Labels:
     """Combine labels in their order into one, practically unique (splitmix64's finaliser)."""
-    z = seed * np.uint64(0x9E3779B97F4A7C15) + label + np.uint64(0x9E3779B97F4A7C15)
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    with np.errstate(over="ignore"):  # modulo 2^64 is meant; NumPy warns for single numbers
+        z = seed * np.uint64(0x9E3779B97F4A7C15) + label + np.uint64(0x9E3779B97F4A7C15)
+        z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     mixed: Labels = z ^ (z >> np.uint64(31))
     return mixed
 

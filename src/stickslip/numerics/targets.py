@@ -136,7 +136,7 @@ def kernel(func: F) -> F:
     if root is not None and key is not None:
         with _numba_cache_folder(root / key), suppress(RuntimeError):  # no file: typed by hand
             dispatcher.enable_caching()
-    return dispatcher  # type: ignore[no-any-return]
+    return dispatcher
 
 
 def kernel_uncached(func: F) -> F:
