@@ -16,7 +16,14 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.model.two_block import TwoBlock
 
-__all__ = ["draw_portrait", "phase_portrait", "sample_times", "stick_interval", "time_series"]
+__all__ = [
+    "draw_portrait",
+    "phase_portrait",
+    "plot_trajectory",
+    "sample_times",
+    "stick_interval",
+    "time_series",
+]
 
 
 def sample_times(t: NDArray[np.float64], per_unit: float = 60.0) -> NDArray[np.float64]:
@@ -93,6 +100,7 @@ def draw_portrait(
     block: int,
     V: float,
     interval: tuple[float, float] | None = None,
+    linewidth: float = 0.8,
 ) -> Axes:
     """Draw sampled displacement and velocity of one block with the stick interval.
 
@@ -108,6 +116,8 @@ def draw_portrait(
         Driving velocity.
     interval : pair of float, optional
         Ends of the stick interval; by default it is drawn where the block rides.
+    linewidth : float
+        Of the slips, in points.
 
     Returns
     -------
@@ -121,16 +131,38 @@ def draw_portrait(
         "solid_capstyle": "butt",
         "zorder": 2,
     }
+    rides = v == V
     if interval is None:
-        rides = np.where(v == V, x, np.nan)
-        ax.plot(rides, v, **riding)
+        ax.plot(np.where(rides, x, np.nan), v, **riding)
     else:
         ax.plot(interval, [V, V], **riding)
         ax.plot(interval, [V, V], ls="none", marker="|", ms=6.0, color=PALETTE["vermillion"])
-    ax.plot(x, v, color="black", lw=0.8, zorder=3)
+    # A slip's line includes the rides' first and last points, so that it reaches the belt.
+    inner = rides.copy()
+    inner[1:-1] &= rides[:-2] & rides[2:]
+    inner[[0, -1]] = False
+    ax.plot(np.where(inner, np.nan, x), v, color="black", lw=linewidth, zorder=3)
     ax.set_xlabel(symbol("x", block))
     ax.set_ylabel(symbol("v", block))
     return ax
+
+
+def plot_trajectory(trajectory: Any, ax: Axes | None = None) -> Axes:
+    """Draw displacements over time: what ``Trajectory.plot`` shows.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        A simulated motion.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        One line per block, named in a legend.
+    """
+    return time_series(trajectory, "x", ax)
 
 
 def time_series(trajectory: Any, name: str = "v", ax: Axes | None = None) -> Axes:
