@@ -26,7 +26,11 @@ __all__ = [
 ]
 
 
-def sample_times(t: NDArray[np.float64], per_unit: float = 60.0) -> NDArray[np.float64]:
+def sample_times(
+    t: NDArray[np.float64],
+    per_unit: float = 60.0,
+    riding: NDArray[np.bool_] | None = None,
+) -> NDArray[np.float64]:
     """Spread times for a smooth line: every event, and even steps within each phase.
 
     Parameters
@@ -35,17 +39,26 @@ def sample_times(t: NDArray[np.float64], per_unit: float = 60.0) -> NDArray[np.f
         Times of the events, ascending.
     per_unit : float
         Points per unit of dimensionless time; a phase gets 8 at least.
+    riding : ndarray of bool, shape (n - 1,), optional
+        Phases in which both blocks ride: straight lines, 2 points each.
 
     Returns
     -------
     ndarray of float64, shape (m,)
         Ascending, with every element of `t`.
     """
+    counts = np.maximum(8, per_unit * np.diff(t)).astype(int)
+    if riding is not None:
+        counts[riding] = 2
     pieces = [
-        np.linspace(start, end, max(8, int(per_unit * (end - start))), endpoint=False)
-        for start, end in pairwise(t)
+        np.linspace(start, end, count, endpoint=False)
+        for (start, end), count in zip(pairwise(t), counts, strict=True)
     ]
     return np.concatenate([*pieces, t[-1:]])
+
+
+def _times(trajectory: Any) -> NDArray[np.float64]:
+    return sample_times(trajectory.t, riding=~trajectory.modes.any(axis=1))
 
 
 def stick_interval(model: TwoBlock, block: int, x_other: float) -> tuple[float, float]:
@@ -87,7 +100,7 @@ def phase_portrait(trajectory: Any, block: int = 2, ax: Axes | None = None) -> A
         With the line X' = V dashed.
     """
     ax = axes_or_new(ax)
-    t = sample_times(np.asarray(trajectory.t))
+    t = _times(trajectory)
     x, v = trajectory.x(t)[..., block - 1], trajectory.v(t)[..., block - 1]
     return draw_portrait(ax, x, v, block=block, V=trajectory.model.V)
 
@@ -127,7 +140,7 @@ def draw_portrait(
     ax.axhline(V, color=PALETTE["grey"], lw=0.5, ls=(0, (5, 3)), zorder=1)
     riding: dict[str, Any] = {
         "color": PALETTE["vermillion"],
-        "lw": 2.2,
+        "lw": 1.5,
         "solid_capstyle": "butt",
         "zorder": 2,
     }
@@ -190,7 +203,7 @@ def time_series(trajectory: Any, name: str = "v", ax: Axes | None = None) -> Axe
     if name not in ("x", "v", "friction"):
         raise ValueError(f"name = {name!r} must be 'x', 'v' or 'friction'")
     ax = axes_or_new(ax)
-    t = sample_times(np.asarray(trajectory.t))
+    t = _times(trajectory)
     values = getattr(trajectory, name)(t)
     for block in range(values.shape[-1]):
         ax.plot(t, values[:, block], label=f"block {block + 1}")

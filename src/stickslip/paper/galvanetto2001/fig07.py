@@ -61,7 +61,9 @@ def _steady(model: TwoBlock) -> Steady:
     longest = 2.0 * (1.0 + model.beta) / model.V
     motion = simulate(model, d=float(points[0]), t_end=(period + 1) * longest)
     end = motion.slips[period].start
-    t = sample_times(np.append(motion.t[motion.t < end], end), per_unit=20.0)
+    phases = motion.t[:-1] < end
+    riding = np.asarray(~motion.modes[phases].any(axis=1))
+    t = sample_times(np.append(motion.t[:-1][phases], end), per_unit=100.0, riding=riding)
     return Steady(model, motion.x(t)[:, BLOCK - 1], motion.v(t)[:, BLOCK - 1], period)
 
 
@@ -91,6 +93,6 @@ def caption(data: Data) -> str:
     return (
         f"Phase portraits of block 2 in steady motion: (a) V = {first.model.V:.4f}, period "
         f"{first.period} in global stick phases (S4); (b) V = {second.model.V:.4f}, period "
-        f"{second.period}. Heavy: where the block rides on the belt; dashed: the belt's velocity. Insets "
-        "enlarge the lobe that grazes it."
+        f"{second.period}. Heavy: where the block rides on the belt; dashed: the belt's velocity. "
+        "Insets enlarge the lobe that grazes it."
     )
