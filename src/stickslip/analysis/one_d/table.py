@@ -94,6 +94,7 @@ class BranchTable:
     pieces: Laps
     unresolved: tuple[Unresolved, ...]
     n_evaluations: int
+    _texts: dict[int, str] = field(default_factory=dict)
 
     def __len__(self) -> int:
         """Return the number of branches."""
@@ -102,6 +103,21 @@ class BranchTable:
     def __iter__(self) -> Iterator[Branch]:
         """Go through the branches from left to right."""
         return iter(self.branches)
+
+    def matters(self, number: int) -> bool:
+        """Tell whether the end of a lap, by its number in `Laps`, is a break of the map."""
+        return 0 <= number < len(self.breakpoints) and self.breakpoints[number].kind != "smooth"
+
+    def text(self, label: int) -> str:
+        """Itinerary of a branch in the map's own words, if it has any, else its label."""
+        if label not in self._texts:
+            branch = next((b for b in self.branches if b.label == label), None)
+            describe = getattr(self.f, "itinerary", None)
+            if branch is None or describe is None:
+                self._texts[label] = str(label)
+            else:
+                self._texts[label] = str(describe(0.5 * (branch.left + branch.right)))
+        return self._texts[label]
 
 
 def branch_table(f: Map1D, resolution: float = RESOLUTION) -> BranchTable:
