@@ -122,12 +122,30 @@ def copy_motion(source: Motion, target: Motion) -> None:
 
 
 @kernel
-def watch_from_here(motion: Motion, saved: Motion, n_columns: int) -> None:
-    """Save the state and start the loop's tangent, its last four columns, at the identity."""
+def save_state(motion: Motion, saved: Motion) -> None:
+    """Keep a state to compare later ones with."""
     for block in range(2):
         saved.w[block] = motion.w[block]
         saved.e[block] = motion.e[block]
         saved.mode[block] = motion.mode[block]
+
+
+@kernel
+def distance(motion: Motion, saved: Motion) -> float:
+    """Distance of two states, infinite between different modes."""
+    largest = 0.0
+    for block in range(2):
+        if motion.mode[block] != saved.mode[block]:
+            return math.inf
+        largest = max(largest, abs(motion.w[block] - saved.w[block]))
+        largest = max(largest, abs(motion.e[block] - saved.e[block]))
+    return largest
+
+
+@kernel
+def start_loop_tangent(motion: Motion, n_columns: int) -> None:
+    """Set the last four columns to the identity on the states that share the present modes."""
+    for block in range(2):
         for k in range(4):
             motion.tangent_w[block, n_columns + k] = 0.0
             motion.tangent_e[block, n_columns + k] = 0.0
@@ -137,21 +155,16 @@ def watch_from_here(motion: Motion, saved: Motion, n_columns: int) -> None:
 
 
 @kernel
-def recurs(motion: Motion, saved: Motion, n_columns: int, margin: float) -> bool:
-    """Whether the state came back so close that the loop is a cycle which attracts it (rule 6)."""
-    distance = 0.0
+def loop_norm(motion: Motion, n_columns: int) -> float:
+    """Largest row sum of the loop's tangent."""
     norm = 0.0
     for block in range(2):
-        if motion.mode[block] != saved.mode[block]:
-            return False
-        distance = max(distance, abs(motion.w[block] - saved.w[block]))
-        distance = max(distance, abs(motion.e[block] - saved.e[block]))
         row_w = row_e = 0.0
         for k in range(4):
             row_w += abs(motion.tangent_w[block, n_columns + k])
             row_e += abs(motion.tangent_e[block, n_columns + k])
         norm = max(norm, row_w, row_e)
-    return distance < RECURRENCE and norm < 1.0 and distance < 0.1 * margin * (1.0 - norm)
+    return norm
 
 
 @kernel
@@ -202,6 +215,7 @@ def carry(
     duration = phase = 0.0
     earlier_margin = math.inf
     n_events = instant = 0
+    looping = False
     before = (1 if motion.mode[0] != 0 else 0) + (2 if motion.mode[1] != 0 else 0)
     status = TIME_LIMIT
     for _ in range(STEPS_PER_EVENT * (controls.max_events + LONG)):
@@ -248,16 +262,24 @@ def carry(
         if n_events >= controls.max_events:
             status = EVENT_LIMIT
             break
-        if n_events >= LONG:
-            if n_events == LONG:
-                copy_motion(motion, long_motion)
-                current = long_motion
-                work.watch[0] = 1.0
-            elif recurs(current, saved, n_columns, work.margin[0]):
+        if n_events < LONG:
+            continue
+        gap = distance(current, saved) if n_events > LONG else math.inf
+        if gap < RECURRENCE and not looping:
+            # The state recurs: from here on follow the tangent of the loop as well.
+            copy_motion(motion, long_motion)
+            current = long_motion
+            work.watch[0] = 1.0
+        elif gap < RECURRENCE:
+            norm = loop_norm(current, n_columns)
+            if norm < 1.0 and gap < 0.1 * work.margin[0] * (1.0 - norm):
                 status = NEVER_CYCLE
                 break
-            if n_events & (n_events - 1) == 0:
-                watch_from_here(current, saved, n_columns)
+        if n_events & (n_events - 1) == 0 or (gap < RECURRENCE and not looping):
+            save_state(current, saved)
+            looping = looping or gap < RECURRENCE
+            if looping:
+                start_loop_tangent(current, n_columns)
                 earlier_margin = min(earlier_margin, work.margin[0])
                 work.margin[0] = math.inf
     work.watch[0] = watching
@@ -265,7 +287,7 @@ def carry(
     value = math.nan
     if status == OK:
         value = (current.e[1] - current.e[0]) / (1.0 + 2.0 * system.alpha)
-        if n_events >= LONG:
+        if looping:
             for block in range(2):
                 for column in range(n_columns):
                     motion.tangent_e[block, column] = current.tangent_e[block, column]

@@ -58,7 +58,7 @@ class Work(NamedTuple):
     sliding: Floats
 
 
-def new_work(n_columns: int = 0) -> Work:
+def new_work() -> Work:
     """Scratch arrays for one motion."""
     return Work(np.zeros(2), np.zeros(2), np.full(1, np.inf), np.zeros(1), np.zeros(1))
 

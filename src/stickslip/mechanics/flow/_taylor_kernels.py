@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.flow.dense import find_events, never_returns, watch_step
+from stickslip.mechanics.flow.dense import find_events, watch_step
 from stickslip.mechanics.flow.saltation import saltation
+from stickslip.mechanics.flow.sliding import energy_reach
 from stickslip.mechanics.flow.system import (
     ALPHA,
     BETA,
@@ -68,7 +69,7 @@ class Work(NamedTuple):
     sliding: Floats
 
 
-def new_work(n_columns: int = 0) -> Work:
+def new_work() -> Work:
     """Scratch arrays for one motion."""
     n = ORDER + 1
     return Work(
@@ -124,7 +125,7 @@ def slides_for_ever(system: System, laws: Floats, motion: Motion, work: Work) ->
     """Whether two blocks slipping backward can be shown never to reach the belt again."""
     force_1 = force(laws[0], -1, system.V)
     force_2 = force(laws[1], -1, system.V)
-    reach = never_returns(system, motion, force_1, force_2)
+    reach = energy_reach(system, motion, force_1, force_2)
     if not reach < system.V:
         return False
     for k in range(33):
