@@ -70,6 +70,8 @@ def _tell(tokens: list[str], error: BaseException, code: int) -> int:
 
 def _message(error: BaseException) -> str:
     expected = isinstance(error, CycloptsError) or exit_code_of(error) != 1
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"cannot use {error.filename}: {error.strerror}"
     text = str(error) or type(error).__name__
     return text if expected else f"{type(error).__name__}: {text} (-v shows where)"
 

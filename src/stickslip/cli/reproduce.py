@@ -9,6 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from stickslip.cli import columns
+from stickslip.cli.failure import UsageError
 from stickslip.cli.options import OUTPUT, OutputOptions
 from stickslip.cli.progress import tracked
 
@@ -36,6 +37,9 @@ def command(
         Folder to write to; made if it is not there.
     """
     from stickslip import paper
+
+    if out.exists() and not out.is_dir():
+        raise UsageError(f"--out {out} is a file; figures go to a folder")
 
     def track(numbers: Sequence[int]) -> Iterator[int]:
         return tracked(numbers, len(numbers), "figures", quiet=output.quiet)

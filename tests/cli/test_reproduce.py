@@ -1,0 +1,51 @@
+"""``stickslip reproduce`` end to end; what the figures show is tested in tests/paper."""
+
+import json
+
+import pytest
+
+from stickslip.cli import main
+
+FIGURE_2 = ["fig02.pdf", "fig02.png", "fig02.svg", "values.json", "values.md"]
+
+
+def test_it_writes_figures_and_values_and_owns_only_its_files(tmp_path, capsys):
+    out = tmp_path / "new" / "out"
+    assert main(["reproduce", "2", "--out", str(out)]) == 0
+    assert sorted(path.name for path in out.iterdir()) == FIGURE_2
+    printed = capsys.readouterr().out.splitlines()
+    assert sorted(printed) == [str(out / name) for name in FIGURE_2]
+    first = {path.name: path.read_bytes() for path in out.iterdir()}
+
+    (out / "notes.txt").write_text("mine")
+    (out / "fig02.svg").write_text("spoiled")
+    assert main(["reproduce", "2", "--out", str(out), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["parameters"] == {"figures": [2]}
+    assert sorted(document["result"]["file"]) == [str(out / name) for name in FIGURE_2]
+    assert (out / "notes.txt").read_text() == "mine"
+    assert {name: (out / name).read_bytes() for name in FIGURE_2} == first
+
+
+def test_the_table_of_values_is_json(tmp_path):
+    assert main(["reproduce", "2", "--out", str(tmp_path)]) == 0
+    assert json.loads((tmp_path / "values.json").read_text())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "fragment"),
+    [
+        (["99"], "99"),
+        (["2", "--out", "/dev/null/out"], "/dev/null"),
+        (["2", "--out", "file"], "folder"),
+    ],
+)
+def test_bad_input_writes_nothing(arguments, fragment, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("mine")
+    assert main(["reproduce", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert fragment in captured.err
+    assert "Traceback" not in captured.err
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
