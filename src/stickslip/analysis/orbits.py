@@ -122,7 +122,8 @@ class NearFold:
     distance : float
         abs(f^p(x) - x).
     resolved : bool
-        Whether it is settled that there is no orbit; if not, there are none or two.
+        Whether it is settled that there is no orbit; if not, there are none or two, or
+        f^p runs along the diagonal.
     """
 
     period: int
@@ -185,17 +186,17 @@ class OrbitList(Sequence[PeriodicOrbit]):
         lines = [
             f"OrbitList: {len(self)} orbits up to period {self.max_period}, complete to period "
             f"{self.complete} for pieces wider than {self.resolution:.2g}",
-            "  period    multiplier                   points",
+            "  period      multiplier  kind                 points",
         ]
         for orbit in self.orbits[:SHOWN]:
             points = ", ".join(f"{x:.10g}" for x in orbit.points)
             lines.append(
-                f"  {orbit.period:6d}  {orbit.multiplier:14.8g}  {orbit.kind:9.9s}  {points}"
+                f"  {orbit.period:6d}  {orbit.multiplier:14.8g}  {orbit.kind:19s}  {points}"
             )
         if len(self) > SHOWN:
             lines.append(f"  ... {len(self) - SHOWN} more")
         for near in self.near_folds:
-            settled = "no orbit" if near.resolved else "no orbit or two"
+            settled = "no orbit" if near.resolved else "none, two or a whole interval of them"
             lines.append(
                 f"  near-fold of period {near.period} at {near.x:.12g}, "
                 f"distance {near.distance:.2g}: {settled}"

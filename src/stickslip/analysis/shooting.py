@@ -21,6 +21,7 @@ __all__ = ["Polished", "polish"]
 
 MAX_NEWTON: Final = 20
 EPS: Final = float(np.finfo(np.float64).eps)
+MANY: Final = 64.0  # roundings that may add up in a value of the map
 ROUNDINGS: Final = 4.0  # of one evaluation of a map, in its error bound
 
 Evaluate: TypeAlias = Callable[["NDArray[np.intp]", "Floats"], tuple["Floats", "Floats"]]
@@ -38,7 +39,7 @@ class Polished:
         Bound of the points' errors: inverse Jacobian times residual and rounding.
     residual : ndarray of float, shape (n,)
     converged : ndarray of bool, shape (n,)
-        The last step was below the error bound.
+        The residuals are no larger than rounding explains, and the error is bounded.
     """
 
     points: Floats
@@ -71,22 +72,34 @@ def polish(
     """
     points = np.clip(points, lower, upper)
     slopes, residuals = np.empty_like(points), np.empty_like(points)
-    step = np.full(len(points), np.inf)
+    still = np.zeros(len(points), dtype=bool)
     todo = np.arange(len(points))
     for _ in range(MAX_NEWTON):
+        _evaluate_rows(evaluate, points, slopes, residuals, todo)
+        todo = todo[~(_is_rounding(slopes, residuals, value_scale) | still)[todo]]
         if not todo.size:
             break
-        _evaluate_rows(evaluate, points, slopes, residuals, todo)
-        moved = np.clip(
-            points[todo] - _newton_steps(slopes[todo], residuals[todo]), lower[todo], upper[todo]
-        )
-        step[todo] = np.abs(moved - points[todo]).max(axis=1)
+        step = _newton_steps(slopes[todo], residuals[todo])
+        moved = np.clip(points[todo] - step, lower[todo], upper[todo])
+        still[todo] = np.abs(moved - points[todo]).max(axis=1) <= EPS * value_scale
         points[todo] = moved
-        todo = todo[step[todo] > ROUNDINGS * EPS * value_scale]
-    _evaluate_rows(evaluate, points, slopes, residuals, np.arange(len(points)))
     error = _error_bound(points, slopes, residuals, value_scale)
-    converged = np.isfinite(points).all(axis=1) & (step <= error.max(axis=1, initial=0.0))
+    converged = _is_rounding(slopes, residuals, value_scale, MANY) & np.isfinite(error).all(axis=1)
+    # The last residuals still make for one step, which need not be checked.
+    points = np.clip(points - _newton_steps(slopes, residuals), lower, upper)
     return Polished(points, slopes, error, np.abs(residuals).max(axis=1), converged)
+
+
+def _is_rounding(
+    slopes: Floats, residuals: Floats, value_scale: float, times: float = 1.0
+) -> NDArray[np.bool_]:
+    """Tell which orbits no step can improve: a slope carries the rounding of its point on."""
+    with np.errstate(invalid="ignore"):
+        allowed = times * EPS * value_scale * (1 + np.abs(slopes))
+        rounding: NDArray[np.bool_] = ((np.abs(residuals) <= allowed) & np.isfinite(slopes)).all(
+            axis=1
+        )
+    return rounding
 
 
 def _evaluate_rows(

@@ -213,7 +213,10 @@ class _Halving:
                 break
             parts = self._halve(parts)
         self._give_up(parts)
-        return self.found, list(self.closest.values())
+        crossing = set(self.found.piece.tolist())
+        # Beside a crossing the distance is small without a reason.
+        notes = [n for k, n in self.closest.items() if not (n.resolved and k in crossing)]
+        return self.found, notes
 
     def _steepness(self, parts: Brackets) -> tuple[Floats, Floats]:
         """Bounds of the slope of f^p on each part: products of bounds along the orbit."""

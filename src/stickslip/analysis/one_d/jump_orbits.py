@@ -48,20 +48,25 @@ def orbits_through_jumps(
         Orbits on an end of their jump: they are about to be born or lost.
     """
     slack = SAME * max(abs(end) for end in table.f.domain)
-    orbits: list[PeriodicOrbit] = []
+    crossings: list[tuple[Breakpoint, Floats, Indices]] = []
     unresolved: list[Unresolved] = []
     for number, jump in enumerate(table.breakpoints):
         if jump.kind != "jump":
             continue
         low, high = sorted((jump.left, jump.right))
         for path, word in _ways_to(pieces, number, slack):
-            y = path[0]
-            if min(abs(y - low), abs(y - high)) <= slack:
-                unresolved.append(
-                    Unresolved("an orbit is on an end of the jump", jump.d, jump.d, len(path))
-                )
-            elif low < y < high:
-                orbits.append(_orbit(table, jump, path, word))
+            if min(abs(path[0] - low), abs(path[0] - high)) <= slack:
+                reason = "an orbit is on an end of the jump"
+                unresolved.append(Unresolved(reason, jump.d, jump.d, len(path)))
+            elif low < path[0] < high:
+                crossings.append((jump, path, word))
+    # All points in the map's order, the jump first, evaluated together.
+    points = np.array([np.roll(path, 1) for _, path, _ in crossings])
+    values = sample(table.f, points.reshape(len(crossings), pieces.power)[:, 1:])
+    orbits = [
+        _orbit(table, jump, path, word, values.value[k], values.derivative[k])
+        for k, (jump, path, word) in enumerate(crossings)
+    ]
     return orbits, unresolved
 
 
@@ -81,13 +86,20 @@ def _ways_to(pieces: Pieces, number: int, slack: float) -> list[tuple[Floats, In
     ]
 
 
-def _orbit(table: BranchTable, jump: Breakpoint, path: Floats, word: Indices) -> PeriodicOrbit:
+def _orbit(
+    table: BranchTable,
+    jump: Breakpoint,
+    path: Floats,
+    word: Indices,
+    images: Floats,
+    slopes: Floats,
+) -> PeriodicOrbit:
     """Describe the orbit d, y, f(y), ..., with f of its last point d."""
     points = np.roll(path, 1)
-    values = sample(table.f, points)
-    residual = np.abs(values.value[1:] - np.roll(points, -1)[1:])
-    error = _errors(values.derivative[1:], residual, ROUNDING * max(map(abs, table.f.domain)))
-    texts = [table.text(int(label)) for label in values.label]
+    residual = np.abs(images - np.roll(points, -1)[1:])
+    error = _errors(slopes, residual, ROUNDING * max(map(abs, table.f.domain)))
+    labels = table.labels_at(points)
+    texts = [table.text(int(label)) for label in labels]
     texts[0] = f"{table.text(jump.left_label)} | {table.text(jump.right_label)}"
     crossing = JumpCrossing(
         d=jump.d,
@@ -102,7 +114,7 @@ def _orbit(table: BranchTable, jump: Breakpoint, path: Floats, word: Indices) ->
         multiplier=math.inf,
         stable=False,
         itinerary=tuple(texts[start:] + texts[:start]),
-        labels=np.roll(values.label, -start),
+        labels=np.roll(labels, -start),
         quality="located",
         interval=np.roll(points[:, None] + error[:, None] * np.array([-1.0, 1.0]), -start, axis=0),
         residual=float(residual.max(initial=0.0)),

@@ -147,11 +147,12 @@ class Laps:
         return float(self.left[0]) if len(self) else np.inf
 
     def evaluate(self, lap: Indices, x: Floats) -> tuple[Floats, Floats]:
-        """Value and slope on a lap, continued linearly across its breaks; shapes (m,)."""
+        """Return value and slope on a lap, continued linearly across its breaks; shapes (m,)."""
         inside = np.clip(x, self.guard_left[lap], self.guard_right[lap])
         got = sample(self.f, inside)
+        beyond = np.where(np.isfinite(got.derivative), x - inside, 0.0)
         with np.errstate(invalid="ignore"):
-            value = got.value + np.where(x == inside, 0.0, got.derivative * (x - inside))
+            value = np.where(beyond == 0, got.value, got.value + got.derivative * beyond)
         return value, got.derivative
 
     def inverse(self, lap: Indices, y: Floats) -> Floats:

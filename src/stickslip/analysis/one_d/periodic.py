@@ -28,7 +28,6 @@ __all__ = ["periodic_orbits"]
 
 SAME: Final = 1e-13  # of the scale, beside the points' errors: orbits that coincide
 BORDER: Final = 1e-12  # of the scale: a point this close to a break is on it
-BAD_RESIDUAL: Final = 64 * float(np.finfo(np.float64).eps)  # of scale and slope: not a solution
 SHRINKINGS: Final = 80  # halvings of a bracket before Newton's method gets a last chance
 
 
@@ -166,7 +165,7 @@ class _Search:
     def _solved(self, brackets: Brackets) -> tuple[Brackets, Polished]:
         """Solve each bracket: Newton from a guess by inverse branches, else after halving."""
         found = self._polished(brackets, self._guess(brackets))
-        failed = np.flatnonzero(~self._is_solution(found))
+        failed = np.flatnonzero(~found.converged)
         if failed.size:
             shrunk = self._shrunk(brackets.take(failed))
             middle = 0.5 * (shrunk.left + shrunk.right)[:, :-1]
@@ -193,13 +192,10 @@ class _Search:
     def _polished(self, brackets: Brackets, points: Floats) -> Polished:
         lap = brackets.word.ravel()
         slack = SAME * self.scale
-        lower = np.minimum(brackets.left, brackets.right)[:, :-1] - slack
-        upper = np.maximum(brackets.left, brackets.right)[:, :-1] + slack
+        lo, hi = self.table.f.domain
+        lower = np.maximum(np.minimum(brackets.left, brackets.right)[:, :-1] - slack, lo)
+        upper = np.minimum(np.maximum(brackets.left, brackets.right)[:, :-1] + slack, hi)
         return polish(lambda k, x: self.laps.evaluate(lap[k], x), points, lower, upper, self.scale)
-
-    def _is_solution(self, found: Polished) -> Any:
-        steep = np.abs(found.slopes).max(axis=1, initial=1.0)
-        return found.converged & (found.residual <= BAD_RESIDUAL * self.scale * steep)
 
     def _shrunk(self, brackets: Brackets) -> Brackets:
         """Halve brackets by following their middles, down to adjacent floats."""
@@ -245,11 +241,9 @@ class _Search:
         """Describe orbits and add them, except those on a jump or on the edge of a gap."""
         if not len(brackets):
             return
-        good = self._is_solution(found)
-        values = self.counted.evaluate(np.clip(found.points, *self.table.f.domain))
         for k in range(len(brackets)):
             if not self._is_on_border(brackets.word[k], found.points[k]):
-                self.orbits.append(self._orbit(brackets, found, values, k, bool(good[k])))
+                self.orbits.append(self._orbit(brackets, found, k))
 
     def _is_on_border(self, word: Indices, points: Floats) -> bool:
         """Report orbits that touch a break; tell if it is one that no orbit survives."""
@@ -270,18 +264,17 @@ class _Search:
                     return True
         return False
 
-    def _orbit(
-        self, brackets: Brackets, found: Polished, values: MapValues, k: int, good: bool
-    ) -> PeriodicOrbit:
+    def _orbit(self, brackets: Brackets, found: Polished, k: int) -> PeriodicOrbit:
         start = int(np.argmin(found.points[k]))
 
         def turned(row: Any) -> Any:
             return np.roll(row, -start, axis=0)
 
         multiplier = float(found.slopes[k].prod())
-        labels = turned(values.label[k])
         points = turned(found.points[k])
-        if good:
+        labels = self.table.labels_at(points)
+        located = bool(found.converged[k])
+        if located:
             interval = points[:, None] + turned(found.error[k])[:, None] * np.array([-1.0, 1.0])
         else:
             ends = np.stack([brackets.left[k, :-1], brackets.right[k, :-1]], axis=1)
@@ -293,7 +286,7 @@ class _Search:
             stable=abs(multiplier) < 1,
             itinerary=tuple(self.table.text(int(label)) for label in labels),
             labels=labels,
-            quality="located" if good else "bracketed",
+            quality="located" if located else "bracketed",
             interval=interval,
             residual=float(found.residual[k]),
         )

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.one_d.breakpoints import Kind
     from stickslip.analysis.one_d.changes import Cuts, Unresolved
     from stickslip.analysis.one_d.laps import Laps
-    from stickslip.analysis.protocol import Floats, Map1D
+    from stickslip.analysis.protocol import Floats, Labels, Map1D
 
 __all__ = ["RESOLUTION", "Branch", "BranchTable", "branch_table"]
 
@@ -107,6 +107,14 @@ class BranchTable:
     def matters(self, number: int) -> bool:
         """Tell whether the end of a lap, by its number in `Laps`, is a break of the map."""
         return 0 <= number < len(self.breakpoints) and self.breakpoints[number].kind != "smooth"
+
+    def labels_at(self, x: Floats) -> Labels:
+        """Label of the branch of each point, 0 in a gap; nothing is evaluated."""
+        lefts = np.array([b.left for b in self.branches])
+        rights = np.array([b.right for b in self.branches] + [-np.inf])
+        labels = np.array([b.label for b in self.branches] + [0], dtype=np.uint64)
+        place = np.searchsorted(lefts, x, side="right") - 1
+        return np.where((place >= 0) & (x <= rights[place]), labels[place], np.uint64(0))
 
     def text(self, label: int) -> str:
         """Itinerary of a branch in the map's own words, if it has any, else its label."""
