@@ -4,6 +4,7 @@ import functools
 
 import numpy as np
 import pytest
+from tests.reference.values import COULOMB_JUMPS, COULOMB_ORBITS, LAW9_ORBITS
 
 from stickslip import examples
 from stickslip.mechanics.model import locus
@@ -33,9 +34,6 @@ def test_every_figure_draws_and_describes_itself(number):
         figure.draw_without_rendering()
     assert figure.axes
     assert "nan" not in module.caption(data(number))
-    for ax in figure.axes:
-        for text in ax.texts:
-            assert text.get_text()
 
 
 def test_figure_2_domain_is_the_segment_ac():
@@ -81,6 +79,20 @@ class TestCoulombMap:
     def test_s4_meets_the_jump_where_the_paper_says(self, values):
         assert values["V where S4 meets the jump"].agrees
 
+    @pytest.mark.parametrize("name", ["S1", "U1", "U2", "S4"])
+    def test_errors_hold_against_30_digits(self, values, name):
+        point, multiplier = map(float, COULOMB_ORBITS[name])
+        where = values.get(f"d of {name}") or values[f"d of {name}, point 1"]
+        slope = values[f"multiplier of {name}"]
+        assert abs(where.computed - point) <= where.error
+        assert abs(slope.computed - multiplier) <= slope.error
+
+    def test_jumps_are_where_30_digits_put_them(self, values):
+        jumps = [float(d) for d, _, _ in COULOMB_JUMPS]
+        np.testing.assert_allclose(data(5).curve.jumps, jumps, atol=2e-9)  # for drawing
+        point = values["d of U4, point 1"]
+        assert abs(point.computed - jumps[3]) <= point.error
+
 
 class TestLaw9Map:
     """Figures 12, 14, 16 and section 4, second part."""
@@ -91,6 +103,12 @@ class TestLaw9Map:
     def test_p1_is_stable_at_first(self, values):
         assert values["d of P1, alpha = 1.208"].computed == pytest.approx(0.3833, abs=5e-5)
         assert -1.0 < values["multiplier of P1, alpha = 1.208"].computed < 0.0
+
+    def test_errors_hold_against_30_digits(self, values):
+        point, multiplier = map(float, LAW9_ORBITS["P1"])
+        where, slope = values["d of P1, alpha = 1.208"], values["multiplier of P1, alpha = 1.208"]
+        assert abs(where.computed - point) <= where.error
+        assert abs(slope.computed - multiplier) <= slope.error
 
     @pytest.mark.parametrize(
         "name",
@@ -128,7 +146,6 @@ def test_every_computed_value_states_its_error(values):
     for value in values.values():
         assert 0.0 < value.error < 1e-8
         assert value.how
-    assert len(values) == len(printed.compute())
 
 
 def test_values_of_one_figure_only():

@@ -5,6 +5,7 @@ Each is the root of a scalar condition; the bracket comes from the paper's figur
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -20,6 +21,12 @@ if TYPE_CHECKING:
 
 EXACT: Final = ACCURACY["exact"]
 ADAPTIVE: Final = ACCURACY["adaptive"]
+
+AT_CUSP: Final = 10 * ADAPTIVE
+"""Error of f(c): that of the cusp's place, times the steeper slope beside it (about 7)."""
+
+SLOPE: Final = 1e-10
+"""Error of a multiplier of law (9), relative to max(1, abs(multiplier)); Coulomb's is smaller."""
 
 WINDOW: Final = (0.379, 0.390)
 """Range of d in which section 4 studies law (9)."""
@@ -92,29 +99,6 @@ def fixed_point_p1() -> Iterator[Value]:
     yield _multiplier("P1, alpha = 1.208", f, found.value, 12)
 
 
-def law9_bifurcations() -> Iterator[Value]:
-    """Solve for the five values of alpha in section 4, each from a condition on the map."""
-    conditions = (
-        ("cusps of f^2 on the diagonal", _cusp_of_square, (1.2085, 1.2095), 13, "1.20915"),
-        ("flip of P1", _flip, (1.209, 1.2105), 11, "1.2099"),
-        ("fold of S1 and U1", _fold, (1.2145, 1.2155), 14, "1.2151"),
-        ("collision of the chaotic attractor with U1", _crisis, (1.2152, 1.2155), 15, "1.2153"),
-        ("cusp of f on the diagonal", _cusp_on_diagonal, (1.2180, 1.2190), 16, "1.21865"),
-    )
-    for name, condition, bracket, figure, text in conditions:
-        found = root(partial(_over_alpha, condition), *bracket, noise=ADAPTIVE)
-        how = (condition.__doc__ or "").rstrip(".")
-        note = _NOTES.get(figure, "")
-        yield Value(f"alpha of the {name}", found.value, found.error, figure, how, text, note)
-
-
-_NOTES: Final = {
-    13: 'the paper says "approximately" and draws its figure 13 at 1.20915 "just after" the '
-    "bifurcation, which fits the computed value",
-    16: 'the paper says "close to"; its last digit does not stand',
-}
-
-
 def _over_alpha(condition: Callable[[EventMap], float], alpha: float) -> float:
     return condition(EventMap(examples.law9(alpha=alpha)))
 
@@ -163,20 +147,62 @@ def _right_of_cusp(f: EventMap) -> tuple[float, float]:
 
 
 def _multiplier(name: str, f: Any, d: float, figure: int) -> Value:
-    """Slope of the map at a periodic point; relative error 1e-10 (tested against differences)."""
+    """Slope of the map at a periodic point."""
     slope = float(f.evaluate(d).derivative)
     how = "product of f' over the orbit"
-    return Value(f"multiplier of {name}", slope, 1e-10 * max(1.0, abs(slope)), figure, how)
+    return Value(f"multiplier of {name}", slope, SLOPE * max(1.0, abs(slope)), figure, how)
 
 
-_TABLE: Final[tuple[tuple[frozenset[int], Callable[[], Iterator[Value]]], ...]] = (
-    (frozenset({5}), coulomb_orbits),
-    (frozenset({10}), infinitely_unstable_orbit),
-    (frozenset({4}), collision_of_s4),
-    (frozenset({17}), cusp_of_figure_17),
-    (frozenset({12}), fixed_point_p1),
-    (frozenset({11, 13, 14, 15, 16}), law9_bifurcations),
-)
+@dataclass(frozen=True)
+class _Bifurcation:
+    """A value of alpha that the paper prints: where a condition on the map changes its sign."""
+
+    name: str
+    condition: Callable[[EventMap], float]
+    bracket: tuple[float, float]
+    printed: str
+    noise: float
+    note: str = ""
+
+    def value(self, figure: int) -> Value:
+        found = root(partial(_over_alpha, self.condition), *self.bracket, noise=self.noise)
+        how = (self.condition.__doc__ or "").rstrip(".")
+        name = f"alpha of the {self.name}"
+        return Value(name, found.value, found.error, figure, how, self.printed, self.note)
+
+
+_OVER_ALPHA: Final = {
+    11: _Bifurcation("flip of P1", _flip, (1.209, 1.2105), "1.2099", SLOPE),
+    13: _Bifurcation(
+        "cusps of f^2 on the diagonal",
+        _cusp_of_square,
+        (1.2085, 1.2095),
+        "1.20915",
+        AT_CUSP,
+        'the paper says "approximately" and draws its figure 13 at 1.20915 "just after" the '
+        "bifurcation, which fits the computed value",
+    ),
+    14: _Bifurcation("fold of S1 and U1", _fold, (1.2145, 1.2155), "1.2151", ADAPTIVE),
+    15: _Bifurcation(
+        "collision of the chaotic attractor with U1", _crisis, (1.2152, 1.2155), "1.2153", AT_CUSP
+    ),
+    16: _Bifurcation(
+        "cusp of f on the diagonal",
+        _cusp_on_diagonal,
+        (1.2180, 1.2190),
+        "1.21865",
+        AT_CUSP,
+        'the paper says "close to"; its last digit does not stand',
+    ),
+}
+
+_OTHERS: Final[dict[int, Callable[[], Iterator[Value]]]] = {
+    4: collision_of_s4,
+    5: coulomb_orbits,
+    10: infinitely_unstable_orbit,
+    12: fixed_point_p1,
+    17: cusp_of_figure_17,
+}
 
 
 def compute(figures: Iterable[int] | None = None) -> tuple[Value, ...]:
@@ -192,12 +218,11 @@ def compute(figures: Iterable[int] | None = None) -> tuple[Value, ...]:
     tuple of Value
         Ordered by figure.
     """
-    wanted = None if figures is None else set(figures)
-    values = [
-        value
-        for owners, numbers in _TABLE
-        if wanted is None or owners & wanted
-        for value in numbers()
-        if wanted is None or value.figure in wanted
-    ]
-    return tuple(sorted(values, key=lambda value: value.figure))
+    numbered = {*_OVER_ALPHA, *_OTHERS}
+    values: list[Value] = []
+    for figure in sorted(numbered if figures is None else numbered & set(figures)):
+        if figure in _OVER_ALPHA:
+            values.append(_OVER_ALPHA[figure].value(figure))
+        else:
+            values += _OTHERS[figure]()
+    return tuple(values)

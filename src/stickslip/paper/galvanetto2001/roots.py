@@ -7,6 +7,7 @@ of one scalar condition inside a bracket that the caller states.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,12 +16,17 @@ from scipy.optimize import brentq
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from stickslip.mechanics.eventmap.event_map import EventMap
 
 __all__ = ["Root", "cusp", "fixed_point", "jump", "root"]
 
 ACCURACY = {"exact": 1e-14, "adaptive": 1e-13}
 """Error of one map value by engine (docs/design.md, section 3), for well-conditioned motions."""
+
+
+SECTIONS = 32
 
 
 @dataclass(frozen=True)
@@ -84,7 +90,8 @@ def fixed_point(f: Any, low: float, high: float, *, noise: float = 1e-14) -> Roo
     return Root(found.value, max((noise + residual) / gap, 2.0 * float(np.spacing(found.value))))
 
 
-def cusp(f: EventMap, window: tuple[float, float], points: int = 401) -> tuple[float, float]:
+@lru_cache(maxsize=32)  # several conditions on one map start from its cusp
+def cusp(f: EventMap, window: tuple[float, float], points: int = 201) -> tuple[float, float]:
     """Adjacent floats around the first maximum of a map at a corner.
 
     Parameters
@@ -107,11 +114,12 @@ def cusp(f: EventMap, window: tuple[float, float], points: int = 401) -> tuple[f
         The slope never changes from positive to negative.
     """
     d = np.linspace(*window, points)
-    slope = f.evaluate(d).derivative
+    slope = f.derivative(d)
     (peaks,) = np.nonzero((slope[:-1] > 0.0) & (slope[1:] < 0.0))
     if peaks.size == 0:
         raise ValueError(f"no corner of f in {window}")
-    return _bisect(lambda x: float(f.evaluate(x).derivative) > 0.0, d[peaks[0]], d[peaks[0] + 1])
+    low, high = d[peaks[0]], d[peaks[0] + 1]
+    return _change(lambda x: np.asarray(f.derivative(x) > 0.0), low, high)
 
 
 def jump(f: EventMap, low: float, high: float) -> tuple[float, float]:
@@ -130,13 +138,21 @@ def jump(f: EventMap, low: float, high: float) -> tuple[float, float]:
         Last d with the itinerary of `low`, and the next float.
     """
     label = f.evaluate(low).label
-    return _bisect(lambda x: bool(f.evaluate(x).label == label), low, high)
+    return _change(lambda x: np.asarray(f.evaluate(x).label == label), low, high)
 
 
-def _bisect(is_left: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
+def _change(
+    is_left: Callable[[NDArray[np.float64]], NDArray[np.bool_]], low: float, high: float
+) -> tuple[float, float]:
+    """Adjacent floats between which a property that holds at `low` is lost.
+
+    Many sections a round: a map evaluates a small array almost as fast as one point.
+    """
     low, high = float(low), float(high)
-    while (middle := 0.5 * (low + high)) not in (low, high):
-        low, high = (middle, high) if is_left(middle) else (low, middle)
+    while np.nextafter(low, high) < high:
+        d = np.linspace(low, high, SECTIONS + 1)
+        first_lost = int(np.argmin(np.append(is_left(d[1:-1]), False))) + 1
+        low, high = float(d[first_lost - 1]), float(d[first_lost])
     return low, high
 
 
