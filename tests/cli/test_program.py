@@ -104,6 +104,14 @@ def test_a_reader_that_leaves_ends_it_quietly():
     assert done.stderr == ""
 
 
+def test_completion_is_offered_for_the_usual_shells(tmp_path):
+    script = tmp_path / "stickslip.bash"
+    home = {"HOME": str(tmp_path), "PATH": ""}  # it adds a line to the shell's start file
+    done = stickslip("--install-completion", "--shell", "bash", "--output", str(script), env=home)
+    assert done.returncode == 0, done.stderr
+    assert "reproduce" in script.read_text()
+
+
 def test_doctor_reports_as_json():
     done = stickslip("doctor", "--json")
     assert done.returncode == 0, done.stderr

@@ -28,6 +28,7 @@ def application() -> App:
     for module in COMMANDS:
         name = module.__name__.rpartition(".")[2]
         app.command(module.command, name=name, help_epilogue=_examples(module.EXAMPLES))
+    app.register_install_completion_command()
     return app
 
 
