@@ -26,13 +26,13 @@ def test_onset_lies_on_the_first_upper_limit_and_inside_all_others(alpha, beta, 
     assert x[1] - x[0] == pytest.approx(d, abs=ROUNDING)
 
 
-@given(alpha=ALPHA, beta=BETA, share=SHARE, back=st.floats(1e-6, 0.5))
+@given(alpha=ALPHA, beta=BETA, share=st.floats(-0.99, 0.99), back=st.floats(1e-3, 0.999))
 def test_global_stick_before_the_onset_is_inside_the_locus(alpha, beta, share, back):
-    width = locus.half_width(alpha, beta)
-    x = locus.onset(0.99 * share * width, alpha, beta)
-    before = x - back * (1.0 - abs(share)) * width  # the belt carried both blocks equally
-    if abs(share) < 0.999:
-        assert locus.contains(before, alpha, beta)
+    x = locus.onset(share * locus.half_width(alpha, beta), alpha, beta)
+    # Both forces fall by one for each unit that the belt is taken back.
+    chord = np.min(locus.spring_force(x, alpha) + np.array([1.0, beta]))
+    assert locus.contains(x - back * chord, alpha, beta)
+    assert not locus.contains(x - 1.001 * chord, alpha, beta)
     assert not locus.contains(x + 1e-9, alpha, beta)
 
 
