@@ -13,7 +13,7 @@ from stickslip.numerics.targets import kernel
 EPSILON = 2.0**-52
 
 
-@kernel
+@kernel(inline=True)
 def safe_step(
     g: float, slope: float, curvature: float, bound_2: float, bound_3: float, cap: float
 ) -> float:
@@ -31,7 +31,7 @@ def safe_step(
     return min(cap, step)
 
 
-@kernel
+@kernel(inline=True)
 def leaving_step(slope: float, curvature: float, bound_3: float, cap: float) -> float:
     """A step after which a signal that starts at zero is positive, and was all the while.
 
@@ -47,7 +47,7 @@ def leaving_step(slope: float, curvature: float, bound_3: float, cap: float) -> 
     return min(cap, 0.5 * first)
 
 
-@kernel
+@kernel(inline=True)
 def polish(t: float, g: float, slope: float) -> float:
     """One Newton step onto a root just ahead, unless the signal is flat there."""
     return t - g / slope if slope * slope > 1e-6 * abs(g) else t

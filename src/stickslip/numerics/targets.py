@@ -23,7 +23,7 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, overload
 
 import numba
 from numba.core import config, event
@@ -120,23 +120,42 @@ _instance_key = threading.local()
 _ours: set[int] = set()
 
 
-def kernel(func: F) -> F:
-    """Compile `func` for the CPU; the only use of numba's decorator in the project.
+@overload
+def kernel(func: F) -> F: ...
+@overload
+def kernel(*, inline: bool) -> Callable[[F], F]: ...
+def kernel(func: F | None = None, *, inline: bool = False) -> F | Callable[[F], F]:
+    """Compile a function for the CPU; the only use of numba's decorator in the project.
 
-    ``fastmath`` is off except for fused multiply-adds; divisions follow IEEE rules.
+    ``fastmath`` is off except for fused multiply-adds; divisions follow IEEE rules; arrays are
+    not counted as references, because kernels never allocate.
+
+    Parameters
+    ----------
+    func : callable
+        A plain function of floats, integers, NamedTuples and arrays.
+    inline : bool
+        Always compile it into its callers: for small functions on the hot path, where passing
+        a motion would cost more than the work.
     """
-    dispatcher = numba.njit(
-        nogil=True, error_model="numpy", fastmath={"contract"}, _nrt=False
-    )(func)
+    if func is None:
+        return lambda function: _compiled(function, inline)
+    return _compiled(func, inline)
+
+
+def _compiled(func: F, inline: bool) -> F:
     if config.DISABLE_JIT:
         return func
+    dispatcher = numba.njit(
+        nogil=True, error_model="numpy", fastmath={"contract"}, _nrt=False, forceinline=inline
+    )(func)
     _ours.add(id(dispatcher))
     root = cache_root()
     key = getattr(_instance_key, "value", "plain")
     if root is not None and key is not None:
         with _numba_cache_folder(root / key), suppress(RuntimeError):  # no file: typed by hand
             dispatcher.enable_caching()
-    return dispatcher
+    return dispatcher  # type: ignore[no-any-return]
 
 
 def kernel_uncached(func: F) -> F:

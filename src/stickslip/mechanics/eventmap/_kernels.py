@@ -76,7 +76,7 @@ class Outputs(NamedTuple):
     status: NDArray[np.int64]
 
 
-@kernel
+@kernel(inline=True)
 def onset(system: System, motion: Motion, d: float) -> None:
     """End of the global stick phase with ``X_2 - X_1 = d`` (eq. 6a): who slips, and from where.
 
@@ -103,7 +103,7 @@ def onset(system: System, motion: Motion, d: float) -> None:
         motion.tangent_e[1, column] = direction[BETA] if second else d_spread
 
 
-@kernel
+@kernel(inline=True)
 def mode_code(motion: Motion) -> int:
     """Number of a pair of modes, 0..8; both sticking is 4."""
     return 3 * (motion.mode[0] + 1) + motion.mode[1] + 1
@@ -179,7 +179,7 @@ def landing_margin(system: System, laws: Floats, motion: Motion) -> float:
     return margin
 
 
-@kernel
+@kernel(inline=True)
 def blocks_of_event(motion: Motion) -> int:
     """Bit set of the blocks whose event it is."""
     return (1 if motion.event[0] != 0 else 0) + (2 if motion.event[1] != 0 else 0)

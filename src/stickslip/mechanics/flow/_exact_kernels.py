@@ -63,13 +63,13 @@ def new_work() -> Work:
     return Work(np.zeros(2), np.zeros(2), np.full(1, np.inf), np.zeros(1), np.zeros(1))
 
 
-@kernel
+@kernel(inline=True)
 def landing_rate(system: System, laws: Floats, motion: Motion, block: int) -> float:
     """w' of a slipping block as it reaches the belt."""
     return friction(system, laws, motion, block) - motion.e[block]
 
 
-@kernel
+@kernel(inline=True)
 def friction(system: System, laws: Floats, motion: Motion, block: int) -> float:
     """Kinetic friction on a block (eq. 8): a constant, so that mu = F(0)."""
     return -motion.mode[block] * laws[block, STATIC_VALUE] * limit(system, block)
@@ -87,7 +87,7 @@ def friction_direction(
     return -motion.mode[block] * (d_mu * limit(system, block) + mu * d_limit)
 
 
-@kernel
+@kernel(inline=True)
 def advance(
     system: System, laws: Floats, motion: Motion, work: Work, rtol: float, cap: float
 ) -> tuple[float, int]:
@@ -114,22 +114,20 @@ def advance(
 # --- one block slips, the other rides ---------------------------------------------------------
 
 
-@kernel
-def ride(
-    system: System, motion: Motion, work: Work, slipper: int, t: float
-) -> float:
-    """Needed force of the rider at time `t`, from that of the slipper (already in `motion`).
+@kernel(inline=True)
+def ride(system: System, work: Work, slipper: int, e: float, t: float) -> float:
+    """Needed force of the rider at time `t`, from that of the slipper, `e`.
 
     Both are driven by the same spring, so that no integral is left:
     e_b' = V - alpha w_a and e_a' = (1 + alpha) w_a + V.
     """
     stiffness = 1.0 + system.alpha
-    gained = motion.e[slipper] - work.start_e[slipper]
+    gained = e - work.start_e[slipper]
     steady = system.V * (1.0 + 2.0 * system.alpha) * t
     return work.start_e[1 - slipper] + (steady - system.alpha * gained) / stiffness
 
 
-@kernel
+@kernel(inline=True)
 def move_one(
     system: System, laws: Floats, motion: Motion, work: Work, slipper: int, t: float
 ) -> None:
@@ -144,10 +142,10 @@ def move_one(
     )
     motion.w[slipper] = w
     motion.e[slipper] = e
-    motion.e[1 - slipper] = ride(system, motion, work, slipper, t)
+    motion.e[1 - slipper] = ride(system, work, slipper, e, t)
 
 
-@kernel
+@kernel(inline=True)
 def time_of_return(
     system: System, laws: Floats, motion: Motion, work: Work, slipper: int
 ) -> tuple[float, float]:
@@ -177,7 +175,7 @@ def time_of_return(
     return 2.0 * half_angle / frequency, slope
 
 
-@kernel
+@kernel(inline=True)
 def next_event_one(
     system: System, laws: Floats, motion: Motion, work: Work, slipper: int, cap: float
 ) -> tuple[float, int]:
@@ -186,13 +184,15 @@ def next_event_one(
     t, slope = time_of_return(system, laws, motion, work, slipper)
     lands = t <= cap and t < math.inf
     backward = motion.mode[slipper] < 0
-    if not lands:
+    if lands:
+        # The energy of the oscillator gives the force at the return without its angle.
+        motion.w[slipper] = 0.0
+        motion.e[slipper] = friction(system, laws, motion, slipper) + motion.mode[slipper] * slope
+        motion.e[rider] = ride(system, work, slipper, motion.e[slipper], t)
+    else:
         # Without a return the rider, loaded at a rate of at least V, leaves first.
         t = min(cap, (limit(system, rider) - work.start_e[rider]) / system.V) if backward else cap
-    move_one(system, laws, motion, work, slipper, t)
-    if lands:
-        motion.e[slipper] = friction(system, laws, motion, slipper) + motion.mode[slipper] * slope
-        motion.e[rider] = ride(system, motion, work, slipper, t)
+        move_one(system, laws, motion, work, slipper, t)
     if backward:
         t_rider, side = rider_reaches_upper(system, laws, motion, work, slipper, t)
     else:
@@ -205,20 +205,20 @@ def next_event_one(
             move_one(system, laws, motion, work, slipper, t)
     if lands:
         motion.event[slipper] = LANDING
-        motion.w[slipper] = 0.0
     if work.watch[0] != 0.0:
         watch_one(system, laws, motion, work, slipper, t)
-    tangents_one(system, laws, motion, work, slipper, t)
+    if motion.directions.shape[0] > 0:
+        tangents_one(system, laws, motion, work, slipper, t)
     return t, OK
 
 
-@kernel
+@kernel(inline=True)
 def rider_tolerance(system: System, work: Work, rider: int, t: float) -> float:
     """Rounding of the rider's needed force at time `t`."""
     return 4.0 * EPSILON * (1.0 + limit(system, rider) + system.V * t)
 
 
-@kernel
+@kernel(inline=True)
 def rider_reaches_upper(
     system: System, laws: Floats, motion: Motion, work: Work, slipper: int, t: float
 ) -> tuple[float, int]:
@@ -245,7 +245,10 @@ def rider_reaches_upper(
             high = root
         else:
             low = root
-        step = excess / (system.V - system.alpha * motion.w[slipper])
+        speed = system.V - system.alpha * motion.w[slipper]
+        pull = friction(system, laws, motion, slipper) - motion.e[slipper]
+        step = excess / speed
+        step /= 1.0 + 0.5 * step * system.alpha * pull / speed  # Halley's correction
         if abs(step) <= EPSILON * root:
             return root - step, AT_UPPER_LIMIT
         root -= step
@@ -377,7 +380,7 @@ def tangents_one(
 # --- both blocks slip -------------------------------------------------------------------------
 
 
-@kernel
+@kernel(inline=True)
 def move_both(system: System, laws: Floats, motion: Motion, work: Work, t: float) -> None:
     """Put `motion` at time `t` of a phase in which both blocks slip: sum and difference."""
     friction_1 = friction(system, laws, motion, 0)
@@ -396,7 +399,7 @@ def move_both(system: System, laws: Floats, motion: Motion, work: Work, t: float
     motion.e[1] = 0.5 * (sum_e + difference_e)
 
 
-@kernel
+@kernel(inline=True)
 def mode_swings(
     system: System, laws: Floats, motion: Motion, w: Floats, e: Floats
 ) -> tuple[float, float]:
@@ -435,7 +438,7 @@ def slides_for_ever(system: System, laws: Floats, motion: Motion, work: Work) ->
     return 0.5 * (swing_1 + swing_2) < system.V * (1.0 - 8.0 * EPSILON)
 
 
-@kernel
+@kernel(inline=True)
 def next_event_both(
     system: System, laws: Floats, motion: Motion, work: Work, cap: float
 ) -> tuple[float, int]:
@@ -482,7 +485,7 @@ def next_event_both(
     return t, STEP_FAILED
 
 
-@kernel
+@kernel(inline=True)
 def finish_both(system: System, laws: Floats, motion: Motion, work: Work, t: float) -> float:
     """Polish the time of an event of two slipping blocks and carry everything there."""
     block = 0 if motion.event[0] == LANDING else 1

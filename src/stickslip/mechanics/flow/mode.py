@@ -22,13 +22,13 @@ from stickslip.numerics.targets import kernel
 FORCE_ROUNDING = 16.0
 
 
-@kernel
+@kernel(inline=True)
 def force_tolerance(system: System, motion: Motion, block: int) -> float:
     """How near its static limit the needed force of a block counts as being there."""
     return FORCE_ROUNDING * EPSILON * (limit(system, block) + abs(motion.e[1 - block]))
 
 
-@kernel
+@kernel(inline=True)
 def mode_on_belt(system: System, motion: Motion, block: int) -> int:
     """Mode of a block whose relative velocity is zero: table of rule 2.
 
@@ -54,7 +54,7 @@ def mode_on_belt(system: System, motion: Motion, block: int) -> int:
     return BACKWARD if upper else FORWARD
 
 
-@kernel
+@kernel(inline=True)
 def release(system: System, motion: Motion, block: int, mode: int) -> None:
     """Let a riding block go: it stands exactly at its limit, which depends on beta alone."""
     end = limit(system, block)
@@ -66,7 +66,7 @@ def release(system: System, motion: Motion, block: int, mode: int) -> None:
         motion.tangent_e[block, column] = -mode * motion.directions[column, BETA] * block
 
 
-@kernel
+@kernel(inline=True)
 def land(system: System, motion: Motion, block: int) -> None:
     """Put a slipping block on the belt and give it the mode that its needed force asks for."""
     motion.w[block] = 0.0
@@ -79,7 +79,7 @@ def land(system: System, motion: Motion, block: int) -> None:
         motion.e[block] = -mode * end  # a stick of zero length: the slip starts at the limit
 
 
-@kernel
+@kernel(inline=True)
 def settle(system: System, motion: Motion) -> None:
     """Change the modes of all blocks that are at an event, once.
 

@@ -11,20 +11,20 @@ from __future__ import annotations
 import math
 
 from stickslip.numerics.targets import kernel
+from stickslip.numerics.trigonometry import sincos
 
 
-@kernel
+@kernel(inline=True)
 def oscillator(
     stiffness: float, drive: float, friction: float, w: float, e: float, t: float
 ) -> tuple[float, float]:
     """State (w, e) after time `t`."""
     frequency = math.sqrt(stiffness)
-    c = math.cos(frequency * t)
-    s = math.sin(frequency * t) / frequency
-    half = math.sin(0.5 * frequency * t) / frequency  # (1 - c) / stiffness without cancellation
+    s, c = sincos(frequency * t)
+    s /= frequency
     pull = friction - e
     return (
-        w * c + pull * s - 2.0 * drive * half * half,
+        w * c + pull * s - drive * (1.0 - c) / stiffness,
         friction - pull * c + (stiffness * w + drive) * s,
     )
 
@@ -45,10 +45,9 @@ def oscillator_tangent(
 ) -> tuple[float, float]:
     """Derivative of `oscillator` at fixed `t`, given the derivatives of its arguments."""
     frequency = math.sqrt(stiffness)
-    c = math.cos(frequency * t)
-    s = math.sin(frequency * t) / frequency
-    half = math.sin(0.5 * frequency * t) / frequency
-    versed = 2.0 * half * half  # (1 - c) / stiffness
+    s, c = sincos(frequency * t)
+    s /= frequency
+    versed = (1.0 - c) / stiffness
     pull, d_pull = friction - e, d_friction - d_e
     d_c = -0.5 * t * s * d_stiffness
     d_s = 0.5 * (t * c - s) / stiffness * d_stiffness
