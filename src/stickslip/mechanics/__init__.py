@@ -1,0 +1,1 @@
+"""Blocks, belt and friction: models, motions and their event map."""

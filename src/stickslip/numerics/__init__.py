@@ -1,0 +1,1 @@
+"""Methods that know neither friction nor maps."""

@@ -33,7 +33,7 @@ def safe_step(
 
 @kernel(inline=True)
 def leaving_step(slope: float, curvature: float, bound_3: float, cap: float) -> float:
-    """A step after which a signal that starts at zero is positive, and was all the while.
+    """Find a step after which a signal that starts at zero is positive, and was all the while.
 
     The root at the start is divided out: ``g / t >= slope + curvature t / 2 - bound_3 t^2 / 6``.
     Half the root of that bound is taken; 0 means that the signal does not leave zero upward.

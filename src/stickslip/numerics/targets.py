@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import itertools
 import os
 import shutil
 import stat
@@ -26,7 +27,9 @@ from types import ModuleType
 from typing import Any, TypeVar, overload
 
 import numba
-from numba.core import config, event
+from numba.core import event
+
+config: Any = numba.config
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -55,8 +58,8 @@ def _candidate_roots() -> Iterator[Path]:
         yield Path(folder)
     if folder := os.environ.get("XDG_CACHE_HOME"):
         yield Path(folder) / "stickslip"
-    home = os.path.expanduser("~")  # noqa: PTH111 - Path.home() raises where there is none
-    if os.path.isabs(home):  # noqa: PTH117
+    home = os.path.expanduser("~")  # Path.home() raises where there is none
+    if os.path.isabs(home):
         yield Path(home) / ".cache" / "stickslip"
     yield Path(tempfile.gettempdir()) / f"stickslip-{getattr(os, 'getuid', lambda: 0)()}"
 
@@ -116,6 +119,12 @@ def _numba_cache_folder(folder: Path) -> Iterator[None]:
 
 # --- compiling --------------------------------------------------------------------------------
 
+OPTIONS: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",
+    "fastmath": {"contract"},
+    "_nrt": False,
+}
 _instance_key = threading.local()
 _ours: set[int] = set()
 
@@ -146,16 +155,14 @@ def kernel(func: F | None = None, *, inline: bool = False) -> F | Callable[[F], 
 def _compiled(func: F, inline: bool) -> F:
     if config.DISABLE_JIT:
         return func
-    dispatcher = numba.njit(
-        nogil=True, error_model="numpy", fastmath={"contract"}, _nrt=False, forceinline=inline
-    )(func)
+    dispatcher: Any = numba.njit(**OPTIONS, forceinline=inline)(func)
     _ours.add(id(dispatcher))
     root = cache_root()
     key = getattr(_instance_key, "value", "plain")
     if root is not None and key is not None:
         with _numba_cache_folder(root / key), suppress(RuntimeError):  # no file: typed by hand
             dispatcher.enable_caching()
-    return dispatcher  # type: ignore[no-any-return]
+    return dispatcher
 
 
 def kernel_uncached(func: F) -> F:
@@ -240,7 +247,7 @@ def write_module(stem: str, text: str) -> ModuleType:
     return module
 
 
-class _Announcer(event.Listener):  # type: ignore[misc]
+class _Announcer(event.Listener):
     """Says on stderr that kernels are being compiled, once it takes longer than a second."""
 
     def __init__(self) -> None:
@@ -276,7 +283,7 @@ event.register("numba:compile", _Announcer())
 
 
 def available_threads() -> int:
-    """Number of processor cores that this process may use."""
+    """Count the processor cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -294,5 +301,5 @@ def launch(task: Callable[[int, int], None], size: int, threads: int, smallest: 
         return
     edges = [size * i // tiles for i in range(tiles + 1)]
     with ThreadPoolExecutor(threads) as pool:
-        for future in [pool.submit(task, a, b) for a, b in zip(edges, edges[1:], strict=False)]:
+        for future in [pool.submit(task, a, b) for a, b in itertools.pairwise(edges)]:
             future.result()

@@ -1,0 +1,1 @@
+"""What joins mechanics and analysis: maps of models, mechanisms of their breakpoints."""

@@ -1,0 +1,1 @@
+"""From one global stick phase to the next."""

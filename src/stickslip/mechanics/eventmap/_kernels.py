@@ -105,7 +105,7 @@ def onset(system: System, motion: Motion, d: float) -> None:
 
 @kernel(inline=True)
 def mode_code(motion: Motion) -> int:
-    """Number of a pair of modes, 0..8; both sticking is 4."""
+    """Give each pair of modes a number, 0..8; both sticking is 4."""
     return 3 * (motion.mode[0] + 1) + motion.mode[1] + 1
 
 
@@ -296,7 +296,7 @@ def carry(
 
 @kernel
 def value_tangent(system: System, motion: Motion, value: float, column: int) -> float:
-    """Derivative of d = (e_2 - e_1) / (1 + 2 alpha) in the direction of a column."""
+    """Differentiate d = (e_2 - e_1) / (1 + 2 alpha) in the direction of a column."""
     difference = motion.tangent_e[1, column] - motion.tangent_e[0, column]
     growth = 2.0 * value * motion.directions[column, ALPHA]
     return (difference - growth) / (1.0 + 2.0 * system.alpha)

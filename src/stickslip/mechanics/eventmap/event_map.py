@@ -72,14 +72,12 @@ class EventMapResult:
         return np.asarray(status_codes.MESSAGES)[self.status]
 
     def __repr__(self) -> str:
-        """Counts of the statuses, then the first motions as a table."""
+        """Count the statuses, then show the first motions as a table."""
         statuses = np.atleast_1d(self.status).ravel()
         names, counts = np.unique(statuses, return_counts=True)
         lines = [
             "EventMapResult: "
-            + ", ".join(
-                f"{c} {status_codes.NAMES[n]}" for n, c in zip(names, counts, strict=True)
-            )
+            + ", ".join(f"{c} {status_codes.NAMES[n]}" for n, c in zip(names, counts, strict=True))
         ]
         lines.append("       value  derivative    duration  events    margin")
         columns = (self.value, self.derivative, self.duration, self.n_events, self.margin)
@@ -327,7 +325,7 @@ class EventMap:
     def _scratch(self, directions: Sequence[Floats]) -> _Scratch:
         """Work arrays for this thread, with a tangent column for each direction."""
         n_columns = len(directions)
-        held: dict[int, _Scratch] = self._local.__dict__
+        held: dict[int, _Scratch] = self._local.__dict__.setdefault("scratch", {})
         if n_columns not in held:
             n_law = self._engine.n_law_parameters
             held[n_columns] = _Scratch(

@@ -90,14 +90,19 @@ class Work(NamedTuple):
 
 def new_work() -> Work:
     """Scratch arrays for one motion."""
-    powers = [np.zeros((2, DEGREE + 3)) for _ in range(4)]
-    values = [np.zeros((2, DEGREE + 1)) for _ in range(6)]
+    powers = (2, DEGREE + 3)
+    values = (2, DEGREE + 1)
     return Work(
-        powers[0],
-        powers[1],
-        *values,
-        powers[2],
-        powers[3],
+        w=np.zeros(powers),
+        e=np.zeros(powers),
+        node_w=np.zeros(values),
+        node_e=np.zeros(values),
+        node_a=np.zeros(values),
+        d_node_w=np.zeros(values),
+        d_node_e=np.zeros(values),
+        d_node_a=np.zeros(values),
+        d_w=np.zeros(powers),
+        d_e=np.zeros(powers),
         signal=np.zeros(DEGREE + 3),
         gradient=np.zeros(max(N_PARAMETERS, 1)),
         length=np.full(1, LONGEST_STEP),
@@ -109,7 +114,7 @@ def new_work() -> Work:
 
 @kernel
 def landing_rate(system: System, laws: Floats, motion: Motion, block: int) -> float:
-    """w' of a slipping block as it reaches the belt."""
+    """Rate w' of a slipping block as it reaches the belt."""
     mode = motion.mode[block]
     return -mode * limit(system, block) * static_value(laws[block], mode) - motion.e[block]
 
@@ -143,9 +148,7 @@ def advance(
 
 
 @kernel
-def finish(
-    system: System, laws: Floats, motion: Motion, work: Work, h: float, end: float
-) -> float:
+def finish(system: System, laws: Floats, motion: Motion, work: Work, h: float, end: float) -> float:
     """Move state and tangents to the end of a step of collocation length `h`."""
     if work.watch[0] != 0.0:
         margin = watch_step(system, motion, work.w, work.e, work.signal, end)
@@ -180,7 +183,7 @@ def slides_for_ever(system: System, laws: Floats, motion: Motion, work: Work) ->
 def acceleration(
     system: System, laws: Floats, motion: Motion, block: int, w: float, e: float
 ) -> float:
-    """w' of a block at relative velocity `w` and needed force `e`."""
+    """Rate w' of a block at relative velocity `w` and needed force `e`."""
     mode = motion.mode[block]
     if mode == 0:
         return 0.0
@@ -193,7 +196,7 @@ def acceleration(
 
 @kernel
 def rate(system: System, laws: Floats, motion: Motion, block: int) -> float:
-    """w' of a block in its mode."""
+    """Rate w' of a block in its mode."""
     return acceleration(system, laws, motion, block, motion.w[block], motion.e[block])
 
 
@@ -371,7 +374,7 @@ def friction_tangent(
     block: int,
     node: int,
 ) -> float:
-    """Derivative of the friction force -mode limit F(mode w; parameters) at a node."""
+    """Differentiate the friction force -mode limit F(mode w; parameters) at a node."""
     mode = motion.mode[block]
     s = max(mode * work.node_w[block, node], 0.0)
     changed = slope(laws[block], mode, s) * mode * work.d_node_w[block, node]

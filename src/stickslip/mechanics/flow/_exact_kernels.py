@@ -65,7 +65,7 @@ def new_work() -> Work:
 
 @kernel(inline=True)
 def landing_rate(system: System, laws: Floats, motion: Motion, block: int) -> float:
-    """w' of a slipping block as it reaches the belt."""
+    """Rate w' of a slipping block as it reaches the belt."""
     return friction(system, laws, motion, block) - motion.e[block]
 
 
@@ -79,7 +79,7 @@ def friction(system: System, laws: Floats, motion: Motion, block: int) -> float:
 def friction_direction(
     system: System, laws: Floats, motion: Motion, block: int, column: int
 ) -> float:
-    """Derivative of `friction` in the direction of a tangent column."""
+    """Differentiate `friction` in the direction of a tangent column."""
     direction = motion.directions[column]
     d_mu = direction[LAWS + block * law_parameters(motion)]
     d_limit = direction[BETA] * block
@@ -214,7 +214,7 @@ def next_event_one(
 
 @kernel(inline=True)
 def rider_tolerance(system: System, work: Work, rider: int, t: float) -> float:
-    """Rounding of the rider's needed force at time `t`."""
+    """Bound the rounding of the rider's needed force at time `t`."""
     return 4.0 * EPSILON * (1.0 + limit(system, rider) + system.V * t)
 
 
@@ -387,9 +387,7 @@ def move_both(system: System, laws: Floats, motion: Motion, work: Work, t: float
     friction_2 = friction(system, laws, motion, 1)
     w_1, w_2 = work.start_w[0], work.start_w[1]
     e_1, e_2 = work.start_e[0], work.start_e[1]
-    sum_w, sum_e = oscillator(
-        1.0, 2.0 * system.V, friction_1 + friction_2, w_1 + w_2, e_1 + e_2, t
-    )
+    sum_w, sum_e = oscillator(1.0, 2.0 * system.V, friction_1 + friction_2, w_1 + w_2, e_1 + e_2, t)
     difference_w, difference_e = oscillator(
         1.0 + 2.0 * system.alpha, 0.0, friction_2 - friction_1, w_2 - w_1, e_2 - e_1, t
     )

@@ -87,7 +87,7 @@ def new_work() -> Work:
 
 @kernel
 def landing_rate(system: System, laws: Floats, motion: Motion, block: int) -> float:
-    """w' of a slipping block as it reaches the belt."""
+    """Rate w' of a slipping block as it reaches the belt."""
     mode = motion.mode[block]
     return -mode * limit(system, block) * static_value(laws[block], mode) - motion.e[block]
 
@@ -114,9 +114,7 @@ def advance(
             motion.w[block] = value(work.w[block], h)
         motion.e[block] = value(work.e[block], h)
     if motion.directions.shape[0] > 0:
-        saltation(
-            system, motion, rate(system, laws, motion, 0), rate(system, laws, motion, 1)
-        )
+        saltation(system, motion, rate(system, laws, motion, 0), rate(system, laws, motion, 1))
     return h, OK
 
 
@@ -137,7 +135,7 @@ def slides_for_ever(system: System, laws: Floats, motion: Motion, work: Work) ->
 
 @kernel
 def rate(system: System, laws: Floats, motion: Motion, block: int) -> float:
-    """w' of a block in its mode."""
+    """Rate w' of a block in its mode."""
     mode = motion.mode[block]
     if mode == 0:
         return 0.0
@@ -229,7 +227,7 @@ def tangent_series(system: System, motion: Motion, work: Work, column: int) -> N
 def friction_tangent(
     system: System, motion: Motion, work: Work, direction: Floats, block: int, k: int
 ) -> float:
-    """Coefficient k of the derivative of the friction force -mode limit F(mode w; parameters)."""
+    """Give coefficient k of the derivative of the force -mode limit F(mode w; parameters)."""
     mode = motion.mode[block]
     rows = work.rows[block]
     changed = 0.0

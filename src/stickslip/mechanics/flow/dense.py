@@ -93,9 +93,7 @@ def keep_first(motion: Motion, block: int, event: int, t: float, h: float) -> fl
 
 
 @kernel
-def watch_step(
-    system: System, motion: Motion, w: Rows, e: Rows, signal: Floats, h: float
-) -> float:
+def watch_step(system: System, motion: Motion, w: Rows, e: Rows, signal: Floats, h: float) -> float:
     """Smallest clearance on a step: lobes of |w| that turned back, extremes of riders."""
     margin = math.inf
     for block in range(2):

@@ -183,5 +183,3 @@ def _owners(model: TwoBlock, name: str) -> Sequence[tuple[int, FrictionLaw, str]
     stem, _, number = name.rpartition("_")
     block = int(number) - 1
     return [(block, model.laws[block], stem)]
-
-

@@ -43,7 +43,7 @@ def oscillator_tangent(
     d_w: float,
     d_e: float,
 ) -> tuple[float, float]:
-    """Derivative of `oscillator` at fixed `t`, given the derivatives of its arguments."""
+    """Differentiate `oscillator` at fixed `t`, given the derivatives of its arguments."""
     frequency = math.sqrt(stiffness)
     s, c = sincos(frequency * t)
     s /= frequency

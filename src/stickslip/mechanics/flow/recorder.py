@@ -34,9 +34,7 @@ class Record:
     w: list[NDArray[np.float64]] = field(default_factory=list)
     e: list[NDArray[np.float64]] = field(default_factory=list)
     mode: list[NDArray[np.int64]] = field(default_factory=list)
-    polynomials: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = field(
-        default_factory=list
-    )
+    polynomials: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = field(default_factory=list)
 
     def add(self, t: float, motion: Motion) -> None:
         """Keep the state at the start of a step."""

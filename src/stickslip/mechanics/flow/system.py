@@ -84,17 +84,17 @@ def new_motion(n_columns: int, n_law_parameters: int) -> Motion:
 
 @kernel(inline=True)
 def limit(system: System, block: int) -> float:
-    """Static limit of a block: 1 or beta."""
+    """Return the static limit of a block: 1 or beta."""
     return 1.0 if block == 0 else system.beta
 
 
 @kernel(inline=True)
 def loading_rate(system: System, w: Floats, block: int) -> float:
-    """e' of a block: how fast the force that it needs in order to ride grows."""
+    """Rate e' of a block: how fast the force that it needs in order to ride grows."""
     return (1.0 + system.alpha) * w[block] - system.alpha * w[1 - block] + system.V
 
 
 @kernel(inline=True)
 def law_parameters(motion: Motion) -> int:
-    """Number of friction parameters of one block in a row of `directions`."""
+    """Count the friction parameters of one block in a row of `directions`."""
     return (motion.directions.shape[1] - LAWS) // 2

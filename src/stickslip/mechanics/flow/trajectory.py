@@ -285,9 +285,7 @@ class Trajectory:
             )
             return w, e
         if not self._polynomials:
-            raise ValueError(
-                "this trajectory keeps its events only; simulate with record='motion'"
-            )
+            raise ValueError("this trajectory keeps its events only; simulate with record='motion'")
         return self._horner(0, step, t), self._horner(1, step, t)
 
     @cached_property

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 N_ROWS: int
+N_PARAMETERS: int
 FORCE_ROW: int
 SLOPE_ROW: int
 GRADIENT_ROW: int

@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.checks import finite_number
+from stickslip.mechanics.model.physical import PhysicalTrajectory
 from stickslip.mechanics.model.units import Units
 from stickslip.vocabulary import did_you_mean
 
@@ -171,6 +172,28 @@ class TwoBlock:
             "fs2": self.beta * units.fs1,
             "v_dr": self.V * units.scale("velocity"),
         }
+
+    def to_physical(self, trajectory: Any, units: Units | None = None) -> PhysicalTrajectory:
+        """Read a motion of this model in physical units.
+
+        Parameters
+        ----------
+        trajectory : Trajectory
+            From `simulate`.
+        units : Units, optional
+            Scales; by default those of `from_physical`.
+
+        Returns
+        -------
+        PhysicalTrajectory
+            The same names, physical times in and physical values out.
+
+        Raises
+        ------
+        ValueError
+            The model has no scales and none are given.
+        """
+        return PhysicalTrajectory(trajectory, self._units(units))
 
     @property
     def laws(self) -> tuple[FrictionLaw, FrictionLaw]:
