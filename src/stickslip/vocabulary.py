@@ -50,14 +50,14 @@ _TABLE = (
     # parameters of models
     Term("alpha", r"\alpha", "coupling ratio k12 / k", "", "6a"),
     Term("beta", r"\beta", "static-friction ratio f_s2 / f_s1", "", "6a"),
-    Term("V", r"V_{\mathrm{dr}}", "driving velocity, the velocity of the belt", _VELOCITY, "6a"),
+    Term("V", r"V_{\mathrm{dr}}", "driving velocity", _VELOCITY, "6a"),
     # parameters of friction laws
     Term("mu", r"\mu_{\mathrm{k}}", "kinetic over static friction", "", "8"),
     Term("gamma", r"\gamma", "rate at which friction falls with slip speed", "1 / velocity", "9"),
     Term("delta", r"\delta", "share of friction that never falls", "", "9"),
     Term("eta", r"\eta", "growth of friction with slip speed squared", "1 / velocity^2", "9"),
     Term("viscous", "c", "viscous friction per slip speed", "1 / velocity"),
-    Term("speed", r"s_0", "slip speed over which friction falls", _VELOCITY),
+    Term("speed", r"s_{0}", "slip speed over which friction falls", _VELOCITY),
     Term("exponent", "p", "exponent of the slip speed in the falling part"),
     # state
     Term("t", r"\tau", "time", _TIME, "6a"),
@@ -124,7 +124,7 @@ def label(name: str, index: int | str | None = None) -> str:
     Returns
     -------
     str
-        For example ``"driving velocity, the velocity of the belt $V$"``.
+        For example ``"time $\\tau$"``.
     """
     return f"{TERMS[name].meaning} {symbol(name, index)}"
 

@@ -1,0 +1,46 @@
+"""One table of names: complete for models and results, and fit to be drawn."""
+
+from dataclasses import fields
+
+import pytest
+from matplotlib.mathtext import MathTextParser
+
+from stickslip import examples
+from stickslip.mechanics.eventmap.event_map import EventMapResult
+from stickslip.vocabulary import TERMS, did_you_mean, label, symbol
+
+
+def test_names_are_their_keys():
+    assert all(name == term.name for name, term in TERMS.items())
+    assert all(term.meaning for term in TERMS.values())
+
+
+@pytest.mark.parametrize("model", [examples.coulomb(viscous=0.1), examples.law9()])
+def test_every_parameter_of_a_model_has_a_term(model):
+    assert set(model.parameters) <= set(TERMS)
+
+
+def test_every_field_of_a_map_result_has_a_term():
+    assert {field.name for field in fields(EventMapResult)} <= set(TERMS)
+
+
+@pytest.mark.parametrize("name", [name for name, term in TERMS.items() if term.symbol])
+def test_symbols_can_be_drawn(name):
+    for text in (symbol(name), symbol(name, 2), symbol(name, "n+1"), label(name)):
+        MathTextParser("path").parse(text)
+
+
+def test_subscripts_join():
+    assert symbol("x", 2) == "$X_{2}$"
+    assert symbol("mu_2") == symbol("mu", 2) == r"$\mu_{\mathrm{k},2}$"
+    assert symbol("n_events") == "$n$"
+
+
+def test_unknown_names_are_errors():
+    with pytest.raises(KeyError):
+        symbol("mass")
+
+
+def test_did_you_mean():
+    assert did_you_mean("alhpa", ["alpha", "beta"]) == "Known: alpha, beta. Did you mean 'alpha'?"
+    assert did_you_mean("zzz", ["alpha"]) == "Known: alpha."
