@@ -1,0 +1,171 @@
+"""Images of intervals under a piecewise-monotone map, and the bands of chaotic attractors.
+
+A map of the line is monotone on each of its *laps*, so the image of an interval is known exactly
+from the map's values at the interval's ends and at the ends of laps inside it. A short interval
+inside a chaotic attractor grows under the map until it fills the attractor's bands. That gives
+
+* the edges: images of breakpoints and turning points, hence good to rounding, where the extremes
+  of a long orbit are approached slowly and only from inside;
+* how many bands the attractor visits in turn (its period);
+* a trapping region: the union of the bands is mapped into itself, so no orbit can leave it. A
+  long chaotic transient fails here: its interval grows across a basin boundary or into a gap.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.lyapunov import advance
+from stickslip.analysis.protocol import domain_width, sample
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.one_d.laps import Laps
+    from stickslip.analysis.protocol import Floats, Map1D
+
+SAME: Final = 1e-12  # of the domain's width: intervals closer than this touch, edges agree
+EXPLAINED: Final = 1e-9  # of the domain's width: how well an image must meet an edge
+MAX_STEPS: Final = 5000
+MAX_INTERVALS: Final = 2048
+MAX_PERIOD: Final = 128
+MAX_IMAGES: Final = 64  # images of breakpoints and turning points tried on each edge
+
+
+@dataclass(frozen=True)
+class Bands:
+    """The set that a short interval grows into.
+
+    Attributes
+    ----------
+    intervals : ndarray (k, 2)
+        Disjoint bands from left to right.
+    period : int
+        Number of sets of bands that are visited in turn; 0 if the growth did not end.
+    residual : float
+        Largest distance between an edge of the bands and the nearest edge of their image.
+    causes : tuple of str
+        For each edge, in the order of ``intervals.ravel()``, what it is an image of.
+    reason : str
+        Empty for a trapping region, else why there is none.
+    """
+
+    intervals: Floats
+    period: int
+    residual: float
+    causes: tuple[str, ...]
+    reason: str = ""
+
+    def contain(self, x: Floats, slack: float = 0.0) -> NDArray[np.bool_]:
+        """Tell which points lie in a band, with `slack` on both sides."""
+        return inside(self.intervals, x, slack)
+
+
+def inside(intervals: Floats, x: Floats, slack: float = 0.0) -> NDArray[np.bool_]:
+    """Tell which points lie in one of the sorted disjoint intervals (k, 2)."""
+    if len(intervals) == 0:
+        return np.zeros(np.shape(x), dtype=np.bool_)
+    k = np.clip(np.searchsorted(intervals[:, 0] - slack, x, side="right") - 1, 0, None)
+    return np.asarray((x >= intervals[k, 0] - slack) & (x <= intervals[k, 1] + slack))
+
+
+def merged(intervals: Floats, slack: float) -> Floats:
+    """Sort intervals and join those that overlap or come closer than `slack`."""
+    rows = intervals[np.argsort(intervals[:, 0], kind="stable")]
+    reach = np.maximum.accumulate(rows[:, 1])
+    starts = np.flatnonzero(np.concatenate([[True], rows[1:, 0] > reach[:-1] + slack]))
+    ends = np.concatenate([starts[1:] - 1, [len(rows) - 1]])
+    return np.column_stack([rows[starts, 0], reach[ends]])
+
+
+def image(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> tuple[Floats, bool]:
+    """Map a union of intervals forward; tell also whether part of it has no image.
+
+    Parts narrower than `slack` are dropped: they are one point of contact with a lap.
+    """
+    which, lap = np.nonzero(
+        (np.minimum(intervals[:, 1:], laps.right) - np.maximum(intervals[:, :1], laps.left)) > slack
+    )
+    low = np.maximum(intervals[which, 0], laps.left[lap])
+    high = np.minimum(intervals[which, 1], laps.right[lap])
+    at_low, at_high = laps.value_left[lap].copy(), laps.value_right[lap].copy()
+    inner_low, inner_high = low > laps.left[lap], high < laps.right[lap]
+    inner = np.concatenate([low[inner_low], high[inner_high]])
+    if inner.size:
+        values = sample(f, inner).value
+        at_low[inner_low] = values[: inner_low.sum()]
+        at_high[inner_high] = values[inner_low.sum() :]
+    covered = np.bincount(which, weights=high - low, minlength=len(intervals))
+    lost = bool(np.any(intervals[:, 1] - intervals[:, 0] - covered > slack * (1 + len(laps))))
+    ends = np.column_stack([np.minimum(at_low, at_high), np.maximum(at_low, at_high)])
+    known = np.all(np.isfinite(ends), axis=1)
+    if not known.all():  # a hole that the search for branches did not see
+        lost, ends = True, ends[known]
+    return (merged(ends, slack) if len(ends) else ends), lost
+
+
+def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
+    """Map a short interval forward until its images repeat, and return the bands they fill."""
+    slack = SAME * domain_width(f)
+    current = np.array([interval], dtype=np.float64)
+    past: deque[Floats] = deque(maxlen=MAX_PERIOD)
+    reason = f"an interval of the orbit was still growing after {MAX_STEPS} steps"
+    for _ in range(MAX_STEPS):
+        past.appendleft(current)
+        current, lost = image(f, laps, current, slack)
+        if lost or len(current) == 0:
+            reason = "the images of an interval around the orbit reach a gap"
+            break
+        if len(current) > MAX_INTERVALS:
+            reason = f"more than {MAX_INTERVALS} bands"
+            break
+        if period := _repeats(current, past, slack):
+            union = merged(np.concatenate(list(past)[:period]), slack)
+            return _finish(f, laps, union, period, slack)
+    return Bands(current, 0, np.inf, (), reason)
+
+
+def _repeats(current: Floats, past: deque[Floats], slack: float) -> int:
+    for period, older in enumerate(past, start=1):
+        if older.shape == current.shape and np.all(np.abs(older - current) <= slack):
+            return period
+    return 0
+
+
+def _finish(f: Map1D, laps: Laps, union: Floats, period: int, slack: float) -> Bands:
+    intervals, causes = _explain(f, laps, union)
+    again, lost = image(f, laps, intervals, slack)
+    distance = np.abs(again.ravel()[:, None] - intervals.ravel())
+    residual = float(max(distance.min(axis=0).max(), distance.min(axis=1).max()))
+    return Bands(
+        intervals, period, residual, causes, "part of the bands has no image" if lost else ""
+    )
+
+
+def _explain(f: Map1D, laps: Laps, bands: Floats) -> tuple[Floats, tuple[str, ...]]:
+    """Replace each edge by the earliest image of a lap's end that meets it."""
+    width = domain_width(f)
+    ends, values = np.append(laps.left, laps.right), np.append(laps.value_left, laps.value_right)
+    within = inside(bands, ends, SAME * width) & np.isfinite(values)
+    ends, values = ends[within], values[within]
+    edges = bands.ravel().copy()
+    if ends.size == 0:
+        return bands, ("",) * edges.size
+    images = advance(f, values, MAX_IMAGES - 1)
+    causes = []
+    for i, edge in enumerate(edges):
+        with np.errstate(invalid="ignore"):
+            close = np.abs(images - edge) <= EXPLAINED * width
+        orders = np.flatnonzero(close.any(axis=0))
+        if orders.size == 0:
+            causes.append("not an early image of a breakpoint or turning point")
+            continue
+        order = int(orders[0])
+        source = int(np.flatnonzero(close[:, order])[0])
+        edges[i] = images[source, order]
+        causes.append(f"image {order + 1} of {ends[source]:.10g}")
+    return edges.reshape(-1, 2), tuple(causes)

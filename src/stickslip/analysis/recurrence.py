@@ -1,0 +1,237 @@
+"""Periodic orbits that other orbits settle on: recurrence of values, then Newton, then stability.
+
+Recurring labels prove nothing: doubled orbits and slow passages near a fold keep the itinerary.
+Nor do recurring values: a passage recurs as closely as it is slow. So values that recur only
+propose a period. Newton's method, applied to all points of the orbit at once, decides: it must
+start and end in the same word of labels and hardly move.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.lyapunov import advance
+from stickslip.analysis.protocol import domain_width, sample
+
+if TYPE_CHECKING:
+    from stickslip.analysis.protocol import Floats, Labels, Map1D
+
+REPEATS: Final = 10  # periods over which values and labels must recur
+MOVED: Final = 1e-3  # of the domain's width: Newton may not move a settled orbit further
+NEUTRAL: Final = 1e-5  # multipliers this close to the unit circle decide nothing
+SAME_POINT: Final = 1e-7  # of the domain's width: points of one orbit closer than this coincide
+NEWTON_STEPS: Final = 30
+ROUNDING: Final = 64 * np.finfo(np.float64).eps
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """A periodic orbit that Newton's method confirmed.
+
+    Attributes
+    ----------
+    points : ndarray (p,)
+        In the order of visits.
+    multiplier : float
+        Slope of f^p along the orbit.
+    labels : ndarray (p,)
+        Label of the map at each point.
+    residual : float
+        Largest ``|f(x_i) - x_(i+1)|``.
+    """
+
+    points: Floats
+    multiplier: float
+    labels: Labels
+    residual: float
+
+    @property
+    def period(self) -> int:
+        """Number of points."""
+        return len(self.points)
+
+    @property
+    def stable(self) -> bool:
+        """Whether the multiplier lies inside the unit circle by more than its uncertainty."""
+        return abs(self.multiplier) < 1 - NEUTRAL
+
+    @property
+    def neutral(self) -> bool:
+        """Whether the multiplier is too close to the unit circle to decide."""
+        return abs(abs(self.multiplier) - 1) <= NEUTRAL
+
+    def matches(self, other: Cycle, tolerance: float) -> bool:
+        """Tell whether two cycles are the same orbit, whatever point they start from."""
+        if self.period != other.period:
+            return False
+        gap = np.abs(np.sort(self.points) - np.sort(other.points))
+        return bool(np.all(gap <= tolerance))
+
+
+def recurrences(tails: Floats, max_period: int) -> Floats:
+    """Largest change of the last ``REPEATS`` periods of each orbit under a shift by p.
+
+    Parameters
+    ----------
+    tails : ndarray (m, n)
+        Ends of orbits.
+    max_period : int
+        Periods 1 ... `max_period` are tried as far as the tails are long enough.
+
+    Returns
+    -------
+    ndarray (m, p)
+        Column p - 1 belongs to period p.
+    """
+    n = tails.shape[1]
+    periods = range(1, min(max_period, (n - 1) // (REPEATS + 1)) + 1)
+    columns = [
+        np.max(np.abs(tails[:, n - REPEATS * p :] - tails[:, n - REPEATS * p - p : -p]), axis=1)
+        for p in periods
+    ]
+    return np.stack(columns, axis=1) if columns else np.empty((len(tails), 0))
+
+
+def settled(f: Map1D, tail: Floats, period: int) -> Cycle | None:
+    """Confirm that the end of an orbit has settled on a cycle of this period (or a divisor).
+
+    Parameters
+    ----------
+    tail : ndarray (n,)
+        End of the orbit, at least ``REPEATS + 1`` periods.
+
+    Returns
+    -------
+    Cycle or None
+        None if labels do not repeat, Newton fails, leaves the word, or moves the orbit.
+    """
+    labels = np.asarray(f.evaluate(tail[-(REPEATS + 1) * period :]).label)
+    if not np.array_equal(labels[period:], labels[:-period]):
+        return None
+    return confirmed(f, tail[-period:])
+
+
+def confirmed(f: Map1D, points: Floats, moved: float = MOVED) -> Cycle | None:
+    """Polish a cycle by Newton's method on all its points at once, and reduce its period.
+
+    Returns None if Newton fails, ends in another word, or moves a point by more than `moved`
+    times the width of the domain.
+    """
+    width = domain_width(f)
+    cycle = _newton(f, points)
+    if cycle is None or np.max(np.abs(cycle.points - points)) > moved * width:
+        return None
+    for divisor in range(1, cycle.period):
+        if cycle.period % divisor:
+            continue
+        shifted = np.roll(cycle.points, -divisor)
+        if np.all(np.abs(shifted - cycle.points) <= SAME_POINT * width):
+            shorter = _newton(f, cycle.points[:divisor])
+            if shorter is not None:
+                return shorter
+    return cycle
+
+
+def _newton(f: Map1D, start: Floats) -> Cycle | None:
+    """Iterate Newton's method until the residual, already at rounding, falls no further."""
+    low, high = f.domain
+    scale = np.max(np.abs(start)) + (high - low)
+    points, best = start, None
+    first_word = sample(f, start).label
+    for _ in range(NEWTON_STEPS):
+        here = sample(f, points)
+        if not np.all(np.isfinite(here.value) & np.isfinite(here.derivative)):
+            break
+        defect = here.value - np.roll(points, -1)
+        cycle = Cycle(
+            points, float(np.prod(here.derivative)), here.label, float(np.max(np.abs(defect)))
+        )
+        if best is not None and best.residual <= min(cycle.residual, ROUNDING * scale):
+            break
+        best = cycle
+        if cycle.residual == 0 or cycle.multiplier == 1:
+            break
+        points = points + _cyclic_step(here.derivative, defect)
+    if best is None or best.residual > ROUNDING * scale:
+        return None
+    return best if np.array_equal(best.labels, first_word) else None
+
+
+def _cyclic_step(slopes: Floats, defect: Floats) -> Floats:
+    """Solve ``dx_(i+1) = slope_i dx_i + defect_i`` around the cycle.
+
+    Start where the product of slopes that follows stays smallest, so that the substitution,
+    which runs forward, damps rounding errors wherever the orbit as a whole does.
+    """
+    with np.errstate(divide="ignore"):
+        climb = np.cumsum(np.log(np.abs(slopes)))
+    climb = np.where(np.isfinite(climb), climb, -np.inf)
+    first = (int(np.argmax(climb)) + 1) % len(slopes)
+    a, r = np.roll(slopes, -first), np.roll(defect, -first)
+    offset = 0.0
+    for slope, jump in zip(a, r, strict=True):
+        offset = slope * offset + jump
+    step = np.empty_like(a)
+    step[0] = offset / (1 - float(np.prod(a)))
+    for i in range(len(a) - 1):
+        step[i + 1] = a[i] * step[i] + r[i]
+    return np.roll(step, first)
+
+
+def capture_radius(f: Map1D, cycle: Cycle) -> float:
+    """Distance from ``cycle.points[0]`` inside which f^p was seen to contract towards it.
+
+    Eight points on the two sides of a trial radius must all come closer by a fixed share in one
+    period; the radius is halved until they do. It is evidence, not proof.
+    """
+    low, high = f.domain
+    shares = np.array([-1.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6, 1.0])
+    share_left = 0.5 * (1 + max(abs(cycle.multiplier), 0.5))
+    centre, radius = cycle.points[0], 0.02 * (high - low)
+    while radius > 1e-12 * (high - low):
+        trial = np.clip(centre + radius * shares, low, high)
+        last = advance(f, trial, cycle.period)[:, -1]
+        allowed = share_left * np.abs(trial - centre) + ROUNDING * (high - low)
+        if np.all(np.abs(last - centre) <= allowed):
+            return float(radius)
+        radius *= 0.5
+    return 0.0
+
+
+def hidden_cycles(
+    f: Map1D, values: Floats, slopes: Floats, max_period: int, tries: int = 3
+) -> list[Cycle]:
+    """Search the contracting passages of a seemingly chaotic orbit for stable cycles.
+
+    Parameters
+    ----------
+    values, slopes : ndarray (m, n)
+        Orbits and the slopes of the map along them.
+    max_period : int
+        Periods that are searched.
+    tries : int
+        Newton starts per period: the closest returns among passages of p steps whose slopes
+        multiply to less than 1.
+    """
+    with np.errstate(divide="ignore"):
+        climb = np.cumsum(np.log(np.maximum(np.abs(slopes), 1e-300)), axis=1)
+    width = domain_width(f)
+    found: list[Cycle] = []
+    for period in range(1, min(max_period, values.shape[1] - 1) + 1):
+        gain = climb[:, period - 1 :].copy()
+        gain[:, 1:] -= climb[:, : gain.shape[1] - 1]
+        gain = gain[:, : values.shape[1] - period]
+        distance = np.abs(values[:, period:] - values[:, :-period])
+        distance = np.where(gain < 0, distance, np.inf).ravel()
+        nearest = np.argpartition(distance, min(tries, distance.size - 1))[:tries]
+        for k in nearest[np.isfinite(distance[nearest])]:
+            row, column = divmod(int(k), values.shape[1] - period)
+            cycle = confirmed(f, values[row, column : column + period], moved=0.05)
+            if cycle is None or not cycle.stable:
+                continue
+            if not any(cycle.matches(other, SAME_POINT * width) for other in found):
+                found.append(replace(cycle))
+    return found
