@@ -112,7 +112,7 @@ def symbol(name: str, index: int | str | None = None) -> str:
 
 
 def label(name: str, index: int | str | None = None) -> str:
-    """Axis label: the meaning in words and the symbol.
+    r"""Axis label: the meaning in words and the symbol.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def label(name: str, index: int | str | None = None) -> str:
     Returns
     -------
     str
-        For example ``"time $\\tau$"``.
+        For example ``"time $\tau$"``.
     """
     return f"{TERMS[name].meaning} {symbol(name, index)}"
 

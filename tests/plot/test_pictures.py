@@ -12,6 +12,7 @@ from stickslip.plot.event_map import cobweb, event_map, mark_orbit
 from stickslip.plot.law import friction_characteristic
 from stickslip.plot.mechanism import mechanism
 from stickslip.plot.motion import draw_portrait, sample_times, stick_interval
+from stickslip.plot.orbits import draw_orbits
 from stickslip.plot.stick_locus import stick_locus
 from stickslip.plot.style import new_figure, style
 
@@ -143,3 +144,31 @@ class TestMotion:
         riding = ax.lines[1].get_xdata()
         assert riding[:2].tolist() == [0.0, 0.1]
         assert np.isnan(riding[2])
+
+
+class TestOrbits:
+    @staticmethod
+    def orbit(points, *, stable=False, through_jump=False):
+        values = {"points": np.array(points), "stable": stable}
+        return type("Orbit", (), values | {"infinitely_unstable": through_jump})
+
+    def test_kinds_look_different_and_stand_over_their_predecessors(self, ax):
+        kinds = [
+            self.orbit([0.1], stable=True),
+            self.orbit([0.2, 0.4]),
+            self.orbit([0.3], through_jump=True),
+        ]
+        draw_orbits(kinds, ax)
+        assert len({line.get_marker() for line in ax.lines}) == 3
+        assert ax.lines[1].get_xydata().tolist() == [[0.2, 0.4], [0.4, 0.2]]
+
+    def test_new_axes_hold_every_point_and_the_diagonal(self):
+        ax = draw_orbits([self.orbit([-0.3, 0.5])])
+        low, high = ax.get_xlim()
+        assert low < -0.3
+        assert high > 0.5
+        assert ax.get_ylim() == (low, high)
+        assert len(ax.lines) == 2
+
+    def test_no_orbits_is_an_empty_picture(self):
+        assert len(draw_orbits([]).lines) == 1

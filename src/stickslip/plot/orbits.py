@@ -1,0 +1,74 @@
+"""Periodic orbits on the plane (d_n, d_{n+1})."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.plot.event_map import mark_orbit
+from stickslip.plot.style import PALETTE, axes_or_new
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+
+__all__ = ["draw_orbit", "draw_orbits"]
+
+
+def draw_orbit(orbit: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Mark the points of a periodic orbit over their predecessors.
+
+    Parameters
+    ----------
+    orbit : PeriodicOrbit
+        With ``points``, ``stable`` and ``infinitely_unstable``.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw, such as axes of a map; by default a new figure.
+    **style
+        Passed on to ``Axes.plot``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Filled circles if stable, open squares if unstable, crosses if the orbit
+        passes through a jump.
+    """
+    return draw_orbits([orbit], ax, **style)
+
+
+def draw_orbits(orbits: Sequence[Any], ax: Axes | None = None, **style: Any) -> Axes:
+    """Mark several periodic orbits; as `draw_orbit`.
+
+    Parameters
+    ----------
+    orbits : sequence of PeriodicOrbit
+        From `stickslip.periodic_orbits`.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure, with the diagonal.
+    **style
+        Passed on to ``Axes.plot``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes.
+    """
+    bare = ax is None
+    ax = axes_or_new(ax)
+    for orbit in orbits:
+        crossing = {"marker": "x", "mec": PALETTE["purple"], "mew": 1.0}
+        looks = crossing if orbit.infinitely_unstable else {}
+        mark_orbit(ax, orbit.points, stable=bool(orbit.stable), **{**looks, **style})
+    if bare:
+        ax.axline((0.0, 0.0), slope=1.0, color=PALETTE["grey"], lw=0.5, zorder=1)
+        ax.set_xlabel("$d_n$")
+        ax.set_ylabel("$d_{n+1}$")
+        points = [np.asarray(orbit.points) for orbit in orbits]
+        if points:
+            ends = np.concatenate(points)
+            pad = 0.05 * float(np.ptp(ends)) + 0.01 * float(np.abs(ends).max()) + 1e-12
+            ax.set_xlim(ends.min() - pad, ends.max() + pad)
+            ax.set_ylim(ax.get_xlim())
+    return ax
