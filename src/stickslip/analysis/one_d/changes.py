@@ -19,7 +19,9 @@ MAX_CHANGES: Final = 4096  # label changes followed before the rest is reported 
 FINEST: Final = 2.0**-12  # of the spacing of floats at the domain's size: adjacent enough near 0
 MAX_ROUNDS: Final = 200  # each halves: 65 suffice from any domain to FINEST
 MAX_SUSPECTS: Final = 256  # breaks without a label that are followed
-NEAR: Final = 8.0  # resolutions: doubtful cells this close to each other are one suspect
+NEAR: Final = 64.0  # resolutions: doubtful cells this close are one suspect, or none by a break
+STEP: Final = 1e-10  # of the range of values: a step between adjacent floats is real above it
+BEND: Final = 1e-6  # of the slopes: likewise a change of the slope
 
 ACCUMULATE: Final = "branches accumulate: more label changes than are followed, in"
 ROUGH: Final = "values look rough: more breaks without a label than are followed, in"
@@ -176,8 +178,21 @@ class _Search:
             as_left = _more_like_left(lower, middle, upper)
             left = left.replaced(active[as_left], middle.take(as_left))
             right = right.replaced(active[~as_left], middle.take(~as_left))
+        real = self._is_break(left, right)
+        left, right = left.take(real), right.take(real)
         self.left, self.right = self.left.joined(left), self.right.joined(right)
         self.wide = np.concatenate([self.wide, np.zeros(len(left), dtype=bool)])
+
+    def _is_break(self, left: Nodes, right: Nodes) -> Bools:
+        """Tell whether adjacent floats differ by more than a smooth function could."""
+        with np.errstate(all="ignore"):
+            steep = np.abs(left.slope) + np.abs(right.slope)
+            smooth_step = np.where(np.isfinite(steep), steep * (right.x - left.x), 0.0)
+            step = np.abs(right.value - left.value) - smooth_step
+            bend = np.abs(right.slope - left.slope) / (self.mesh.slope_scale + steep)
+        # Where the slope is infinite the quotient is NaN, and a break all the same.
+        real: Bools = (step > STEP * self.mesh.value_scale) | ~(bend <= BEND)
+        return real
 
     def _suspects(self) -> list[tuple[float, float]]:
         """Clusters of doubtful cells away from the cuts that are known already."""

@@ -98,6 +98,8 @@ class Mesh:
     f : Map1D
     resolution : float
         No cell is made narrower than this.
+    seeds : ndarray of float
+        Points of the domain that the first grid must have, besides its own.
     nodes : Nodes
     open : ndarray of bool, shape (n - 1,)
         Cells still to be tested.
@@ -108,6 +110,7 @@ class Mesh:
 
     f: Map1D
     resolution: float
+    seeds: Floats = field(default_factory=lambda: np.empty(0))
     nodes: Nodes = field(init=False)
     open: Bools = field(init=False)
     doubtful: list[tuple[float, float]] = field(default_factory=list)
@@ -118,7 +121,8 @@ class Mesh:
         lo, hi = self.f.domain
         inner = np.arange(1, N_START - 1)
         share = (inner + JITTER * _wobble(inner)) / (N_START - 1)
-        self.nodes = self.probe(np.concatenate([[lo], lo + (hi - lo) * share, [hi]]))
+        grid = np.concatenate([[lo, hi], lo + (hi - lo) * share, self.seeds])
+        self.nodes = self.probe(np.unique(grid))
         self.open = np.ones(len(self.nodes) - 1, dtype=bool)
 
     @property

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import numpy as np
 
 from stickslip.analysis.one_d.breakpoints import Breakpoint, kind_of, limits_at_cuts
-from stickslip.analysis.one_d.changes import find_cuts
+from stickslip.analysis.one_d.changes import Unresolved, find_cuts
 from stickslip.analysis.one_d.lap_table import (
     Segments,
     smooth_stretches,
@@ -18,6 +18,9 @@ from stickslip.analysis.one_d.lap_table import (
     tabulate_laps,
 )
 from stickslip.analysis.one_d.mesh import Mesh
+from stickslip.analysis.one_d.pieces import TooManyPiecesError, pieces_of_powers
+from stickslip.analysis.one_d.powers import Hints, hints_of
+from stickslip.analysis.power import base_and_exponent
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -25,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.one_d.breakpoints import Kind
-    from stickslip.analysis.one_d.changes import Cuts, Unresolved
+    from stickslip.analysis.one_d.changes import Cuts
     from stickslip.analysis.one_d.laps import Laps
     from stickslip.analysis.protocol import Floats, Labels, Map1D
 
@@ -159,9 +162,11 @@ def _remembered(f: Any, resolution: float) -> BranchTable:
 
 
 def _make_table(f: Map1D, resolution: float) -> BranchTable:
-    mesh = Mesh(f, resolution)
-    cuts, unresolved = find_cuts(mesh)
-    breaks, segments = _classify(mesh, cuts)
+    hints, unresolved = _hints(f, resolution)
+    mesh = Mesh(f, resolution, hints.seeds)
+    cuts, too_many = find_cuts(mesh)
+    unresolved += too_many
+    breaks, segments = _classify(mesh, cuts, hints)
     stretches = smooth_stretches(mesh, segments)
     laps = tabulate_laps(mesh, stretches, len(breaks))
     return BranchTable(
@@ -179,19 +184,35 @@ def _make_table(f: Map1D, resolution: float) -> BranchTable:
     )
 
 
-def _classify(mesh: Mesh, cuts: Cuts) -> tuple[list[Breakpoint], Segments]:
+def _hints(f: Map1D, resolution: float) -> tuple[Hints, list[Unresolved]]:
+    """Ask the table of the base map what a power of it looks like."""
+    base, exponent = base_and_exponent(f)
+    if exponent == 1:
+        return Hints.none(), []
+    table = branch_table(base, resolution)
+    try:
+        *_, pieces = pieces_of_powers(table.pieces, exponent)
+    except TooManyPiecesError as reason:
+        lo, hi = f.domain
+        return Hints.none(), [Unresolved(f"{reason}: sampled without their help", lo, hi)]
+    return hints_of(pieces, len(table.breakpoints)), list(table.unresolved)
+
+
+def _classify(mesh: Mesh, cuts: Cuts, hints: Hints) -> tuple[list[Breakpoint], Segments]:
     """Take limits at all cuts and drop those that are none: same label, smooth across."""
     at_first, at_last = limits_at_cuts(mesh, cuts)
+    lo, hi = mesh.nodes.take(slice(0, 1)), mesh.nodes.take(slice(-1, None))
+    first, last = lo.joined(cuts.right), cuts.left.joined(hi)
+    at_first = hints.sharpened(first.x, at_first, at_starts=True)
+    at_last = hints.sharpened(last.x, at_last, at_starts=False)
     width = cuts.right.x - cuts.left.x
     kinds = np.array(
         kind_of(mesh, at_last.take(slice(0, -1)), at_first.take(slice(1, None)), width)
     )
     false = (kinds == "smooth") & (cuts.left.label == cuts.right.label)
     if false.any():
-        return _classify(mesh, cuts.take(~false))
+        return _classify(mesh, cuts.take(~false), hints)
     where = _positions(cuts)
-    lo, hi = mesh.nodes.take(slice(0, 1)), mesh.nodes.take(slice(-1, None))
-    first, last = lo.joined(cuts.right), cuts.left.joined(hi)
     at_first = at_first.moved(np.concatenate([lo.x, where]) - first.x)
     at_last = at_last.moved(np.concatenate([where, hi.x]) - last.x)
     segments = Segments(first, last, at_first, at_last, where, kinds == "smooth")
