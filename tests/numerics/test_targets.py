@@ -1,0 +1,312 @@
+"""Compiling, caching and binding of kernels: never a stale result, never a crash over a folder."""
+
+import os
+import shutil
+import stat
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from stickslip.numerics import targets
+
+RETURNS_BINDING = """
+    from stickslip.numerics.targets import kernel
+
+    @kernel
+    def answer(x):
+        return scale(x) + 1.0
+"""
+
+
+def run(code: str, **environment: str | None) -> subprocess.CompletedProcess:
+    """Run a script in a fresh interpreter, with some environment variables changed."""
+    variables = {**os.environ, **environment}
+    variables = {name: value for name, value in variables.items() if value is not None}
+    return subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)],
+        env=variables,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+def printed(code: str, **environment: str | None) -> str:
+    done = run(code, **environment)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+# --- the cache folder --------------------------------------------------------------------------
+
+
+@pytest.fixture
+def folders(tmp_path, monkeypatch):
+    """Every place that a cache may go to, inside one folder."""
+    places = {name: tmp_path / name for name in ("own", "xdg", "home", "temporary")}
+    for place in places.values():
+        place.mkdir()
+    monkeypatch.setenv("STICKSLIP_CACHE_DIR", str(places["own"]))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(places["xdg"]))
+    monkeypatch.setenv("HOME", str(places["home"]))
+    monkeypatch.setattr("tempfile.tempdir", str(places["temporary"]))
+    return places
+
+
+choose_folder = targets.cache_root.__wrapped__  # the choice itself, without its memory
+
+
+def test_the_first_named_folder_is_taken(folders, monkeypatch):
+    assert choose_folder() == folders["own"] / "numba" / targets.source_hash()
+    monkeypatch.delenv("STICKSLIP_CACHE_DIR")
+    assert choose_folder().is_relative_to(folders["xdg"] / "stickslip")
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    assert choose_folder().is_relative_to(folders["home"] / ".cache" / "stickslip")
+
+
+def test_folders_that_cannot_be_written_are_passed_over(folders, monkeypatch):
+    for name in ("own", "xdg", "home"):
+        folders[name].rmdir()
+        folders[name].write_text("a file where a folder should be")
+    root = choose_folder()
+    assert root.is_relative_to(folders["temporary"])
+    assert stat.S_IMODE(root.parent.stat().st_mode) & (stat.S_IWGRP | stat.S_IWOTH) == 0
+
+
+def test_a_folder_that_others_can_write_is_passed_over(folders):
+    shared = folders["own"] / "numba"
+    shared.mkdir()
+    shared.chmod(0o777)  # pickled code could be planted there
+    assert choose_folder().is_relative_to(folders["xdg"])
+
+
+def test_without_any_folder_there_is_no_cache(folders, monkeypatch):
+    for place in folders.values():
+        place.rmdir()
+        place.write_text("a file")
+    assert choose_folder() is None
+
+
+def test_caches_of_other_versions_go_when_nobody_used_them_for_long(folders):
+    base = folders["own"] / "numba"
+    old, recent = base / "old", base / "recent"
+    for folder in (old, recent):
+        folder.mkdir(parents=True)
+    base.chmod(0o700)
+    long_ago = time.time() - 2.0 * targets.OLD_CACHE_SECONDS
+    os.utime(old, (long_ago, long_ago))
+    root = choose_folder()
+    assert root.exists()
+    assert recent.exists()
+    assert not old.exists()
+
+
+def test_kernels_work_where_nothing_can_be_written(tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    code = """
+        import tempfile
+        from stickslip.numerics import targets
+        targets._candidate_roots = lambda: iter(())  # not even a temporary folder
+        text = "from stickslip.numerics.targets import kernel\\n@kernel\\ndef f(x):\\n    return 2.0 * x\\n"
+        print(targets.cache_root(), targets.write_module("test", text).f(4.0))
+        from stickslip.numerics.roots import polish
+        print(polish(1.0, 0.5, -0.5))
+    """  # noqa: E501
+    assert printed(code, HOME=str(blocked), TMPDIR=str(tmp_path)) == "None 8.0\n2.0"
+
+
+def test_a_home_that_does_not_exist_is_no_error(tmp_path):
+    code = """
+        from stickslip.numerics import targets
+        from stickslip.numerics.roots import polish
+        print(targets.cache_root(), polish(1.0, 0.5, -0.5))
+    """
+    nothing = {"STICKSLIP_CACHE_DIR": None, "XDG_CACHE_HOME": None}
+    folder, number = printed(code, HOME="/dev/null", TMPDIR=str(tmp_path), **nothing).split()
+    assert Path(folder).is_relative_to(tmp_path)
+    assert number == "2.0"
+
+
+# --- never a stale result ----------------------------------------------------------------------
+
+
+@pytest.fixture
+def small_package(tmp_path):
+    """A package of its own with our targets.py, a helper kernel, and a caller elsewhere."""
+    package = tmp_path / "package" / "stickslip"
+    for folder in ("numerics", "mechanics"):
+        (package / folder).mkdir(parents=True)
+        (package / folder / "__init__.py").touch()
+    (package / "__init__.py").touch()
+    shutil.copy(targets.__file__, package / "numerics" / "targets.py")
+    (package / "mechanics" / "caller.py").write_text(
+        textwrap.dedent("""
+            from stickslip.numerics.helper import helper
+            from stickslip.numerics.targets import kernel
+
+            @kernel
+            def caller(x):
+                return helper(x) + 1.0
+        """)
+    )
+    write_helper(package, "10.0 * x")
+    return package
+
+
+def write_helper(package: Path, expression: str) -> None:
+    (package / "numerics" / "helper.py").write_text(
+        "from stickslip.numerics.targets import kernel\n\n"
+        f"@kernel\ndef helper(x):\n    return {expression}\n"
+    )
+
+
+def call(package: Path, cache: Path) -> list[str]:
+    """Result of the caller, and whether it came from the cache on disk."""
+    code = """
+        from stickslip.mechanics.caller import caller
+        print(caller(2.0), sum(getattr(caller, "stats").cache_hits.values()))
+    """
+    paths = {"PYTHONPATH": str(package.parent), "STICKSLIP_CACHE_DIR": str(cache)}
+    return printed(code, NUMBA_DISABLE_JIT="0", **paths).split()
+
+
+def test_an_edit_of_a_helper_in_another_module_reaches_its_caller(small_package, tmp_path):
+    cache = tmp_path / "cache"
+    assert call(small_package, cache) == ["21.0", "0"]
+    assert call(small_package, cache) == ["21.0", "1"]  # the cache is really used
+    write_helper(small_package, "20.0 * x")
+    assert call(small_package, cache) == ["41.0", "0"]
+    write_helper(small_package, "10.0 * x")
+    assert call(small_package, cache) == ["21.0", "1"]  # its old folder is still right
+
+
+# --- binding -----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def template(tmp_path, monkeypatch):
+    """A template module that calls a kernel `scale` which it does not import."""
+    name = f"template_{tmp_path.name.replace('-', '_')}"
+    (tmp_path / f"{name}.py").write_text(textwrap.dedent(RETURNS_BINDING))
+    monkeypatch.syspath_prepend(tmp_path)
+    yield name
+    for module in [m for m in sys.modules if m.startswith(name)]:
+        del sys.modules[module]
+
+
+@targets.kernel
+def double(x):
+    return 2.0 * x
+
+
+@targets.kernel
+def triple(x):
+    return 3.0 * x
+
+
+@pytest.mark.kernel
+def test_instances_of_a_template_are_kept_apart_by_their_key(template):
+    one = targets.instantiate(template, "double", scale=double)
+    two = targets.instantiate(template, "triple", scale=triple)
+    assert (one.answer(5.0), two.answer(5.0), one.answer(5.0)) == (11.0, 16.0, 11.0)
+    assert targets.instantiate(template, "double", scale=double) is one
+    assert one is not two
+
+
+@pytest.mark.kernel
+def test_an_uncached_instance_works(template):
+    module = targets.instantiate(template, "uncached", cached=False, scale=triple)
+    assert module.answer(1.0) == 4.0
+
+
+def test_a_template_that_fails_leaves_nothing_behind(tmp_path, monkeypatch):
+    (tmp_path / "broken_template.py").write_text("raise RuntimeError('broken')\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    for _ in range(2):
+        with pytest.raises(RuntimeError, match="broken"):
+            targets.instantiate("broken_template", "key")
+    assert "broken_template[key]" not in sys.modules
+
+
+def test_an_unknown_template_is_named():
+    with pytest.raises(ModuleNotFoundError, match="no_such_template"):
+        targets.instantiate("no_such_template", "key")
+
+
+@pytest.mark.kernel
+def test_generated_text_becomes_a_module_once():
+    text = "from stickslip.numerics.targets import kernel\n@kernel\ndef f(x):\n    return x + {}\n"
+    one = targets.write_module("test", text.format(1.5))
+    assert one.f(1.0) == 2.5
+    assert targets.write_module("test", text.format(1.5)) is one
+    two = targets.write_module("test", text.format(2.5))
+    assert (two.f(1.0), one.f(1.0)) == (3.5, 2.5)
+    assert Path(one.__file__).read_text() == text.format(1.5)
+
+
+def test_long_compilation_is_announced_on_stderr_only(tmp_path):
+    code = """
+        from stickslip.numerics import targets
+        targets.ANNOUNCE_AFTER_SECONDS = 0.0
+        from stickslip.numerics.roots import safe_step
+        safe_step(1.0, -1.0, 0.0, 1.0, 1.0, 1.0)
+        print("done")
+    """
+    cold = {"STICKSLIP_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"}
+    first, second = run(code, **cold), run(code, **cold)
+    assert first.stdout == second.stdout == "done\n"
+    assert first.stderr.count("compiling kernels") == 1
+    assert second.stderr == ""
+
+
+def test_another_projects_compilation_is_not_announced(tmp_path):
+    code = """
+        import numba
+        from stickslip.numerics import targets
+        targets.ANNOUNCE_AFTER_SECONDS = 0.0
+        numba.njit(lambda x: x + 1)(2)
+    """
+    assert run(code, NUMBA_DISABLE_JIT="0").stderr == ""
+
+
+# --- launching ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+@pytest.mark.parametrize("size", [0, 1, 10, 64, 1001])
+def test_tiles_cover_every_item_once(size, threads):
+    counts, lock, tiles = [0] * size, threading.Lock(), []
+
+    def task(start, stop):
+        with lock:
+            tiles.append((start, stop))
+            for i in range(start, stop):
+                counts[i] += 1
+
+    targets.launch(task, size, threads, smallest=32)
+    assert counts == [1] * size
+    assert len(tiles) <= 8 * threads
+    if size <= 32 or threads == 1:
+        assert tiles == [(0, size)]
+    else:
+        assert min(b - a for a, b in tiles) >= 16  # no tile below about half of `smallest`
+
+
+def test_an_error_in_a_thread_reaches_the_caller():
+    def task(start, stop):
+        if start > 0:
+            raise ZeroDivisionError("in a tile")
+
+    with pytest.raises(ZeroDivisionError, match="in a tile"):
+        targets.launch(task, 1000, 2, smallest=10)
+
+
+def test_at_least_one_processor_is_available():
+    assert 1 <= targets.available_threads() <= (os.cpu_count() or 1)
