@@ -16,8 +16,6 @@ from .motion import Modes, Motion, Pair, motion
 from .precision import TIE, ZERO, exact
 from .roots import earliest, first_root
 
-LONGEST = arb(100_000)  # one phase without an event longer than this is given up
-
 
 @dataclass(frozen=True)
 class Wave:
@@ -106,10 +104,10 @@ class CoulombPhase:
                 found += [(block, (force * -1).plus(limit)), (block, force.plus(limit))]
         return found
 
-    def first_event(self) -> tuple[arb, frozenset[int]] | None:
+    def first_event(self, longest: arb) -> tuple[arb, frozenset[int]] | None:
         """Earliest root of all signals, and every block with a signal at zero there."""
         signals = self.signals()
-        first = earliest([signal for _, signal in signals], LONGEST)
+        first = earliest([signal for _, signal in signals], longest)
         if first is None:
             return None
         return first, frozenset(b for b, signal in signals if signal.jet(first)[0] < TIE)

@@ -15,7 +15,6 @@ from .roots import Search
 
 ORDER = 48
 TRUNCATION = arb("1e-48")
-LONGEST = 2_000  # steps of one phase without an event before it is given up
 
 
 class Polynomial:
@@ -124,9 +123,10 @@ class SmoothPhase:
                     found.append((i, Polynomial(room, length)))
         return found
 
-    def first_event(self) -> tuple[arb, frozenset[int]] | None:
+    def first_event(self, longest: arb) -> tuple[arb, frozenset[int]] | None:
         """Earliest root of all signals, and every block with a signal at zero there."""
-        for k in range(LONGEST):
+        k = 0
+        while self.starts[k] < longest:
             signals = self.signals(k)
             first: arb | None = None
             for _, signal in signals:
@@ -139,6 +139,7 @@ class SmoothPhase:
                 hit = frozenset(b for b, signal in signals if signal.jet(first)[0] < TIE)
                 return (self.starts[k] + first).mid(), hit
             self.advance()
+            k += 1
         return None
 
     def never_ends(self) -> bool:

@@ -25,7 +25,11 @@ EVENT_LIMIT = "EVENT_LIMIT"
 TIME_LIMIT = "TIME_LIMIT"
 UNDECIDED = "UNDECIDED"
 
-RECURS = arb("1e-25")  # states closer than this after some events: a cycle (rule 6 asks 1e-10)
+# A cycle without global stick (rule 6 asks for 1e-10 and a contracting loop): the state comes back
+# closer than this, and came back closer each of the last three times by this factor.
+RECURS = 1e-16
+CONTRACTS = 0.9
+LONGEST_LOOP = 64  # events
 
 
 @dataclass(frozen=True)
@@ -67,8 +71,8 @@ class Motion:
 class Phase(Protocol):
     """A stretch of motion with constant modes, from time 0 of its own clock."""
 
-    def first_event(self) -> tuple[arb, frozenset[int]] | None:
-        """When, and at which blocks, the first contact or limit comes; None: not up to a limit."""
+    def first_event(self, longest: arb) -> tuple[arb, frozenset[int]] | None:
+        """When, and at which blocks, the first contact or limit comes; None: later than that."""
 
     def state(self, t: arb) -> tuple[Pair, Pair]:
         """Positions and velocities."""
@@ -142,7 +146,9 @@ def rate_of_need(system: System, block: int, x: Pair, v: Pair, other: int) -> ar
     return system.alpha * (system.V + (1 + system.alpha) * w)
 
 
-def motion(system: System, d: object, *, max_events: int = 10_000, max_time: float = 1e6) -> Motion:
+def motion(
+    system: System, d: object, *, max_events: int = 10_000, max_time: float = 20_000
+) -> Motion:
     """Carry ``d`` from one global stick phase to the next."""
     x, v = onset(system, inside(system, exact(d))), (system.V, system.V)
     time, modes = arb(0), (0, 0)
@@ -153,7 +159,7 @@ def motion(system: System, d: object, *, max_events: int = 10_000, max_time: flo
     def result(status: str, value: arb | None = None) -> Motion:
         return Motion(status, value, tuple(events), tuple(phases))
 
-    anchor, power = None, 1
+    loops = Loops()
     while True:
         after = list(modes)
         for block in concerned:
@@ -164,20 +170,18 @@ def motion(system: System, d: object, *, max_events: int = 10_000, max_time: flo
             modes = (after[0], after[1])
             if modes == (0, 0):
                 return result(OK, (x[1] - x[0]).mid())
-            if anchor is not None and recurs(anchor, events[-1]):
+            if loops.closed_by(events):
                 return result(NEVER_CYCLE)
-            if len(events) == power:
-                anchor, power = events[-1], 2 * power
         if len(phases) > max_events:  # touches that change no mode count as well
             return result(EVENT_LIMIT)
         phase = system.phase(x, v, modes)
         try:
             if phase.never_ends():
                 return result(NEVER_SLIPPING)
-            found = phase.first_event()
+            found = phase.first_event(max_time - time)
         except NotPositive:
             return result(UNDECIDED)
-        if found is None or time > max_time:
+        if found is None:
             return result(TIME_LIMIT)
         t, hit = found
         phases.append((phase, t))
@@ -187,12 +191,33 @@ def motion(system: System, d: object, *, max_events: int = 10_000, max_time: flo
         x, time = (x[0].mid(), x[1].mid()), (time + t).mid()
 
 
-def recurs(earlier: Event, later: Event) -> bool:
-    """The same change of mode from the same state."""
-    same = (earlier.before, earlier.after) == (later.before, later.after)
-    return same and all(
-        abs(a - b) < RECURS for a, b in zip(earlier.x + earlier.v, later.x + later.v, strict=True)
-    )
+class Loops:
+    """Looks for a cycle among the events so far."""
+
+    def __init__(self) -> None:
+        self.seen: list[tuple[float, ...]] = []
+
+    def closed_by(self, events: list[Event]) -> bool:
+        """Whether the last event closes a loop for the third time, ever closer."""
+        last = events[-1]
+        self.seen.append((*map(float, last.x), *map(float, last.v)))
+        here, n = self.seen[-1], len(events)
+        for p in range(1, min(LONGEST_LOOP, (n - 1) // 3) + 1):
+            there = self.seen[-1 - p]
+            if max(abs(a - b) for a, b in zip(here, there, strict=True)) > 1e-10:
+                continue
+            laps = [distance(events[n - 1 - k * p], events[n - 1 - (k + 1) * p]) for k in range(3)]
+            closer = laps[0] <= CONTRACTS * laps[1] and laps[1] <= CONTRACTS * laps[2]
+            if laps[0] < RECURS and closer:
+                return True
+        return False
+
+
+def distance(a: Event, b: Event) -> float:
+    """Largest difference between the states of two events; infinite for different ones."""
+    if (a.before, a.after) != (b.before, b.after):
+        return float("inf")
+    return max(float(abs(p - q)) for p, q in zip(a.x + a.v, b.x + b.v, strict=True))
 
 
 def sensitivity(system: System, d: object, base: Motion | None = None) -> tuple[float, float]:

@@ -41,10 +41,13 @@ class Verdict:
 
 
 def settle(
-    system: System, d: float, value: float, status: str, tol: float, *, max_events: int = 10_000
+    system: System, d: float, value: float, status: str, tol: float, **limits: float
 ) -> Verdict:
-    """Judge ``value`` and ``status`` at ``d`` against the oracle of this system."""
-    reference = system.motion(d, max_events=max_events)
+    """Judge ``value`` and ``status`` at ``d`` against the oracle of this system.
+
+    ``limits``: ``max_events`` and ``max_time`` of the reference.
+    """
+    reference = system.motion(d, **limits)
     error, kappa = math.nan, 1.0
 
     def verdict(word: str) -> Verdict:
@@ -62,13 +65,13 @@ def settle(
     kappa = sensitivity(system, d, reference)[1]
     if error <= tol * kappa:
         return verdict(RIGHT)
-    if changes_nearby(system, d, reference, kappa, max_events):
+    if changes_nearby(system, d, reference, kappa, limits):
         return verdict(EXCUSED)
     return verdict(WRONG)
 
 
 def changes_nearby(
-    system: System, d: float, reference: Motion, kappa: float, max_events: int
+    system: System, d: float, reference: Motion, kappa: float, limits: dict[str, float]
 ) -> bool:
     """Whether the reference's itinerary is another one at d - or d + 64 kappa ulp(d)."""
     if not math.isfinite(kappa):
@@ -79,7 +82,7 @@ def changes_nearby(
         near = exact(d) + side * arb(reach)
         if abs(near) > end:
             near = end if near > 0 else -end
-        other = system.motion(near, max_events=max_events)
+        other = system.motion(near, **limits)
         if (other.status, path(other)) != (reference.status, path(reference)):
             return True
     return False

@@ -1,0 +1,74 @@
+"""Random systems, random starts: a fixed sample of what `evidence.py` does at length."""
+
+import numpy as np
+import pytest
+from tests.acceptance.judge import Effort, Tally, judge
+from tests.acceptance.systems import paper_case, random_cases, random_points
+from tests.reference.settle import GAVE_UP, RIGHT
+
+
+@pytest.mark.parametrize("engine", ["exact", "adaptive"])
+def test_no_coulomb_value_is_wrong(engine):
+    rng = np.random.default_rng(11)
+    tally = Tally()
+    for system in random_cases("coulomb", 1500, rng):
+        judge(tally, system, random_points(system, 1, rng), engine, rng, Effort(0.05, 2000))
+    assert not tally.wrong, str(tally)
+    assert tally.verdicts[RIGHT] > 1350, str(tally)
+    assert tally.verdicts[GAVE_UP] < 50, str(tally)
+
+
+def test_no_value_of_law_9_is_wrong():
+    rng = np.random.default_rng(12)
+    tally = Tally()
+    for system in random_cases("law9", 60, rng):
+        d = random_points(system, 1, rng)
+        judge(tally, system, d, "adaptive", rng, Effort(0.0, 200))
+    assert not tally.wrong, str(tally)
+    assert tally.verdicts[RIGHT] > 45, str(tally)
+
+
+@pytest.mark.parametrize("engine", ["exact", "adaptive"])
+def test_the_papers_coulomb_map_is_right_everywhere(engine):
+    tally = Tally()
+    system = paper_case("coulomb")
+    d = np.linspace(-system.end, system.end, 1000)
+    judge(tally, system, d, engine, np.random.default_rng(0))
+    assert not tally.wrong, str(tally)
+    assert tally.verdicts[RIGHT] == 1000, str(tally)
+
+
+def test_the_papers_map_of_law_9_is_right():
+    tally = Tally()
+    system = paper_case("law9")
+    d = np.linspace(-system.end, system.end, 50)
+    judge(tally, system, d, "adaptive", np.random.default_rng(0), Effort(0.0, 300))
+    assert not tally.wrong, str(tally)
+    assert tally.verdicts[RIGHT] > 30, str(tally)
+
+
+@pytest.mark.parametrize(
+    ("engine", "share"), [pytest.param("exact", 0.5), pytest.param("adaptive", 0.1)]
+)
+def test_motions_without_return_are_named_alike(engine, share):
+    """mu = 0.05, V = 0.2: one start in thirteen is caught by a cycle without global stick."""
+    tally = Tally()
+    system = paper_case("coulomb", V=0.2, mu=0.05)
+    d = np.linspace(-system.end, system.end, 300)
+    judge(tally, system, d, engine, np.random.default_rng(3), Effort(share))
+    assert not tally.wrong, str(tally)
+    assert tally.statuses["NEVER_CYCLE"] > 10, str(tally)
+    assert tally.verdicts[GAVE_UP] < 5, str(tally)
+
+
+@pytest.mark.parametrize("engine", ["exact", "adaptive"])
+def test_slow_returns_are_not_called_never(engine):
+    """Returns after hundreds of events and thousands of time units, found among random systems."""
+    tally = Tally()
+    rng = np.random.default_rng(19)
+    for system in random_cases("coulomb", 40, rng):
+        slow = paper_case(
+            "coulomb", **dict(system.law), alpha=system.alpha, beta=system.beta, V=0.3
+        )
+        judge(tally, slow, random_points(slow, 5, rng), engine, rng, Effort(0.0, 3000))
+    assert not tally.wrong, str(tally)
