@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.differences import FIRST_STEP, complex_step, extrapolated_difference
+from stickslip.analysis.one_d.preimages import preimages
+from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.power import PowerMap
 from stickslip.analysis.protocol import (
     UNDEFINED,
@@ -215,6 +217,15 @@ class PiecewiseMap:
     def power(self, p: int) -> PowerMap:
         """Return the map f^p: ``p`` applications as one map."""
         return PowerMap(self, p)
+
+    def preimages(self, x: float) -> Floats:
+        """Return all points that the map carries to x, ascending (see `preimages`)."""
+        return preimages(self, x)
+
+    @property
+    def gaps(self) -> Floats:
+        """Open intervals without a value, shape (k, 2): last point before, first point after."""
+        return branch_table(self).gaps
 
     # ------------------------------------------------------------------ inside
 

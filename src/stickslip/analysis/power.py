@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.analysis.one_d.preimages import preimages
+from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.protocol import (
     Map1D,
     PointValues,
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.protocol import Floats
 
-__all__ = ["PowerMap", "base_and_exponent"]
+__all__ = ["PowerMap"]
 
 
 @dataclass(frozen=True)
@@ -85,19 +87,31 @@ class PowerMap:
         slope = self.evaluate(x).derivative
         return float(slope) if slope.ndim == 0 else slope
 
+    def itinerary(self, x: float) -> str:
+        """Return what the base map says of each point on the way, joined by ``|``."""
+        texts, point = [], float(checked_points(self.domain, x))
+        describe = getattr(self.base, "itinerary", None)
+        for _ in range(self.exponent):
+            step = sample(self.base, point)
+            texts.append(str(step.label) if describe is None else str(describe(point)))
+            if step.status != OK:
+                break
+            point = float(step.value)
+        return " | ".join(texts)
+
     def iterate(self, x: ArrayLike, n: int) -> Floats:
         """Apply f^p ``n`` times; shape ``x.shape + (n + 1,)``."""
         return iterate(self, x, n)
 
+    def preimages(self, x: float) -> Floats:
+        """Return all points that f^p maps to x, ascending (see `preimages`)."""
+        return preimages(self, x)
+
+    @property
+    def gaps(self) -> Floats:
+        """Open intervals where f^p has no value, shape (k, 2)."""
+        return branch_table(self).gaps
+
     def power(self, p: int) -> PowerMap:
         """Return the map (f^p)^q as a power of the base map itself."""
         return PowerMap(self.base, self.exponent * p)
-
-
-def base_and_exponent(f: Map1D) -> tuple[Map1D, int]:
-    """Return the map that ``f`` is a power of, and the exponent: (f, 1) for a plain map."""
-    base, exponent = getattr(f, "base", None), getattr(f, "exponent", None)
-    if isinstance(base, Map1D) and isinstance(exponent, int):
-        inner, times = base_and_exponent(base)
-        return inner, times * exponent
-    return f, 1

@@ -228,3 +228,12 @@ def is_ok(values: MapValues) -> NDArray[np.bool_]:
     """Return where a map has a value, so that slopes and labels there mean something."""
     ok: NDArray[np.bool_] = np.asarray(values.status) == OK
     return ok
+
+
+def base_and_exponent(f: Map1D) -> tuple[Map1D, int]:
+    """Return the map that ``f`` is a power of, and the exponent: (f, 1) for a plain map."""
+    base, exponent = getattr(f, "base", None), getattr(f, "exponent", None)
+    if isinstance(base, Map1D) and isinstance(exponent, int):
+        inner, times = base_and_exponent(base)
+        return inner, times * exponent
+    return f, 1

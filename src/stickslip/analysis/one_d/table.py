@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, cast, overload
 
 import numpy as np
 
@@ -20,11 +20,9 @@ from stickslip.analysis.one_d.lap_table import (
 from stickslip.analysis.one_d.mesh import Mesh
 from stickslip.analysis.one_d.pieces import TooManyPiecesError, pieces_of_powers
 from stickslip.analysis.one_d.powers import Hints, hints_of
-from stickslip.analysis.power import base_and_exponent
+from stickslip.analysis.protocol import base_and_exponent
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from numpy.typing import NDArray
 
     from stickslip.analysis.one_d.breakpoints import Kind
@@ -35,6 +33,7 @@ if TYPE_CHECKING:
 __all__ = ["RESOLUTION", "Branch", "BranchTable", "branch_table"]
 
 RESOLUTION: Final = 1e-9
+SHOWN: Final = 40  # rows of a table in its repr
 REMEMBERED: Final = 64  # tables kept in memory, 100 kB each: one map is asked many questions
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
 
@@ -60,8 +59,10 @@ class Branch:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BranchTable:
-    """Shape of a map of the line, complete for everything wider than ``resolution``.
+class BranchTable(Sequence[Branch]):
+    """Branches of a map of the line, complete for everything wider than ``resolution``.
+
+    A sequence of `Branch`, with the rest of the map's shape.
 
     Attributes
     ----------
@@ -103,9 +104,31 @@ class BranchTable:
         """Return the number of branches."""
         return len(self.branches)
 
-    def __iter__(self) -> Iterator[Branch]:
-        """Go through the branches from left to right."""
-        return iter(self.branches)
+    @overload
+    def __getitem__(self, index: int) -> Branch: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Branch, ...]: ...
+    def __getitem__(self, index: int | slice) -> Branch | tuple[Branch, ...]:
+        """Return one branch, or several as a tuple, from left to right."""
+        return self.branches[index]
+
+    def __repr__(self) -> str:
+        """Branches with their values, gaps, and what stayed open."""
+        lines = [
+            f"BranchTable: {len(self)} branches, {len(self.laps)} laps, complete above "
+            f"{self.resolution:.2g}",
+            "            left           right            f(left+)       f(right-)  label",
+        ]
+        lines += [
+            f"{b.left:16.10g}{b.right:16.10g}{b.value_left:20.10g}{b.value_right:16.10g}  "
+            f"{self.text(b.label)}"
+            for b in self.branches[:SHOWN]
+        ]
+        if len(self) > SHOWN:
+            lines.append(f"  ... {len(self) - SHOWN} more")
+        lines += [f"  gap: no value in ({lo:.12g}, {hi:.12g})" for lo, hi in self.gaps[:SHOWN]]
+        lines += [f"  unresolved: {item}" for item in self.unresolved[:SHOWN]]
+        return "\n".join(lines)
 
     def matters(self, number: int) -> bool:
         """Tell whether the end of a lap, by its number in `Laps`, is a break of the map."""
