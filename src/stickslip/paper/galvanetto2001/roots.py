@@ -16,17 +16,12 @@ from scipy.optimize import brentq
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from numpy.typing import NDArray
-
     from stickslip.mechanics.eventmap.event_map import EventMap
 
 __all__ = ["Root", "cusp", "fixed_point", "jump", "root"]
 
 ACCURACY = {"exact": 1e-14, "adaptive": 1e-13}
 """Error of one map value by engine (docs/design.md, section 3), for well-conditioned motions."""
-
-
-SECTIONS = 32
 
 
 @dataclass(frozen=True)
@@ -91,7 +86,7 @@ def fixed_point(f: Any, low: float, high: float, *, noise: float = 1e-14) -> Roo
 
 
 @lru_cache(maxsize=32)  # several conditions on one map start from its cusp
-def cusp(f: EventMap, window: tuple[float, float], points: int = 201) -> tuple[float, float]:
+def cusp(f: EventMap, window: tuple[float, float], points: int = 101) -> tuple[float, float]:
     """Adjacent floats around the first maximum of a map at a corner.
 
     Parameters
@@ -119,7 +114,7 @@ def cusp(f: EventMap, window: tuple[float, float], points: int = 201) -> tuple[f
     if peaks.size == 0:
         raise ValueError(f"no corner of f in {window}")
     low, high = d[peaks[0]], d[peaks[0] + 1]
-    return _change(lambda x: np.asarray(f.derivative(x) > 0.0), low, high)
+    return _change(lambda x: bool(f.derivative(x) > 0.0), low, high)
 
 
 def jump(f: EventMap, low: float, high: float) -> tuple[float, float]:
@@ -138,21 +133,14 @@ def jump(f: EventMap, low: float, high: float) -> tuple[float, float]:
         Last d with the itinerary of `low`, and the next float.
     """
     label = f.evaluate(low).label
-    return _change(lambda x: np.asarray(f.evaluate(x).label == label), low, high)
+    return _change(lambda x: bool(f.evaluate(x).label == label), low, high)
 
 
-def _change(
-    is_left: Callable[[NDArray[np.float64]], NDArray[np.bool_]], low: float, high: float
-) -> tuple[float, float]:
-    """Adjacent floats between which a property that holds at `low` is lost.
-
-    Many sections a round: a map evaluates a small array almost as fast as one point.
-    """
+def _change(is_left: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
+    """Bisect to the adjacent floats between which a property that holds at `low` is lost."""
     low, high = float(low), float(high)
-    while np.nextafter(low, high) < high:
-        d = np.linspace(low, high, SECTIONS + 1)
-        first_lost = int(np.argmin(np.append(is_left(d[1:-1]), False))) + 1
-        low, high = float(d[first_lost - 1]), float(d[first_lost])
+    while (middle := 0.5 * (low + high)) not in (low, high):
+        low, high = (middle, high) if is_left(middle) else (low, middle)
     return low, high
 
 
