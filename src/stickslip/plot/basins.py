@@ -109,7 +109,8 @@ def _mark_attractors(ax: Axes, attractors: Sequence[Any], height: float) -> None
 def _draw_attractor(ax: Axes, attractor: Any, k: int, height: float) -> None:
     color = BASIN_COLORS[k % len(BASIN_COLORS)]
     if attractor.kind == "chaotic":
-        ax.hlines(np.full(len(attractor.bands), height), *attractor.bands.T, colors=color, lw=3.0)
+        left, right = attractor.bands.T
+        ax.hlines(np.full(len(left), height), left, right, colors=color, lw=3.0)
         return
     marker = "o" if attractor.kind == "periodic" else "x"
     points = attractor.bands[:, 0]

@@ -100,10 +100,10 @@ def first_pieces(f: Map1D, table: Laps, known: Sequence[Attractor]) -> Pieces:
     index = np.where(lap >= 0, UNDECIDED, LEFT)
     for k, trap in enumerate(traps):
         index[inside(trap, middle)] = k
-    values = [_one_sided(f, table, x, lap) for x in (edges[:-1], edges[1:])]
+    at_left, at_right = (_one_sided(f, table, x, lap) for x in (edges[:-1], edges[1:]))
     number = np.arange(len(edges))
     # Not joined: the first edges are what `source` counts.
-    return Pieces(edges, index, lap, *values, number, np.zeros_like(number))
+    return Pieces(edges, index, lap, at_left, at_right, number, np.zeros_like(number))
 
 
 def _one_sided(f: Map1D, table: Laps, x: Floats, lap: Integers) -> Floats:
@@ -148,15 +148,26 @@ def _images(f: Map1D, table: Laps, interval: Floats, n: int) -> list[Floats] | N
 
 
 def refined(f: Map1D, table: Laps, pieces: Pieces, floor: float) -> Pieces | None:
-    """Cut undecided pieces at preimages of edges and take over what their images are.
+    """Compare undecided pieces with their images: cut them, and take over what is known.
 
-    Returns None if no undecided piece is wider than `floor`.
+    Pieces narrower than `floor` are not cut, but follow their image if all of it has one fate.
+    Returns None if there is nothing to do.
     """
-    todo = np.flatnonzero((pieces.index == UNDECIDED) & (np.diff(pieces.edges) > floor))
-    if not todo.size:
-        return None
+    # The whole line: what leaves the domain, the pieces, what leaves the domain. What lies left
+    # of an edge has the edge's position, what lies right of the last edge one more.
+    fates = np.concatenate([[LEFT], pieces.index, [LEFT]])
+    todo = np.flatnonzero(pieces.index == UNDECIDED)
     at_a, at_b = pieces.value_left[todo], pieces.value_right[todo]
     first, last = _edges_inside(pieces.edges, at_a, at_b, EXACT * domain_width(f))
+    changes = np.concatenate([[0], np.cumsum(fates[1:] != fates[:-1])])
+    uniform = changes[first] == changes[last]
+    wide = np.diff(pieces.edges)[todo] > floor
+    chosen = np.where(uniform, fates[first] != UNDECIDED, wide)
+    if not np.any(chosen):
+        return None
+    last = np.where(uniform, first, last)  # nothing to cut
+    todo, first, last = todo[chosen], first[chosen], last[chosen]
+    at_a, at_b = at_a[chosen], at_b[chosen]
     falling = at_b < at_a
 
     # Cuts of each piece from left to right, as positions among the edges that its image crosses.
@@ -166,10 +177,7 @@ def refined(f: Map1D, table: Laps, pieces: Pieces, floor: float) -> Pieces | Non
     a, b = pieces.edges[todo], pieces.edges[todo + 1]
     cuts = np.clip(table.inverse(pieces.lap[todo][owner], target), a[owner], b[owner])
 
-    # What lies left of an edge has the edge's position, what lies right of the last one more:
-    # the whole line, with what leaves the domain at both ends.
     part, step = _runs(last - first + 1)
-    fates = np.concatenate([[LEFT], pieces.index, [LEFT]])
     fate = fates[np.where(falling[part], last[part] - step, first[part] + step)]
     starts, stops = step == 0, step == (last - first)[part]
     fresh = (

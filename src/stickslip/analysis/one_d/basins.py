@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 SLIVER: Final = 1e-12  # of the domain's width: undecided pieces are refined down to this
 WIDEST_EDGE: Final = 1e-10  # of the domain's width: a thinner undecided piece is an edge
 RESOLUTION: Final = 1e-5  # of the domain's width: ... or this, if there are too many pieces
-MANY: Final = 2048  # undecided pieces from which on basins count as interwoven
+MANY: Final = 4096  # undecided pieces from which on basins count as interwoven
 MAX_ROUNDS: Final = 5000
 
 
@@ -129,7 +129,7 @@ def basins(
         The attractors; by default `attractors` searches for them.
     resolution : float
         Share of the domain below which pieces of interwoven basins are left undecided. Basins
-        with up to 2048 undecided pieces are refined to 1e-12 of the domain whatever this is.
+        with up to 4096 undecided pieces are refined to 1e-12 of the domain whatever this is.
     max_rounds : int
         Preimages taken at most.
 
@@ -157,8 +157,7 @@ def basins(
     causes = first_causes(f, table, pieces.edges)
     pieces, rounds, floor = pieces.joined(), 0, SLIVER
     while rounds < max_rounds:
-        if pieces.count_undecided() > MANY:
-            floor = resolution
+        floor = SLIVER if pieces.count_undecided() <= MANY else resolution
         finer = refined(f, table, pieces, floor * domain_width(f))
         if finer is None or finer.same_as(pieces):
             break
