@@ -66,8 +66,8 @@ class Work(NamedTuple):
 
     ``w``, ``e``: polynomials of the step in powers of time; ``node_w``, ``node_e``,
     ``node_a``: values at the nodes; ``d_...``: the same of one tangent; ``gradient``: of a
-    law; ``length``: proposed length of the next step. ``margin``, ``watch``, ``sliding``: as
-    in the exact engine.
+    law; ``length``: proposed length of the next step; ``sliding``: time since the motion began,
+    0 for a new one. ``margin``, ``watch``: as in the exact engine.
     """
 
     w: Rows
@@ -124,6 +124,8 @@ def advance(
     system: System, laws: Floats, motion: Motion, work: Work, rtol: float, cap: float
 ) -> tuple[float, int]:
     """Take one step, up to an event if one comes; return its length and a status."""
+    if work.sliding[0] == 0.0:
+        work.length[0] = LONGEST_STEP  # steps must not depend on the motion before this one
     h = min(cap, work.length[0])
     for _ in range(200):
         error = sweep_to_rest(system, laws, motion, work, h)
@@ -161,6 +163,7 @@ def finish(system: System, laws: Floats, motion: Motion, work: Work, h: float, e
         motion.e[block] = value(work.e[block], end)
     if motion.directions.shape[0] > 0:
         saltation(system, motion, rate(system, laws, motion, 0), rate(system, laws, motion, 1))
+    work.sliding[0] += end
     return end
 
 
