@@ -2,7 +2,6 @@
 from . import examples as examples
 from . import status as status
 from .analysis.piecewise_map import PiecewiseMap as PiecewiseMap
-from .mechanics.eventmap.event_map import event_map as event_map
 from .mechanics.flow.trajectory import simulate as simulate
 from .mechanics.friction import Coulomb as Coulomb
 from .mechanics.friction import FrictionLaw as FrictionLaw
@@ -10,5 +9,13 @@ from .mechanics.friction import PoppStelter as PoppStelter
 from .mechanics.friction import Stribeck as Stribeck
 from .mechanics.friction import friction_law as friction_law
 from .mechanics.model.two_block import TwoBlock as TwoBlock
+from .study.event_map import event_map as event_map
+from .study.maps import attractors as attractors
+from .study.maps import basins as basins
+from .study.maps import branches as branches
+from .study.maps import breakpoints as breakpoints
+from .study.maps import invariant_density as invariant_density
+from .study.maps import lyapunov_exponent as lyapunov_exponent
+from .study.maps import periodic_orbits as periodic_orbits
 
 __version__: str

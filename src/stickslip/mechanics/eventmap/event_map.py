@@ -98,7 +98,7 @@ class _Scratch(NamedTuple):
 
 
 class EventMap:
-    """The event map of a model; `event_map` makes it.
+    """The event map of a model; `stickslip.event_map` makes it.
 
     Calling it carries relative displacements from one global stick phase to the next:
     ``f(d)`` for a float or an array of any shape. Immutable; equal settings compare equal.
@@ -417,60 +417,3 @@ def _time_limit(value: object) -> float:
     if isinstance(value, float) and value == math.inf:
         return value
     return finite_number("max_time", value, above=0.0, why="max_time limits one motion's time.")
-
-
-def event_map(
-    model: TwoBlock,
-    *,
-    rtol: float = 1e-15,
-    max_events: int = 10_000,
-    max_time: float = math.inf,
-    engine: EngineName = "auto",
-    device: str = "cpu",
-    threads: int | None = None,
-) -> EventMap:
-    """Make the event map of a model: d of one global stick phase -> d of the next.
-
-    Parameters
-    ----------
-    model : TwoBlock
-    rtol : float
-        Local truncation error of the adaptive engine. The default leaves rounding dominant;
-        a larger one is faster and voids the guarantee next to grazing points.
-    max_events : int
-        A motion is given up (status EVENT_LIMIT) after so many changes of mode. Returns may
-        take thousands.
-    max_time : float
-        A motion is given up (TIME_LIMIT) after so long, units of sqrt(m / k).
-    engine : {"auto", "exact", "adaptive"}
-        "exact": closed forms, for constant kinetic friction. "adaptive": series of high
-        order, for every law. "auto" takes the exact engine where it exists.
-    device : {"cpu"}
-    threads : int, optional
-        Processor cores used for large arrays; all by default.
-
-    Returns
-    -------
-    EventMap
-
-    Raises
-    ------
-    ValueError
-        A setting is not allowed.
-
-    Examples
-    --------
-    >>> import stickslip as ss
-    >>> f = ss.event_map(ss.TwoBlock(alpha=1.2, beta=1.3, V=0.0366, friction=ss.Coulomb(mu=0.22)))
-    >>> round(f(0.1), 8)
-    0.13121305
-    """
-    return EventMap(
-        model,
-        rtol=rtol,
-        max_events=max_events,
-        max_time=max_time,
-        engine=engine,
-        device=device,
-        threads=threads,
-    )

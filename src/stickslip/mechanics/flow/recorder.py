@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from stickslip import status as status_codes
 from stickslip.mechanics.flow.engine import Engine
 from stickslip.mechanics.flow.mode import settle
+from stickslip.mechanics.flow.onset import onset
 from stickslip.mechanics.flow.system import (
-    AT_UPPER_LIMIT,
     LANDING,
     Motion,
     Phases,
@@ -64,12 +64,6 @@ class Recorder:
 
     def start_on_belt(self, d: float) -> None:
         """Start at the end of the global stick phase `d`: there the first slip begins."""
-        alpha, beta, _ = self.engine.system
-        spread = (1.0 + 2.0 * alpha) * d
-        self.motion.w[:] = 0.0
-        self.motion.mode[:] = 0
-        first = min(1.0, beta - spread)
-        self.motion.e[:] = (first, first + spread)
         self.d.append(d)
         self._leave_belt()
 
@@ -127,7 +121,7 @@ class Recorder:
 
     def _ride(self, cap: float) -> int:
         """Global stick: the needed forces grow with the belt until one reaches its limit."""
-        alpha, _, V = self.engine.system
+        V = self.engine.system.V
         room = min(limit(self.engine.system, block) - self.motion.e[block] for block in range(2))
         t = max(room, 0.0) / V
         if self.dense and self.engine.name != "exact":
@@ -137,9 +131,6 @@ class Recorder:
             self.motion.e[:] += V * cap
             return status_codes.OK
         self.t += t
-        d = self.d[-1]
-        first = min(1.0, self.engine.system.beta - (1.0 + 2.0 * alpha) * d)
-        self.motion.e[:] = (first, first + (1.0 + 2.0 * alpha) * d)
         self._leave_belt()
         return status_codes.OK
 
@@ -151,13 +142,8 @@ class Recorder:
         return w, e
 
     def _leave_belt(self) -> None:
-        """Release the blocks whose needed force stands at its upper limit."""
-        system, motion = self.engine.system, self.motion
-        for block in range(2):
-            end = limit(system, block)
-            at_limit = end - motion.e[block] <= 4.0 * EPSILON * (1.0 + system.beta + abs(end))
-            motion.event[block] = AT_UPPER_LIMIT if at_limit else 0
-        settle(system, motion)
+        """End the present global stick phase."""
+        onset(self.engine.system, self.motion, self.d[-1])
         self.n_events += 1
 
     def _note_global_stick(self) -> None:

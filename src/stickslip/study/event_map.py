@@ -1,0 +1,110 @@
+"""The event map as users meet it: the mechanics' map with what the analysis adds to any map."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from stickslip.analysis.one_d.preimages import preimages
+from stickslip.analysis.one_d.table import branch_table
+from stickslip.analysis.power import PowerMap
+from stickslip.mechanics.eventmap import event_map as mechanics
+from stickslip.mechanics.model.two_block import TwoBlock
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from stickslip.mechanics.flow.engine import EngineName
+
+__all__ = ["EventMap", "event_map"]
+
+
+class EventMap(mechanics.EventMap):
+    """The event map of a model; `event_map` makes it.
+
+    Calling it carries relative displacements from one global stick phase to the next:
+    ``f(d)`` for a float or an array of any shape. Immutable; equal settings compare equal.
+    """
+
+    def power(self, p: int) -> PowerMap:
+        """Return the map f^p, which knows that it is a power of this one.
+
+        Raises
+        ------
+        ValueError
+            ``p`` is not a whole number >= 1.
+        """
+        return PowerMap(self, p)
+
+    def preimages(self, x: float) -> NDArray[np.float64]:
+        """Return all ``d`` with ``f(d) = x``, ascending; complete as `stickslip.branches` is.
+
+        Raises
+        ------
+        ValueError
+            ``x`` is not a finite number.
+        """
+        return preimages(self, x)
+
+    @property
+    def gaps(self) -> NDArray[np.float64]:
+        """Open intervals without a value, shape (k, 2): no return to global stick."""
+        return branch_table(self).gaps
+
+
+def event_map(
+    model: TwoBlock,
+    *,
+    rtol: float = 1e-15,
+    max_events: int = 10_000,
+    max_time: float = math.inf,
+    engine: EngineName = "auto",
+    device: str = "cpu",
+    threads: int | None = None,
+) -> EventMap:
+    """Make the event map of a model: d of one global stick phase -> d of the next.
+
+    Parameters
+    ----------
+    model : TwoBlock
+    rtol : float
+        Local truncation error of the adaptive engine. The default leaves rounding dominant;
+        a larger one is faster and voids the guarantee next to grazing points.
+    max_events : int
+        A motion is given up (status EVENT_LIMIT) after so many changes of mode. Returns may
+        take thousands.
+    max_time : float
+        A motion is given up (TIME_LIMIT) after so long, units of sqrt(m / k).
+    engine : {"auto", "exact", "adaptive"}
+        "exact": closed forms, for constant kinetic friction. "adaptive": series of high
+        order, for every law. "auto" takes the exact engine where it exists.
+    device : {"cpu"}
+    threads : int, optional
+        Processor cores used for large arrays; all by default.
+
+    Returns
+    -------
+    EventMap
+
+    Raises
+    ------
+    ValueError
+        A setting is not allowed.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> f = ss.event_map(ss.TwoBlock(alpha=1.2, beta=1.3, V=0.0366, friction=ss.Coulomb(mu=0.22)))
+    >>> round(f(0.1), 8)
+    0.13121305
+    """
+    return EventMap(
+        model,
+        rtol=rtol,
+        max_events=max_events,
+        max_time=max_time,
+        engine=engine,
+        device=device,
+        threads=threads,
+    )

@@ -1,0 +1,135 @@
+"""Questions about one map, of a map or of a model; breakpoints of models with their mechanism."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Callable
+from typing import Concatenate, ParamSpec, TypeAlias, TypeVar
+
+from stickslip.analysis.attractors import attractors as _attractors
+from stickslip.analysis.lyapunov import lyapunov_exponent as _lyapunov_exponent
+from stickslip.analysis.one_d.basins import basins as _basins
+from stickslip.analysis.one_d.breakpoints import Breakpoint
+from stickslip.analysis.one_d.density import invariant_density as _invariant_density
+from stickslip.analysis.one_d.periodic import periodic_orbits as _periodic_orbits
+from stickslip.analysis.one_d.table import RESOLUTION, BranchTable, branch_table
+from stickslip.analysis.protocol import Map1D, base_and_exponent, sample
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.study.event_map import EventMap, event_map
+from stickslip.study.mechanism import UNKNOWN, Mechanism, mechanism_between
+
+__all__ = [
+    "attractors",
+    "basins",
+    "branches",
+    "breakpoints",
+    "invariant_density",
+    "lyapunov_exponent",
+    "periodic_orbits",
+]
+
+P = ParamSpec("P")
+R = TypeVar("R")
+MapOrModel: TypeAlias = Map1D | TwoBlock
+
+
+def as_map(f: MapOrModel) -> Map1D:
+    """Return a map as it is, and of a model its event map.
+
+    Raises
+    ------
+    ValueError
+        Neither a map nor a model.
+    """
+    if isinstance(f, TwoBlock):
+        return event_map(f)
+    if isinstance(f, Map1D):
+        return f
+    raise ValueError(
+        f"{f!r} is neither a map nor a model. Take ss.event_map(model), ss.PiecewiseMap(...) "
+        "or a model such as ss.TwoBlock(...)."
+    )
+
+
+def _of_models_too(
+    function: Callable[Concatenate[Map1D, P], R],
+) -> Callable[Concatenate[MapOrModel, P], R]:
+    """Let a function of a map take a model in its place."""
+
+    @functools.wraps(function)
+    def wrapper(f: MapOrModel, /, *args: P.args, **kwargs: P.kwargs) -> R:
+        return function(as_map(f), *args, **kwargs)
+
+    return wrapper
+
+
+attractors = _of_models_too(_attractors)
+basins = _of_models_too(_basins)
+invariant_density = _of_models_too(_invariant_density)
+lyapunov_exponent = _of_models_too(_lyapunov_exponent)
+periodic_orbits = _of_models_too(_periodic_orbits)
+
+
+def branches(f: MapOrModel, resolution: float = RESOLUTION) -> BranchTable:
+    """Find the branches, breakpoints, gaps and laps of a map.
+
+    Parameters
+    ----------
+    f : map or model
+        An event map, a `PiecewiseMap`, a power of one, or a model.
+    resolution : float
+        Everything wider is found; what stayed undecided is listed with its reason.
+
+    Returns
+    -------
+    BranchTable
+        Iterates over its branches; ``breakpoints`` of an event map carry their mechanism.
+
+    Raises
+    ------
+    ValueError
+        Neither a map nor a model; a resolution that is not small beside the domain.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> len(ss.branches(ss.examples.coulomb()))
+    9
+    """
+    table = branch_table(as_map(f), resolution)
+    explained = tuple(_explained(table.f, b) for b in table.breakpoints)
+    return dataclasses.replace(table, breakpoints=explained)
+
+
+def breakpoints(f: MapOrModel, resolution: float = RESOLUTION) -> tuple[Breakpoint, ...]:
+    """Find where the branches of a map end, and why; arguments and errors as in `branches`.
+
+    Returns
+    -------
+    tuple of Breakpoint
+        Ascending. ``kind`` "smooth" marks changes of the itinerary that the map's value and
+        slope do not notice. ``mechanism`` and ``block`` are known for event maps.
+    """
+    return branches(f, resolution).breakpoints
+
+
+def _explained(f: Map1D, breakpoint_: Breakpoint) -> Breakpoint:
+    """Return a breakpoint with the mechanism that the motions on both sides tell."""
+    found = _mechanism(f, *breakpoint_.interval)
+    return dataclasses.replace(breakpoint_, mechanism=found.text, block=found.block)
+
+
+def _mechanism(f: Map1D, left: float, right: float) -> Mechanism:
+    """Follow both sides of a breakpoint through the iterates of a power to the one that splits."""
+    base, exponent = base_and_exponent(f)
+    if not isinstance(base, EventMap):
+        return Mechanism("", None)
+    for k in range(exponent):
+        values = sample(base, [left, right])
+        if values.label[0] != values.label[1] or (values.status != 0).any():
+            found = mechanism_between(base, left, right)
+            text = found.text if exponent == 1 else f"{found.text} (iterate {k + 1})"
+            return Mechanism(text, found.block)
+        left, right = values.value.tolist()
+    return UNKNOWN

@@ -1,0 +1,142 @@
+"""Why the event map breaks: the mechanism of a breakpoint, read from the motions beside it.
+
+Two motions that start at adjacent floats share their events up to one. What that one is on
+either side names the mechanism.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip.mechanics.flow.trajectory import Event, Trajectory, simulate
+from stickslip.study.event_map import EventMap
+
+__all__ = ["Mechanism", "mechanism_between"]
+
+# Events of neighbouring motions that are the same one differ by rounding, times how much the
+# motion stretches it.
+SAME_TIME = 1e-5
+# The map's steps and the trajectory's round differently: where adjacent starting points lead to
+# the same events, ones this many ulp apart are compared.
+APART = (0, 4, 64, 1024, 16384)
+# A motion without return is followed for so many events, the other's number aside.
+MAX_EVENTS = 400
+
+
+class Mechanism(NamedTuple):
+    """What happens at a breakpoint, in words, and the block that it concerns, if one does."""
+
+    text: str
+    block: int | None
+
+
+UNKNOWN = Mechanism("the motions on both sides make the same events", None)
+
+
+def mechanism_between(f: EventMap, left: float, right: float) -> Mechanism:
+    """Explain why the itinerary changes between two adjacent starting points.
+
+    Parameters
+    ----------
+    f : EventMap
+    left, right : float
+        Starting points on either side of a breakpoint, as close as floats can be.
+
+    Returns
+    -------
+    Mechanism
+        ``text``, such as "block 2 grazes its stick interval near X_2 = 0.00185".
+    """
+    for ulps in APART:
+        found = _compare(f, left - ulps * math.ulp(left), right + ulps * math.ulp(right))
+        if found is not UNKNOWN:
+            return found
+    return UNKNOWN
+
+
+def _compare(f: EventMap, left: float, right: float) -> Mechanism:
+    low, high = f.domain
+    first, second = (
+        simulate(f.model, d=d, until="stick", max_events=MAX_EVENTS, engine=f.engine)
+        for d in (max(left, low), min(right, high))
+    )
+    if (first.modes[0] != second.modes[0]).any():
+        return Mechanism("both blocks reach their static limits together at the onset", None)
+    for number, (a, b) in enumerate(zip(first.events, second.events, strict=False)):
+        if a[1:] != b[1:] or abs(a.time - b.time) > SAME_TIME * (1.0 + a.time):
+            return _explain(first, second, number)
+    shorter = min(len(first.events), len(second.events))
+    if len(first.events) != len(second.events):
+        return _explain(first, second, shorter)
+    return UNKNOWN
+
+
+def _explain(first: Trajectory, second: Trajectory, number: int) -> Mechanism:
+    """Name the mechanism from the first events that differ."""
+    a = first.events[number] if number < len(first.events) else None
+    b = second.events[number] if number < len(second.events) else None
+    if a is not None and b is not None and abs(a.time - b.time) <= SAME_TIME * (1.0 + a.time):
+        if a.block != b.block:
+            return _coincidence(first, a, second, b)
+        return _end_point(first, a)
+    if b is None or (a is not None and a.time < b.time):
+        assert a is not None
+        return _extra(first, a)
+    return _extra(second, b)
+
+
+def _coincidence(first: Trajectory, a: Event, second: Trajectory, b: Event) -> Mechanism:
+    """Two blocks change mode at the same time: their order, or whether both do, changes."""
+    events = sorted(((a, first), (b, second)), key=lambda pair: pair[0].block)
+    texts = [f"{_what(trajectory, event)} of block {event.block}" for event, trajectory in events]
+    return Mechanism(f"the {texts[0]} and the {texts[1]} coincide", None)
+
+
+def _what(trajectory: Trajectory, event: Event) -> str:
+    if event.kind == "stick":
+        return "coming to rest"
+    return "release" if _mode_before(trajectory, event) == 0 else "pass through rest"
+
+
+def _end_point(trajectory: Trajectory, event: Event) -> Mechanism:
+    """One block comes to rest on both sides, but does not stay there on one of them."""
+    i = event.block
+    x = _displacement(trajectory, event)
+    end = "upper" if _needed_force(trajectory, event) > 0.0 else "lower"
+    text = (
+        f"block {i} comes to rest at the {end} end of its stick interval, "
+        f"X_{i} = {x:.6g}: it sticks on one side and slips on at the other"
+    )
+    return Mechanism(text, i)
+
+
+def _extra(trajectory: Trajectory, event: Event) -> Mechanism:
+    """Name an event that only one of the two motions makes: it begins there as a touch."""
+    i = event.block
+    x = _displacement(trajectory, event)
+    force = _needed_force(trajectory, event)
+    if _mode_before(trajectory, event) == 0:
+        end = "upper" if force > 0.0 else "lower"
+        return Mechanism(f"the force on riding block {i} touches its {end} static limit", i)
+    at_end = abs(abs(force) - trajectory.model.limits[i - 1]) < 1e-6
+    where = "at an end point" if at_end else "inside"
+    return Mechanism(f"block {i} grazes its stick interval near X_{i} = {x:.3g}, {where}", i)
+
+
+def _mode_before(trajectory: Trajectory, event: Event) -> int:
+    phase = int(np.searchsorted(trajectory.t, event.time, side="left")) - 1
+    return int(trajectory.modes[max(phase, 0), event.block - 1])
+
+
+def _displacement(trajectory: Trajectory, event: Event) -> float:
+    return float(trajectory.x(event.time)[event.block - 1])
+
+
+def _needed_force(trajectory: Trajectory, event: Event) -> float:
+    """R of the block: X_i + alpha (X_i - X_j)."""
+    x = trajectory.x(event.time)
+    i = event.block - 1
+    return float(x[i] + trajectory.model.alpha * (x[i] - x[1 - i]))
