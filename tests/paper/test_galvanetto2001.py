@@ -7,6 +7,7 @@ import pytest
 from tests.reference.values import COULOMB_JUMPS, COULOMB_ORBITS, LAW9_ORBITS
 
 from stickslip import examples
+from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.model import locus
 from stickslip.paper import figures
 from stickslip.paper.galvanetto2001 import printed
@@ -76,6 +77,23 @@ class TestCoulombMap:
         for point in range(1, 5):
             assert values[f"d of U4, point {point}"].agrees
 
+    def test_attractor_after_the_collision_recurs_and_attracts(self):
+        """Evidence that the motion which the paper calls non-periodic has a long period."""
+        assert data(6).periodic
+        assert data(6).attractor.size > 4
+        assert abs(data(6).multiplier) < 1.0
+
+    def test_grazing_lobe_approaches_the_belt(self):
+        """Figure 7: below the belt velocity at first, in contact after the collision."""
+        before, after = data(7).motions
+        near = [
+            np.max(m.v[(m.x > 0.015) & (m.x < 0.035) & (m.v < m.model.V)]) - m.model.V
+            for m in (before, after)
+        ]
+        assert -0.01 < near[0] < -0.001
+        assert near[0] < near[1] < 0.0
+        assert before.period == 4
+
     def test_s4_meets_the_jump_where_the_paper_says(self, values):
         assert values["V where S4 meets the jump"].agrees
 
@@ -129,14 +147,31 @@ class TestLaw9Map:
 
     def test_bands_hold_the_attractor(self):
         bands = data(14).bands
-        model = data(14).model
-        from stickslip.mechanics.eventmap.event_map import event_map
-
-        points = event_map(model).iterate(bands[0, 0], 3000)
+        points = EventMap(data(14).model).iterate(bands[0, 0], 3000)
         inside = (points >= bands[0, 0] - 1e-9) & (points <= bands[0, 1] + 1e-9)
         inside |= (points >= bands[1, 0] - 1e-9) & (points <= bands[1, 1] + 1e-9)
         assert inside.all()
         assert bands[0, 1] < data(14).p1 < bands[1, 0]
+
+    def test_transients_end_on_both_sides_of_the_tangency(self):
+        """Figure 17: the first turns back below the belt, the second sticks."""
+        missed, caught = data(17).transients
+        V = data(17).model.V
+        assert -0.01 < missed.peak < 0.0
+        assert caught.peak == 0.0
+        for one in (missed, caught):
+            assert one.v[0] == V
+            assert one.v[-1] == pytest.approx(V, abs=1e-9)
+        assert caught.interval[0] < caught.x[-1] < caught.interval[1]
+
+    def test_basins_are_explained(self):
+        """Figure 9: every edge is a preimage of U1 or of a jump."""
+        found = data(9).basins
+        assert found.undecided == 0.0
+        assert found.left == 0.0
+        assert {cause.kind for cause in found.causes[1:-1]} <= {"orbit", "breakpoint"}
+        inside = [d for d in data(5).orbits["S1"] if any(a < d < b for a, b in data(9).hatched)]
+        assert len(inside) == 1
 
     def test_unstable_points_straddle_the_cusp_before_they_vanish(self):
         assert data(16).u1 < data(16).cusp < data(16).p1

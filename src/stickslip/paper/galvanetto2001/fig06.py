@@ -30,12 +30,16 @@ RECURRENCE: Final = 1e-12
 
 @dataclass(frozen=True)
 class Data:
-    """The map's graph, and successive points (n,) of the attractor: one period if it has one."""
+    """The map's graph, and successive points (n,) of the attractor: one period if it has one.
+
+    ``multiplier`` is the product of the slopes over them.
+    """
 
     model: TwoBlock
     curve: Curve
     attractor: NDArray[np.float64]
     periodic: bool
+    multiplier: float
 
 
 def compute() -> Data:
@@ -43,7 +47,8 @@ def compute() -> Data:
     model = examples.coulomb(V=0.0370)
     f = EventMap(model)
     attractor, periodic = follow(f, S4_POINT[0])
-    return Data(model, trace(f, f.domain), attractor, periodic)
+    multiplier = float(np.prod(f.derivative(attractor)))
+    return Data(model, trace(f, f.domain), attractor, periodic, multiplier)
 
 
 def follow(f: EventMap, d0: float) -> tuple[NDArray[np.float64], bool]:
@@ -79,8 +84,8 @@ def draw(data: Data, figure: Figure) -> None:
 def caption(data: Data) -> str:
     """Describe the picture; say what the attractor is."""
     kind = (
-        f"periodic, period {data.attractor.size} (recurs to {RECURRENCE:g}): the paper calls it "
-        "non-periodic"
+        f"periodic: it recurs to {RECURRENCE:g} after {data.attractor.size} global stick phases, "
+        f"with the multiplier {data.multiplier:.3g}; the paper calls it non-periodic"
         if data.periodic
         else f"{data.attractor.size} points, none of which recurs to {RECURRENCE:g}"
     )
