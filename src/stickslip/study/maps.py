@@ -10,10 +10,13 @@ from typing import Concatenate, ParamSpec, TypeAlias, TypeVar
 from stickslip.analysis.attractors import attractors as _attractors
 from stickslip.analysis.lyapunov import lyapunov_exponent as _lyapunov_exponent
 from stickslip.analysis.one_d.basins import basins as _basins
+from stickslip.analysis.one_d.branches import BreakpointList
+from stickslip.analysis.one_d.branches import branches as _branches
+from stickslip.analysis.one_d.branches import breakpoints as _breakpoints
 from stickslip.analysis.one_d.breakpoints import Breakpoint
 from stickslip.analysis.one_d.density import invariant_density as _invariant_density
 from stickslip.analysis.one_d.periodic import periodic_orbits as _periodic_orbits
-from stickslip.analysis.one_d.table import RESOLUTION, BranchTable, branch_table
+from stickslip.analysis.one_d.table import RESOLUTION, BranchTable
 from stickslip.analysis.protocol import Map1D, base_and_exponent, sample
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.study.event_map import EventMap, event_map
@@ -77,14 +80,14 @@ def branches(f: MapOrModel, resolution: float = RESOLUTION) -> BranchTable:
     Parameters
     ----------
     f : map or model
-        An event map, a `PiecewiseMap`, a power of one, or a model.
+        An event map, a `PiecewiseMap`, a power of one (``f.power(p)``), or a model.
     resolution : float
         Everything wider is found; what stayed undecided is listed with its reason.
 
     Returns
     -------
     BranchTable
-        Iterates over its branches; ``breakpoints`` of an event map carry their mechanism.
+        A sequence of branches; ``breakpoints`` of an event map carry their mechanism.
 
     Raises
     ------
@@ -97,21 +100,32 @@ def branches(f: MapOrModel, resolution: float = RESOLUTION) -> BranchTable:
     >>> len(ss.branches(ss.examples.coulomb()))
     9
     """
-    table = branch_table(as_map(f), resolution)
-    explained = tuple(_explained(table.f, b) for b in table.breakpoints)
+    table = _branches(as_map(f), resolution)
+    explained = tuple(_explained(table.f, item) for item in table.breakpoints)
     return dataclasses.replace(table, breakpoints=explained)
 
 
-def breakpoints(f: MapOrModel, resolution: float = RESOLUTION) -> tuple[Breakpoint, ...]:
-    """Find where the branches of a map end, and why; arguments and errors as in `branches`.
+def breakpoints(f: MapOrModel, resolution: float = RESOLUTION) -> BreakpointList:
+    """Find where the branches of a map end, to adjacent floats, and why.
+
+    Parameters and errors as in `branches`.
 
     Returns
     -------
-    tuple of Breakpoint
-        Ascending. ``kind`` "smooth" marks changes of the itinerary that the map's value and
-        slope do not notice. ``mechanism`` and ``block`` are known for event maps.
+    BreakpointList
+        A sequence of `Breakpoint` in ascending order. ``kind`` "smooth" marks changes of the
+        itinerary that the map's value and slope do not notice; ``of_kind("jump", "corner",
+        "edge")`` leaves them out. ``mechanism`` and ``block`` are known for event maps.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> ss.breakpoints(ss.examples.coulomb()).of_kind("jump")[3].mechanism
+    'block 2 grazes its stick interval near X_2 = 0.0258, inside'
     """
-    return branches(f, resolution).breakpoints
+    found = _breakpoints(as_map(f), resolution)
+    explained = tuple(_explained(as_map(f), item) for item in found)
+    return dataclasses.replace(found, items=explained)
 
 
 def _explained(f: Map1D, breakpoint_: Breakpoint) -> Breakpoint:
