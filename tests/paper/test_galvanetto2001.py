@@ -7,11 +7,11 @@ import pytest
 from tests.reference.values import COULOMB_JUMPS, COULOMB_ORBITS, LAW9_ORBITS
 
 from stickslip import examples
-from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.model import locus
 from stickslip.paper import figures
 from stickslip.paper.galvanetto2001 import printed
 from stickslip.plot.style import new_figure, style
+from stickslip.study.event_map import event_map
 
 pytestmark = pytest.mark.paper
 
@@ -147,7 +147,7 @@ class TestLaw9Map:
 
     def test_bands_hold_the_attractor(self):
         bands = data(14).bands
-        points = EventMap(data(14).model).iterate(bands[0, 0], 3000)
+        points = event_map(data(14).model).iterate(bands[0, 0], 3000)
         inside = (points >= bands[0, 0] - 1e-9) & (points <= bands[0, 1] + 1e-9)
         inside |= (points >= bands[1, 0] - 1e-9) & (points <= bands[1, 1] + 1e-9)
         assert inside.all()

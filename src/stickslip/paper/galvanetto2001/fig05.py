@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
-from stickslip.analysis.power import PowerMap
-from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.paper.galvanetto2001.printed import BRACKETS, EXACT, S4_POINT
 from stickslip.paper.galvanetto2001.roots import fixed_point
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
+from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     import numpy as np
@@ -39,10 +38,10 @@ class Data:
 def compute() -> Data:
     """Trace the map, solve for the three fixed points and the period-4 orbit."""
     model = examples.coulomb()
-    f = EventMap(model)
+    f = event_map(model)
     orbits, multipliers = {}, {}
     for name, bracket in (*BRACKETS.items(), ("S4", S4_POINT)):
-        power = PowerMap(f, 4) if name == "S4" else f
+        power = f.power(4) if name == "S4" else f
         found = fixed_point(power, *bracket, noise=EXACT)
         orbits[name] = f.iterate(found.value, 3 if name == "S4" else 0)
         multipliers[name] = float(power.derivative(found.value))

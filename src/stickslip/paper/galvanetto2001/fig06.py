@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.paper.galvanetto2001.printed import S4_POINT
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
+from stickslip.study.event_map import EventMap, event_map
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,7 +45,7 @@ class Data:
 def compute() -> Data:
     """Trace the map and follow the motion that starts where S4 was."""
     model = examples.coulomb(V=0.0370)
-    f = EventMap(model)
+    f = event_map(model)
     attractor, periodic = follow(f, S4_POINT[0])
     multiplier = float(np.prod(f.derivative(attractor)))
     return Data(model, trace(f, f.domain), attractor, periodic, multiplier)

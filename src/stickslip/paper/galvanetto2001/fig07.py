@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.paper.galvanetto2001.fig06 import follow
 from stickslip.paper.galvanetto2001.printed import S4_POINT
 from stickslip.plot.motion import draw_portrait, sample_times
 from stickslip.plot.style import PALETTE, panel_letter
+from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,7 +55,7 @@ def compute() -> Data:
 
 
 def _steady(model: TwoBlock) -> Steady:
-    points, _ = follow(EventMap(model), S4_POINT[0])
+    points, _ = follow(event_map(model), S4_POINT[0])
     period = min(points.size, MOST_SLIPS)
     # A global stick phase lasts at most as long as the belt needs to cross the locus.
     longest = 2.0 * (1.0 + model.beta) / model.V

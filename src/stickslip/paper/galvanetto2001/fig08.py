@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from stickslip import examples
-from stickslip.analysis.power import PowerMap
-from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.paper.galvanetto2001.printed import EXACT, S4_POINT
 from stickslip.paper.galvanetto2001.roots import fixed_point
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
 from stickslip.plot.style import panel_letter
+from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,14 +39,14 @@ class Data:
 
 def compute() -> Data:
     """Trace the fourth iterate for both velocities; S4 exists for the first only."""
-    f, g = (EventMap(examples.coulomb(V=V)) for V in VELOCITIES)
-    f4 = PowerMap(f, 4)
+    f, g = (event_map(examples.coulomb(V=V)) for V in VELOCITIES)
+    f4 = f.power(4)
     s4 = fixed_point(f4, *S4_POINT, noise=EXACT)
     return Data(
         f.domain,
         trace(f4, f.domain, points=3001),
         trace(f4, ENLARGED),
-        trace(PowerMap(g, 4), ENLARGED),
+        trace(g.power(4), ENLARGED),
         f.iterate(s4.value, 3),
     )
 

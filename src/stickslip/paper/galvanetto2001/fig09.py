@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
 from stickslip.analysis.one_d.basins import Basins, basins
-from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
 from stickslip.plot.style import PALETTE
+from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,7 +42,7 @@ class Data:
 def compute() -> Data:
     """Find the attractors and divide the domain among them."""
     model = examples.coulomb()
-    f = EventMap(model)
+    f = event_map(model)
     found = basins(f)
     s1 = next(k for k, attractor in enumerate(found.attractors) if attractor.period == 1)
     return Data(model, trace(f, f.domain), found, s1)

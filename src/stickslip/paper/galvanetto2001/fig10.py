@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.analysis.power import PowerMap
-from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.paper.galvanetto2001.printed import EXACT, JUMP_OF_S4, S4_POINT
 from stickslip.paper.galvanetto2001.roots import fixed_point, jump
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import cobweb, draw_curve, mark_orbit
 from stickslip.plot.style import PALETTE, panel_letter
+from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,8 +41,8 @@ class Data:
 
 def compute() -> Data:
     """Trace f^4 and iterate it from the floats on both sides of the jump next to S4."""
-    f = EventMap(examples.coulomb())
-    f4 = PowerMap(f, 4)
+    f = event_map(examples.coulomb())
+    f4 = f.power(4)
     left, right = jump(f, *JUMP_OF_S4)
     s4 = f.iterate(fixed_point(f4, *S4_POINT, noise=EXACT).value, 3)
     curves = (trace(f4, WINDOWS[0], points=2001), trace(f4, WINDOWS[1]))

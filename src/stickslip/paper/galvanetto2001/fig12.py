@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
-from stickslip.analysis.power import PowerMap
-from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.paper.galvanetto2001.printed import ADAPTIVE, WINDOW
 from stickslip.paper.galvanetto2001.roots import cusp, fixed_point
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
 from stickslip.plot.style import panel_letter
+from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,11 +38,11 @@ class Data:
 def compute() -> Data:
     """Trace both maps over the paper's window and solve for P1, right of the cusp."""
     model = examples.law9()
-    f = EventMap(model)
+    f = event_map(model)
     left, right = cusp(f, WINDOW)
     p1 = fixed_point(f, right, WINDOW[1], noise=ADAPTIVE).value
     multiplier = float(f.derivative(p1))
-    return Data(model, trace(f, WINDOW), trace(PowerMap(f, 2), WINDOW), left, p1, multiplier)
+    return Data(model, trace(f, WINDOW), trace(f.power(2), WINDOW), left, p1, multiplier)
 
 
 def draw(data: Data, figure: Figure) -> None:

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.analysis.power import PowerMap
-from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.paper.galvanetto2001.printed import ADAPTIVE, WINDOW
 from stickslip.paper.galvanetto2001.roots import cusp, fixed_point
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
 from stickslip.plot.style import PALETTE, panel_letter
+from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,11 +40,11 @@ class Data:
 def compute() -> Data:
     """Trace both maps; the first four images of the cusp bound the two bands."""
     model = examples.law9(alpha=1.211)
-    f = EventMap(model)
+    f = event_map(model)
     left, right = cusp(f, WINDOW)
     images = np.sort(f.iterate(left, 4)[1:])
     p1 = fixed_point(f, right, WINDOW[1], noise=ADAPTIVE).value
-    return Data(model, trace(f, WINDOW), trace(PowerMap(f, 2), WINDOW), images.reshape(2, 2), p1)
+    return Data(model, trace(f, WINDOW), trace(f.power(2), WINDOW), images.reshape(2, 2), p1)
 
 
 def draw(data: Data, figure: Figure) -> None:

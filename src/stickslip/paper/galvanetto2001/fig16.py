@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
-from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.paper.galvanetto2001.printed import ADAPTIVE
 from stickslip.paper.galvanetto2001.roots import cusp, fixed_point
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
 from stickslip.plot.style import panel_letter
+from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,7 +40,7 @@ class Data:
 def compute() -> Data:
     """Trace the map; U1 is on the rising side of the cusp, P1 on the falling side."""
     model = examples.law9(alpha=1.2182)
-    f = EventMap(model)
+    f = event_map(model)
     left, right = cusp(f, WINDOW)
     u1 = fixed_point(f, left - 0.0003, left, noise=ADAPTIVE).value
     p1 = fixed_point(f, right, WINDOW[1], noise=ADAPTIVE).value

@@ -10,10 +10,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from stickslip import examples
-from stickslip.analysis.power import PowerMap
-from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.paper.galvanetto2001.roots import ACCURACY, cusp, fixed_point, jump, root
 from stickslip.paper.values import Value
+from stickslip.study.event_map import EventMap, event_map
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -46,12 +45,12 @@ INSIDE: Final = 1e-6
 
 def coulomb_orbits() -> Iterator[Value]:
     """Solve for the fixed points and the period-4 orbit of figure 5, with multipliers."""
-    f = EventMap(examples.coulomb())
+    f = event_map(examples.coulomb())
     for name, bracket in BRACKETS.items():
         found = fixed_point(f, *bracket, noise=EXACT)
         yield Value(f"d of {name}", found.value, found.error, 5, "f(d) = d")
         yield _multiplier(name, f, found.value, 5)
-    f4 = PowerMap(f, 4)
+    f4 = f.power(4)
     found = fixed_point(f4, *S4_POINT, noise=EXACT)
     for point, d in enumerate(f.iterate(found.value, 3), start=1):
         yield Value(f"d of S4, point {point}", float(d), found.error, 5, "f^4(d) = d")
@@ -60,10 +59,10 @@ def coulomb_orbits() -> Iterator[Value]:
 
 def infinitely_unstable_orbit() -> Iterator[Value]:
     """U4 of section 4: through the jump, where the map takes every value in between."""
-    f = EventMap(examples.coulomb())
+    f = event_map(examples.coulomb())
     left, right = jump(f, *JUMP_OF_S4)
     low, high = sorted((f(left), f(right)))
-    f3 = PowerMap(f, 3)
+    f3 = f.power(3)
     image = root(lambda y: float(f3(y)) - left, low, high, noise=EXACT)
     points = [left, *f.iterate(image.value, 2)]
     printed = ("0.279", "-0.254", "0.492", "-0.466")
@@ -76,9 +75,9 @@ def collision_of_s4() -> Iterator[Value]:
     """V at which S4 meets the jump of the map: f^4(c-) = c."""
 
     def gap(V: float) -> float:
-        f = EventMap(examples.coulomb(V=V))
+        f = event_map(examples.coulomb(V=V))
         left, _ = jump(f, *JUMP_OF_S4)
-        return float(PowerMap(f, 4)(left)) - left
+        return float(f.power(4)(left)) - left
 
     found = root(gap, 0.0366, 0.0372, noise=EXACT)
     yield Value("V where S4 meets the jump", found.value, found.error, 4, "f^4(c-) = c", "0.03698")
@@ -86,21 +85,21 @@ def collision_of_s4() -> Iterator[Value]:
 
 def cusp_of_figure_17() -> Iterator[Value]:
     """Cusp of f for alpha = 1.208."""
-    left, _ = cusp(EventMap(examples.law9()), WINDOW)
+    left, _ = cusp(event_map(examples.law9()), WINDOW)
     how = "f' changes sign between adjacent floats"
     yield Value("d of the cusp, alpha = 1.208", left, 1e-13, 17, how, "0.3815")
 
 
 def fixed_point_p1() -> Iterator[Value]:
     """P1 for alpha = 1.208, with its multiplier."""
-    f = EventMap(examples.law9())
+    f = event_map(examples.law9())
     found = fixed_point(f, *_right_of_cusp(f), noise=ADAPTIVE)
     yield Value("d of P1, alpha = 1.208", found.value, found.error, 12, "f(d) = d")
     yield _multiplier("P1, alpha = 1.208", f, found.value, 12)
 
 
 def _over_alpha(condition: Callable[[EventMap], float], alpha: float) -> float:
-    return condition(EventMap(examples.law9(alpha=alpha)))
+    return condition(event_map(examples.law9(alpha=alpha)))
 
 
 def _cusp_of_square(f: EventMap) -> float:

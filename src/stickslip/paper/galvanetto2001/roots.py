@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.mechanics.eventmap.event_map import EventMap
+    from stickslip.study.event_map import EventMap
 
 __all__ = ["Root", "cusp", "fixed_point", "jump", "root"]
 
