@@ -55,6 +55,7 @@ class Effort:
     share: float = 1.0
     max_events: int = 10_000
     max_time: float = 20_000
+    product_too: bool = False
 
 
 def judge(
@@ -70,10 +71,13 @@ def judge(
     points = np.asarray(d, dtype=float)
     if points.size == 0:
         return
-    result = ss.event_map(system.model(), engine=engine).evaluate(points)
+    limits = {"max_events": effort.max_events, "max_time": effort.max_time}
+    result = ss.event_map(
+        system.model(), engine=engine, **(limits if effort.product_too else {})
+    ).evaluate(points)
     oracle = system.oracle()
-    columns = zip(points.tolist(), result.value.tolist(), result.status.tolist(), strict=True)
-    for start, value, code in columns:
+    columns = (points, result.value, result.status, result.duration)
+    for start, value, code, duration in zip(*(c.tolist() for c in columns), strict=True):
         status = NAMES[code]
         tally.statuses[status] += 1
         assert (code == OK) == np.isfinite(value), f"{system} d={start!r}: {value} with {status}"
@@ -88,7 +92,7 @@ def judge(
                 value,
                 status,
                 system.tolerance,
-                max_events=effort.max_events,
-                max_time=effort.max_time,
+                duration,
+                **limits,
             )
             tally.add(system, engine, verdict)

@@ -46,12 +46,19 @@ def special_points(system: Case) -> np.ndarray:
 @pytest.mark.parametrize("name", COULOMB)
 def test_coulomb(name, engine):
     system = case("coulomb", **(SMALL | COULOMB[name]))
-    points = np.concatenate([special_points(system), np.linspace(-1, 1, 23) * system.end])
+    points = np.concatenate([special_points(system), np.linspace(-1, 1, 13) * system.end])
     tally = Tally()
-    judge(tally, system, points, engine, np.random.default_rng(1), Effort(0.1, 100, 300))
+    judge(
+        tally,
+        system,
+        points,
+        engine,
+        np.random.default_rng(1),
+        Effort(0.1, 100, 300, product_too=True),
+    )
     assert not tally.wrong, str(tally)
     assert sum(tally.verdicts.values()) == points.size
-    assert tally.verdicts[RIGHT] > 5, str(tally)
+    assert "full" in name or tally.verdicts[RIGHT] > 5, str(tally)
 
 
 @pytest.mark.parametrize("name", LAW9)
@@ -60,6 +67,13 @@ def test_law_9(name):
     system = case("law9", **(plain | LAW9[name]))
     points = np.concatenate([special_points(system)[::2], np.linspace(-0.9, 0.9, 7) * system.end])
     tally = Tally()
-    judge(tally, system, points, "adaptive", np.random.default_rng(1), Effort(0.0, 30, 300))
+    judge(
+        tally,
+        system,
+        points,
+        "adaptive",
+        np.random.default_rng(1),
+        Effort(0.0, 30, 300, product_too=True),
+    )
     assert not tally.wrong, str(tally)
     assert sum(tally.verdicts.values()) == points.size

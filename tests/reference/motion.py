@@ -51,6 +51,7 @@ class Motion:
     value: arb | None
     events: tuple[Event, ...]
     phases: tuple[tuple[Phase, arb], ...] = field(repr=False)  # each with its length
+    explored: float  # the motion is known up to this time
 
     @property
     def itinerary(self) -> str:
@@ -157,7 +158,8 @@ def motion(
     phases: list[tuple[Phase, arb]] = []
 
     def result(status: str, value: arb | None = None) -> Motion:
-        return Motion(status, value, tuple(events), tuple(phases))
+        known = max_time if status == TIME_LIMIT else float(time)
+        return Motion(status, value, tuple(events), tuple(phases), known)
 
     loops = Loops()
     while True:
@@ -220,7 +222,9 @@ def distance(a: Event, b: Event) -> float:
     return max(float(abs(p - q)) for p, q in zip(a.x + a.v, b.x + b.v, strict=True))
 
 
-def sensitivity(system: System, d: object, base: Motion | None = None) -> tuple[float, float]:
+def sensitivity(
+    system: System, d: object, base: Motion | None = None, **limits: float
+) -> tuple[float, float]:
     """(derivative of the value, kappa), by a second motion 1e-25 away with the same itinerary.
 
     kappa is the largest |d state / d d| over the motion's events, at least 1; infinite where the
@@ -231,12 +235,12 @@ def sensitivity(system: System, d: object, base: Motion | None = None) -> tuple[
     nothing that follows depends on it: a test with that kappa would excuse what it is there for.
     """
     d = inside(system, exact(d))
-    base = base or motion(system, d)
+    base = base or motion(system, d, **limits)
     end = (1 + system.beta) / (1 + 2 * system.alpha)
     for step in (arb("1e-25"), arb("-1e-25")):
         if abs(d + step) > end:
             continue
-        near = motion(system, d + step)
+        near = motion(system, d + step, **limits)
         if near.itinerary != base.itinerary:
             continue
         pairs = zip(base.events, near.events, strict=True)

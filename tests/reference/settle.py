@@ -15,7 +15,7 @@ LIMITS = (EVENT_LIMIT, TIME_LIMIT)
 RIGHT = "right"
 WRONG = "wrong"
 EXCUSED = "excused"  # the reference's own itinerary changes within 64 kappa ulp of d
-GAVE_UP = "gave up"  # one of the two statuses is a limit
+GAVE_UP = "gave up"  # one of the two statuses is a limit, and the other cannot be refuted
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,18 @@ class Verdict:
 
 
 def settle(
-    system: System, d: float, value: float, status: str, tol: float, **limits: float
+    system: System,
+    d: float,
+    value: float,
+    status: str,
+    tol: float,
+    duration: float = math.inf,
+    **limits: float,
 ) -> Verdict:
     """Judge ``value`` and ``status`` at ``d`` against the oracle of this system.
 
-    ``limits``: ``max_events`` and ``max_time`` of the reference.
+    ``duration``: when the motion returned, if it did: a reference that has been followed beyond
+    that without a return refutes it. ``limits``: ``max_events`` and ``max_time`` of the reference.
     """
     reference = system.motion(d, **limits)
     error, kappa = math.nan, 1.0
@@ -53,7 +60,8 @@ def settle(
     def verdict(word: str) -> Verdict:
         return Verdict(word, d, value, status, reference, error, kappa)
 
-    if status in LIMITS or reference.status in LIMITS:
+    refuted = status == OK and reference.explored > 1.01 * duration + 1
+    if status in LIMITS or (reference.status in LIMITS and not refuted):
         return verdict(GAVE_UP)
     if status == reference.status:
         if status != OK:
@@ -62,7 +70,7 @@ def settle(
             error = float(abs(exact(value) - reference.value))
             if error <= tol:
                 return verdict(RIGHT)
-    kappa = sensitivity(system, d, reference)[1]
+    kappa = sensitivity(system, d, reference, **limits)[1]
     if error <= tol * kappa:
         return verdict(RIGHT)
     if changes_nearby(system, d, reference, kappa, limits):
