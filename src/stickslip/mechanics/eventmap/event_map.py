@@ -23,6 +23,7 @@ from stickslip.mechanics.flow.engine import (
     parameter_direction,
     start_direction,
 )
+from stickslip.mechanics.flow.settings import positive_integer, tolerance
 from stickslip.mechanics.flow.system import Motion, new_motion
 from stickslip.mechanics.model.checks import finite_number
 from stickslip.mechanics.model.two_block import TwoBlock
@@ -120,15 +121,15 @@ class EventMap:
         if device != "cpu":
             raise ValueError(f"device = {device!r} is not available; allowed: 'cpu'.")
         self.model = model
-        self.rtol = _tolerance(rtol)
-        self.max_events = _positive_integer("max_events", max_events, "events of one motion")
+        self.rtol = tolerance(rtol)
+        self.max_events = positive_integer("max_events", max_events, "events of one motion")
         self.max_time = _time_limit(max_time)
         self.engine: EngineName = engine
         self.device = device
         self.threads = (
             available_threads()
             if threads is None
-            else _positive_integer("threads", threads, "processor cores used")
+            else positive_integer("threads", threads, "processor cores used")
         )
         self._engine: Engine = engine_for(model, engine)
         self._local = threading.local()
@@ -396,21 +397,6 @@ def _shaped(values: Floats, shape: tuple[int, ...]) -> Any:
 
 def _shaped_array(values: NDArray[Any], shape: tuple[int, ...]) -> Any:
     return values.reshape(shape)[()] if shape == () else values.reshape(shape)
-
-
-def _tolerance(rtol: object) -> float:
-    number = finite_number(
-        "rtol", rtol, above=0.0, why="rtol is the local truncation error of the adaptive engine."
-    )
-    if number > 1e-3:
-        raise ValueError(f"rtol = {number!r} is not allowed: 0 < rtol <= 1e-3.")
-    return max(number, 1e-16)
-
-
-def _positive_integer(name: str, value: object, what: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise ValueError(f"{name} = {value!r} is not allowed: {name} ({what}) is an integer >= 1.")
-    return int(value)
 
 
 def _time_limit(value: object) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,6 +15,7 @@ from stickslip.mechanics.flow.engine import Engine
 from stickslip.mechanics.flow.mode import settle
 from stickslip.mechanics.flow.onset import onset
 from stickslip.mechanics.flow.system import (
+    BACKWARD,
     LANDING,
     Motion,
     Phases,
@@ -24,6 +26,8 @@ from stickslip.numerics.roots import EPSILON
 
 # Longer steps of the exact engine are cut: quadrature over a step must be accurate.
 LONGEST_STEP = 1.5
+# Steps, for each event allowed, after which a motion without an end time is given up.
+STEPS_PER_EVENT = 10
 
 
 @dataclass
@@ -42,6 +46,11 @@ class Record:
         self.w.append(motion.w.copy())
         self.e.append(motion.e.copy())
         self.mode.append(motion.mode.copy())
+
+    def drop(self) -> None:
+        """Forget the last step: it could not be taken."""
+        for values in (self.t, self.w, self.e, self.mode):
+            values.pop()
 
     def phases(self) -> Phases:
         """All of it as arrays."""
@@ -81,14 +90,27 @@ class Recorder:
 
     def run(self, t_end: float, max_events: int, *, until_stick: bool) -> int:
         """Move until `t_end` or a limit, or the next global stick phase; return a status."""
-        for status in self._steps(t_end):
+        endless = math.isinf(t_end)
+        for n, status in enumerate(self._steps(t_end)):
             if status != status_codes.OK:
+                self.record.drop()
                 return status
+            if endless and self._slides_for_ever():
+                return status_codes.NEVER_SLIPPING
+            if endless and n >= STEPS_PER_EVENT * max_events:
+                return status_codes.TIME_LIMIT
             if self.n_events >= max_events:
                 return status_codes.EVENT_LIMIT
             if until_stick and self.n_events > 0 and not self.motion.mode.any():
                 break
         return status_codes.OK
+
+    def _slides_for_ever(self) -> bool:
+        """Whether both blocks slip backward and never reach the belt again."""
+        engine, motion = self.engine, self.motion
+        if not (motion.mode == BACKWARD).all():
+            return False
+        return bool(engine.kernels.slides_for_ever(engine.system, engine.laws, motion, self.work))
 
     def finish(self) -> Record:
         """Return the record, closed by the last state."""

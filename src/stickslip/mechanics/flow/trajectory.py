@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip import status as status_codes
 from stickslip.mechanics.flow.engine import Engine, EngineName, engine_for
 from stickslip.mechanics.flow.recorder import Record, Recorder, scratch
+from stickslip.mechanics.flow.settings import positive_integer, tolerance
 from stickslip.mechanics.model.checks import finite_number
 from stickslip.mechanics.model.two_block import TwoBlock
 
@@ -160,19 +161,24 @@ class Trajectory:
         if self.d.size and self.modes.shape[0] and self.modes[0].any() and self._from_belt:
             starts = np.concatenate(([0], starts))
             riding = np.concatenate(([-1], riding))
-        return tuple(self._slip(a, b) for a, b in zip(starts, riding[1:], strict=False))
+        ends = riding[1:]
+        # A trajectory that ends on the belt has its last mode twice.
+        return tuple(self._slip(a, b) for a, b in zip(starts, ends, strict=False) if b > a)
 
     def _slip(self, first: int, last: int) -> Slip:
         start, end = self.t[first], self.t[last]
-        moved = self.x(np.array([start, end]))
+        steps = np.append(self._changes, len(self._times) - 1)[[first, last]]
+        before, after = self._displacements(self._starts.e[steps])
         blocks = np.flatnonzero(self.modes[first:last].any(axis=0)) + 1
-        moment = float(np.sum(self.model.V * (end - start) - (moved[1] - moved[0])))
+        moment = float(np.sum(self.model.V * (end - start) - (after - before)))
         return Slip(float(start), float(end - start), tuple(blocks.tolist()), moment)
 
     @property
     def _from_belt(self) -> bool:
         """Whether the trajectory starts as a global stick phase ends."""
-        return bool((self._starts.w[0] == 0.0).all())
+        # Within the limits: a start from rest on the belt beyond them is no global stick.
+        inside = np.abs(self._starts.e[0]) <= self.model.limits
+        return bool((self._starts.w[0] == 0.0).all() and inside.all())
 
     # --- state at any time --------------------------------------------------------------------
 
@@ -194,9 +200,7 @@ class Trajectory:
             A time is NaN or outside; the trajectory was made with ``record="events"``.
         """
         _, e = self._state(t)
-        total = e[..., 0] + e[..., 1]
-        d = (e[..., 1] - e[..., 0]) / (1.0 + 2.0 * self.model.alpha)
-        return np.stack((0.5 * (total - d), 0.5 * (total + d)), axis=-1)
+        return self._displacements(e)
 
     def v(self, t: ArrayLike) -> Floats:
         """Velocities of the blocks, shape (..., 2), units of f_s1 / sqrt(k m); as `x`."""
@@ -230,9 +234,7 @@ class Trajectory:
     @property
     def final_state(self) -> State:
         """Where the trajectory ends."""
-        w, e = self._starts.w[-1], self._starts.e[-1]
-        d = (e[1] - e[0]) / (1.0 + 2.0 * self.model.alpha)
-        x = 0.5 * (e.sum() + np.array([-d, d]))
+        w, x = self._starts.w[-1], self._displacements(self._starts.e[-1])
         return State(float(self._times[-1]), x, w + self.model.V)
 
     def plot(self, ax: Any = None) -> Any:
@@ -241,9 +243,15 @@ class Trajectory:
 
     # --- inside -------------------------------------------------------------------------------
 
+    def _displacements(self, e: Floats) -> Floats:
+        """Displacements from needed forces, both (..., 2)."""
+        total = e[..., 0] + e[..., 1]
+        d = (e[..., 1] - e[..., 0]) / (1.0 + 2.0 * self.model.alpha)
+        return np.stack((0.5 * (total - d), 0.5 * (total + d)), axis=-1)
+
     def _checked(self, t: ArrayLike) -> Floats:
         times = np.asarray(t, dtype=np.float64)
-        end = self._times[-1]
+        end = float(self._times[-1])
         bad = ~((times >= 0.0) & (times <= end))
         if bad.any():
             raise ValueError(
@@ -361,7 +369,8 @@ def simulate(
     rtol : float
         Local truncation error of the adaptive engine.
     max_events : int
-        The trajectory ends there with the status EVENT_LIMIT.
+        The trajectory ends there with the status EVENT_LIMIT. Without `t_end` it also ends
+        where it is proved that no block sticks again (NEVER_SLIPPING).
     engine : {"auto", "exact", "adaptive"}
 
     Returns
@@ -391,8 +400,9 @@ def simulate(
     end = math.inf
     if t_end is not None:
         end = finite_number("t_end", t_end, at_least=0.0, why="A motion is followed forward.")
+    max_events = positive_integer("max_events", max_events, "changes of mode of one trajectory")
     chosen = engine_for(model, engine)
-    recorder = Recorder(chosen, rtol=rtol, dense=record == "motion")
+    recorder = Recorder(chosen, rtol=tolerance(rtol), dense=record == "motion")
     _start(recorder, model, x, v, d)
     status = recorder.run(end, max_events, until_stick=until == "stick")
     return Trajectory(model, chosen, recorder.finish(), recorder.d, status)

@@ -1,0 +1,36 @@
+"""Settings of a computation, checked once: the same for trajectories and event maps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stickslip.mechanics.model.checks import finite_number
+
+
+def tolerance(rtol: object) -> float:
+    """Return the local truncation error of the adaptive engine, at least 1e-16.
+
+    Raises
+    ------
+    ValueError
+        Not a number in (0, 1e-3].
+    """
+    number = finite_number(
+        "rtol", rtol, above=0.0, why="rtol is the local truncation error of the adaptive engine."
+    )
+    if number > 1e-3:
+        raise ValueError(f"rtol = {number!r} is not allowed: 0 < rtol <= 1e-3.")
+    return max(number, 1e-16)
+
+
+def positive_integer(name: str, value: object, what: str) -> int:
+    """Return a count as an int.
+
+    Raises
+    ------
+    ValueError
+        Not an integer, or below 1.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+        raise ValueError(f"{name} = {value!r} is not allowed: {name} ({what}) is an integer >= 1.")
+    return int(value)

@@ -1,0 +1,190 @@
+"""Transitions, closed forms and tangents of single kernels."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip.mechanics.flow.mode import mode_on_belt, release, settle
+from stickslip.mechanics.flow.onset import onset
+from stickslip.mechanics.flow.oscillator import oscillator, oscillator_tangent
+from stickslip.mechanics.flow.saltation import saltation
+from stickslip.mechanics.flow.sliding import energy_reach
+from stickslip.mechanics.flow.system import (
+    AT_LOWER_LIMIT,
+    AT_UPPER_LIMIT,
+    BACKWARD,
+    FORWARD,
+    LANDING,
+    START,
+    STICK,
+    System,
+    limit,
+    loading_rate,
+    new_motion,
+)
+
+pytestmark = pytest.mark.kernel
+
+SYSTEM = System(alpha=1.2, beta=1.3, V=0.1)
+EPS = np.finfo(float).eps
+SMALL = st.floats(-2.0, 2.0)
+
+
+def motion_at(w, e, mode=(0, 0), n_columns=0):
+    motion = new_motion(n_columns, 1)
+    motion.w[:], motion.e[:], motion.mode[:] = w, e, mode
+    return motion
+
+
+@pytest.mark.parametrize("block", [0, 1])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_table_of_a_block_on_the_belt(block, side):
+    end = limit(SYSTEM, block)
+    slip = BACKWARD if side > 0 else FORWARD
+
+    def mode(force, other_w):
+        w, e = np.zeros(2), np.zeros(2)
+        e[block], w[1 - block] = side * force, other_w
+        return mode_on_belt(SYSTEM, motion_at(w, e), block)
+
+    # e' = V - alpha w_other: outward at the upper end unless the other slips forward fast
+    outward, inward = (-1.0, 1.0) if side > 0 else (1.0, -1.0)
+    for other in (outward, inward):
+        assert mode(0.5 * end, other) == STICK
+        assert mode(end * (1 - 1e-12), other) == STICK
+        assert mode(end * (1 + 1e-12), other) == slip
+    assert mode(end, outward) == slip
+    assert mode(end, inward) == STICK
+    # equality means within rounding, on both sides
+    for force in (end * (1 - 4 * EPS), end * (1 + 4 * EPS)):
+        assert mode(force, outward) == slip
+        assert mode(force, inward) == STICK
+
+
+def test_a_released_block_stands_exactly_at_its_limit():
+    for block in range(2):
+        for mode in (BACKWARD, FORWARD):
+            motion = motion_at([0.3, 0.3], [0.9999, 1.2999])
+            release(SYSTEM, motion, block, mode)
+            assert motion.mode[block] == mode
+            assert motion.w[block] == 0.0
+            assert motion.e[block] == -mode * limit(SYSTEM, block)
+            assert motion.mode[1 - block] == STICK
+
+
+def test_blocks_at_one_event_change_together():
+    motion = motion_at([-1e-17, 0.0], [0.4, 1.3], mode=(BACKWARD, STICK))
+    motion.event[:] = (LANDING, AT_UPPER_LIMIT)
+    settle(SYSTEM, motion)
+    assert motion.mode.tolist() == [STICK, BACKWARD]
+    assert motion.w.tolist() == [0.0, 0.0]
+    motion = motion_at([0.0, 0.0], [-1.0, 1.3])
+    motion.event[:] = (AT_LOWER_LIMIT, AT_UPPER_LIMIT)
+    settle(SYSTEM, motion)
+    assert motion.mode.tolist() == [FORWARD, BACKWARD]
+
+
+def test_a_landing_decides_with_the_velocity_of_the_other_at_that_moment():
+    # Both land in the same instant: neither loads the other any more, the belt loads both.
+    motion = motion_at([1e-16, 1e-16], [-1.0, 0.2], mode=(FORWARD, FORWARD))
+    motion.event[:] = (LANDING, LANDING)
+    settle(SYSTEM, motion)
+    assert motion.mode.tolist() == [STICK, STICK]  # -limit, moving inward at rate V
+    # The other rushes forward: the force moves outward, and the block passes through.
+    motion = motion_at([1e-16, 1.0], [-1.0, 0.2], mode=(BACKWARD, FORWARD))
+    motion.event[:] = (LANDING, 0)
+    settle(SYSTEM, motion)
+    assert motion.mode.tolist() == [FORWARD, FORWARD]
+    assert motion.e[0] == -1.0
+
+
+@given(alpha=st.floats(0, 3), beta=st.floats(0.3, 2.5), share=st.floats(-1, 1))
+def test_the_onset_is_at_the_first_upper_limit(alpha, beta, share):
+    end = (1 + beta) / (1 + 2 * alpha)
+    motion = motion_at([9.0, 9.0], [9.0, 9.0])
+    onset(System(alpha, beta, 0.1), motion, share * end)
+    limits = (1.0, beta)
+    assert motion.w.tolist() == [0.0, 0.0]
+    for block in range(2):
+        if motion.mode[block] == BACKWARD:
+            assert motion.e[block] == limits[block]
+        else:
+            assert motion.mode[block] == STICK
+            assert -limits[block] <= motion.e[block] < limits[block]
+    spread = motion.e[1] - motion.e[0]
+    assert spread == pytest.approx((1 + 2 * alpha) * share * end, abs=1e-14 * (1 + beta))
+    corner = (beta - 1) / (1 + 2 * alpha)
+    if abs(share * end - corner) > 1e-12:
+        assert motion.mode.tolist() == ([-1, 0] if share * end < corner else [0, -1])
+
+
+@given(
+    stiffness=st.floats(0.5, 5), drive=st.floats(0, 1), friction=SMALL, w=SMALL, e=SMALL,
+    t=st.floats(0, 6),
+)  # fmt: skip
+def test_the_oscillator_solves_its_equations(stiffness, drive, friction, w, e, t):
+    # w' = friction - e, e' = stiffness w + drive; by a series of the matrix exponential
+    h, steps = t / 64, 64
+    state, exact = np.array([w, e]), oscillator(stiffness, drive, friction, w, e, t)
+    matrix, constant = np.array([[0.0, -1.0], [stiffness, 0.0]]), np.array([friction, drive])
+    for _ in range(steps):
+        term, total = state, state.copy()
+        for k in range(1, 14):
+            term = h / k * (matrix @ term + (constant if k == 1 else 0.0))
+            total = total + term
+        state = total
+    np.testing.assert_allclose(exact, state, rtol=0, atol=1e-12)
+
+
+@given(
+    point=st.tuples(
+        st.floats(0.8, 4), st.floats(0, 1), SMALL, SMALL, SMALL, st.floats(0, 6)
+    ),
+    direction=st.tuples(*[st.floats(-1, 1)] * 5),
+)  # fmt: skip
+def test_the_oscillators_tangent_is_its_derivative(point, direction):
+    *arguments, t = point
+    h = 1e-3
+    nodes = np.array([-4, -3, -2, -1, 1, 2, 3, 4])
+    weights = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280]) / h
+    values = [oscillator(*(np.array(arguments) + h * k * np.array(direction)), t) for k in nodes]
+    expected = weights @ np.array(values)
+    np.testing.assert_allclose(
+        oscillator_tangent(*arguments, t, *direction), expected, rtol=0, atol=1e-9
+    )
+
+
+def test_saltation_moves_the_state_by_its_velocity_times_the_delay_of_the_event():
+    motion = motion_at([0.0, -0.4], [0.2, 0.7], mode=(BACKWARD, BACKWARD), n_columns=1)
+    motion.directions[0, START] = 1.0
+    motion.tangent_w[:, 0], motion.tangent_e[:, 0] = (0.5, -0.2), (0.3, 0.1)
+    motion.event[0] = LANDING
+    rates_w = (0.8, -0.1)
+    rates_e = [loading_rate(SYSTEM, motion.w, block) for block in range(2)]
+    saltation(SYSTEM, motion, *rates_w)
+    delay = -0.5 / 0.8
+    np.testing.assert_allclose(motion.tangent_w[:, 0], [0.0, -0.2 - 0.1 * delay], atol=1e-16)
+    expected = [0.3 + rates_e[0] * delay, 0.1 + rates_e[1] * delay]
+    np.testing.assert_allclose(motion.tangent_e[:, 0], expected, rtol=1e-15)
+
+
+def test_saltation_at_a_touch_moves_nothing():
+    motion = motion_at([0.0, -0.4], [0.2, 0.7], mode=(BACKWARD, BACKWARD), n_columns=1)
+    motion.tangent_w[:, 0] = (0.5, -0.2)
+    motion.event[0] = LANDING
+    saltation(SYSTEM, motion, 0.0, -0.1)
+    assert motion.tangent_w[:, 0].tolist() == [0.5, -0.2]
+
+
+@given(y=st.tuples(SMALL, SMALL), r=st.tuples(SMALL, SMALL))
+def test_the_reach_of_energy_is_attained_by_no_velocity_beyond(y, r):
+    # (y.y + r K^-1 r) / 2 with K the stiffness matrix, by linear algebra
+    alpha, beta, V = SYSTEM
+    force = (0.4, 0.6)
+    motion = motion_at(np.array(y) - V, np.array(r) + np.array([force[0], beta * force[1]]))
+    K = np.array([[1 + alpha, -alpha], [-alpha, 1 + alpha]])
+    expected = math.sqrt(y[0] ** 2 + y[1] ** 2 + np.array(r) @ np.linalg.solve(K, r))
+    assert energy_reach(SYSTEM, motion, *force) == pytest.approx(expected, rel=1e-12, abs=1e-14)
