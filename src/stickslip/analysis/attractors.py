@@ -30,6 +30,7 @@ from stickslip.analysis.protocol import checked_points, domain_width, sample
 from stickslip.analysis.recurrence import (
     SAME_POINT,
     Cycle,
+    as_orbit,
     capture_radius,
     confirmed,
     hidden_cycles,
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.one_d.laps import Laps
+    from stickslip.analysis.orbits import PeriodicOrbit
     from stickslip.analysis.protocol import Floats, Map1D
 
 Kind = Literal["periodic", "chaotic", "undecided"]
@@ -60,6 +62,7 @@ SAMPLES: Final = 1 << 15  # slopes averaged for an exponent, at first and ...
 MAX_SAMPLES: Final = 1 << 20  # ... at most
 CREEPING: Final = 0.02  # of the domain's width: recurrence and way left on a slow approach
 SHORT: Final = 1e-10  # of the domain's width: intervals to grow are longer than this
+CELLS: Final = 256  # of the domain: undecided orbits that share half of theirs are one
 LAST_PERIODS: Final = 1024  # periods tried on an orbit that nothing else explains
 
 
@@ -92,7 +95,7 @@ class Attractor:
 
     kind: Kind
     period: int
-    orbit: Any
+    orbit: PeriodicOrbit | None
     bands: Floats
     lyapunov: LyapunovExponent
     basin_share: float
@@ -115,7 +118,7 @@ class Attractor:
 
     def _row(self) -> str:
         where = ", ".join(f"[{low:.8g}, {high:.8g}]" for low, high in self.bands[:4])
-        if self.kind == "periodic":
+        if self.kind == "periodic" and self.orbit is not None:
             where = ", ".join(f"{x:.10g}" for x in self.orbit.points[:4])
         more = " ..." if len(self.bands) > 4 else ""
         value, error = self.lyapunov
@@ -183,7 +186,7 @@ def attractors(
     n_seeds: int = N_SEEDS,
     max_period: int = MAX_PERIOD,
     max_steps: int = MAX_STEPS,
-    known: Iterable[Any] = (),
+    known: Iterable[PeriodicOrbit] = (),
 ) -> AttractorList:
     """Find the attractors of a map of the line.
 
@@ -304,7 +307,7 @@ class _Search:
             moving, tails = self._drop_left(moving, tails)
             moving, tails = self._drop_captured(moving, tails)
             moving, tails = self._settle(moving, tails)
-            if moving.size and done > 4 * FIRST_BLOCK:
+            if moving.size:
                 reason = self._examine(float(shaken(self.f, tails[:1, -1], self.rng)[0]))
                 moving, tails = self._drop_captured(moving, tails)
             x = shaken(self.f, tails[:, -1], self.rng) if moving.size else tails[:, -1]
@@ -340,11 +343,11 @@ class _Search:
             cycle = settled(self.f, tails[k], int(np.argmax(change[k])) + 1)
             if cycle is None or not cycle.stable:
                 continue
-            self.add_cycle(cycle)
-            keep = np.ones(len(moving), dtype=np.bool_)
-            for index, item in enumerate(self.known):
-                keep &= ~(caught := item.captures(tails))
-                self.fate[moving[caught]] = index
+            index = self.add_cycle(cycle)
+            caught = self.known[index].captures(tails)
+            caught[k] = True
+            self.fate[moving[caught]] = index
+            keep = ~caught
             moving, tails = moving[keep], tails[keep]
             change, tried = change[keep], tried[keep]
         return moving, tails
@@ -359,7 +362,7 @@ class _Search:
         attractor = Attractor(
             kind=kind,
             period=cycle.period,
-            orbit=as_periodic_orbit(self.f, cycle),
+            orbit=as_orbit(self.f, cycle),
             bands=np.column_stack([points, points]),
             lyapunov=_cycle_exponent(cycle),
             basin_share=0.0,
@@ -409,18 +412,19 @@ class _Search:
         return ""
 
     def _give_up(self, moving: Any, tails: Floats, reason: str) -> None:
-        """Group what is left by the cycle it creeps along, or by the cells it visits."""
-        groups: list[tuple[Any, int]] = []
+        """Group what is left by the cells it visits, and look behind each group for a cycle."""
+        groups: list[tuple[set[int], int]] = []
         for seed, tail in zip(moving, tails, strict=True):
-            if cycle := _crept_along(self.f, tail):
-                index = self.add_cycle(cycle, *_verdict(cycle))
-            else:
-                cells = set(np.floor(256 * (tail - self.f.domain[0]) / domain_width(self.f)))
-                index = next((k for c, k in groups if len(c & cells) > 0.5 * len(cells)), -1)
-                if index < 0:
+            place = (tail - self.f.domain[0]) / domain_width(self.f)
+            cells = {int(cell) for cell in np.floor(CELLS * place)}
+            index = next((k for c, k in groups if len(c & cells) > 0.5 * len(cells)), -1)
+            if index < 0:
+                if cycle := _crept_along(self.f, tail):
+                    index = self.add_cycle(cycle, *_verdict(cycle))
+                else:
                     self.known.append(_Known(_undecided(self.f, tail, reason)))
                     index = len(self.known) - 1
-                    groups.append((cells, index))
+                groups.append((cells, index))
             self.fate[seed] = index
 
     def result(self, n_spread: int) -> AttractorList:
@@ -547,8 +551,3 @@ def _verdict(cycle: Cycle) -> tuple[Kind, str]:
         f"the multiplier {cycle.multiplier:.9g} of a period-{cycle.period} orbit is too close "
         "to the unit circle"
     )
-
-
-def as_periodic_orbit(f: Map1D, cycle: Cycle) -> Any:
-    """Turn a confirmed cycle into the public result type."""
-    return cycle

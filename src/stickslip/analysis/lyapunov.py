@@ -34,6 +34,7 @@ CHUNK: Final = 1 << 15  # maps of one orbit between two evaluations of slopes: b
 INDEPENDENT: Final = 0.99  # confidence of the test that blocks are no longer correlated
 LONGEST_CYCLE: Final = 512  # settled orbits up to this period are averaged over whole periods
 SETTLED: Final = 1e-12  # of the domain's width: values of a settled orbit recur this closely
+TOGETHER: Final = 16  # orbits from which on one call per step is cheaper than two per orbit
 LONGEST_COLLAPSE: Final = 64  # period of a repelling cycle that rounding may hold an orbit on
 WARM_UP: Final = 512  # shaken steps that lead away from such a cycle
 SHAKE: Final = 1e-14  # of the domain's width: how far points are moved then
@@ -202,8 +203,7 @@ def trace(f: Map1D, x: Floats, n: int, skip: int = 0) -> tuple[Floats, Floats]:
     x, done = advance(f, x, skip)[:, -1], 0
     while done < n:
         step = min(CHUNK, n - done)
-        piece = advance(f, x, step)
-        slope = sample(f, piece[:, :-1]).derivative
+        piece, slope = _stretch(f, x, step)
         stuck = _held_by_rounding(piece[:, :-1], slope) & ~on_cycle
         if np.any(stuck):
             again = _shaken_orbit(f, start[stuck], skip + WARM_UP, rng)[:, -1]
@@ -213,6 +213,23 @@ def trace(f: Map1D, x: Floats, n: int, skip: int = 0) -> tuple[Floats, Floats]:
         x, done = piece[:, -1], done + step
         start = x
     return values, slopes
+
+
+def _stretch(f: Map1D, x: Floats, n: int) -> tuple[Floats, Floats]:
+    """Points (m, n + 1) and slopes (m, n) along orbits.
+
+    Many orbits are evaluated together, step by step, for value and slope at once; a few are
+    iterated first, which saves the overhead of calls and costs each map twice.
+    """
+    if len(x) < TOGETHER:
+        piece = advance(f, x, n)
+        return piece, sample(f, piece[:, :-1]).derivative
+    piece, slope = np.empty((len(x), n + 1)), np.empty((len(x), n))
+    piece[:, 0] = x
+    for k in range(n):
+        here = sample(f, piece[:, k])
+        piece[:, k + 1], slope[:, k] = here.value, here.derivative
+    return piece, slope
 
 
 def _held_by_rounding(values: Floats, slopes: Floats) -> NDArray[np.bool_]:

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.lyapunov import advance
+from stickslip.analysis.one_d.table import branch_table
+from stickslip.analysis.orbits import PeriodicOrbit
 from stickslip.analysis.protocol import domain_width, sample
 
 if TYPE_CHECKING:
@@ -69,6 +71,28 @@ class Cycle:
             return False
         gap = np.abs(np.sort(self.points) - np.sort(other.points))
         return bool(np.all(gap <= tolerance))
+
+
+def as_orbit(f: Map1D, cycle: Cycle) -> PeriodicOrbit:
+    """Turn a confirmed cycle into the public type, the smallest point first."""
+    start = int(np.argmin(cycle.points))
+    points, labels = np.roll(cycle.points, -start), np.roll(cycle.labels, -start)
+    table = branch_table(f)
+    size = np.max(np.abs(points)) + domain_width(f)
+    # A residual moves the points of a stable orbit by its sum over all further rounds.
+    error = (cycle.residual + 4 * np.finfo(np.float64).eps * size) * cycle.period
+    error /= max(abs(1 - cycle.multiplier), NEUTRAL)
+    return PeriodicOrbit(
+        points=points,
+        period=cycle.period,
+        multiplier=cycle.multiplier,
+        stable=cycle.stable,
+        itinerary=tuple(table.text(int(label)) for label in labels),
+        labels=labels,
+        quality="located",
+        interval=points[:, None] + error * np.array([-1.0, 1.0]),
+        residual=cycle.residual,
+    )
 
 
 def recurrences(tails: Floats, max_period: int) -> Floats:

@@ -120,7 +120,9 @@ def _trap(f: Map1D, table: Laps, attractor: Attractor) -> Floats:
     if attractor.kind == "chaotic":
         return attractor.bands
     nothing = np.empty((0, 2))
-    cycle = confirmed(f, attractor.orbit.points) if attractor.kind == "periodic" else None
+    if attractor.kind != "periodic" or attractor.orbit is None:
+        return nothing
+    cycle = confirmed(f, attractor.orbit.points)
     if cycle is None:
         return nothing
     centre, radius = cycle.points[0], 0.5 * capture_radius(f, cycle)
