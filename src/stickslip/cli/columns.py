@@ -77,8 +77,8 @@ def show(columns: Mapping[str, Any]) -> None:
 
     shown = {name: _as_list(columns[name]) for name in columns if name not in MACHINE_ONLY}
     table = Table(box=None, header_style="bold", pad_edge=False)
-    for name in shown:
-        text = name in {"status_name", "itinerary"}
+    for name, cells in shown.items():
+        text = any(isinstance(cell, str) for cell in cells)
         table.add_column(
             name.removesuffix("_name"), justify="left" if text else "right", overflow="fold"
         )

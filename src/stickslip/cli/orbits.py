@@ -1,0 +1,116 @@
+"""``stickslip orbits``: every periodic orbit of the event map up to a period."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from stickslip.cli import columns
+from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
+from stickslip.cli.options import (
+    EngineOptions,
+    FileOptions,
+    Flag,
+    ModelOptions,
+    OutputOptions,
+    described,
+)
+from stickslip.cli.progress import note
+
+if TYPE_CHECKING:
+    from stickslip.analysis.orbits import OrbitList
+
+EXAMPLES = """\
+stickslip orbits --preset coulomb --max-period 4
+stickslip orbits --preset coulomb --period 4 --infinitely-unstable --json
+stickslip orbits --preset law9 --alpha 1.211 --max-period 6 --out orbits.csv
+"""
+
+MOST_NOTES = 20
+
+
+def command(
+    *,
+    model: ModelOptions = ModelOptions(),
+    max_period: int | None = None,
+    period: int | None = None,
+    infinitely_unstable: Flag = False,
+    resolution: float = 1e-9,
+    engine: EngineOptions = EngineOptions(),
+    file: FileOptions = FileOptions(),
+    output: OutputOptions = OutputOptions(),
+) -> int:
+    """List the periodic orbits of the event map, stable and unstable, each once.
+
+    One row for each point of each orbit, the orbits numbered by period and place. Columns:
+    orbit, period, kind, multiplier (inf if the orbit crosses a jump), point and d with its
+    error, itinerary from this point to the next. What could not be decided is said on
+    stderr; the exit code is 1 if the list is not complete up to the period asked for.
+
+    Parameters
+    ----------
+    max_period
+        List minimal periods 1 to this; 1 if not given.
+    period
+        List this minimal period alone.
+    infinitely_unstable
+        Add the orbits that cross a jump of the map.
+    resolution
+        Pieces of the map narrower than this may be missed.
+    """
+    import stickslip as ss
+
+    if period is not None and max_period is not None:
+        raise UsageError("give either --max-period or --period")
+    highest = 1 if max_period is None else max_period
+    f = ss.event_map(model.model(), **engine.settings())
+    answer: list[OrbitList] = []
+
+    def compute() -> dict[str, Any]:
+        found = ss.periodic_orbits(
+            f,
+            highest,
+            period=period,
+            infinitely_unstable=infinitely_unstable,
+            resolution=resolution,
+        )
+        answer.append(found)
+        return _rows(found)
+
+    wanted: dict[str, Any] = {"max_period": highest} if period is None else {"period": period}
+    wanted |= {"infinitely_unstable": infinitely_unstable, "resolution": resolution}
+    asked = described(f.model) | engine.settings() | wanted
+    columns.deliver("orbits", asked, compute, file, output)
+    return _ending(answer[0], quiet=output.quiet)
+
+
+def _rows(found: OrbitList) -> dict[str, Any]:
+    """Lay out an orbit over as many rows as it has points."""
+    table: dict[str, list[Any]] = {
+        name: []
+        for name in ("orbit", "period", "kind", "multiplier", "point", "d", "error", "itinerary")
+    }
+    for number, orbit in enumerate(found, start=1):
+        errors = 0.5 * (orbit.interval[:, 1] - orbit.interval[:, 0])
+        for point, (d, error, itinerary) in enumerate(
+            zip(orbit.points.tolist(), errors.tolist(), orbit.itinerary, strict=True), start=1
+        ):
+            row = (number, orbit.period, orbit.kind, orbit.multiplier, point, d, error, itinerary)
+            for column, cell in zip(table.values(), row, strict=True):
+                column.append(cell)
+    return table
+
+
+def _ending(found: OrbitList, *, quiet: bool) -> int:
+    """Tell what stayed open; fail if orbits of a period asked for may be missing."""
+    near = [near for near in found.near_folds if not near.resolved]
+    reasons = [
+        f"none, two or a whole interval of orbits of period {item.period} at d = {item.x:.12g}: "
+        f"the map comes within {item.distance:.2g} of the diagonal"
+        for item in near
+    ]
+    reasons += [str(item) for item in found.unresolved]
+    for reason in reasons[:MOST_NOTES]:
+        note(reason, quiet=quiet)
+    if len(reasons) > MOST_NOTES:
+        note(f"{len(reasons) - MOST_NOTES} more undecided places", quiet=quiet)
+    return DONE if found.complete >= found.max_period else COMPUTATION_FAILED
