@@ -23,8 +23,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal, overload
 
 import numpy as np
 
-from stickslip.analysis.lyapunov import LyapunovExponent, advance, blocking_error, shaken, trace
+from stickslip.analysis.lyapunov import LyapunovExponent, advance, shaken, trace
 from stickslip.analysis.one_d.bands import Bands, grow, inside
+from stickslip.analysis.one_d.chaos import ChaoticMotion, mean_of_logs, short_interval
 from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.protocol import checked_points, domain_width, sample
 from stickslip.analysis.recurrence import (
@@ -56,12 +57,8 @@ GROWTH: Final = 4  # each block of steps is this many times longer than the one 
 SETTLED: Final = 1e-6  # of the domain's width: a recurrence this close proposes a period
 SIGMAS: Final = 5  # error bars by which a chaotic exponent must exceed zero
 TRAPPED: Final = 1e-9  # of the domain's width: how well bands must reproduce themselves
-ENSEMBLE: Final = 32  # orbits from which a chaotic motion is sampled together
 LOOK: Final = 2048  # steps of one orbit to start an examination from
-SAMPLES: Final = 1 << 15  # slopes averaged for an exponent, at first and ...
-MAX_SAMPLES: Final = 1 << 20  # ... at most
 CREEPING: Final = 0.02  # of the domain's width: recurrence and way left on a slow approach
-SHORT: Final = 1e-10  # of the domain's width: intervals to grow are longer than this
 CELLS: Final = 256  # of the domain: undecided orbits that share half of theirs are one
 LAST_PERIODS: Final = 1024  # periods tried on an orbit that nothing else explains
 
@@ -381,14 +378,16 @@ class _Search:
         values, slopes = trace(self.f, np.array([x]), LOOK)
         if not np.all(np.isfinite(values)):
             return "a long transient: a nearby orbit leaves the domain"
-        rough = _exponent(slopes)
+        rough = mean_of_logs(slopes)
         if rough.value <= SIGMAS * rough.error and (cycle := _crept_along(self.f, values[0])):
             self.add_cycle(cycle, *_verdict(cycle))
             return ""
-        bands = grow(self.f, self.table, _short_interval(self.f, values[0]))
+        if rough.value <= 0:
+            return f"the exponent {rough.value:.3g} ± {rough.error:.1g} is not above zero"
+        bands = grow(self.f, self.table, short_interval(self.f, values[0]))
         if reason := self._why_no_trap(bands):
             return reason
-        motion = _Motion(self.f, bands.intervals)
+        motion = ChaoticMotion(self.f, bands.intervals)
         return motion.reason or self._why_not_chaotic(bands, motion)
 
     def _why_no_trap(self, bands: Bands) -> str:
@@ -398,7 +397,7 @@ class _Search:
             return f"the map misses the bands it should fill by {bands.residual:.1e}"
         return ""
 
-    def _why_not_chaotic(self, bands: Bands, motion: _Motion) -> str:
+    def _why_not_chaotic(self, bands: Bands, motion: ChaoticMotion) -> str:
         cycles = hidden_cycles(self.f, motion.values, motion.slopes, self.max_period)
         for cycle in cycles:
             self.add_cycle(cycle)
@@ -446,58 +445,6 @@ class _Search:
         )
 
 
-class _Motion:
-    """Independent orbits that start all over a trapping region, long enough to forget that."""
-
-    def __init__(self, f: Map1D, bands: Floats) -> None:
-        steps, x = SAMPLES // ENSEMBLE, _spread_over(bands, ENSEMBLE)
-        x = advance(f, x, steps)[:, -1]
-        while True:
-            self.values, self.slopes = trace(f, x, steps)
-            x, steps, self.reason = self.values[:, -1], GROWTH * steps, ""
-            if not np.all(np.isfinite(self.values)):
-                self.reason = "part of the bands is lost: the map has a hole there"
-                break
-            self.exponent = _exponent(self.slopes)
-            value, error = self.exponent
-            if abs(value) > 2 * SIGMAS * error or steps * ENSEMBLE > MAX_SAMPLES:
-                break
-
-
-def _spread_over(bands: Floats, n: int) -> Floats:
-    """One random point in each of n equal parts of a union of intervals."""
-    lengths = bands[:, 1] - bands[:, 0]
-    starts = np.concatenate([[0.0], np.cumsum(lengths)])
-    at = starts[-1] * (np.arange(n) + np.random.default_rng(0).random(n)) / n
-    k = np.clip(np.searchsorted(starts, at, side="right") - 1, 0, len(bands) - 1)
-    return np.asarray(np.minimum(bands[k, 0] + at - starts[k], bands[k, 1]))
-
-
-def _short_interval(f: Map1D, points: Floats) -> tuple[float, float]:
-    """Two neighbours among the points: so short that no gap between bands is inside."""
-    points = np.unique(points)
-    gaps = np.diff(points)
-    short = np.where(gaps > SHORT * domain_width(f), gaps, np.inf)
-    if not np.isfinite(short).any():
-        return float(points[0]), float(points[0] + SHORT * domain_width(f))
-    k = int(np.argsort(short)[np.isfinite(short).sum() // 10])
-    return float(points[k]), float(points[k + 1])
-
-
-def _exponent(slopes: Floats) -> LyapunovExponent:
-    """Mean over orbits (m, n); the error is the larger of two estimates.
-
-    Blocking sees correlations along orbits, the spread of the orbits' means sees what lasts
-    longer than they do.
-    """
-    with np.errstate(divide="ignore"):
-        logs = np.log(np.maximum(np.abs(slopes), 1e-300))
-    error = blocking_error(logs.ravel())
-    if len(logs) > 1:
-        error = max(error, float(np.std(logs.mean(axis=1), ddof=1) / np.sqrt(len(logs))))
-    return LyapunovExponent(float(logs.mean()), error, logs.size)
-
-
 def _cycle_exponent(cycle: Cycle) -> LyapunovExponent:
     with np.errstate(divide="ignore"):
         value = float(np.log(np.abs(cycle.multiplier))) / cycle.period
@@ -526,7 +473,7 @@ def _undecided(f: Map1D, tail: Floats, reason: str) -> Attractor:
         period=0,
         orbit=None,
         bands=np.array([[points[0], points[-1]]]),
-        lyapunov=_exponent(slopes),
+        lyapunov=mean_of_logs(slopes),
         basin_share=0.0,
         point=float(tail[-1]),
         reason=reason or f"neither settled nor examined within {len(tail)} steps",
