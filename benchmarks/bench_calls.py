@@ -8,7 +8,7 @@ from benchmarks.measure import CPU, in_turns
 COST = "Cost of more than the value, one core, arrays"
 SINGLE = "One point at a time from Python"
 SIZE = {"Coulomb": 50_000, "law (9)": 1_000}
-LOOP = {"Coulomb": 2_000, "law (9)": 500}
+LOOP = {"Coulomb": 2_000, "law (9)": 100}
 CALLS = {
     "f(d)": lambda f: f,
     "f.derivative(d)": lambda f: f.derivative,
