@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from flint import arb
-
-import stickslip as ss
 from tests.reference.coulomb import Coulomb
 from tests.reference.values import COULOMB_JUMPS, COULOMB_ORBITS
+
+import stickslip as ss
 
 pytestmark = pytest.mark.paper
 
