@@ -19,6 +19,8 @@ __all__ = ["Mechanism", "mechanism_between"]
 # Events of neighbouring motions that are the same one differ by rounding, times how much the
 # motion stretches it.
 SAME_TIME = 1e-5
+# Events of two blocks this close together are a tie, whatever their order in the list.
+TIE = 1e-9
 # The map's steps and the trajectory's round differently: where adjacent starting points lead to
 # the same events, ones this many ulp apart are compared.
 APART = (0, 4, 64, 1024, 16384)
@@ -84,8 +86,22 @@ def _explain(first: Trajectory, second: Trajectory, number: int) -> Mechanism:
         return _end_point(first, a)
     if b is None or (a is not None and a.time < b.time):
         assert a is not None
-        return _extra(first, a)
-    return _extra(second, b)
+        return _alone(first, number)
+    return _alone(second, number)
+
+
+def _alone(trajectory: Trajectory, number: int) -> Mechanism:
+    """Name an event without counterpart: a touch, unless it comes together with the last one.
+
+    On the tie itself a motion makes both events at once, and the order in which they are listed
+    may be that of the other motion.
+    """
+    event = trajectory.events[number]
+    if number > 0:
+        last = trajectory.events[number - 1]
+        if last.block != event.block and event.time - last.time <= TIE * (1.0 + event.time):
+            return _coincidence(trajectory, last, trajectory, event)
+    return _extra(trajectory, event)
 
 
 def _coincidence(first: Trajectory, a: Event, second: Trajectory, b: Event) -> Mechanism:
@@ -98,7 +114,7 @@ def _coincidence(first: Trajectory, a: Event, second: Trajectory, b: Event) -> M
 def _what(trajectory: Trajectory, event: Event) -> str:
     if event.kind == "stick":
         return "coming to rest"
-    return "release" if _mode_before(trajectory, event) == 0 else "pass through rest"
+    return "release" if _mode_before(trajectory, event) == 0 else "passing through rest"
 
 
 def _end_point(trajectory: Trajectory, event: Event) -> Mechanism:
