@@ -16,11 +16,16 @@ from stickslip.mechanics.flow.mode import settle
 from stickslip.mechanics.flow.onset import onset
 from stickslip.mechanics.flow.system import (
     ALPHA,
+    BETA,
+    FORWARD,
     LANDING,
+    START,
+    STICK,
     Floats,
     Motion,
     System,
     limit,
+    loading_rate,
 )
 from stickslip.numerics.targets import kernel
 from stickslip.status import (
@@ -49,6 +54,8 @@ RECURRENCE = 1e-10
 MAX_INSTANT = 8
 # Steps without an event, for each event allowed, before a motion is given up.
 STEPS_PER_EVENT = 200
+# Bit set of an event of both blocks.
+BOTH = 3
 # Multiplier of the 64-bit hash of itineraries (Knuth's MMIX).
 HASH = np.uint64(6364136223846793005)
 
@@ -138,15 +145,38 @@ def loop_norm(motion: Motion, n_columns: int) -> float:
 
 
 @kernel
-def landing_margin(system: System, laws: Floats, motion: Motion) -> float:
-    """Clearance of the blocks that land now: from their limits, and from a touch."""
+def event_margin(system: System, laws: Floats, motion: Motion) -> float:
+    """Clearance at an event: of landings from a touch, of all from the static limits.
+
+    A rider close to its limit as the other block lands would soon have left in its slip; one
+    that reaches its limit while the other slips forward may have come there tangentially.
+    """
     margin = math.inf
     for block in range(2):
+        room = abs(limit(system, block) - abs(motion.e[block]))
         if motion.event[block] == LANDING:
-            room = abs(limit(system, block) - abs(motion.e[block]))
             rate = abs(landing_rate(system, laws, motion, block))
             margin = min(margin, room, rate)
+        elif motion.mode[block] == STICK and motion.event[block] == 0:
+            margin = min(margin, room)
+        elif motion.mode[block] == STICK and motion.mode[1 - block] == FORWARD:
+            margin = min(margin, abs(loading_rate(system, motion.w, block)))
     return margin
+
+
+@kernel
+def slope_of_tie(system: System, laws: Floats, motion: Motion, d: float) -> None:
+    """Tangents where both blocks leave together: those of smaller d, block 1 a little earlier.
+
+    Block 2 then leaves once its force, 1 + spread at the onset, has grown to beta at rate V.
+    """
+    rate = landing_rate(system, laws, motion, 0)
+    for column in range(motion.directions.shape[0]):
+        direction = motion.directions[column]
+        d_spread = (1.0 + 2.0 * system.alpha) * direction[START] + 2.0 * d * direction[ALPHA]
+        delay = (direction[BETA] - d_spread) / system.V
+        motion.tangent_w[0, column] = rate * delay
+        motion.tangent_e[0, column] = system.V * delay
 
 
 @kernel(inline=True)
@@ -177,6 +207,9 @@ def carry(
     watching = work.watch[0]
     work.margin[0] = math.inf
     work.sliding[0] = 0.0
+    if motion.mode[0] == motion.mode[1]:
+        slope_of_tie(system, laws, motion, d)
+        work.margin[0] = 0.0
     current = motion
     code = mode_code(current)
     label = np.uint64(code + 1)
@@ -207,8 +240,10 @@ def carry(
         if here == 0:
             continue
         if work.watch[0] != 0.0:
-            margin = landing_margin(system, laws, current)
-            if here != before:
+            margin = event_margin(system, laws, current)
+            if here == BOTH:
+                margin = 0.0
+            elif here != before:
                 margin = min(margin, phase)
             work.margin[0] = min(work.margin[0], margin)
         before = here

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stickslip.mechanics.flow.oscillator import oscillator, oscillator_tangent
 from stickslip.mechanics.flow.saltation import saltation
+from stickslip.mechanics.flow.sliding import CLEARANCE
 from stickslip.mechanics.flow.system import (
     ALPHA,
     AT_LOWER_LIMIT,
@@ -433,7 +434,7 @@ def slides_for_ever(system: System, laws: Floats, motion: Motion, work: Work) ->
     if work.sliding[0] > common_period(system.alpha):
         return True
     swing_1, swing_2 = mode_swings(system, laws, motion, motion.w, motion.e)
-    return 0.5 * (swing_1 + swing_2) < system.V * (1.0 - 8.0 * EPSILON)
+    return 0.5 * (swing_1 + swing_2) < system.V * (1.0 - CLEARANCE)
 
 
 @kernel(inline=True)

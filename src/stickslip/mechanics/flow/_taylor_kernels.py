@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stickslip.mechanics.flow.dense import find_events, watch_step
 from stickslip.mechanics.flow.saltation import saltation
-from stickslip.mechanics.flow.sliding import energy_reach
+from stickslip.mechanics.flow.sliding import CLEARANCE, energy_reach
 from stickslip.mechanics.flow.system import (
     ALPHA,
     BETA,
@@ -124,7 +124,7 @@ def slides_for_ever(system: System, laws: Floats, motion: Motion, work: Work) ->
     force_1 = force(laws[0], -1, system.V)
     force_2 = force(laws[1], -1, system.V)
     reach = energy_reach(system, motion, force_1, force_2)
-    if not reach < system.V:
+    if not reach < system.V * (1.0 - CLEARANCE):
         return False
     for k in range(33):
         s = system.V + reach * (k / 16.0 - 1.0)

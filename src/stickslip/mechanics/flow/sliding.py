@@ -7,6 +7,10 @@ import math
 from stickslip.mechanics.flow.system import Motion, System
 from stickslip.numerics.targets import kernel
 
+# What has to be left of V for a proof: more than rounding adds up to in a million steps. (Just
+# after a release the bounds are V or more, and without damping they would stay so.)
+CLEARANCE = 1e-6
+
 
 @kernel
 def energy_reach(system: System, motion: Motion, force_1: float, force_2: float) -> float:

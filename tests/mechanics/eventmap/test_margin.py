@@ -1,0 +1,99 @@
+"""Margin: how far a motion is from another itinerary. It vanishes at every breakpoint."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+from tests.mechanics.flow.systems import LAW_OF, random_model
+
+import stickslip as ss
+
+
+def adjacent_floats(f, low: float, high: float) -> tuple[float, float]:
+    """Bisect a change of label to neighbouring doubles."""
+    left = f.evaluate(low).label
+    while True:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            return low, high
+        if f.evaluate(middle).label == left:
+            low = middle
+        else:
+            high = middle
+
+
+def breakpoints(f, grid: int):
+    d = np.linspace(*f.domain, grid + 2)[1:-1]
+    label = f.evaluate(d).label
+    for i in np.flatnonzero(label[1:] != label[:-1]):
+        yield adjacent_floats(f, d[i], d[i + 1])
+
+
+@pytest.mark.parametrize("stepper", ["exact", "taylor"])  # collocation shares Taylor's `dense`
+def test_the_margin_vanishes_on_both_sides_of_every_breakpoint(stepper):
+    rng = np.random.default_rng(31)
+    models = [random_model(rng, LAW_OF[stepper]) for _ in range(2 if stepper != "exact" else 6)]
+    if stepper == "exact":
+        models.append(ss.examples.coulomb())
+    if stepper == "taylor":
+        models.append(ss.examples.law9(V=0.15))
+    found = 0
+    for model in models:
+        f = ss.event_map(model, max_events=200, threads=1)
+        for low, high in breakpoints(f, 150):
+            result = f.evaluate([low, high])
+            if not np.all(result.status == ss.status.OK):
+                continue
+            # a graze shows as the square root of the distance on its side with contact
+            assert np.all(result.margin < 1e-6), (model, low, result.margin, f.itinerary(low))
+            found += 1
+    assert found > 5
+
+
+def test_the_margin_of_a_lobe_is_how_far_it_stayed_below_the_belt():
+    # Just beyond a graze of law (9), where one block comes close to the belt and turns back.
+    model = ss.examples.law9(V=0.15)
+    d = -0.09495
+    motion = ss.simulate(model, d=d, until="stick")
+    lobes = []
+    for start, end, modes in zip(motion.t, motion.t[1:], motion.modes, strict=False):
+        t = np.linspace(start, end, 2000)[1:-1]
+        behind = model.V - motion.v(t)[:, modes == -1]
+        for block, values in zip(np.flatnonzero(modes == -1), behind.T, strict=True):
+            turns = 1 + np.flatnonzero((values[1:-1] < values[:-2]) & (values[1:-1] < values[2:]))
+            for k in turns:
+
+                def distance(time, block=block):
+                    return model.V - motion.v(time)[block]
+
+                bounds = (t[k - 1], t[k + 1])
+                best = minimize_scalar(distance, bounds=bounds, options={"xatol": 1e-9})
+                lobes.append(best.fun)
+    assert 0.0 < min(lobes) < 1e-3
+    assert ss.event_map(model).evaluate(d).margin == pytest.approx(min(lobes), rel=1e-6)
+
+
+def test_the_margin_of_a_landing_is_its_distance_from_the_limit():
+    # One block slips and returns at once to global stick: R = 2 mu - 1 there (alpha = 0), and
+    # w' = 1 - mu; the rider has come to -1.5 + 1 + V T; no lobe turns back.
+    V, mu, beta = 0.1, 0.3, 1.3
+    model = ss.TwoBlock(alpha=0.0, beta=beta, V=V, friction=ss.Coulomb(mu))
+    duration = 2.0 * (np.pi - np.arctan((1.0 - mu) / V))
+    rider = -0.5 + V * duration
+    result = ss.event_map(model).evaluate(-1.5)
+    expected = min(1.0 - abs(2 * mu - 1), 1.0 - mu, beta - abs(rider))
+    assert result.margin == pytest.approx(expected, rel=1e-12)
+
+
+def test_simultaneous_events_have_no_margin():
+    model = ss.examples.coulomb()
+    f = ss.event_map(model)
+    assert f.evaluate(0.3 / 3.4).margin == 0.0
+    twins = ss.event_map(model.replace(beta=1.0))
+    assert twins.itinerary(0.0) == "-- .."
+    assert twins.evaluate(0.0).margin == 0.0
+
+
+def test_the_margin_is_positive_inside_branches():
+    f = ss.event_map(ss.examples.coulomb())
+    result = f.evaluate(np.linspace(*f.domain, 501)[1:-1])
+    assert np.mean(result.margin > 1e-3) > 0.9
