@@ -53,9 +53,9 @@ def test_around_breakpoints_of_random_coulomb_systems(engine):
 def test_around_breakpoints_of_random_systems_of_law_9():
     rng = np.random.default_rng(22)
     tally = Tally()
-    for system in random_cases("law9", 5, rng):
+    for system in random_cases("law9", 2, rng):
         for d in rng.permutation(breakpoints(system, grid=100))[:1]:
             points = around(d, system, step=1.0)
-            judge(tally, system, points, "adaptive", rng, Effort(0.0, 200))
+            judge(tally, system, points, "adaptive", rng, Effort(0.0, 60))
     assert not tally.wrong, str(tally)
-    assert tally.verdicts[RIGHT] > 60, str(tally)
+    assert tally.verdicts[RIGHT] > 20, str(tally)
