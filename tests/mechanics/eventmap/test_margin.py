@@ -52,7 +52,7 @@ def test_the_margin_vanishes_on_both_sides_of_every_breakpoint(stepper):
 def test_the_margin_of_a_lobe_is_how_far_it_stayed_below_the_belt():
     # Just beyond a graze of law (9), where one block comes close to the belt and turns back.
     model = ss.examples.law9(V=0.15)
-    d = -0.09495
+    d = -0.095
     motion = ss.simulate(model, d=d, until="stick")
     lobes = []
     for start, end, modes in zip(motion.t, motion.t[1:], motion.modes, strict=False):
