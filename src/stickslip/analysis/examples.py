@@ -130,7 +130,7 @@ def tent_with_hole(slope: float = 3.0) -> PiecewiseMap:
         parameters={"slope": slope},
         derivative=_tent_slope,
         parameter_derivative={"slope": lambda x, slope: np.minimum(x, 1 - x)},
-        breakpoints=lambda slope: [1 / slope, 1 - 1 / slope],
+        breakpoints=[0.5],
     )
 
 

@@ -37,6 +37,7 @@ Breakpoints: TypeAlias = Sequence[float] | Callable[..., Sequence[float]]
 
 N_PROBES: Final = 64  # points where the ways to call and to differentiate are tried out
 COMPLEX_AGREES: Final = 1e-6  # complex step and differences, relative: else it is not analytic
+LARGEST_LABEL: Final = 2.0**62
 PARAMETER_SCALE: Final = 1e-2  # of a parameter's size: first step of differences in it
 
 
@@ -260,9 +261,11 @@ class PiecewiseMap:
                 labels = np.array([self._given_label(float(v), **parameters) for v in x])
         if labels.dtype == np.uint64:
             return labels.copy()
-        # Labels may be negative (two's complement keeps them apart) or NaN in a gap.
-        whole = labels if labels.dtype.kind in "biu" else np.nan_to_num(labels)
-        return whole.astype(np.int64).astype(np.uint64)
+        if labels.dtype.kind == "f":
+            # NaN in a gap; beyond the integers, one label for all.
+            labels = np.clip(np.nan_to_num(labels), -LARGEST_LABEL, LARGEST_LABEL)
+        # Labels may be negative: two's complement keeps them apart.
+        return labels.astype(np.int64).astype(np.uint64)
 
     def _same_branch(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
         inside = (y >= self._domain[0]) & (y <= self._domain[1])

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from tests.reference.affine import Affine, jump_orbits, periodic_points
 
 from stickslip.analysis import examples
 from stickslip.analysis.one_d.periodic import periodic_orbits
 from stickslip.analysis.piecewise_map import PiecewiseMap
-from tests.reference.affine import Affine, jump_orbits, periodic_points
 
 ROUNDING = 1e-13
 BORDER = 1e-6  # random maps with an orbit this close to a border are left out
@@ -54,8 +54,11 @@ def test_number_of_orbits_of_a_minimal_period(p):
 
 def test_both_orbits_of_a_fold_on_one_lap():
     (stable,), (unstable,) = (
-        [o for o in periodic_orbits(examples.logistic(PERIOD_THREE + 1e-6), period=3)
-         if o.stable == wanted]
+        [
+            o
+            for o in periodic_orbits(examples.logistic(PERIOD_THREE + 1e-6), period=3)
+            if o.stable == wanted
+        ]
         for wanted in (True, False)
     )
     # Beside a fold multipliers are 1 ± c sqrt(r - r_fold).
@@ -123,9 +126,7 @@ def test_random_affine_maps_against_every_word(inner, slopes, starts, p):
     assume(all(abs(np.subtract(*affine.limits(i))) > BORDER for i in range(1, len(slopes))))
 
     got = periodic_orbits(affine.as_map(), period=p, infinitely_unstable=True)
-    ordinary = sorted(
-        (list(o.points), o.multiplier) for o in got if not o.infinitely_unstable
-    )
+    ordinary = sorted((list(o.points), o.multiplier) for o in got if not o.infinitely_unstable)
     assert len(ordinary) == len(known)
     for (points, multiplier), (expected, slope) in zip(ordinary, known, strict=True):
         assert points == pytest.approx(expected, abs=1e-9)
@@ -162,9 +163,7 @@ def test_maximal_orbits_of_the_square_root_map(lam, mu):
         n_found += 1
         start = int(np.argmin(points))
         points = np.roll(points, -start)
-        (match,) = [
-            o for o in orbits.of_period(p) if np.abs(o.points - points).max() < ROUNDING
-        ]
+        (match,) = [o for o in orbits.of_period(p) if np.abs(o.points - points).max() < ROUNDING]
         assert match.multiplier == pytest.approx(multiplier, rel=1e-9)
     assert n_found > 0
 

@@ -79,10 +79,9 @@ class Breakpoint:
 def limits_at_cuts(mesh: Mesh, cuts: Cuts) -> tuple[Limits, Limits]:
     """Return the limits at both ends of every segment between cuts, shapes (n_cuts + 1,).
 
-    The first segment starts at the domain's left end, the last ends at its right end.
+    The first segment starts where the map does, the last ends where it ends.
     """
-    first, last = mesh.nodes.take(slice(0, 1)), mesh.nodes.take(slice(-1, None))
-    starts, ends = first.joined(cuts.right), cuts.left.joined(last)
+    starts, ends = cuts.starts, cuts.ends
     room = ends.x - starts.x
     ones = np.ones(len(room))
     return limits_inside(mesh, starts, ones, room), limits_inside(mesh, ends, -ones, room)

@@ -19,11 +19,14 @@ MAX_CHANGES: Final = 4096  # label changes followed before the rest is reported 
 FINEST: Final = 2.0**-12  # of the spacing of floats at the domain's size: adjacent enough near 0
 MAX_ROUNDS: Final = 200  # each halves: 65 suffice from any domain to FINEST
 MAX_SUSPECTS: Final = 256  # breaks without a label that are followed
+BLURRED: Final = 1e-3  # of the resolution: a wider cut holds more than one tie of events
 NEAR: Final = 64.0  # resolutions: doubtful cells this close are one suspect, or none by a break
 STEP: Final = 1e-10  # of the range of values: a step between adjacent floats is real above it
 BEND: Final = 1e-6  # of the slopes: likewise a change of the slope
 
 ACCUMULATE: Final = "branches accumulate: more label changes than are followed, in"
+CLOSE: Final = "label changes closer to each other than the resolution, in"
+NARROW_END: Final = "a branch narrower than the resolution at the end of the domain,"
 ROUGH: Final = "values look rough: more breaks without a label than are followed, in"
 
 
@@ -58,14 +61,30 @@ class Unresolved:
 
 @dataclass(frozen=True)
 class Cuts:
-    """Neighbouring points, ``left`` and ``right`` of each break of the map, ascending."""
+    """Neighbouring points, ``left`` and ``right`` of each break of the map, ascending.
+
+    ``first`` and ``last`` are the outermost points of the map: the ends of its domain, unless
+    these belong to branches narrower than the resolution.
+    """
 
     left: Nodes
     right: Nodes
+    first: Nodes
+    last: Nodes
 
     def take(self, index: Bools) -> Cuts:
         """Return some of the cuts."""
-        return Cuts(self.left.take(index), self.right.take(index))
+        return Cuts(self.left.take(index), self.right.take(index), self.first, self.last)
+
+    @property
+    def starts(self) -> Nodes:
+        """First points of the segments between cuts."""
+        return self.first.joined(self.right)
+
+    @property
+    def ends(self) -> Nodes:
+        """Last points of the segments between cuts."""
+        return self.left.joined(self.last)
 
     def __len__(self) -> int:
         """Return the number of cuts."""
@@ -113,13 +132,32 @@ class _Search:
         nodes = self.mesh.nodes
         cells = np.flatnonzero(~nodes.same_as_next())
         cells = cells[~np.isin(nodes.x[cells], self.left.x)]
-        return nodes.take(cells), nodes.take(cells + 1)
+        left, right = nodes.take(cells), nodes.take(cells + 1)
+        # More changes within the resolution of a known cut are not taken apart.
+        close = self._is_close_to_cut(left.x, right.x)
+        self._keep(left.take(close), right.take(close), np.zeros(int(close.sum()), dtype=bool))
+        return left.take(~close), right.take(~close)
+
+    def _is_close_to_cut(self, lower: Floats, upper: Floats) -> Bools:
+        """Tell which brackets begin or end, and fit, within the resolution of a cut."""
+        if not len(self.left):
+            return np.zeros(len(lower), dtype=bool)
+        step = self.mesh.resolution
+        starts, stops = np.sort(self.left.x), np.sort(self.right.x)
+        before = np.append(stops, np.inf)[np.maximum(np.searchsorted(stops, lower, "right") - 1, 0)]
+        after = np.append(starts, np.inf)[np.searchsorted(starts, upper, "left")]
+        near = (np.abs(lower - before) <= step) | (after - upper <= step)
+        close: Bools = near & (upper - lower <= step)
+        return close
+
+    def _keep(self, left: Nodes, right: Nodes, wide: Bools) -> None:
+        self.left, self.right = self.left.joined(left), self.right.joined(right)
+        self.wide = np.concatenate([self.wide, wide])
 
     def follow(self, left: Nodes, right: Nodes) -> None:
         """Bisect label changes to adjacent floats and keep them as cuts, with neighbours."""
         left, right, wide = self._bisect_labels(left, right)
-        self.left, self.right = self.left.joined(left), self.right.joined(right)
-        self.wide = np.concatenate([self.wide, wide])
+        self._keep(left, right, wide)
         self._keep_neighbours(left, right)
 
     def _bisect_labels(self, left: Nodes, right: Nodes) -> tuple[Nodes, Nodes, Bools]:
@@ -179,9 +217,7 @@ class _Search:
             left = left.replaced(active[as_left], middle.take(as_left))
             right = right.replaced(active[~as_left], middle.take(~as_left))
         real = self._is_break(left, right)
-        left, right = left.take(real), right.take(real)
-        self.left, self.right = self.left.joined(left), self.right.joined(right)
-        self.wide = np.concatenate([self.wide, np.zeros(len(left), dtype=bool)])
+        self._keep(left.take(real), right.take(real), np.zeros(int(real.sum()), dtype=bool))
 
     def _is_break(self, left: Nodes, right: Nodes) -> Bools:
         """Tell whether adjacent floats differ by more than a smooth function could."""
@@ -221,7 +257,31 @@ class _Search:
         starts = np.ones(len(left), dtype=bool)
         starts[1:] = left.x[1:] - right.x[:-1] >= self.mesh.resolution
         ends = np.append(starts[1:], True) if len(left) else starts
-        return Cuts(left.take(starts), right.take(ends)), self.unresolved
+        left, right = left.take(starts), right.take(ends)
+        blurred = right.x - left.x > BLURRED * self.mesh.resolution
+        for lo, hi in zip(left.x[blurred], right.x[blurred], strict=True):
+            self.unresolved.append(Unresolved(CLOSE, float(lo), float(hi)))
+        return self._trimmed(left, right), self.unresolved
+
+    def _trimmed(self, left: Nodes, right: Nodes) -> Cuts:
+        """Let the map begin and end with branches wider than the resolution."""
+        nodes, step = self.mesh.nodes, self.mesh.resolution
+        first, last = nodes.take(slice(0, 1)), nodes.take(slice(-1, None))
+        if len(left) and left.x[0] - first.x[0] < step:
+            self.unresolved.append(Unresolved(NARROW_END, float(first.x[0]), float(left.x[0])))
+            first, left, right = (
+                right.take(slice(0, 1)),
+                left.take(slice(1, None)),
+                right.take(slice(1, None)),
+            )
+        if len(left) and last.x[0] - right.x[-1] < step:
+            self.unresolved.append(Unresolved(NARROW_END, float(right.x[-1]), float(last.x[0])))
+            last, left, right = (
+                left.take(slice(-1, None)),
+                left.take(slice(0, -1)),
+                right.take(slice(0, -1)),
+            )
+        return Cuts(left, right, first, last)
 
     def _open_wide(self) -> None:
         """Turn an interval that was not followed into a gap with a cut at either end."""

@@ -224,8 +224,7 @@ def _hints(f: Map1D, resolution: float) -> tuple[Hints, list[Unresolved]]:
 def _classify(mesh: Mesh, cuts: Cuts, hints: Hints) -> tuple[list[Breakpoint], Segments]:
     """Take limits at all cuts and drop those that are none: same label, smooth across."""
     at_first, at_last = limits_at_cuts(mesh, cuts)
-    lo, hi = mesh.nodes.take(slice(0, 1)), mesh.nodes.take(slice(-1, None))
-    first, last = lo.joined(cuts.right), cuts.left.joined(hi)
+    first, last = cuts.starts, cuts.ends
     at_first = hints.sharpened(first.x, at_first, at_starts=True)
     at_last = hints.sharpened(last.x, at_last, at_starts=False)
     width = cuts.right.x - cuts.left.x
@@ -236,8 +235,8 @@ def _classify(mesh: Mesh, cuts: Cuts, hints: Hints) -> tuple[list[Breakpoint], S
     if false.any():
         return _classify(mesh, cuts.take(~false), hints)
     where = _positions(cuts)
-    at_first = at_first.moved(np.concatenate([lo.x, where]) - first.x)
-    at_last = at_last.moved(np.concatenate([where, hi.x]) - last.x)
+    at_first = at_first.moved(np.concatenate([first.x[:1], where]) - first.x)
+    at_last = at_last.moved(np.concatenate([where, last.x[-1:]]) - last.x)
     segments = Segments(first, last, at_first, at_last, where, kinds == "smooth")
     scale = max(abs(end) for end in mesh.f.domain)
     return [_breakpoint(cuts, segments, kinds, scale, i) for i in range(len(cuts))], segments
