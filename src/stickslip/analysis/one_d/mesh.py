@@ -27,6 +27,7 @@ __all__ = ["Mesh", "Nodes", "hermite", "hermite_slope", "slope_extremes"]
 
 N_START: Final = 101  # nodes of the first grid; ten times as many found nothing more
 GOLDEN: Final = 0.6180339887498949
+GAP_PROBES: Final = 1e-3  # of the domain: spacing of probes for branches inside a gap
 JITTER: Final = 0.07  # of a cell: no node on a symmetric place, where turning points like to sit
 VALUE_FIT: Final = 1e-7  # of the range of values: a prediction this good passes
 SLOPE_FIT: Final = 1e-4  # of the slopes: likewise
@@ -208,9 +209,9 @@ class Mesh:
         self.open &= ~narrow
 
     def _wide_enough(self, width: Floats) -> Bools:
-        """Cells in a gap are probed once or twice, others down to the resolution."""
+        """Tell which cells may be halved: in a gap only coarse ones."""
         in_gap = ~self.nodes.ok[1:]
-        coarse = 0.6 * domain_width(self.f) / (N_START - 1)
+        coarse = GAP_PROBES * domain_width(self.f)
         return width > np.where(in_gap, coarse, self.resolution)
 
     def _passes(self, left: Nodes, middle: Nodes, right: Nodes) -> Bools:
