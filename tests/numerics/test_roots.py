@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from stickslip.numerics.roots import EPSILON, leaving_step, polish, safe_step
+from stickslip.numerics.roots import EPSILON, contact_time, leaving_step, safe_step
 
 pytestmark = pytest.mark.kernel
 
@@ -75,7 +75,12 @@ def test_a_safe_step_without_downward_bend_is_newtons_or_the_cap():
     assert safe_step(1.0, -0.25, 3.0, 10.0, 1.0, 3.0) == 3.0
 
 
-@given(slope=st.floats(0.0, 2.0), bend=st.floats(-3.0, 3.0), rest=st.floats(-3.0, 3.0), cap=CAP)
+@given(
+    slope=st.just(0.0) | st.floats(1e-100, 2.0),  # smaller ones have no square
+    bend=st.just(0.0) | st.floats(1e-100, 3.0) | st.floats(-3.0, -1e-100),
+    rest=st.floats(-3.0, 3.0),
+    cap=CAP,
+)
 def test_a_leaving_step_ends_before_the_next_root(slope, bend, rest, cap):
     # g = slope t + bend t^2 + rest t^3 starts at zero
     bound_3 = 6.0 * abs(rest) + 1e-3
@@ -101,10 +106,21 @@ def test_a_double_root_at_the_start_is_left_like_a_simple_one():
     assert leaving_step(0.0, 2.0, 6.0, 10.0) == pytest.approx(0.5)
 
 
-def test_polishing_is_a_newton_step_except_where_the_signal_is_flat():
-    assert polish(1.0, 1e-9, -0.5) == 1.0 + 2e-9
-    assert polish(1.0, 1e-9, -1e-9) == 1.0
-    assert polish(1.0, 0.0, 0.0) == 1.0
+def test_a_contact_is_the_first_root_of_the_parabola():
+    # g = (h - 1e-4) (h - 1): value 1e-4, slope -(1 + 1e-4), second derivative 2
+    assert contact_time(3.0, 1e-4, -1.0001, 2.0, 1e-16) == pytest.approx(3.0001, abs=1e-15)
+    assert contact_time(1.0, 1e-9, -0.5, 0.0, 1e-16) == 1.0 + 2e-9
+
+
+@pytest.mark.parametrize("depth", [-9e-17, 0.0, 9e-17])
+def test_a_touch_within_rounding_is_at_the_minimum(depth):
+    # g = depth + (h - 1e-8)^2: a root, if any, is up to 1e-8 early, where g' is not zero
+    t = contact_time(0.0, depth + 1e-16, -2e-8, 2.0, 1e-16)
+    assert t == pytest.approx(1e-8, rel=1e-15)
+
+
+def test_a_signal_that_rests_at_zero_is_in_contact_now():
+    assert contact_time(1.0, 0.0, 0.0, 0.0, 1e-16) == 1.0
 
 
 def test_epsilon_is_the_spacing_of_doubles_at_one():

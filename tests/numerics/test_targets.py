@@ -116,22 +116,22 @@ def test_kernels_work_where_nothing_can_be_written(tmp_path):
         targets._candidate_roots = lambda: iter(())  # not even a temporary folder
         text = "from stickslip.numerics.targets import kernel\\n@kernel\\ndef f(x):\\n    return 2.0 * x\\n"
         print(targets.cache_root(), targets.write_module("test", text).f(4.0))
-        from stickslip.numerics.roots import polish
-        print(polish(1.0, 0.5, -0.5))
+        from stickslip.numerics.roots import safe_step
+        print(safe_step(0.5, -0.5, 0.0, 0.0, 0.0, 9.0))
     """  # noqa: E501
-    assert printed(code, HOME=str(blocked), TMPDIR=str(tmp_path)) == "None 8.0\n2.0"
+    assert printed(code, HOME=str(blocked), TMPDIR=str(tmp_path)) == "None 8.0\n1.0"
 
 
 def test_a_home_that_does_not_exist_is_no_error(tmp_path):
     code = """
         from stickslip.numerics import targets
-        from stickslip.numerics.roots import polish
-        print(targets.cache_root(), polish(1.0, 0.5, -0.5))
+        from stickslip.numerics.roots import safe_step
+        print(targets.cache_root(), safe_step(0.5, -0.5, 0.0, 0.0, 0.0, 9.0))
     """
     nothing = {"STICKSLIP_CACHE_DIR": None, "XDG_CACHE_HOME": None}
     folder, number = printed(code, HOME="/dev/null", TMPDIR=str(tmp_path), **nothing).split()
     assert Path(folder).is_relative_to(tmp_path)
-    assert number == "2.0"
+    assert number == "1.0"
 
 
 # --- never a stale result ----------------------------------------------------------------------

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.numerics.roots import EPSILON, leaving_step, polish, safe_step
+from stickslip.numerics.roots import EPSILON, contact_time, leaving_step, safe_step
 from stickslip.numerics.targets import kernel
 
 Floats = NDArray[np.float64]
@@ -78,21 +78,15 @@ def search(c: Floats, h: float, leaving: bool, rounding: float) -> float:
         if t == 0.0:
             return 0.0
     for _ in range(MAX_SEARCH):
-        if t >= h:
-            return h_contact(c, h, rounding)
         g, slope, curvature = jet(c, t)
         if g <= rounding and slope <= 0.0:
-            return min(max(polish(t, g, slope), 0.0), h)
+            contact = max(contact_time(t, g, slope, curvature, rounding), 0.0)
+            return contact if contact <= h else NO_ROOT  # beyond: the next step's
+        if t >= h:
+            return NO_ROOT
         step = safe_step(max(g, 0.0), slope, curvature, bound_2, bound_3, h - t)
         t = min(h, t + max(step, EPSILON * h))
     return UNFINISHED
-
-
-@kernel
-def h_contact(c: Floats, h: float, rounding: float) -> float:
-    """Whether the end of the interval is itself a contact."""
-    g, slope, _ = jet(c, h)
-    return h if g <= rounding and slope <= 0.0 else NO_ROOT
 
 
 @kernel

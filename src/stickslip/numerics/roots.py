@@ -48,6 +48,15 @@ def leaving_step(slope: float, curvature: float, bound_3: float, cap: float) -> 
 
 
 @kernel(inline=True)
-def polish(t: float, g: float, slope: float) -> float:
-    """One Newton step onto a root just ahead, unless the signal is flat there."""
-    return t - g / slope if slope * slope > 1e-6 * abs(g) else t
+def contact_time(t: float, g: float, slope: float, curvature: float, rounding: float) -> float:
+    """Time of the contact just ahead of `t`, where a signal falls and is within rounding of zero.
+
+    The first root of the parabola through the signal; where the parabola only touches zero,
+    within `rounding`, its minimum: there ``g' = 0``, and what follows from that is exact.
+    """
+    square = slope * slope - 2.0 * curvature * g
+    if curvature > 0.0 and square <= 2.0 * curvature * rounding:
+        return t - slope / curvature
+    if slope == 0.0:
+        return t
+    return t - 2.0 * g / (slope - math.sqrt(max(square, 0.0)))

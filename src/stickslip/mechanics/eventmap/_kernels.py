@@ -7,11 +7,12 @@ is bound to the names imported below for the type checker.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.mechanics.eventmap.records import Controls, Outputs
 from stickslip.mechanics.flow.mode import settle
 from stickslip.mechanics.flow.onset import onset
 from stickslip.mechanics.flow.system import (
@@ -58,26 +59,6 @@ STEPS_PER_EVENT = 200
 BOTH = 3
 # Multiplier of the 64-bit hash of itineraries (Knuth's MMIX).
 HASH = np.uint64(6364136223846793005)
-
-
-class Controls(NamedTuple):
-    """Tolerance of the adaptive engine and the limits of a motion."""
-
-    rtol: float
-    max_events: int
-    max_time: float
-
-
-class Outputs(NamedTuple):
-    """What a motion leaves, an entry (``derivative``: a row) for each starting point."""
-
-    value: Floats
-    derivative: Floats
-    duration: Floats
-    n_events: NDArray[np.int64]
-    label: NDArray[np.uint64]
-    margin: Floats
-    status: NDArray[np.int64]
 
 
 @kernel(inline=True)

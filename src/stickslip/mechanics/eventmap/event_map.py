@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import status as status_codes
 from stickslip.mechanics.eventmap.itinerary import itinerary_text
+from stickslip.mechanics.eventmap.records import Controls, Outputs
 from stickslip.mechanics.flow.engine import (
     Engine,
     EngineName,
@@ -320,8 +321,8 @@ class EventMap:
         return bind_engine("stickslip.mechanics.eventmap._kernels", self._engine)
 
     @cached_property
-    def _controls(self) -> Any:
-        return self._kernels.Controls(self.rtol, self.max_events, self.max_time)
+    def _controls(self) -> Controls:
+        return Controls(self.rtol, self.max_events, self.max_time)
 
     def _scratch(self, directions: Sequence[Floats]) -> _Scratch:
         """Work arrays for this thread, with a tangent column for each direction."""
@@ -341,10 +342,10 @@ class EventMap:
             scratch.long_motion.directions[column] = direction
         return scratch
 
-    def _run(self, points: Floats, directions: Sequence[Floats], *, watch: bool = False) -> Any:
-        """Evaluate all points on all threads; returns the kernels' ``Outputs``."""
+    def _run(self, points: Floats, directions: Sequence[Floats], *, watch: bool = False) -> Outputs:
+        """Evaluate all points on all threads."""
         n = points.size
-        outputs = self._kernels.Outputs(
+        outputs = Outputs(
             value=np.full(n, np.nan),
             derivative=np.full((n, len(directions)), np.nan),
             duration=np.zeros(n),

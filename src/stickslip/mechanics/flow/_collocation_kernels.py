@@ -10,7 +10,7 @@ close to it that this does not matter.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ from stickslip.mechanics.flow.system import (
     law_parameters,
     limit,
 )
+from stickslip.mechanics.flow.work import CollocationWork
 from stickslip.numerics import collocation
 from stickslip.numerics.polynomial import value
 from stickslip.numerics.roots import EPSILON
@@ -61,38 +62,11 @@ COEFFICIENTS = collocation.to_coefficients(DEGREE)
 POWERS = collocation.shifted_chebyshev(DEGREE)
 
 
-class Work(NamedTuple):
-    """Scratch of the engine.
-
-    ``w``, ``e``: polynomials of the step in powers of time; ``node_w``, ``node_e``,
-    ``node_a``: values at the nodes; ``d_...``: the same of one tangent; ``gradient``: of a
-    law; ``length``: proposed length of the next step; ``sliding``: time since the motion began,
-    0 for a new one. ``margin``, ``watch``: as in the exact engine.
-    """
-
-    w: Rows
-    e: Rows
-    node_w: Rows
-    node_e: Rows
-    node_a: Rows
-    d_node_w: Rows
-    d_node_e: Rows
-    d_node_a: Rows
-    d_w: Rows
-    d_e: Rows
-    signal: Floats
-    gradient: Floats
-    length: Floats
-    margin: Floats
-    watch: Floats
-    sliding: Floats
-
-
-def new_work() -> Work:
+def new_work() -> CollocationWork:
     """Scratch arrays for one motion."""
     powers = (2, DEGREE + 3)
     values = (2, DEGREE + 1)
-    return Work(
+    return CollocationWork(
         w=np.zeros(powers),
         e=np.zeros(powers),
         node_w=np.zeros(values),
@@ -121,7 +95,7 @@ def landing_rate(system: System, laws: Floats, motion: Motion, block: int) -> fl
 
 @kernel
 def advance(
-    system: System, laws: Floats, motion: Motion, work: Work, rtol: float, cap: float
+    system: System, laws: Floats, motion: Motion, work: CollocationWork, rtol: float, cap: float
 ) -> tuple[float, int]:
     """Take one step, up to an event if one comes; return its length and a status."""
     if work.sliding[0] == 0.0:
@@ -150,7 +124,9 @@ def advance(
 
 
 @kernel
-def finish(system: System, laws: Floats, motion: Motion, work: Work, h: float, end: float) -> float:
+def finish(
+    system: System, laws: Floats, motion: Motion, work: CollocationWork, h: float, end: float
+) -> float:
     """Move state and tangents to the end of a step of collocation length `h`."""
     if work.watch[0] != 0.0:
         margin = watch_step(system, motion, work.w, work.e, work.signal, end)
@@ -168,7 +144,7 @@ def finish(system: System, laws: Floats, motion: Motion, work: Work, h: float, e
 
 
 @kernel
-def slides_for_ever(system: System, laws: Floats, motion: Motion, work: Work) -> bool:
+def slides_for_ever(system: System, laws: Floats, motion: Motion, work: CollocationWork) -> bool:
     """Whether two blocks slipping backward can be shown never to reach the belt again."""
     force_1 = force(laws[0], -1, system.V)
     force_2 = force(laws[1], -1, system.V)
@@ -218,7 +194,9 @@ def integrate_loading(
 
 
 @kernel
-def sweep_to_rest(system: System, laws: Floats, motion: Motion, work: Work, h: float) -> float:
+def sweep_to_rest(
+    system: System, laws: Floats, motion: Motion, work: CollocationWork, h: float
+) -> float:
     """Solve the step by Picard sweeps; return its error, inf without convergence, NaN of a law."""
     for block in range(2):
         for i in range(DEGREE + 1):
@@ -250,7 +228,7 @@ def sweep_to_rest(system: System, laws: Floats, motion: Motion, work: Work, h: f
 
 
 @kernel
-def truncation(motion: Motion, work: Work, h: float) -> float:
+def truncation(motion: Motion, work: CollocationWork, h: float) -> float:
     """Error of a step: what the last two Chebyshev coefficients of w' add to w."""
     error = 0.0
     for block in range(2):
@@ -265,7 +243,7 @@ def truncation(motion: Motion, work: Work, h: float) -> float:
 
 
 @kernel
-def polynomials(system: System, motion: Motion, work: Work, h: float) -> None:
+def polynomials(system: System, motion: Motion, work: CollocationWork, h: float) -> None:
     """State as polynomials in powers of time, from the accelerations at the nodes."""
     to_polynomial(work.node_a, work.signal, work.w, motion.w, h)
     for block in range(2):
@@ -308,7 +286,7 @@ def loading_polynomial(system: System, w: Rows, e: Rows, start: Floats, drive: f
 
 @kernel
 def tangents(
-    system: System, laws: Floats, motion: Motion, work: Work, h: float, end: float
+    system: System, laws: Floats, motion: Motion, work: CollocationWork, h: float, end: float
 ) -> None:
     """Carry every tangent column over the step: the linearised equations at the same nodes."""
     for column in range(motion.directions.shape[0]):
@@ -329,7 +307,7 @@ def tangents(
 
 @kernel
 def sweep_tangent(
-    system: System, laws: Floats, motion: Motion, work: Work, column: int, h: float
+    system: System, laws: Floats, motion: Motion, work: CollocationWork, column: int, h: float
 ) -> None:
     """Solve the linearised step for one column by Picard sweeps."""
     direction = motion.directions[column]
@@ -372,7 +350,7 @@ def friction_tangent(
     system: System,
     laws: Floats,
     motion: Motion,
-    work: Work,
+    work: CollocationWork,
     direction: Floats,
     block: int,
     node: int,

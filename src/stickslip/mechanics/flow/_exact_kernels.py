@@ -32,7 +32,7 @@ from stickslip.mechanics.flow.system import (
     limit,
     loading_rate,
 )
-from stickslip.numerics.roots import EPSILON, leaving_step, polish, safe_step
+from stickslip.numerics.roots import EPSILON, contact_time, leaving_step, safe_step
 from stickslip.numerics.targets import kernel
 from stickslip.status import OK, STEP_FAILED
 
@@ -293,7 +293,7 @@ def rider_reaches_either(
             pull = friction(system, laws, motion, slipper) - motion.e[slipper]
             curvature = sign * system.alpha * pull
             if gap <= tolerance and (slope < 0.0 or (slope == 0.0 and curvature <= 0.0)):
-                best, best_side = polish(t, gap, slope), side
+                best, best_side = contact_time(t, gap, slope, curvature, tolerance), side
                 break
             if t >= best:
                 break
@@ -472,7 +472,7 @@ def next_event_both(
                 reach = safe_step(max(gap, 0.0), slope, curvature, bound_2, bound_3, CAP)
             step = min(step, reach)
         if found:
-            t = finish_both(system, laws, motion, work, t)
+            t = finish_both(system, laws, motion, work, t, tolerance)
             return t, OK
         if t >= longest:
             if work.watch[0] != 0.0:
@@ -484,13 +484,31 @@ def next_event_both(
     return t, STEP_FAILED
 
 
+@kernel
+def landing_time(
+    system: System, laws: Floats, motion: Motion, block: int, t: float, tolerance: float
+) -> float:
+    """Time at which a block that lands about `t` does so, or inf if it does not."""
+    if motion.event[block] != LANDING:
+        return math.inf
+    sign = float(motion.mode[block])
+    slope = sign * (friction(system, laws, motion, block) - motion.e[block])
+    curvature = -sign * loading_rate(system, motion.w, block)
+    return contact_time(t, sign * motion.w[block], slope, curvature, tolerance)
+
+
 @kernel(inline=True)
-def finish_both(system: System, laws: Floats, motion: Motion, work: Work, t: float) -> float:
+def finish_both(
+    system: System, laws: Floats, motion: Motion, work: Work, t: float, tolerance: float
+) -> float:
     """Polish the time of an event of two slipping blocks and carry everything there."""
-    block = 0 if motion.event[0] == LANDING else 1
-    if not (motion.event[0] == LANDING and motion.event[1] == LANDING) and t > 0.0:
-        slope = friction(system, laws, motion, block) - motion.e[block]
-        t = polish(t, motion.w[block], slope)
+    if t > 0.0:
+        first = landing_time(system, laws, motion, 0, t, tolerance)
+        second = landing_time(system, laws, motion, 1, t, tolerance)
+        t = min(first, second)
+        for block in range(2):
+            if (first if block == 0 else second) > t * (1.0 + 2.0 * EPSILON):
+                motion.event[block] = 0  # it lands a little later, in a step of its own
         move_both(system, laws, motion, work, t)
     if work.watch[0] != 0.0:
         watch_both(system, laws, motion, work, t)

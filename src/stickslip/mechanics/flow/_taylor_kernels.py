@@ -8,10 +8,9 @@ Derivation: docs/theory/flow.md.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stickslip.mechanics.flow.dense import find_events, watch_step
 from stickslip.mechanics.flow.saltation import saltation
@@ -27,6 +26,7 @@ from stickslip.mechanics.flow.system import (
     law_parameters,
     limit,
 )
+from stickslip.mechanics.flow.work import TaylorWork
 from stickslip.numerics.polynomial import value
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
@@ -50,29 +50,10 @@ ORDER = 18
 LONGEST_STEP = 1.0
 
 
-class Work(NamedTuple):
-    """Scratch of the engine.
-
-    ``w``, ``e`` (2, ORDER + 1): series of the step; ``rows``: series of each block's law;
-    ``signal``: the polynomial that is searched; ``d_w``, ``d_e``: series of one tangent.
-    ``margin``, ``watch``, ``sliding``: as in the exact engine.
-    """
-
-    w: Floats
-    e: Floats
-    rows: NDArray[np.float64]
-    signal: Floats
-    d_w: Floats
-    d_e: Floats
-    margin: Floats
-    watch: Floats
-    sliding: Floats
-
-
-def new_work() -> Work:
+def new_work() -> TaylorWork:
     """Scratch arrays for one motion."""
     n = ORDER + 1
-    return Work(
+    return TaylorWork(
         w=np.zeros((2, n)),
         e=np.zeros((2, n)),
         rows=np.zeros((2, N_ROWS, n)),
@@ -94,7 +75,7 @@ def landing_rate(system: System, laws: Floats, motion: Motion, block: int) -> fl
 
 @kernel
 def advance(
-    system: System, laws: Floats, motion: Motion, work: Work, rtol: float, cap: float
+    system: System, laws: Floats, motion: Motion, work: TaylorWork, rtol: float, cap: float
 ) -> tuple[float, int]:
     """Take one step, up to an event if one comes; return its length and a status."""
     expand(system, laws, motion, work)
@@ -119,7 +100,7 @@ def advance(
 
 
 @kernel
-def slides_for_ever(system: System, laws: Floats, motion: Motion, work: Work) -> bool:
+def slides_for_ever(system: System, laws: Floats, motion: Motion, work: TaylorWork) -> bool:
     """Whether two blocks slipping backward can be shown never to reach the belt again."""
     force_1 = force(laws[0], -1, system.V)
     force_2 = force(laws[1], -1, system.V)
@@ -144,7 +125,7 @@ def rate(system: System, laws: Floats, motion: Motion, block: int) -> float:
 
 
 @kernel
-def expand(system: System, laws: Floats, motion: Motion, work: Work) -> None:
+def expand(system: System, laws: Floats, motion: Motion, work: TaylorWork) -> None:
     """Taylor series of the state: (k + 1) w_{k+1} = -mode limit F_k - e_k, and e from w."""
     w, e = work.w, work.e
     for block in range(2):
@@ -171,7 +152,7 @@ def expand(system: System, laws: Floats, motion: Motion, work: Work) -> None:
 
 
 @kernel
-def step_length(motion: Motion, work: Work, rtol: float) -> float:
+def step_length(motion: Motion, work: TaylorWork, rtol: float) -> float:
     """Step after which the last two terms of every series are below `rtol`."""
     h = LONGEST_STEP
     for block in range(2):
@@ -187,7 +168,7 @@ def step_length(motion: Motion, work: Work, rtol: float) -> float:
 
 
 @kernel
-def tangents(system: System, laws: Floats, motion: Motion, work: Work, h: float) -> None:
+def tangents(system: System, laws: Floats, motion: Motion, work: TaylorWork, h: float) -> None:
     """Carry every tangent column over the step by its own Taylor series."""
     for block in range(2):
         mode = motion.mode[block]
@@ -203,7 +184,7 @@ def tangents(system: System, laws: Floats, motion: Motion, work: Work, h: float)
 
 
 @kernel
-def tangent_series(system: System, motion: Motion, work: Work, column: int) -> None:
+def tangent_series(system: System, motion: Motion, work: TaylorWork, column: int) -> None:
     """Series of one tangent column: the linearised equations, driven by its direction."""
     d_w, d_e = work.d_w, work.d_e
     direction = motion.directions[column]
@@ -225,7 +206,7 @@ def tangent_series(system: System, motion: Motion, work: Work, column: int) -> N
 
 @kernel
 def friction_tangent(
-    system: System, motion: Motion, work: Work, direction: Floats, block: int, k: int
+    system: System, motion: Motion, work: TaylorWork, direction: Floats, block: int, k: int
 ) -> float:
     """Give coefficient k of the derivative of the force -mode limit F(mode w; parameters)."""
     mode = motion.mode[block]

@@ -140,7 +140,6 @@ def bind_engine(template: str, engine: Engine) -> ModuleType:
         advance=engine.kernels.advance,
         landing_rate=engine.kernels.landing_rate,
         slides_for_ever=engine.kernels.slides_for_ever,
-        Work=engine.kernels.Work,
     )
 
 

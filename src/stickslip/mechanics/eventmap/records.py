@@ -1,0 +1,34 @@
+"""What goes into the event map's kernels besides a motion, and what comes out of them.
+
+Not part of the template: one class for all engines, or numba would look its type up by the
+slow way at every call.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.mechanics.flow.system import Floats
+
+
+class Controls(NamedTuple):
+    """Tolerance of the adaptive engine and the limits of a motion."""
+
+    rtol: float
+    max_events: int
+    max_time: float
+
+
+class Outputs(NamedTuple):
+    """What a motion leaves, an entry (``derivative``: a row) for each starting point."""
+
+    value: Floats
+    derivative: Floats
+    duration: Floats
+    n_events: NDArray[np.int64]
+    label: NDArray[np.uint64]
+    margin: Floats
+    status: NDArray[np.int64]
