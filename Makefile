@@ -53,7 +53,7 @@ benchmark: $(STAMPS)/dev
 clean:
 	rm -rf out build dist docs/_build docs/gallery/generated docs/api/generated benchmarks/results \
 		.pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache $(VENV)
-	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # ---------------------------------------------------------------- what `check` is made of
 

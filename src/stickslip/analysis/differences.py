@@ -75,7 +75,7 @@ def extrapolated_difference(
     the entry whose neighbours in the table agree best wins, so steps that reach across an
     unmarked jump lose by themselves.
     """
-    steps = scale * FIRST_STEP * 0.5 ** np.arange(N_STEPS)
+    steps: Floats = np.asarray(scale * FIRST_STEP * 0.5 ** np.arange(N_STEPS), dtype=np.float64)
     points = np.stack([x + sign * h for h in steps for sign in (1.0, -1.0)])
     here = np.broadcast_to(x, points.shape)
     values = func(points.ravel()).reshape(points.shape)

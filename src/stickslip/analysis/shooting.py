@@ -96,10 +96,8 @@ def _is_rounding(
     """Tell which orbits no step can improve: a slope carries the rounding of its point on."""
     with np.errstate(invalid="ignore"):
         allowed = times * EPS * value_scale * (1 + np.abs(slopes))
-        rounding: NDArray[np.bool_] = ((np.abs(residuals) <= allowed) & np.isfinite(slopes)).all(
-            axis=1
-        )
-    return rounding
+        rounding = (np.abs(residuals) <= allowed) & np.isfinite(slopes)
+    return np.asarray(rounding.all(axis=1))
 
 
 def _evaluate_rows(
