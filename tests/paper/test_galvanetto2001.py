@@ -10,6 +10,8 @@ from stickslip import examples
 from stickslip.mechanics.model import locus
 from stickslip.paper import figures
 from stickslip.paper.galvanetto2001 import printed
+from stickslip.paper.galvanetto2001.orbits import WINDOW
+from stickslip.paper.galvanetto2001.roots import cusp
 from stickslip.plot.style import new_figure, style
 from stickslip.study.event_map import event_map
 
@@ -57,11 +59,9 @@ class TestCoulombMap:
         expected = {"S1": -0.0399, "U1": 0.0886, "U2": 0.3716}
         for name, d in expected.items():
             assert values[f"d of {name}"].computed == pytest.approx(d, abs=5e-5)
-        multipliers = data(5).multipliers
-        assert abs(multipliers["S1"]) < 1.0
-        assert abs(multipliers["S4"]) < 1.0
-        assert abs(multipliers["U1"]) > 1.0
-        assert abs(multipliers["U2"]) > 1.0
+        kinds = {name: orbit.kind for name, orbit in data(5).orbits.items()}
+        stable, unstable = "stable", "unstable"
+        assert kinds == {"S1": stable, "U1": unstable, "U2": unstable, "S4": stable}
 
     def test_period_4_orbit(self, values):
         assert values["d of S4, point 1"].computed == pytest.approx(0.2774, abs=5e-5)
@@ -76,12 +76,26 @@ class TestCoulombMap:
     def test_infinitely_unstable_orbit(self, values):
         for point in range(1, 5):
             assert values[f"d of U4, point {point}"].agrees
+        f = event_map(data(5).model)
+        np.testing.assert_allclose(f(data(10).u4[1:3]), data(10).u4[2:], rtol=0, atol=1e-14)
+        assert f(data(10).u4[3]) == pytest.approx(data(10).u4[0], abs=1e-14)
+
+    def test_u4_lies_between_the_transients(self):
+        """Figure 10: from both sides of the jump, on which U4 starts, orbits end on S4."""
+        found = data(10)
+        assert found.u4[0] == pytest.approx(float(COULOMB_JUMPS[3][0]), abs=1e-15)
+        assert found.from_left[0] < found.from_right[0]
+        assert found.from_left[1] < found.s4[0] + 0.002 < found.from_right[1]
+        for d in (found.from_left[-1], found.from_right[-1]):
+            assert np.abs(found.s4 - d).min() < 1e-4
 
     def test_attractor_after_the_collision_recurs_and_attracts(self):
         """Evidence that the motion which the paper calls non-periodic has a long period."""
-        assert data(6).periodic
-        assert data(6).attractor.size > 4
-        assert abs(data(6).multiplier) < 1.0
+        attractor = data(6).attractor
+        assert attractor.period == 83
+        assert attractor.multiplier == pytest.approx(-0.012736, abs=5e-7)
+        assert np.abs(attractor.interval.T - attractor.points).max() < 1e-12
+        assert data(6).s1.period == 1
 
     def test_grazing_lobe_approaches_the_belt(self):
         """Figure 7: below the belt velocity at first, in contact after the collision."""
@@ -146,12 +160,22 @@ class TestLaw9Map:
         assert found.note
 
     def test_bands_hold_the_attractor(self):
-        bands = data(14).bands
+        bands = data(14).attractor.bands
+        assert data(14).attractor.kind == "chaotic"
+        assert bands.shape == (2, 2)
         points = event_map(data(14).model).iterate(bands[0, 0], 3000)
         inside = (points >= bands[0, 0] - 1e-9) & (points <= bands[0, 1] + 1e-9)
         inside |= (points >= bands[1, 0] - 1e-9) & (points <= bands[1, 1] + 1e-9)
         assert inside.all()
         assert bands[0, 1] < data(14).p1 < bands[1, 0]
+
+    def test_bands_end_at_images_of_the_cusp(self):
+        """Found again by bracketing the cusp, apart from the search for attractors."""
+        f = event_map(data(14).model)
+        images = f.iterate(cusp(f, WINDOW)[0], 4)[1:]
+        np.testing.assert_allclose(
+            data(14).attractor.bands.ravel(), np.sort(images), rtol=0, atol=1e-11
+        )
 
     def test_transients_end_on_both_sides_of_the_tangency(self):
         """Figure 17: the first turns back below the belt, the second sticks."""
@@ -170,11 +194,13 @@ class TestLaw9Map:
         assert found.undecided == 0.0
         assert found.left == 0.0
         assert {cause.kind for cause in found.causes[1:-1]} <= {"orbit", "breakpoint"}
-        inside = [d for d in data(5).orbits["S1"] if any(a < d < b for a, b in data(9).hatched)]
+        inside = [
+            d for d in data(5).orbits["S1"].points if any(a < d < b for a, b in data(9).hatched)
+        ]
         assert len(inside) == 1
 
     def test_unstable_points_straddle_the_cusp_before_they_vanish(self):
-        assert data(16).u1 < data(16).cusp < data(16).p1
+        assert data(16).s1 < data(16).u1 < data(16).cusp < data(16).p1
 
 
 def test_every_computed_value_states_its_error(values):

@@ -9,8 +9,7 @@ import numpy as np
 
 from stickslip import examples
 from stickslip.mechanics.flow.trajectory import simulate
-from stickslip.paper.galvanetto2001.fig06 import follow
-from stickslip.paper.galvanetto2001.printed import S4_POINT
+from stickslip.paper.galvanetto2001.orbits import attracting_orbits
 from stickslip.plot.motion import draw_portrait, sample_times
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.study.event_map import event_map
@@ -28,7 +27,6 @@ HEIGHT: Final = 2.9
 
 VELOCITIES: Final = (0.0366, 0.0370)
 BLOCK: Final = 2
-MOST_SLIPS: Final = 400
 LOBE: Final = ((0.0, 0.04), (0.012, 0.042))  # enlarged; our choice
 
 
@@ -50,16 +48,16 @@ class Data:
 
 
 def compute() -> Data:
-    """Follow the attractor that starts where S4 is, or was, over one period."""
+    """Follow S4, and the attractor after it, over one period."""
     return Data(tuple(_steady(examples.coulomb(V=V)) for V in VELOCITIES))
 
 
 def _steady(model: TwoBlock) -> Steady:
-    points, _ = follow(event_map(model), S4_POINT[0])
-    period = min(points.size, MOST_SLIPS)
+    orbit, _ = attracting_orbits(event_map(model))  # the other one is S1
+    period = orbit.period
     # A global stick phase lasts at most as long as the belt needs to cross the locus.
     longest = 2.0 * (1.0 + model.beta) / model.V
-    motion = simulate(model, d=float(points[0]), t_end=(period + 1) * longest)
+    motion = simulate(model, d=float(orbit.points[0]), t_end=(period + 1) * longest)
     end = motion.slips[period].start
     phases = motion.t[:-1] < end
     riding = np.asarray(~motion.modes[phases].any(axis=1))

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from stickslip import examples
-from stickslip.paper.galvanetto2001.printed import EXACT, S4_POINT
-from stickslip.paper.galvanetto2001.roots import fixed_point
+from stickslip.paper.galvanetto2001.orbits import coulomb_orbits, from_point_1, jump_of_s4
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
 from stickslip.plot.style import panel_letter
@@ -41,13 +40,13 @@ def compute() -> Data:
     """Trace the fourth iterate for both velocities; S4 exists for the first only."""
     f, g = (event_map(examples.coulomb(V=V)) for V in VELOCITIES)
     f4 = f.power(4)
-    s4 = fixed_point(f4, *S4_POINT, noise=EXACT)
+    s4 = from_point_1(coulomb_orbits(f)["S4"], jump_of_s4(f).d)
     return Data(
         f.domain,
         trace(f4, f.domain, points=3001),
         trace(f4, ENLARGED),
         trace(g.power(4), ENLARGED),
-        f.iterate(s4.value, 3),
+        s4,
     )
 
 

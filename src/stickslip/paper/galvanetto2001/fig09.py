@@ -57,7 +57,8 @@ def draw(data: Data, figure: Figure) -> None:
         ax.axvline(low, color=PALETTE["grey"], lw=0.5, zorder=0)
         ax.axvline(high, color=PALETTE["grey"], lw=0.5, zorder=0)
     for attractor in data.basins.attractors:
-        mark_orbit(ax, attractor.orbit.points)
+        if attractor.orbit is not None:
+            mark_orbit(ax, attractor.orbit.points)
 
 
 def caption(data: Data) -> str:

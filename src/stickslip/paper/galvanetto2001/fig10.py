@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.paper.galvanetto2001.printed import EXACT, JUMP_OF_S4, S4_POINT
-from stickslip.paper.galvanetto2001.roots import fixed_point, jump
+from stickslip.paper.galvanetto2001.orbits import coulomb_orbits, from_point_1, jump_of_s4, u4
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import cobweb, draw_curve, mark_orbit
 from stickslip.plot.style import PALETTE, panel_letter
@@ -30,11 +29,11 @@ STEPS: Final = 40
 
 @dataclass(frozen=True)
 class Data:
-    """Graphs of f^4 in two windows, S4, the jump, and f^4-orbits (STEPS + 1,) from its sides."""
+    """Graphs of f^4 in two windows; S4, U4 from the jump on; f^4-orbits (STEPS + 1,) from there."""
 
     curves: tuple[Curve, Curve]
     s4: NDArray[np.float64]
-    jump: float
+    u4: NDArray[np.float64]
     from_left: NDArray[np.float64]
     from_right: NDArray[np.float64]
 
@@ -43,14 +42,15 @@ def compute() -> Data:
     """Trace f^4 and iterate it from the floats on both sides of the jump next to S4."""
     f = event_map(examples.coulomb())
     f4 = f.power(4)
-    left, right = jump(f, *JUMP_OF_S4)
-    s4 = f.iterate(fixed_point(f4, *S4_POINT, noise=EXACT).value, 3)
+    jump = jump_of_s4(f)
+    left, right = jump.interval
+    s4, unstable = (from_point_1(orbit, jump.d) for orbit in (coulomb_orbits(f)["S4"], u4(f)))
     curves = (trace(f4, WINDOWS[0], points=2001), trace(f4, WINDOWS[1]))
-    return Data(curves, s4, left, f4.iterate(left, STEPS), f4.iterate(right, STEPS))
+    return Data(curves, s4, unstable, f4.iterate(left, STEPS), f4.iterate(right, STEPS))
 
 
 def draw(data: Data, figure: Figure) -> None:
-    """Draw both windows with the two transients, S4 and the point of U4 on the jump."""
+    """Draw both windows with the two transients, S4 and the points of U4."""
     axes = figure.subplots(1, 2)
     for ax, letter, curve, window in zip(axes, "ab", data.curves, WINDOWS, strict=True):
         draw_curve(curve, ax, window=window, power=4, jumps=letter == "b")
@@ -61,20 +61,22 @@ def draw(data: Data, figure: Figure) -> None:
 
 
 def _mark(ax: Axes, data: Data, window: tuple[float, float]) -> None:
-    inside = data.s4[(data.s4 > window[0]) & (data.s4 < window[1])]
-    mark_orbit(ax, inside, power=inside.size)
-    mark_orbit(ax, data.jump, stable=False)
-    ax.annotate("$U_4$", (data.jump,) * 2, (-6, 4), textcoords="offset points", ha="right")
-    for d in inside:
+    s4, unstable = (d[(d > window[0]) & (d < window[1])] for d in (data.s4, data.u4))
+    mark_orbit(ax, unstable, power=unstable.size, stable=False)
+    mark_orbit(ax, s4, power=s4.size, ms=3.0)
+    for d in unstable:
+        ax.annotate("$U_4$", (d, d), (-6, 4), textcoords="offset points", ha="right")
+    for d in s4:
         ax.annotate("$S_4$", (d, d), (-1, -16), textcoords="offset points")
 
 
 def caption(data: Data) -> str:
     """Describe the two transients."""
+    points = ", ".join(f"{d:.6f}" for d in data.u4)
     return (
         f"Fourth iterated map for V = 0.0366 (a) over {WINDOWS[0][0]:g} < d < {WINDOWS[0][1]:g} "
-        f"and (b) enlarged (our choice). From the left side of the jump d = {data.jump:.10f} the "
+        f"and (b) enlarged (our choice). From the left side of the jump d = {data.u4[0]:.10f} the "
         "orbit climbs down to the nearest point of S4; from the right side it leaves for "
         f"d = {data.from_right[1]:.4f} and settles at d = {data.from_right[-1]:.4f}, another "
-        "point of S4. Squares: the point of the infinitely unstable U4 on the jump."
+        f"point of S4. Squares: the infinitely unstable U4, d = {points}; the first is on the jump."
     )

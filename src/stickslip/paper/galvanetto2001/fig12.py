@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
-from stickslip.paper.galvanetto2001.printed import ADAPTIVE, WINDOW
-from stickslip.paper.galvanetto2001.roots import cusp, fixed_point
+from stickslip.paper.galvanetto2001.orbits import WINDOW, Window, cusp_of, fixed_points
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
 from stickslip.plot.style import panel_letter
@@ -39,10 +38,15 @@ def compute() -> Data:
     """Trace both maps over the paper's window and solve for P1, right of the cusp."""
     model = examples.law9()
     f = event_map(model)
-    left, right = cusp(f, WINDOW)
-    p1 = fixed_point(f, right, WINDOW[1], noise=ADAPTIVE).value
-    multiplier = float(f.derivative(p1))
-    return Data(model, trace(f, WINDOW), trace(f.power(2), WINDOW), left, p1, multiplier)
+    (p1,) = fixed_points(Window(f))
+    return Data(
+        model,
+        trace(f, WINDOW),
+        trace(f.power(2), WINDOW),
+        cusp_of(Window(f)),
+        float(p1.points[0]),
+        p1.multiplier,
+    )
 
 
 def draw(data: Data, figure: Figure) -> None:

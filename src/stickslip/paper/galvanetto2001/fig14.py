@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.paper.galvanetto2001.printed import ADAPTIVE, WINDOW
-from stickslip.paper.galvanetto2001.roots import cusp, fixed_point
+from stickslip.paper.galvanetto2001.orbits import WINDOW, Window, cusp_of, fixed_points
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.study.event_map import event_map
+from stickslip.study.maps import attractors
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
+    from stickslip.analysis.attractors import Attractor
     from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "First and second iterated map, alpha = 1.211"
@@ -28,23 +28,24 @@ HEIGHT: Final = 3.5
 
 @dataclass(frozen=True)
 class Data:
-    """Graphs of f and f^2, the bands (2, 2) of the attractor between images of the cusp, P1."""
+    """Graphs of f and f^2, the attractor of the motion that starts at the cusp, and P1."""
 
     model: TwoBlock
     first: Curve
     second: Curve
-    bands: NDArray[np.float64]
+    attractor: Attractor
     p1: float
 
 
 def compute() -> Data:
-    """Trace both maps; the first four images of the cusp bound the two bands."""
+    """Trace both maps and identify the attractor."""
     model = examples.law9(alpha=1.211)
     f = event_map(model)
-    left, right = cusp(f, WINDOW)
-    images = np.sort(f.iterate(left, 4)[1:])
-    p1 = fixed_point(f, right, WINDOW[1], noise=ADAPTIVE).value
-    return Data(model, trace(f, WINDOW), trace(f.power(2), WINDOW), images.reshape(2, 2), p1)
+    window = Window(f)
+    (p1,) = fixed_points(window)
+    (attractor,) = attractors(window, seeds=[cusp_of(window)])
+    first, second = trace(f, WINDOW), trace(f.power(2), WINDOW)
+    return Data(model, first, second, attractor, float(p1.points[0]))
 
 
 def draw(data: Data, figure: Figure) -> None:
@@ -54,7 +55,7 @@ def draw(data: Data, figure: Figure) -> None:
         zip(axes, "ab", (data.first, data.second), strict=True), start=1
     ):
         draw_curve(curve, ax, window=WINDOW, power=power, linewidth=0.6)
-        for low, high in data.bands:
+        for low, high in data.attractor.bands:
             over = (curve.x >= low) & (curve.x <= high)
             ax.plot(
                 np.where(over, curve.x, np.nan), curve.y, color=PALETTE["blue"], lw=2.2, zorder=3
@@ -65,9 +66,11 @@ def draw(data: Data, figure: Figure) -> None:
 
 def caption(data: Data) -> str:
     """Describe the picture with the bands in numbers."""
-    bands = " and ".join(f"[{low:.8f}, {high:.8f}]" for low, high in data.bands)
+    bands = " and ".join(f"[{low:.8f}, {high:.8f}]" for low, high in data.attractor.bands)
+    exponent, error = data.attractor.lyapunov
     return (
         f"(a) First and (b) second iterated map for alpha = {data.model.alpha:g}. Heavy: the "
-        f"chaotic attractor, two bands {bands} between images of the cusp; square: the unstable "
-        f"fixed point P1, d = {data.p1:.6f}."
+        f"{data.attractor.kind} attractor, two bands {bands} between images of the cusp, Lyapunov "
+        f"exponent {exponent:.3f} ± {error:.3f} per step; square: the unstable fixed point P1, "
+        f"d = {data.p1:.6f}."
     )

@@ -7,9 +7,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
 
 from stickslip import examples
+from stickslip.paper.galvanetto2001.orbits import (
+    WINDOW,
+    Window,
+    coulomb_orbits,
+    cusp_of,
+    fixed_points,
+    from_point_1,
+    jump_of_s4,
+    u4,
+)
 from stickslip.paper.galvanetto2001.roots import ACCURACY, cusp, fixed_point, jump, root
 from stickslip.paper.values import Value
 from stickslip.study.event_map import EventMap, event_map
@@ -17,6 +29,7 @@ from stickslip.study.event_map import EventMap, event_map
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
+    from stickslip.analysis.orbits import PeriodicOrbit
 
 EXACT: Final = ACCURACY["exact"]
 ADAPTIVE: Final = ACCURACY["adaptive"]
@@ -27,48 +40,42 @@ AT_CUSP: Final = 10 * ADAPTIVE
 SLOPE: Final = 1e-10
 """Error of a multiplier of law (9), relative to max(1, abs(multiplier)); Coulomb's is smaller."""
 
-WINDOW: Final = (0.379, 0.390)
-"""Range of d in which section 4 studies law (9)."""
-
-BRACKETS: Final = {"S1": (-0.06, -0.02), "U1": (0.07, 0.10), "U2": (0.36, 0.38)}
-"""Around the fixed points of figure 5."""
-
-S4_POINT: Final = (0.27, 0.2785)
-"""Around the point of S4 next to the jump (point 1 of figure 5)."""
-
 JUMP_OF_S4: Final = (0.2785, 0.285)
-"""Around that jump, for every V of figure 4."""
+"""Around the jump that S4 meets, for every V of figure 4."""
 
 INSIDE: Final = 1e-6
 """How far from the cusp slopes are taken: at the last float they may be the other branch's."""
 
 
-def coulomb_orbits() -> Iterator[Value]:
-    """Solve for the fixed points and the period-4 orbit of figure 5, with multipliers."""
+def orbits_of_figure_5() -> Iterator[Value]:
+    """Orbits of figure 5 with multipliers."""
     f = event_map(examples.coulomb())
-    for name, bracket in BRACKETS.items():
-        found = fixed_point(f, *bracket, noise=EXACT)
-        yield Value(f"d of {name}", found.value, found.error, 5, "f(d) = d")
-        yield _multiplier(name, f, found.value, 5)
-    f4 = f.power(4)
-    found = fixed_point(f4, *S4_POINT, noise=EXACT)
-    for point, d in enumerate(f.iterate(found.value, 3), start=1):
-        yield Value(f"d of S4, point {point}", float(d), found.error, 5, "f^4(d) = d")
-    yield _multiplier("S4", f4, found.value, 5)
+    orbits = coulomb_orbits(f)
+    for name in ("S1", "U1", "U2"):
+        orbit = orbits[name]
+        yield Value(f"d of {name}", float(orbit.points[0]), _error(orbit, EXACT), 5, "f(d) = d")
+        yield _multiplier(name, orbit, 5)
+    s4 = orbits["S4"]
+    for point, d in enumerate(from_point_1(s4, jump_of_s4(f).d), start=1):
+        yield Value(f"d of S4, point {point}", float(d), _error(s4, EXACT), 5, "f^4(d) = d")
+    yield _multiplier("S4", s4, 5)
 
 
 def infinitely_unstable_orbit() -> Iterator[Value]:
     """U4 of section 4: through the jump, where the map takes every value in between."""
     f = event_map(examples.coulomb())
-    left, right = jump(f, *JUMP_OF_S4)
-    low, high = sorted((f(left), f(right)))
-    f3 = f.power(3)
-    image = root(lambda y: float(f3(y)) - left, low, high, noise=EXACT)
-    points = [left, *f.iterate(image.value, 2)]
+    orbit, jump_ = u4(f), jump_of_s4(f)
     printed = ("0.279", "-0.254", "0.492", "-0.466")
     how = "a jump of f at d, f^3(y) = d for a y inside the jump"
+    note = (
+        f"rounded to three digits -0.253; the map's value on the left side of the jump, "
+        f"{jump_.left:.5f}, would give -0.254"
+    )
+    error = _error(orbit, EXACT)
+    points = from_point_1(orbit, jump_.d)
     for number, (d, text) in enumerate(zip(points, printed, strict=True), start=1):
-        yield Value(f"d of U4, point {number}", float(d), image.error, 10, how, text)
+        name = f"d of U4, point {number}"
+        yield Value(name, float(d), error, 10, how, text, note if number == 2 else "")
 
 
 def collision_of_s4() -> Iterator[Value]:
@@ -85,17 +92,17 @@ def collision_of_s4() -> Iterator[Value]:
 
 def cusp_of_figure_17() -> Iterator[Value]:
     """Cusp of f for alpha = 1.208."""
-    left, _ = cusp(event_map(examples.law9()), WINDOW)
+    left = cusp_of(Window(event_map(examples.law9())))
     how = "f' changes sign between adjacent floats"
     yield Value("d of the cusp, alpha = 1.208", left, 1e-13, 17, how, "0.3815")
 
 
 def fixed_point_p1() -> Iterator[Value]:
     """P1 for alpha = 1.208, with its multiplier."""
-    f = event_map(examples.law9())
-    found = fixed_point(f, *_right_of_cusp(f), noise=ADAPTIVE)
-    yield Value("d of P1, alpha = 1.208", found.value, found.error, 12, "f(d) = d")
-    yield _multiplier("P1, alpha = 1.208", f, found.value, 12)
+    p1 = fixed_points(Window(event_map(examples.law9())))[-1]
+    d, error = float(p1.points[0]), _error(p1, ADAPTIVE)
+    yield Value("d of P1, alpha = 1.208", d, error, 12, "f(d) = d")
+    yield _multiplier("P1, alpha = 1.208", p1, 12)
 
 
 def _over_alpha(condition: Callable[[EventMap], float], alpha: float) -> float:
@@ -145,9 +152,16 @@ def _right_of_cusp(f: EventMap) -> tuple[float, float]:
     return right, WINDOW[1]
 
 
-def _multiplier(name: str, f: Any, d: float, figure: int) -> Value:
-    """Slope of the map at a periodic point."""
-    slope = float(f.evaluate(d).derivative)
+def _error(orbit: PeriodicOrbit, noise: float) -> float:
+    """Error of an orbit's points from that of a map value, and at least what Newton left."""
+    left = float(np.ptp(orbit.interval, axis=1).max()) / 2.0
+    pinned = orbit.infinitely_unstable  # by the place of the jump
+    return max(left, noise if pinned else noise / abs(1.0 - orbit.multiplier))
+
+
+def _multiplier(name: str, orbit: PeriodicOrbit, figure: int) -> Value:
+    """Slope of the map over an orbit."""
+    slope = orbit.multiplier
     how = "product of f' over the orbit"
     return Value(f"multiplier of {name}", slope, SLOPE * max(1.0, abs(slope)), figure, how)
 
@@ -197,7 +211,7 @@ _OVER_ALPHA: Final = {
 
 _OTHERS: Final[dict[int, Callable[[], Iterator[Value]]]] = {
     4: collision_of_s4,
-    5: coulomb_orbits,
+    5: orbits_of_figure_5,
     10: infinitely_unstable_orbit,
     12: fixed_point_p1,
     17: cusp_of_figure_17,

@@ -1,7 +1,8 @@
-"""Bracketing solvers for single numbers of the paper: fixed points, cusps, jumps, collisions.
+"""Bracketing solvers for the parameters that the paper prints.
 
-Independent of the searches in `analysis`, on purpose: each number of the table is the root
-of one scalar condition inside a bracket that the caller states.
+Each is the root of one scalar condition inside a bracket that the caller states. A condition is
+evaluated for many parameters, so what it needs of each map is solved for directly, rather than
+picked from complete lists as for the figures.
 """
 
 from __future__ import annotations
