@@ -116,6 +116,8 @@ def test_giving_up_everywhere_is_a_failure(capsys):
         (["-d", "nan"], ["nan"]),
         (["--grid", "10"], ["-d", "--grid"]),
         (["--window", "0", "1"], ["--grid"]),
+        (["--grid", "10.5"], ["--grid", "10.5"]),
+        (["--max-events", "1e3"], ["--max-events", "1e3", "whole number"]),
         (["--max-events", "0"], ["max_events", "0", ">= 1"]),
         (["--threads", "0"], ["threads", "0", ">= 1"]),
         (["--out", "/dev/null/map.csv"], ["/dev/null/map.csv"]),

@@ -15,6 +15,7 @@ from stickslip.cli.options import (
     Flag,
     ModelOptions,
     OutputOptions,
+    Whole,
     described,
 )
 from stickslip.cli.progress import note, tracked
@@ -43,12 +44,12 @@ def command(
     d: Annotated[
         tuple[float, ...], Parameter(name=["--d", "-d"], negative=(), show_default=False)
     ] = (),
-    grid: int | None = None,
+    grid: Whole | None = None,
     window: Annotated[tuple[float, float] | None, Parameter(negative=())] = None,
     itinerary: Flag = False,
     engine: EngineOptions = EngineOptions(),
     max_time: Annotated[float | None, Parameter(group=ENGINE)] = None,
-    threads: Annotated[int | None, Parameter(group=ENGINE)] = None,
+    threads: Annotated[Whole | None, Parameter(group=ENGINE)] = None,
     file: FileOptions = FileOptions(),
     output: OutputOptions = OutputOptions(),
 ) -> int:

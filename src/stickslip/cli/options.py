@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cyclopts import Group, Parameter
+from cyclopts import Group, Parameter, Token
 
 from stickslip.cli.failure import UsageError
 
@@ -19,6 +20,17 @@ OUTPUT = Group.create_ordered("Output")
 
 Flag = Annotated[bool, Parameter(negative=(), show_default=False)]
 """A switch that is off; a ``--no-...`` for it would be noise."""
+
+
+def _whole(_type: Any, tokens: Sequence[Token]) -> int:
+    try:
+        return int(tokens[0].value)
+    except ValueError:
+        raise ValueError(f"{tokens[0].value!r} is not a whole number") from None
+
+
+Whole = Annotated[int, Parameter(converter=_whole)]
+"""A whole number; left to itself the parser takes 1.5 for 2."""
 
 
 @Parameter(name="*", group=MODEL)
@@ -70,7 +82,7 @@ class EngineOptions:
     """Closed form where the law allows it, or adaptive steps."""
     rtol: float = 1e-15
     """Local truncation of the adaptive engine."""
-    max_events: int | None = None
+    max_events: Whole | None = None
     """Give up on a motion after so many events."""
 
     def settings(self) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from stickslip.cli.options import (
     Flag,
     ModelOptions,
     OutputOptions,
+    Whole,
     described,
 )
 from stickslip.cli.progress import note
@@ -31,8 +32,8 @@ MOST_NOTES = 20
 def command(
     *,
     model: ModelOptions = ModelOptions(),
-    max_period: int | None = None,
-    period: int | None = None,
+    max_period: Whole | None = None,
+    period: Whole | None = None,
     infinitely_unstable: Flag = False,
     resolution: float = 1e-9,
     engine: EngineOptions = EngineOptions(),

@@ -14,6 +14,7 @@ from stickslip.cli.options import (
     Flag,
     ModelOptions,
     OutputOptions,
+    Whole,
     described,
 )
 from stickslip.cli.progress import note
@@ -36,7 +37,7 @@ def command(
     x: Annotated[tuple[float, ...], Parameter(negative=(), show_default=False)] = (),
     v: Annotated[tuple[float, ...], Parameter(name="--v", negative=(), show_default=False)] = (),
     t_end: float,
-    samples: int = 2001,
+    samples: Whole = 2001,
     events: Flag = False,
     energy: Flag = False,
     engine: EngineOptions = EngineOptions(),
