@@ -17,7 +17,7 @@ NO_ROOT, UNFINISHED = -1.0, -2.0
 MAX_SEARCH = 10_000
 
 
-@kernel
+@kernel(inline=True)
 def value(c: Floats, t: float) -> float:
     """Sum of ``c[k] t^k``."""
     total = 0.0
@@ -26,7 +26,7 @@ def value(c: Floats, t: float) -> float:
     return total
 
 
-@kernel
+@kernel(inline=True)
 def jet(c: Floats, t: float) -> tuple[float, float, float]:
     """Value, slope and second derivative at `t`."""
     total = slope = half = 0.0
@@ -37,7 +37,7 @@ def jet(c: Floats, t: float) -> tuple[float, float, float]:
     return total, slope, 2.0 * half
 
 
-@kernel
+@kernel(inline=True)
 def tail(c: Floats, h: float) -> float:
     """Bound of the terms of degree 3 and more on [0, h]."""
     total = 0.0
@@ -46,7 +46,7 @@ def tail(c: Floats, h: float) -> float:
     return total * h * h
 
 
-@kernel
+@kernel(inline=True)
 def first_contact(c: Floats, h: float, leaving: bool, slack: float) -> float:
     """First t in (0, h] at which a signal that is positive before reaches zero.
 

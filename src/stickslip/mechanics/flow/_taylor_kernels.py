@@ -124,7 +124,7 @@ def rate(system: System, laws: Floats, motion: Motion, block: int) -> float:
     return -mode * limit(system, block) * force(laws[block], mode, s) - motion.e[block]
 
 
-@kernel
+@kernel(inline=True)
 def expand(system: System, laws: Floats, motion: Motion, work: TaylorWork) -> None:
     """Taylor series of the state: (k + 1) w_{k+1} = -mode limit F_k - e_k, and e from w."""
     w, e = work.w, work.e
@@ -151,7 +151,7 @@ def expand(system: System, laws: Floats, motion: Motion, work: TaylorWork) -> No
             e[block, k + 1] = loading / (k + 1)
 
 
-@kernel
+@kernel(inline=True)
 def step_length(motion: Motion, work: TaylorWork, rtol: float) -> float:
     """Step after which the last two terms of every series are below `rtol`."""
     h = LONGEST_STEP

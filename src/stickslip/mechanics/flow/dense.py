@@ -35,14 +35,14 @@ Rows = NDArray[np.float64]
 SLACK = 4.0
 
 
-@kernel
+@kernel(inline=True)
 def slip_signal(motion: Motion, w: Rows, signal: Floats, block: int) -> None:
     """|w| of a slipping block, which lands where it reaches zero."""
     for k in range(signal.shape[0]):
         signal[k] = motion.mode[block] * w[block, k]
 
 
-@kernel
+@kernel(inline=True)
 def ride_signal(system: System, e: Rows, signal: Floats, block: int, event: int) -> None:
     """Distance of a rider's needed force from its upper or lower limit."""
     sign = -1.0 if event == AT_UPPER_LIMIT else 1.0
@@ -53,7 +53,7 @@ def ride_signal(system: System, e: Rows, signal: Floats, block: int, event: int)
         signal[0] = 0.0
 
 
-@kernel
+@kernel(inline=True)
 def find_events(
     system: System, motion: Motion, w: Rows, e: Rows, signal: Floats, h: float
 ) -> float:
@@ -79,7 +79,7 @@ def find_events(
     return h
 
 
-@kernel
+@kernel(inline=True)
 def keep_first(motion: Motion, block: int, event: int, t: float, h: float) -> float:
     """Note an event at `t` unless there is an earlier one; return the step's new length."""
     if t == NO_ROOT:

@@ -208,8 +208,9 @@ def _traced_text(
 # --- kernels ------------------------------------------------------------------------------------
 
 
-def _kernel(signature: str, about: str, *bodies: Lines) -> str:
-    lines = ["@kernel", f"def {signature}:", f'    """{about}"""']
+def _kernel(signature: str, about: str, *bodies: Lines, inline: bool = False) -> str:
+    decorator = "@kernel(inline=True)" if inline else "@kernel"
+    lines = [decorator, f"def {signature}:", f'    """{about}"""']
     for body in bodies:
         lines += indented(body)
     return "\n".join(["", *lines, ""])
@@ -273,6 +274,7 @@ def _series_kernels(laws: Sequence[LawText]) -> list[str]:
             "series(p, m, rows, k)",
             "Coefficient k of F along the speed in row 0.",
             ["if k == 0:", *indented([*start, *exact]), "else:", *indented(advance)],
+            inline=True,
         ),
         _kernel(
             "series_tangent(p, m, rows, order)",
