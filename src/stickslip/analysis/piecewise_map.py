@@ -185,6 +185,7 @@ class PiecewiseMap:
             slope.reshape(shape),
             self._labels(flat).reshape(shape),
             np.where(ok, OK, UNDEFINED).astype(np.int64).reshape(shape),
+            self._margins(flat).reshape(shape),
         )
 
     def __call__(self, x: ArrayLike) -> float | Floats:
@@ -266,6 +267,12 @@ class PiecewiseMap:
             labels = np.clip(np.nan_to_num(labels), -LARGEST_LABEL, LARGEST_LABEL)
         # Labels may be negative: two's complement keeps them apart.
         return labels.astype(np.int64).astype(np.uint64)
+
+    def _margins(self, x: Floats) -> Floats:
+        """Distance to the next breakpoint, where the user has named them and no other label."""
+        if self._given_label is not None or not len(self._breakpoints):
+            return np.full(x.shape, np.nan)
+        return np.abs(x[:, None] - self._breakpoints).min(axis=1)
 
     def _same_branch(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
         inside = (y >= self._domain[0]) & (y <= self._domain[1])

@@ -70,12 +70,15 @@ class PowerMap:
         derivative = np.ones(point.shape)
         label = np.zeros(point.shape, dtype=np.uint64)
         status = np.full(point.shape, OK, dtype=np.int64)
+        margin = np.full(point.shape, np.inf)
         for _ in range(self.exponent):
             step = sample(self.base, point)
             point, derivative = step.value, derivative * step.derivative
             label = mix_labels(label, step.label)
+            margin = np.where(status == OK, np.minimum(margin, step.margin), margin)
             status = np.where(status == OK, step.status, status)
-        return PointValues(point, np.where(status == OK, derivative, np.nan), label, status)
+        slope = np.where(status == OK, derivative, np.nan)
+        return PointValues(point, slope, label, status, margin)
 
     def __call__(self, x: ArrayLike) -> float | Floats:
         """Return f^p(x): a float for a scalar, else an array of the same shape."""

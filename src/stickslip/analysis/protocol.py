@@ -94,12 +94,16 @@ class MapFamily(Map1D, Protocol):
 
 @dataclass(frozen=True)
 class PointValues:
-    """Values of a map at many points: the plain container of `MapValues`."""
+    """Values of a map at many points: the plain container of `MapValues`.
+
+    ``margin`` is NaN for a map that knows none.
+    """
 
     value: Floats
     derivative: Floats
     label: Labels
     status: NDArray[np.int64]
+    margin: Floats
 
 
 def clip_to_domain(domain: tuple[float, float], x: Floats) -> tuple[Floats, NDArray[np.bool_]]:
@@ -166,16 +170,24 @@ def sample(f: Map1D, x: ArrayLike) -> PointValues:
             np.asarray(got.derivative, dtype=np.float64),
             np.asarray(got.label, dtype=np.uint64),
             np.asarray(got.status, dtype=np.int64),
+            _margin(got),
         )
-    value = np.full(points.shape, np.nan)
-    derivative = np.full(points.shape, np.nan)
+    value, derivative, margin = (np.full(points.shape, np.nan) for _ in range(3))
     label = np.zeros(points.shape, dtype=np.uint64)
     status = np.full(points.shape, OUTSIDE, dtype=np.int64)
     if inside.any():
         got = f.evaluate(clipped[inside])
         value[inside], derivative[inside] = got.value, got.derivative
         label[inside], status[inside] = got.label, got.status
-    return PointValues(value, derivative, label, status)
+        margin[inside] = _margin(got)
+    return PointValues(value, derivative, label, status, margin)
+
+
+def _margin(values: MapValues) -> Floats:
+    known = getattr(values, "margin", None)
+    if known is None:
+        return np.full(np.shape(values.value), np.nan)
+    return np.asarray(known, dtype=np.float64)
 
 
 def iterate(f: Map1D, x: ArrayLike, n: int) -> Floats:

@@ -7,18 +7,25 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.one_d.brackets import (
+    MAX_CHANGES,
+    LabelBrackets,
+    are_apart,
+    midpoint,
+)
 from stickslip.analysis.one_d.mesh import Mesh, Nodes
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from stickslip.analysis.one_d.mesh import Bools
     from stickslip.analysis.protocol import Floats
 
 __all__ = ["Cuts", "Unresolved", "find_cuts"]
 
-MAX_CHANGES: Final = 4096  # label changes followed before the rest is reported as unresolved
-FINEST: Final = 2.0**-12  # of the spacing of floats at the domain's size: adjacent enough near 0
-MAX_ROUNDS: Final = 200  # each halves: 65 suffice from any domain to FINEST
+MAX_ROUNDS: Final = 200  # each halves
 MAX_SUSPECTS: Final = 256  # breaks without a label that are followed
+CROWD: Final = 4  # cuts within the resolution: events that flicker at a tie make two or three
 BLURRED: Final = 1e-3  # of the resolution: a wider cut holds more than one tie of events
 NEAR: Final = 64.0  # resolutions: doubtful cells this close are one suspect, or none by a break
 STEP: Final = 1e-10  # of the range of values: a step between adjacent floats is real above it
@@ -124,8 +131,6 @@ class _Search:
         self.left, self.right = none, none
         self.wide = np.zeros(0, dtype=bool)
         self.unresolved: list[Unresolved] = []
-        size = max(abs(end) for end in mesh.f.domain)
-        self.finest = float(np.spacing(size)) * FINEST
 
     def new_pairs(self) -> tuple[Nodes, Nodes]:
         """Neighbouring nodes with different labels that no cut separates yet."""
@@ -133,22 +138,17 @@ class _Search:
         cells = np.flatnonzero(~nodes.same_as_next())
         cells = cells[~np.isin(nodes.x[cells], self.left.x)]
         left, right = nodes.take(cells), nodes.take(cells + 1)
-        # More changes within the resolution of a known cut are not taken apart.
-        close = self._is_close_to_cut(left.x, right.x)
-        self._keep(left.take(close), right.take(close), np.zeros(int(close.sum()), dtype=bool))
-        return left.take(~close), right.take(~close)
+        # Of many changes within the resolution, only a few are taken apart.
+        crowded = self._cuts_near(left.x, right.x) >= CROWD
+        self._keep(left.take(crowded), right.take(crowded), np.zeros(crowded.sum(), dtype=bool))
+        return left.take(~crowded), right.take(~crowded)
 
-    def _is_close_to_cut(self, lower: Floats, upper: Floats) -> Bools:
-        """Tell which brackets begin or end, and fit, within the resolution of a cut."""
-        if not len(self.left):
-            return np.zeros(len(lower), dtype=bool)
+    def _cuts_near(self, lower: Floats, upper: Floats) -> NDArray[np.intp]:
+        """Count known cuts within the resolution of brackets that are narrower than it."""
         step = self.mesh.resolution
-        starts, stops = np.sort(self.left.x), np.sort(self.right.x)
-        before = np.append(stops, np.inf)[np.maximum(np.searchsorted(stops, lower, "right") - 1, 0)]
-        after = np.append(starts, np.inf)[np.searchsorted(starts, upper, "left")]
-        near = (np.abs(lower - before) <= step) | (after - upper <= step)
-        close: Bools = near & (upper - lower <= step)
-        return close
+        known = np.sort(self.left.x)
+        count = np.searchsorted(known, upper + step) - np.searchsorted(known, lower - step)
+        return np.where(upper - lower <= step, count, 0)
 
     def _keep(self, left: Nodes, right: Nodes, wide: Bools) -> None:
         self.left, self.right = self.left.joined(left), self.right.joined(right)
@@ -156,49 +156,19 @@ class _Search:
 
     def follow(self, left: Nodes, right: Nodes) -> None:
         """Bisect label changes to adjacent floats and keep them as cuts, with neighbours."""
-        left, right, wide = self._bisect_labels(left, right)
-        self._keep(left, right, wide)
-        self._keep_neighbours(left, right)
-
-    def _bisect_labels(self, left: Nodes, right: Nodes) -> tuple[Nodes, Nodes, Bools]:
-        wide = np.zeros(len(left), dtype=bool)
-        for _ in range(MAX_ROUNDS):
-            active = np.flatnonzero(self._apart(left.x, right.x) & ~wide)
-            if not active.size:
-                break
-            lower, upper = left.take(active), right.take(active)
-            middle = self.mesh.probe(_midpoint(lower.x, upper.x))
-            narrow = upper.x - lower.x <= self.mesh.resolution
-            as_left = _same(middle, lower)
-            # Below the resolution a third label is only "no longer the left one".
-            as_right = ~as_left & (_same(middle, upper) | narrow)
-            third = ~as_left & ~as_right
-            room = MAX_CHANGES - len(self.left) - len(left)
-            if third.sum() > room:
-                wide[active[third]] = True
-                third[:] = False
-            left = left.replaced(active[as_left], middle.take(as_left))
-            right = right.replaced(active[as_right | third], middle.take(as_right | third))
-            left = left.joined(middle.take(third))
-            right = right.joined(upper.take(third))
-            wide = np.concatenate([wide, np.zeros(int(third.sum()), dtype=bool)])
-        return left, right, wide
-
-    def _apart(self, lower: Floats, upper: Floats) -> Bools:
-        apart: Bools = (np.nextafter(lower, upper) < upper) & (upper - lower > self.finest)
-        return apart
+        brackets = LabelBrackets(self.mesh, left, right, MAX_CHANGES - len(self.left))
+        brackets.close()
+        self._keep(brackets.left, brackets.right, brackets.wide)
+        self._keep_neighbours(brackets.left, brackets.right)
 
     def _keep_neighbours(self, left: Nodes, right: Nodes) -> None:
         """Put the cuts into the mesh, and a point of each branch at the resolution from them."""
         step = self.mesh.resolution
         lo, hi = self.mesh.f.domain
-        inside_left = self.mesh.probe(np.maximum(left.x - step, lo))
-        inside_right = self.mesh.probe(np.minimum(right.x + step, hi))
-        self.mesh.insert(
-            left.joined(right)
-            .joined(inside_left.take(_same(inside_left, left)))
-            .joined(inside_right.take(_same(inside_right, right)))
-        )
+        # In a gap a neighbour would tell nothing, and may cost much.
+        inside_left = self.mesh.probe(np.maximum(left.x[left.ok] - step, lo))
+        inside_right = self.mesh.probe(np.minimum(right.x[right.ok] + step, hi))
+        self.mesh.insert(left.joined(right).joined(inside_left).joined(inside_right))
 
     def follow_suspects(self) -> None:
         """Bisect breaks without a label: by which side a point is more like."""
@@ -208,11 +178,11 @@ class _Search:
         left = self.mesh.probe(np.array([lo for lo, _ in suspects]))
         right = self.mesh.probe(np.array([hi for _, hi in suspects]))
         for _ in range(MAX_ROUNDS):
-            active = np.flatnonzero(self._apart(left.x, right.x))
+            active = np.flatnonzero(are_apart(self.mesh, left.x, right.x))
             if not active.size:
                 break
             lower, upper = left.take(active), right.take(active)
-            middle = self.mesh.probe(_midpoint(lower.x, upper.x))
+            middle = self.mesh.probe(midpoint(lower.x, upper.x))
             as_left = _more_like_left(lower, middle, upper)
             left = left.replaced(active[as_left], middle.take(as_left))
             right = right.replaced(active[~as_left], middle.take(~as_left))
@@ -293,17 +263,6 @@ class _Search:
         inner_right = upper.without_value(np.nextafter(upper.x, lower.x))
         self.left = self.left.joined(lower).joined(inner_right)
         self.right = self.right.joined(inner_left).joined(upper)
-
-
-def _same(a: Nodes, b: Nodes) -> Bools:
-    """Tell where two nodes have the same label, or both no value."""
-    same: Bools = (a.ok == b.ok) & (a.label == b.label)
-    return same
-
-
-def _midpoint(lower: Floats, upper: Floats) -> Floats:
-    """Halve brackets; 0, beside which floats are dense without end, is tried first."""
-    return np.where((lower < 0) & (upper > 0), 0.0, 0.5 * (lower + upper))
 
 
 def _more_like_left(left: Nodes, middle: Nodes, right: Nodes) -> Bools:

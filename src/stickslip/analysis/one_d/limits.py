@@ -64,6 +64,8 @@ def limits_inside(mesh: Mesh, ends: Nodes, inward: Floats, room: Floats) -> Limi
     -------
     Limits
     """
+    if not ends.ok.all():
+        return _beside_gaps(mesh, ends, inward, room)
     n = len(ends)
     h = np.minimum(mesh.resolution, ROOM * room)
     h = np.maximum(h, 64 * np.spacing(np.abs(ends.x)))
@@ -82,7 +84,16 @@ def limits_inside(mesh: Mesh, ends: Nodes, inward: Floats, room: Floats) -> Limi
         as_good = np.isfinite(slope) & (np.abs(ends.slope - slope) <= SAME_SLOPE * typical)
     value = np.where(exact, ends.value, value)
     slope = np.where(as_good, ends.slope, slope)
-    return Limits(np.where(ends.ok, value, np.nan), np.where(ends.ok, slope, np.nan))
+    return Limits(value, slope)
+
+
+def _beside_gaps(mesh: Mesh, ends: Nodes, inward: Floats, room: Floats) -> Limits:
+    """Take limits where there are any; in gaps nothing is evaluated."""
+    ok = ends.ok
+    known = limits_inside(mesh, ends.take(ok), inward[ok], room[ok])
+    value, slope = np.full(len(ends), np.nan), np.full(len(ends), np.nan)
+    value[ok], slope[ok] = known.value, known.slope
+    return Limits(value, slope)
 
 
 def _value(close: Nodes, near: Nodes, ends: Nodes) -> Floats:

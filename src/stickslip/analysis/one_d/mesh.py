@@ -27,7 +27,7 @@ __all__ = ["Mesh", "Nodes", "hermite", "hermite_slope", "slope_extremes"]
 
 N_START: Final = 101  # nodes of the first grid; ten times as many found nothing more
 GOLDEN: Final = 0.6180339887498949
-GAP_PROBES: Final = 1e-3  # of the domain: spacing of probes for branches inside a gap
+GAP_PROBES: Final = 6e-3  # of the domain: a gap without margins is not probed more closely
 JITTER: Final = 0.07  # of a cell: no node on a symmetric place, where turning points like to sit
 VALUE_FIT: Final = 1e-7  # of the range of values: a prediction this good passes
 SLOPE_FIT: Final = 1e-4  # of the slopes: likewise
@@ -44,12 +44,14 @@ class Nodes:
     slope: Floats
     label: Labels
     ok: Bools
+    margin: Floats
 
     @classmethod
     def at(cls, x: Floats, values: PointValues) -> Nodes:
         """Take over what an evaluation says; labels mean nothing where it has no value."""
         ok = is_ok(values) & np.isfinite(values.value)
-        return cls(x, values.value, values.derivative, np.where(ok, values.label, 0), ok)
+        label = np.where(ok, values.label, 0)
+        return cls(x, values.value, values.derivative, label, ok, values.margin)
 
     def __len__(self) -> int:
         """Return the number of nodes."""
@@ -83,7 +85,8 @@ class Nodes:
     def without_value(self, x: Floats) -> Nodes:
         """Return nodes at other points where nothing is known."""
         nothing = np.full(x.shape, np.nan)
-        return Nodes(x, nothing, nothing, np.zeros_like(self.label), np.zeros_like(self.ok))
+        no_label, not_ok = np.zeros_like(self.label), np.zeros_like(self.ok)
+        return Nodes(x, nothing, nothing, no_label, not_ok, nothing)
 
     def same_as_next(self) -> Bools:
         """Tell for each cell whether its two nodes have the same label, or both no value."""
@@ -158,7 +161,7 @@ class Mesh:
         while self.open.any():
             while self.open.any():
                 self._refine_once()
-            self._reopen_bent()
+            self._reopen(self._bent() | self._dipping())
 
     # ------------------------------------------------------------------ one round
 
@@ -184,8 +187,14 @@ class Mesh:
         """Note cells that fail at the resolution."""
         self.doubtful.update((float(self.nodes.x[i]), float(self.nodes.x[i + 1])) for i in cells)
 
-    def _reopen_bent(self) -> None:
-        """Open cells whose curvature does not fit their neighbour's.
+    def _reopen(self, cells: Bools) -> None:
+        """Open cells again, or doubt them at the resolution."""
+        narrow = np.diff(self.nodes.x) <= 1.5 * self.resolution
+        self._doubt(np.flatnonzero(cells & narrow & self.nodes.ok[1:]))
+        self.open |= cells & ~narrow
+
+    def _bent(self) -> Bools:
+        """Tell which cells have a curvature that does not fit their neighbour's.
 
         One test point can miss a corner by accident (at 1/6 of a cell the prediction for its
         middle comes true); the second derivatives that the cubics of neighbouring cells have
@@ -202,17 +211,36 @@ class Mesh:
             typical = np.abs(n.slope[:-2]) + np.abs(n.slope[1:-1]) + np.abs(n.slope[2:])
             bent = misfit > CURVE_FIT * (typical + 0.1 * self.slope_scale)
         bent &= same[1:] & same[:-1]
-        self.open[1:] |= bent
-        self.open[:-1] |= bent
-        narrow = width <= 1.5 * self.resolution
-        self._doubt(np.flatnonzero(self.open & narrow))
-        self.open &= ~narrow
+        cells = np.zeros(len(width), dtype=bool)
+        cells[1:] |= bent
+        cells[:-1] |= bent
+        return cells
+
+    def _dipping(self) -> Bools:
+        """Tell which cells may hide a branch: margins fall towards it from both sides.
+
+        A margin that would reach 0 inside the cell, if it went on falling as it does beside
+        the cell, is a change of label on either side of a branch that no node has met.
+        """
+        n = self.nodes
+        same = n.same_as_next()
+        width = np.diff(n.x)
+        with np.errstate(all="ignore"):
+            slope = np.diff(n.margin) / width
+            # A falling line from the left, a rising one from the right: do they meet below 0?
+            reach_left = np.append(np.inf, -n.margin[1:-1] / slope[:-1])
+            reach_right = np.append(n.margin[1:-1] / slope[1:], np.inf)
+            falls = np.append(False, slope[:-1] < 0) & np.append(slope[1:] > 0, False)
+            dips = falls & (reach_left + reach_right < width)
+        beside = np.append(False, same[:-1]) & np.append(same[1:], False)
+        dipping: Bools = dips & same & beside
+        return dipping
 
     def _wide_enough(self, width: Floats) -> Bools:
-        """Tell which cells may be halved: in a gap only coarse ones."""
+        """Tell which cells may be halved; where nothing is known in a gap, only coarse ones."""
         in_gap = ~self.nodes.ok[1:]
         coarse = GAP_PROBES * domain_width(self.f)
-        return width > np.where(in_gap, coarse, self.resolution)
+        return width > np.where(in_gap & np.isnan(self.nodes.margin[1:]), coarse, self.resolution)
 
     def _passes(self, left: Nodes, middle: Nodes, right: Nodes) -> Bools:
         """Tell for which cells the middle holds no surprise."""
