@@ -7,6 +7,8 @@ import pytest
 from tests.reference.values import COULOMB_JUMPS
 
 import stickslip as ss
+from stickslip.study import mechanism
+from stickslip.study.mechanism import mechanism_between
 
 COULOMB, LAW9 = ss.examples.coulomb(), ss.examples.law9()
 ENDS = r"block (\d) comes to rest at the (lower|upper) end of its stick interval, X_\d = (\S+):"
@@ -49,12 +51,18 @@ LAW9_TABLE = [
     (0.57089, "edge", "the coming to rest of block 1 and the release of block 2 coincide"),
     (0.66729, "edge", "the coming to rest of block 1 and the release of block 2 coincide"),
 ]
+MODELS = {
+    "coulomb": COULOMB,
+    "law9": LAW9,
+    "weak coupling": COULOMB.replace(alpha=0.7),
+    "heavy block 2, fast belt": COULOMB.replace(beta=1.8, V=0.1),
+}
 BESIDE = 1e-9  # how far from a breakpoint motions are compared ...
 SMALL = 1e-5  # ... and how far their tie, touch or tangency may then be from exact
 
 EVERY = [
     pytest.param(model, item, id=f"{name} {item.d:.5f}")
-    for name, model in (("coulomb", COULOMB), ("law9", LAW9))
+    for name, model in MODELS.items()
     for item in ss.breakpoints(model)
 ]
 
@@ -214,6 +222,18 @@ def test_breaks_of_a_power_are_those_of_its_iterates():
         reached = base[round(float(f(item.d)) if number == 2 else item.d, 12)]
         assert item.mechanism == f"{reached.mechanism} (iterate {number})"
         assert item.block == reached.block
+
+
+def test_neighbours_inside_a_branch_have_nothing_to_tell():
+    same = mechanism_between(ss.event_map(LAW9), 0.383, np.nextafter(0.383, 1.0))
+    assert same == ("the motions on both sides make the same events", None)
+
+
+def test_a_difference_that_comes_too_late_is_not_denied(monkeypatch):
+    cusp = next(b for b in ss.breakpoints(LAW9).of_kind("corner") if b.block == 2)
+    monkeypatch.setattr(mechanism, "MAX_EVENTS", 2)
+    late = mechanism_between(ss.event_map(LAW9), *cusp.interval)
+    assert late == ("the motions on both sides make the same first 400 events", None)
 
 
 def test_maps_of_ones_own_have_no_mechanism():

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stickslip import status
 from stickslip.mechanics.flow.trajectory import Event, Trajectory, simulate
 from stickslip.study.event_map import EventMap
 
@@ -36,6 +37,7 @@ class Mechanism(NamedTuple):
 
 
 UNKNOWN = Mechanism("the motions on both sides make the same events", None)
+TOO_LATE = Mechanism(f"the motions on both sides make the same first {MAX_EVENTS} events", None)
 
 
 def mechanism_between(f: EventMap, left: float, right: float) -> Mechanism:
@@ -52,11 +54,12 @@ def mechanism_between(f: EventMap, left: float, right: float) -> Mechanism:
     Mechanism
         ``text``, such as "block 2 grazes its stick interval near X_2 = 0.00185".
     """
+    found = UNKNOWN
     for ulps in APART:
         found = _compare(f, left - ulps * math.ulp(left), right + ulps * math.ulp(right))
-        if found is not UNKNOWN:
-            return found
-    return UNKNOWN
+        if found not in (UNKNOWN, TOO_LATE):
+            break
+    return found
 
 
 def _compare(f: EventMap, left: float, right: float) -> Mechanism:
@@ -73,7 +76,7 @@ def _compare(f: EventMap, left: float, right: float) -> Mechanism:
     shorter = min(len(first.events), len(second.events))
     if len(first.events) != len(second.events):
         return _explain(first, second, shorter)
-    return UNKNOWN
+    return TOO_LATE if status.EVENT_LIMIT in (first.status, second.status) else UNKNOWN
 
 
 def _explain(first: Trajectory, second: Trajectory, number: int) -> Mechanism:
