@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.eventmap.records import Controls, Outputs
+from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch
 from stickslip.mechanics.flow.mode import settle
 from stickslip.mechanics.flow.onset import onset
 from stickslip.mechanics.flow.system import (
@@ -41,7 +41,6 @@ from stickslip.status import (
 
 if TYPE_CHECKING:
     from stickslip.mechanics.flow._exact_kernels import (
-        Work,
         advance,
         landing_rate,
         slides_for_ever,
@@ -57,8 +56,18 @@ MAX_INSTANT = 8
 STEPS_PER_EVENT = 200
 # Bit set of an event of both blocks.
 BOTH = 3
-# Multiplier of the 64-bit hash of itineraries (Knuth's MMIX).
-HASH = np.uint64(6364136223846793005)
+# Shifts of the 64-bit hash of itineraries (Marsaglia's xorshift; a product would overflow,
+# which NumPy reports where kernels run as plain Python).
+LEFT, RIGHT, LEFT_AGAIN = np.uint64(13), np.uint64(7), np.uint64(17)
+
+
+@kernel(inline=True)
+def hashed(label: np.uint64, code: int) -> np.uint64:
+    """Hash of an itinerary with one more pair of modes."""
+    label ^= label << LEFT
+    label ^= label >> RIGHT
+    label ^= label << LEFT_AGAIN
+    return label ^ np.uint64(code + 1)
 
 
 @kernel(inline=True)
@@ -171,10 +180,7 @@ def carry(
     system: System,
     laws: Floats,
     d: float,
-    motion: Motion,
-    long_motion: Motion,
-    saved: Motion,
-    work: Work,
+    scratch: Scratch,
     controls: Controls,
     itinerary: NDArray[np.int8],
 ) -> tuple[float, float, int, np.uint64, float, int]:
@@ -183,6 +189,7 @@ def carry(
     Returns (value, duration, events, label, margin, status). Tangents of the last state stay
     in `motion`. `itinerary` takes the codes of the phases as far as it reaches.
     """
+    motion, long_motion, saved, work = scratch
     n_columns = motion.directions.shape[0]
     onset(system, motion, d)
     watching = work.watch[0]
@@ -193,7 +200,7 @@ def carry(
         work.margin[0] = 0.0
     current = motion
     code = mode_code(current)
-    label = np.uint64(code + 1)
+    label = hashed(np.uint64(1), code)
     if itinerary.shape[0] > 0:
         itinerary[0] = code
     duration = phase = 0.0
@@ -236,7 +243,7 @@ def carry(
             continue
         code = new_code
         n_events += 1
-        label = label * HASH + np.uint64(code + 1)
+        label = hashed(label, code)
         if n_events < itinerary.shape[0]:
             itinerary[n_events] = code
         if code == 4:
@@ -295,10 +302,7 @@ def carry_range(
     d: Floats,
     start: int,
     stop: int,
-    motion: Motion,
-    long_motion: Motion,
-    saved: Motion,
-    work: Work,
+    scratch: Scratch,
     controls: Controls,
     itinerary: NDArray[np.int8],
     outputs: Outputs,
@@ -308,7 +312,7 @@ def carry_range(
         if math.isnan(d[i]):
             continue
         value, duration, n_events, label, margin, status = carry(
-            system, laws, d[i], motion, long_motion, saved, work, controls, itinerary
+            system, laws, d[i], scratch, controls, itinerary
         )
         outputs.value[i] = value
         outputs.duration[i] = duration
@@ -316,8 +320,8 @@ def carry_range(
         outputs.label[i] = label
         outputs.margin[i] = margin
         outputs.status[i] = status
-        for column in range(motion.directions.shape[0]):
-            slope = value_tangent(system, motion, value, column)
+        for column in range(scratch.motion.directions.shape[0]):
+            slope = value_tangent(system, scratch.motion, value, column)
             outputs.derivative[i, column] = slope if status == OK else math.nan
 
 
@@ -328,10 +332,7 @@ def iterate_range(
     orbits: Floats,
     start: int,
     stop: int,
-    motion: Motion,
-    long_motion: Motion,
-    saved: Motion,
-    work: Work,
+    scratch: Scratch,
     controls: Controls,
     itinerary: NDArray[np.int8],
 ) -> None:
@@ -340,7 +341,5 @@ def iterate_range(
         for k in range(orbits.shape[1] - 1):
             value = orbits[i, k]
             if not math.isnan(value):
-                value, _, _, _, _, _ = carry(
-                    system, laws, value, motion, long_motion, saved, work, controls, itinerary
-                )
+                value, _, _, _, _, _ = carry(system, laws, value, scratch, controls, itinerary)
             orbits[i, k + 1] = value

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import status as status_codes
 from stickslip.mechanics.eventmap.itinerary import itinerary_text
-from stickslip.mechanics.eventmap.records import Controls, Outputs
+from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch
 from stickslip.mechanics.flow.engine import (
     Engine,
     EngineName,
@@ -25,7 +25,7 @@ from stickslip.mechanics.flow.engine import (
     start_direction,
 )
 from stickslip.mechanics.flow.settings import positive_integer, tolerance
-from stickslip.mechanics.flow.system import Motion, new_motion
+from stickslip.mechanics.flow.system import new_motion
 from stickslip.mechanics.model.checks import finite_number
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import available_threads, launch
@@ -88,15 +88,6 @@ class EventMapResult:
         if statuses.size > 8:
             lines.append(f"... {statuses.size - 8} more")
         return "\n".join(lines)
-
-
-class _Scratch(NamedTuple):
-    """Work arrays of one thread: a motion, its twin with the columns of a loop, a saved state."""
-
-    motion: Motion
-    long_motion: Motion
-    saved: Motion
-    work: Any
 
 
 class EventMap:
@@ -305,7 +296,7 @@ class EventMap:
                 orbits,
                 start,
                 stop,
-                *scratch,
+                scratch,
                 self._controls,
                 _NO_ITINERARY,
             )
@@ -324,13 +315,13 @@ class EventMap:
     def _controls(self) -> Controls:
         return Controls(self.rtol, self.max_events, self.max_time)
 
-    def _scratch(self, directions: Sequence[Floats]) -> _Scratch:
+    def _scratch(self, directions: Sequence[Floats]) -> Scratch:
         """Work arrays for this thread, with a tangent column for each direction."""
         n_columns = len(directions)
-        held: dict[int, _Scratch] = self._local.__dict__.setdefault("scratch", {})
+        held: dict[int, Scratch] = self._local.__dict__.setdefault("scratch", {})
         if n_columns not in held:
             n_law = self._engine.n_law_parameters
-            held[n_columns] = _Scratch(
+            held[n_columns] = Scratch(
                 new_motion(n_columns, n_law),
                 new_motion(n_columns + 4, n_law),
                 new_motion(0, n_law),
@@ -364,7 +355,7 @@ class EventMap:
                 points,
                 start,
                 stop,
-                *scratch,
+                scratch,
                 self._controls,
                 _NO_ITINERARY,
                 outputs,
@@ -380,7 +371,7 @@ class EventMap:
                 self._engine.system,
                 self._engine.laws,
                 d,
-                *self._scratch(()),
+                self._scratch(()),
                 self._controls,
                 codes,
             )

@@ -6,12 +6,12 @@ slow way at every call.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.flow.system import Floats
+from stickslip.mechanics.flow.system import Floats, Motion
 
 
 class Controls(NamedTuple):
@@ -32,3 +32,15 @@ class Outputs(NamedTuple):
     label: NDArray[np.uint64]
     margin: Floats
     status: NDArray[np.int64]
+
+
+class Scratch(NamedTuple):
+    """Arrays of one thread: a motion, its twin with the columns of a loop, a saved state.
+
+    ``work`` belongs to the engine.
+    """
+
+    motion: Motion
+    long_motion: Motion
+    saved: Motion
+    work: Any

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from stickslip.mechanics.flow.dense import find_events, watch_step
 from stickslip.mechanics.flow.saltation import saltation
-from stickslip.mechanics.flow.sliding import CLEARANCE, energy_reach
 from stickslip.mechanics.flow.system import (
     ALPHA,
     BETA,
@@ -43,7 +42,6 @@ if TYPE_CHECKING:
         force_continued,
         gradient,
         slope,
-        static_value,
     )
 
 Rows = NDArray[np.float64]
@@ -84,13 +82,6 @@ def new_work() -> CollocationWork:
         watch=np.zeros(1),
         sliding=np.zeros(1),
     )
-
-
-@kernel
-def landing_rate(system: System, laws: Floats, motion: Motion, block: int) -> float:
-    """Rate w' of a slipping block as it reaches the belt."""
-    mode = motion.mode[block]
-    return -mode * limit(system, block) * static_value(laws[block], mode) - motion.e[block]
 
 
 @kernel
@@ -141,21 +132,6 @@ def finish(
         saltation(system, motion, rate(system, laws, motion, 0), rate(system, laws, motion, 1))
     work.sliding[0] += end
     return end
-
-
-@kernel
-def slides_for_ever(system: System, laws: Floats, motion: Motion, work: CollocationWork) -> bool:
-    """Whether two blocks slipping backward can be shown never to reach the belt again."""
-    force_1 = force(laws[0], -1, system.V)
-    force_2 = force(laws[1], -1, system.V)
-    reach = energy_reach(system, motion, force_1, force_2)
-    if not reach < system.V * (1.0 - CLEARANCE):
-        return False
-    for k in range(33):
-        s = system.V + reach * (k / 16.0 - 1.0)
-        if slope(laws[0], -1, s) < 0.0 or slope(laws[1], -1, s) < 0.0:
-            return False
-    return True
 
 
 @kernel

@@ -14,7 +14,6 @@ import numpy as np
 
 from stickslip.mechanics.flow.dense import find_events, watch_step
 from stickslip.mechanics.flow.saltation import saltation
-from stickslip.mechanics.flow.sliding import CLEARANCE, energy_reach
 from stickslip.mechanics.flow.system import (
     ALPHA,
     BETA,
@@ -41,8 +40,6 @@ if TYPE_CHECKING:
         force,
         series,
         series_tangent,
-        slope,
-        static_value,
     )
 
 ORDER = 18
@@ -64,13 +61,6 @@ def new_work() -> TaylorWork:
         watch=np.zeros(1),
         sliding=np.zeros(1),
     )
-
-
-@kernel
-def landing_rate(system: System, laws: Floats, motion: Motion, block: int) -> float:
-    """Rate w' of a slipping block as it reaches the belt."""
-    mode = motion.mode[block]
-    return -mode * limit(system, block) * static_value(laws[block], mode) - motion.e[block]
 
 
 @kernel
@@ -97,21 +87,6 @@ def advance(
     if motion.directions.shape[0] > 0:
         saltation(system, motion, rate(system, laws, motion, 0), rate(system, laws, motion, 1))
     return h, OK
-
-
-@kernel
-def slides_for_ever(system: System, laws: Floats, motion: Motion, work: TaylorWork) -> bool:
-    """Whether two blocks slipping backward can be shown never to reach the belt again."""
-    force_1 = force(laws[0], -1, system.V)
-    force_2 = force(laws[1], -1, system.V)
-    reach = energy_reach(system, motion, force_1, force_2)
-    if not reach < system.V * (1.0 - CLEARANCE):
-        return False
-    for k in range(33):
-        s = system.V + reach * (k / 16.0 - 1.0)
-        if slope(laws[0], -1, s) < 0.0 or slope(laws[1], -1, s) < 0.0:
-            return False
-    return True
 
 
 @kernel

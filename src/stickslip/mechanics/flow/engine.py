@@ -127,6 +127,8 @@ def _kernels(name: str, code: LawCode) -> ModuleType:
 
         return _exact_kernels
     bindings = {role: getattr(code, role) for role in LAW_KERNELS}
+    sliding = instantiate(f"{FLOW}._sliding_kernels", code.key, cached=code.traceable, **bindings)
+    bindings |= {role: getattr(sliding, role) for role in ("landing_rate", "slides_for_ever")}
     template = f"{FLOW}._{name}_kernels"
     return instantiate(template, code.key, cached=code.traceable, **bindings)
 
