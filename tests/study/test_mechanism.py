@@ -1,5 +1,6 @@
 """Breakpoints of both of the paper's maps, and what the motions beside them do."""
 
+import functools
 import re
 
 import numpy as np
@@ -60,15 +61,22 @@ MODELS = {
 BESIDE = 1e-9  # how far from a breakpoint motions are compared ...
 SMALL = 1e-5  # ... and how far their tie, touch or tangency may then be from exact
 
-EVERY = [
-    pytest.param(model, item, id=f"{name} {item.d:.5f}")
-    for name, model in MODELS.items()
-    for item in ss.breakpoints(model)
-]
+found = functools.lru_cache(ss.breakpoints)
 
 
-def of_mechanism(pattern):
-    return [case for case in EVERY if re.match(pattern, case.values[1].mechanism)]
+def for_each(pattern):
+    """Make a check of one breakpoint a test of all those of a model with such a mechanism."""
+
+    def decorate(check):
+        @pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+        def test(model):
+            for item in found(model):
+                if re.match(pattern, item.mechanism):
+                    check(model, item)
+
+        return test
+
+    return decorate
 
 
 def motions(model, item):
@@ -102,11 +110,11 @@ def alone(first, second):
     ("model", "table"), [(COULOMB, COULOMB_TABLE), (LAW9, LAW9_TABLE)], ids=["coulomb", "law9"]
 )
 def test_the_papers_maps_break_where_and_as_listed(model, table):
-    found = ss.breakpoints(model)
-    listed = [(round(b.d, 5), b.kind, b.mechanism.split(",")[0]) for b in found]
+    breakpoints = found(model)
+    listed = [(round(b.d, 5), b.kind, b.mechanism.split(",")[0]) for b in breakpoints]
     assert listed == table
-    assert all(b.quality == "located" for b in found)
-    assert not found.unresolved
+    assert all(b.quality == "located" for b in breakpoints)
+    assert not breakpoints.unresolved
 
 
 def test_branches_of_the_papers_maps():
@@ -120,18 +128,18 @@ def test_branches_of_the_papers_maps():
 
 
 def test_jumps_of_the_coulomb_map_to_1e_14():
-    found = ss.breakpoints(COULOMB).of_kind("jump", "corner", "edge")
-    numbers = np.array([(b.d, b.left, b.right) for b in found])
+    jumps = found(COULOMB).of_kind("jump", "corner", "edge")
+    numbers = np.array([(b.d, b.left, b.right) for b in jumps])
     np.testing.assert_allclose(numbers, np.array(COULOMB_JUMPS, float), rtol=0, atol=1e-14)
 
 
-@pytest.mark.parametrize(("model", "item"), EVERY)
+@for_each(".")
 def test_the_block_is_the_one_in_the_words(model, item):
     blocks = {int(number) for number in re.findall(r"block (\d)", item.mechanism)}
     assert blocks == ({1, 2} if item.block is None else {item.block}) or "both" in item.mechanism
 
 
-@pytest.mark.parametrize(("model", "item"), of_mechanism(GRAZES))
+@for_each(GRAZES)
 def test_a_grazing_block_rests_on_one_side_and_turns_back_on_the_other(model, item):
     block, place, where = re.match(GRAZES, item.mechanism).groups()
     block = int(block)
@@ -147,7 +155,7 @@ def test_a_grazing_block_rests_on_one_side_and_turns_back_on_the_other(model, it
     assert (spare < 1e-3) == (where == "at an end point")
 
 
-@pytest.mark.parametrize(("model", "item"), of_mechanism(ENDS))
+@for_each(ENDS)
 def test_a_block_that_rests_at_an_end_point_sticks_on_one_side_only(model, item):
     block, end, place = re.match(ENDS, item.mechanism).groups()
     block, sign = int(block), {"upper": 1.0, "lower": -1.0}[end]
@@ -164,7 +172,7 @@ def test_a_block_that_rests_at_an_end_point_sticks_on_one_side_only(model, item)
         assert force == pytest.approx(sign * limit(model, block), abs=SMALL)
 
 
-@pytest.mark.parametrize(("model", "item"), of_mechanism(COINCIDE))
+@for_each(COINCIDE)
 def test_events_that_coincide_do_so_on_both_sides(model, item):
     """One block comes to rest or leaves while the other reaches zero w or its limit."""
     what = re.match(COINCIDE, item.mechanism).groups()
@@ -186,7 +194,7 @@ def reaches_border(model, motion, t, block):
     return rests.min(initial=np.inf) < SMALL or (w < SMALL and spare < SMALL)
 
 
-@pytest.mark.parametrize(("model", "item"), of_mechanism(TOUCHES))
+@for_each(TOUCHES)
 def test_a_force_that_touches_the_limit_releases_on_one_side_only(model, item):
     block, end = re.match(TOUCHES, item.mechanism).groups()
     block, sign = int(block), {"upper": 1.0, "lower": -1.0}[end]

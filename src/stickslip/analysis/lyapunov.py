@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from stickslip.analysis.protocol import (
     checked_points,
@@ -174,7 +174,7 @@ def blocking_error(series: Floats) -> float:
         score[level] /= variance[level] ** 2
         x = 0.5 * (x[::2] + x[1::2])
     total = np.cumsum(score[::-1])[::-1]
-    limits = stats.chi2.ppf(INDEPENDENT, np.arange(levels, 0, -1))
+    limits = special.chdtri(np.arange(levels, 0, -1), 1.0 - INDEPENDENT)
     passed = np.flatnonzero(total < limits)
     # No level passes: correlations outlast the series. Four blocks then say least wrongly.
     level = int(passed[0]) if passed.size else max(levels - 2, 0)
