@@ -9,6 +9,7 @@ from .mechanics.friction import PoppStelter as PoppStelter
 from .mechanics.friction import Stribeck as Stribeck
 from .mechanics.friction import friction_law as friction_law
 from .mechanics.model.two_block import TwoBlock as TwoBlock
+from .mechanics.model.units import Units as Units
 from .study.event_map import event_map as event_map
 from .study.maps import attractors as attractors
 from .study.maps import basins as basins
