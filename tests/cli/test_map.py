@@ -185,15 +185,20 @@ def test_no_progress_where_nobody_watches():
 
 
 def test_an_interrupt_leaves_no_file(tmp_path):
+    assert main(["map", "--preset", "coulomb", "-d", "0.1"]) == 0  # compiled from here on
     command = [sys.executable, "-m", "stickslip.cli", "map", "--preset", "coulomb"]
     command += ["--grid", "20000000", "--out", str(tmp_path / "map.csv")]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 60
-    while not os.listdir(tmp_path) and time.monotonic() < deadline:  # the work has begun
-        time.sleep(0.02)
-    assert os.listdir(tmp_path)
-    process.send_signal(signal.SIGINT)
-    _, error = process.communicate(timeout=60)
+    try:
+        deadline = time.monotonic() + 60
+        while not os.listdir(tmp_path) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        assert os.listdir(tmp_path)
+        time.sleep(2.0)  # loading is over, the work has begun
+        process.send_signal(signal.SIGINT)
+        _, error = process.communicate(timeout=60)
+    finally:
+        process.kill()
     assert process.returncode == 130
     assert error == "stickslip: interrupted\n"
     assert os.listdir(tmp_path) == []
