@@ -82,8 +82,9 @@ def limits_inside(mesh: Mesh, ends: Nodes, inward: Floats, room: Floats) -> Limi
         exact = np.abs(ends.value - value) <= allowed
         typical = mesh.slope_scale + np.abs(slope)
         as_good = np.isfinite(slope) & (np.abs(ends.slope - slope) <= SAME_SLOPE * typical)
-    value = np.where(exact, ends.value, value)
-    slope = np.where(as_good, ends.slope, slope)
+    # NaN shows a gap too narrow for points inside.
+    value = np.where(exact | np.isnan(value), ends.value, value)
+    slope = np.where(as_good | np.isnan(slope), ends.slope, slope)
     return Limits(value, slope)
 
 

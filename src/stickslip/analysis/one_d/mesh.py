@@ -28,6 +28,8 @@ __all__ = ["Mesh", "Nodes", "hermite", "hermite_slope", "slope_extremes"]
 N_START: Final = 101  # nodes of the first grid; ten times as many found nothing more
 GOLDEN: Final = 0.6180339887498949
 GAP_PROBES: Final = 6e-3  # of the domain: a gap without margins is not probed more closely
+GAP_FLOOR: Final = 1e-4  # ... nor one with margins, where they fall
+WELL_INSIDE: Final = 0.9  # of a cell: a margin that vanishes at its very end does so beyond it
 JITTER: Final = 0.07  # of a cell: no node on a symmetric place, where turning points like to sit
 VALUE_FIT: Final = 1e-7  # of the range of values: a prediction this good passes
 SLOPE_FIT: Final = 1e-4  # of the slopes: likewise
@@ -189,7 +191,8 @@ class Mesh:
 
     def _reopen(self, cells: Bools) -> None:
         """Open cells again, or doubt them at the resolution."""
-        narrow = np.diff(self.nodes.x) <= 1.5 * self.resolution
+        width = np.diff(self.nodes.x)
+        narrow = (width <= 1.5 * self.resolution) | ~self._wide_enough(width)
         self._doubt(np.flatnonzero(cells & narrow & self.nodes.ok[1:]))
         self.open |= cells & ~narrow
 
@@ -217,30 +220,28 @@ class Mesh:
         return cells
 
     def _dipping(self) -> Bools:
-        """Tell which cells may hide a branch: margins fall towards it from both sides.
+        """Tell which cells may hide a branch: a margin falls towards 0 inside them.
 
-        A margin that would reach 0 inside the cell, if it went on falling as it does beside
-        the cell, is a change of label on either side of a branch that no node has met.
+        The margin falls to 0 at a change of label. Where it would do so inside a cell, if it
+        went on as beside it, and yet both ends have one label, there may be two changes.
         """
         n = self.nodes
         same = n.same_as_next()
         width = np.diff(n.x)
         with np.errstate(all="ignore"):
             slope = np.diff(n.margin) / width
-            # A falling line from the left, a rising one from the right: do they meet below 0?
-            reach_left = np.append(np.inf, -n.margin[1:-1] / slope[:-1])
-            reach_right = np.append(n.margin[1:-1] / slope[1:], np.inf)
-            falls = np.append(False, slope[:-1] < 0) & np.append(slope[1:] > 0, False)
-            dips = falls & (reach_left + reach_right < width)
-        beside = np.append(False, same[:-1]) & np.append(same[1:], False)
-        dipping: Bools = dips & same & beside
+            from_left = np.where(same[:-1] & (slope[:-1] < 0), -n.margin[1:-1] / slope[:-1], np.inf)
+            from_right = np.where(same[1:] & (slope[1:] > 0), n.margin[1:-1] / slope[1:], np.inf)
+        reach = np.minimum(np.append(np.inf, from_left), np.append(from_right, np.inf))
+        dipping: Bools = same & (reach < WELL_INSIDE * width)
         return dipping
 
     def _wide_enough(self, width: Floats) -> Bools:
-        """Tell which cells may be halved; where nothing is known in a gap, only coarse ones."""
+        """Tell which cells may be halved: in a gap, where values cost much, only coarse ones."""
         in_gap = ~self.nodes.ok[1:]
-        coarse = GAP_PROBES * domain_width(self.f)
-        return width > np.where(in_gap & np.isnan(self.nodes.margin[1:]), coarse, self.resolution)
+        known = ~np.isnan(self.nodes.margin[1:])
+        coarse = np.where(known, GAP_FLOOR, GAP_PROBES) * domain_width(self.f)
+        return width > np.where(in_gap, coarse, self.resolution)
 
     def _passes(self, left: Nodes, middle: Nodes, right: Nodes) -> Bools:
         """Tell for which cells the middle holds no surprise."""
