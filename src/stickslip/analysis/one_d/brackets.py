@@ -22,6 +22,8 @@ MAX_CHANGES: Final = 4096  # label changes followed before the rest is reported 
 FINEST: Final = 2.0**-12  # of the spacing of floats at the domain's size: adjacent enough near 0
 MAX_ROUNDS: Final = 200  # each halves at least: 65 suffice from any domain to FINEST
 TRUSTED: Final = 0.25  # of the bracket: the two sides' forecasts must agree better
+RESTED: Final = 4  # rounds: by chance one in sixteen
+CLOSE: Final = 1e-3  # of the bracket: ten halvings at once, or a second value to forecast from
 ASIDE: Final = 2.0  # of their disagreement, to either side: expected to hold the change
 
 
@@ -41,6 +43,8 @@ class LabelBrackets:
         self.left, self.right = left, right
         self.wide = np.zeros(len(left), dtype=bool)
         self.halve_next = np.zeros(len(left), dtype=bool)
+        # Rounds since either end has moved.
+        self.rests = np.zeros((2, len(left)), dtype=np.int64)
         # Where the ends were before they last moved.
         self.old_left, self.old_right = left, right
 
@@ -70,8 +74,18 @@ class LabelBrackets:
             first, second = centre - reach, centre + reach
             trusted = (first > lower) & (second < upper) & (reach < TRUSTED * (upper - lower))
         trusted &= ~self.halve_next[k]
-        middle = midpoint(lower, upper)
+        middle = self._middle(k)
         return np.where(trusted, first, middle), np.where(trusted, second, np.nan)
+
+    def _middle(self, k: Indices) -> Floats:
+        """Halve, but step close to an end that has rested: it moves at last, or meets the other."""
+        lower, upper = self.left.x[k], self.right.x[k]
+        step = CLOSE * (upper - lower)
+        middle = midpoint(lower, upper)
+        beside = np.where(self.rests[0, k] >= RESTED, lower + step, middle)
+        beside = np.where(self.rests[1, k] >= RESTED, upper - step, beside)
+        wide = step > np.spacing(np.maximum(np.abs(lower), np.abs(upper)))
+        return np.where(wide, beside, middle)
 
     def _forecast(self, k: Indices) -> tuple[Floats, Floats]:
         """Where the margins of both sides vanish together, and how well they agree on it."""
@@ -101,6 +115,8 @@ class LabelBrackets:
             self.wide[k[third]] = True
             third[:] = False
         i, j = k[as_left], k[as_right | third]
+        self.rests[:, k] += 1
+        self.rests[0, i] = self.rests[1, j] = 0
         self.old_left = self.old_left.replaced(i, lower.take(as_left))
         self.old_right = self.old_right.replaced(j, upper.take(as_right | third))
         self.left = self.left.replaced(i, nodes.take(as_left))
@@ -115,6 +131,7 @@ class LabelBrackets:
         no = np.zeros(len(left), dtype=bool)
         self.wide = np.concatenate([self.wide, no])
         self.halve_next = np.concatenate([self.halve_next, no])
+        self.rests = np.concatenate([self.rests, np.zeros((2, len(left)), dtype=np.int64)], axis=1)
 
 
 def _zero(old: Nodes, new: Nodes, exponent: int) -> Floats:

@@ -228,12 +228,11 @@ class Mesh:
         n = self.nodes
         same = n.same_as_next()
         width = np.diff(n.x)
-        with np.errstate(all="ignore"):
-            slope = np.diff(n.margin) / width
-            from_left = np.where(same[:-1] & (slope[:-1] < 0), -n.margin[1:-1] / slope[:-1], np.inf)
-            from_right = np.where(same[1:] & (slope[1:] > 0), n.margin[1:-1] / slope[1:], np.inf)
-        reach = np.minimum(np.append(np.inf, from_left), np.append(from_right, np.inf))
-        dipping: Bools = same & (reach < WELL_INSIDE * width)
+        left, right = _reach_of_margin(n.x, n.margin, same)
+        root_left, root_right = _reach_of_margin(n.x, n.margin**2, same)
+        # Roots from one side alone would open every cell beside a change that is known.
+        falls = np.minimum(np.minimum(left, right), np.maximum(root_left, root_right))
+        dipping: Bools = same & (falls < WELL_INSIDE * width)
         return dipping
 
     def _wide_enough(self, width: Floats) -> Bools:
@@ -275,6 +274,15 @@ def _widen(flags: Bools, place: Indices, n_nodes: int, *, value: bool) -> Bools:
         wide[place] = True
         wide[place - 1] = True
     return wide
+
+
+def _reach_of_margin(x: Floats, margin: Floats, same: Bools) -> tuple[Floats, Floats]:
+    """How far into each cell a quantity falls to 0, going on as in the cell before or after."""
+    with np.errstate(all="ignore"):
+        slope = np.diff(margin) / np.diff(x)
+        from_left = np.where(same[:-1] & (slope[:-1] < 0), -margin[1:-1] / slope[:-1], np.inf)
+        from_right = np.where(same[1:] & (slope[1:] > 0), margin[1:-1] / slope[1:], np.inf)
+    return np.append(np.inf, from_left), np.append(from_right, np.inf)
 
 
 def _sign_is_sure(left: Nodes, right: Nodes, error: Floats) -> Bools:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -23,6 +24,7 @@ from stickslip.analysis.one_d.powers import Hints, hints_of
 from stickslip.analysis.protocol import base_and_exponent
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from stickslip.analysis.one_d.breakpoints import Kind
@@ -129,6 +131,12 @@ class BranchTable(Sequence[Branch]):
         lines += [f"  gap: no value in ({lo:.12g}, {hi:.12g})" for lo, hi in self.gaps[:SHOWN]]
         lines += [f"  unresolved: {item}" for item in self.unresolved[:SHOWN]]
         return "\n".join(lines)
+
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Draw the map over its domain; see `stickslip.plot.event_map`."""
+        draw = importlib.import_module("stickslip.plot.event_map").event_map
+        axes: Axes = draw(self.f, ax, **style)
+        return axes
 
     def matters(self, number: int) -> bool:
         """Tell whether the end of a lap, by its number in `Laps`, is a break of the map."""
