@@ -72,3 +72,18 @@ def test_superstable_orbits():
         1.0,
     )
     assert found.points == pytest.approx(np.array([[0.0, 1.0]]), abs=1e-15)
+
+
+def test_a_point_stuck_at_an_infinite_slope_is_no_solution():
+    # x -> 0.7 + sqrt(x - 0.5): Newton's method from the right is thrown onto the root's end.
+    found = polish(
+        lambda k, x: (
+            0.7 + np.sqrt(np.maximum(x - 0.5, 0)),
+            0.5 / np.sqrt(np.maximum(x - 0.5, 1e-300)),
+        ),
+        np.array([[0.5]]),
+        np.array([[0.5]]),
+        np.array([[0.5 + 1e-9]]),
+        1.0,
+    )
+    assert not found.converged.any()

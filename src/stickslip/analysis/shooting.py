@@ -21,6 +21,7 @@ __all__ = ["Polished", "polish"]
 
 MAX_NEWTON: Final = 20
 EPS: Final = float(np.finfo(np.float64).eps)
+STEEPEST: Final = 1e7  # slope beyond which rounding of a point is no excuse for a residual
 MANY: Final = 64.0  # roundings that may add up in a value of the map
 ROUNDINGS: Final = 4.0  # of one evaluation of a map, in its error bound
 
@@ -95,7 +96,8 @@ def _is_rounding(
 ) -> NDArray[np.bool_]:
     """Tell which orbits no step can improve: a slope carries the rounding of its point on."""
     with np.errstate(invalid="ignore"):
-        allowed = times * EPS * value_scale * (1 + np.abs(slopes))
+        # Beside an infinite slope the bound would allow anything.
+        allowed = times * EPS * value_scale * (1 + np.minimum(np.abs(slopes), STEEPEST))
         rounding = (np.abs(residuals) <= allowed) & np.isfinite(slopes)
     return np.asarray(rounding.all(axis=1))
 
