@@ -1,6 +1,7 @@
 """``stickslip map`` end to end: the library's own numbers, in every form, and honest endings."""
 
 import csv
+import functools
 import io
 import json
 import os
@@ -188,7 +189,9 @@ def test_an_interrupt_leaves_no_file(tmp_path):
     assert main(["map", "--preset", "coulomb", "-d", "0.1"]) == 0  # compiled from here on
     command = [sys.executable, "-m", "stickslip.cli", "map", "--preset", "coulomb"]
     command += ["--grid", "20000000", "--out", str(tmp_path / "map.csv")]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    # A shell's background job ignores interrupts, and its children inherit that.
+    heed = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=heed)
     try:
         deadline = time.monotonic() + 60
         while not os.listdir(tmp_path) and time.monotonic() < deadline:
