@@ -112,6 +112,50 @@ def test_breakpoints_that_move_with_a_parameter():
     assert f.evaluate([0.1, 0.3, 0.6, 0.9]).label.tolist() == [0, 1, 2, 3]
 
 
+@pytest.mark.parametrize("f", EXAMPLES, ids=repr)
+def test_a_copy_is_like_a_map_made_afresh(f):
+    for name, value in f.parameters.items():
+        changed = f.replace(**{name: value + 0.05})
+        fresh = type(f)(
+            f.func,
+            f.domain,
+            parameters=changed.parameters,
+            derivative=f._given_derivative,
+            parameter_derivative=f._given_parameter_derivative,
+            breakpoints=f._given_breakpoints,
+        )
+        x = np.linspace(*f.domain, 50)
+        for mine, other in zip(
+            vars(changed.evaluate(x)).values(), vars(fresh.evaluate(x)).values(), strict=True
+        ):
+            assert np.array_equal(mine, other, equal_nan=True)
+
+
+def test_a_copy_finds_out_whether_it_is_analytic():
+    # At a = 0 the complex step through the modulus happens to be right.
+    f = PiecewiseMap(lambda x, a: a * abs(x) + x, (0.1, 1), parameters={"a": 0.0})
+    assert f.derivative(0.5) == pytest.approx(1.0, abs=1e-14)
+    assert f.replace(a=1.0).derivative(0.5) == pytest.approx(2.0, abs=1e-8)
+    assert f.replace(a=1.0).replace(a=0.0).derivative(0.5) == f.derivative(0.5)
+
+
+def test_a_copy_tries_again_where_arrays_no_longer_work():
+    def func(x, n):
+        return 0.5 * x if n < 2 else 0.5 * math.sin(x)
+
+    f = PiecewiseMap(func, (0.1, 1), parameters={"n": 1})
+    assert f.replace(n=2)([0.3, 0.5]) == pytest.approx([0.5 * math.sin(0.3), 0.5 * math.sin(0.5)])
+    with pytest.raises(ValueError, match=r"func\(x, n=\.\.\.\) failed at x = .*ZeroDivisionError"):
+        _reciprocal().replace(n=0)
+
+
+def _reciprocal():
+    def func(x, n):
+        return x * (1 / n)
+
+    return PiecewiseMap(func, (0, 1), parameters={"n": 1.0})
+
+
 def test_replace_leaves_the_original_alone():
     f = examples.logistic(3.5)
     g = f.replace(r=4)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
@@ -36,6 +37,9 @@ Function: TypeAlias = Callable[..., Any]
 Breakpoints: TypeAlias = Sequence[float] | Callable[..., Sequence[float]]
 
 N_PROBES: Final = 64  # points where the ways to call and to differentiate are tried out
+SHARES: Final[Floats] = (
+    0.5 + 0.6180339887498949 * np.arange(1, N_PROBES + 1)
+) % 1.0  # between breaks
 COMPLEX_AGREES: Final = 1e-6  # complex step and differences, relative: else it is not analytic
 LARGEST_LABEL: Final = 2.0**62
 PARAMETER_SCALE: Final = 1e-2  # of a parameter's size: first step of differences in it
@@ -104,10 +108,8 @@ class PiecewiseMap:
         self._given_breakpoints = breakpoints
         self._check_parameter_derivative_names()
         self._breakpoints = self._breakpoints_with(self._parameters)
-        self._in_arrays = self._takes_arrays(func)
-        self._label_in_arrays = label is not None and self._takes_arrays(label)
-        self._derivative_in_arrays = derivative is not None and self._takes_arrays(derivative)
-        self._analytic = derivative is None and self._complex_step_agrees()
+        self._analytic: bool | None = None  # unknown until a slope is asked for
+        self._learn_how_to_call()
 
     # ------------------------------------------------------------------ what it is
 
@@ -132,19 +134,26 @@ class PiecewiseMap:
         Raises
         ------
         ValueError
-            A name is not one of the map's parameters, or a value is not a finite number.
+            A name is not one of the map's parameters, a value is not a finite number, or a
+            callable fails on the new values.
+
+        Notes
+        -----
+        The copy inherits what was found out by trying: which callables take arrays. It calls
+        each of them once, and tries again if that fails. Whether complex steps differentiate
+        ``func`` may well depend on the values (``a * abs(x)`` at a = 0), so every copy finds
+        that out for itself, when first asked for a slope.
         """
         for name in changes:
             self._check_name(name)
-        return type(self)(
-            self._func,
-            self._domain,
-            parameters={**self._parameters, **changes},
-            derivative=self._given_derivative,
-            parameter_derivative=self._given_parameter_derivative,
-            label=self._given_label,
-            breakpoints=self._given_breakpoints,
-        )
+        other = copy.copy(self)
+        other._parameters = {**self._parameters, **_checked_parameters(changes)}
+        other._analytic = None
+        if callable(self._given_breakpoints):
+            other._breakpoints = other._breakpoints_with(other._parameters)
+        if not other._still_callable():
+            other._learn_how_to_call()
+        return other
 
     def __repr__(self) -> str:
         """Name of the function, domain and parameters."""
@@ -237,6 +246,8 @@ class PiecewiseMap:
     def _slopes(self, x: Floats) -> Floats:
         if self._given_derivative is not None:
             return _apply(self._given_derivative, x, self._parameters, self._derivative_in_arrays)
+        if self._analytic is None:
+            self._analytic = self._complex_step_agrees()
         if self._analytic:
             return complex_step(lambda z: self._func(z, **self._parameters), x)
         lo, hi = self._domain
@@ -318,12 +329,39 @@ class PiecewiseMap:
         """Points of the domain at no special place, some between any two breakpoints."""
         lo, hi = self._domain
         ends = np.concatenate([[lo], self._breakpoints, [hi]])
-        share = (0.5 + 0.6180339887498949 * np.arange(1, N_PROBES + 1)) % 1.0
-        return np.concatenate([a + (b - a) * share for a, b in pairwise(ends)])
+        return np.concatenate([a + (b - a) * SHARES for a, b in pairwise(ends)])
+
+    def _few_probes(self) -> Floats:
+        """Return the first three of the probes."""
+        lo, hi = self._domain
+        end = float(self._breakpoints[0]) if len(self._breakpoints) else hi
+        few: Floats = lo + (end - lo) * SHARES[:3]
+        return few
+
+    def _learn_how_to_call(self) -> None:
+        """Try out which callables take arrays; raise if one works in no way."""
+        label, derivative = self._given_label, self._given_derivative
+        self._in_arrays = self._takes_arrays(self._func)
+        self._label_in_arrays = label is not None and self._takes_arrays(label)
+        self._derivative_in_arrays = derivative is not None and self._takes_arrays(derivative)
+        self._analytic = None
+
+    def _still_callable(self) -> bool:
+        """Tell whether the callables work, with these parameters, in the ways already known."""
+        few, parameters = self._few_probes(), self._parameters
+        try:
+            _apply(self._func, few, parameters, self._in_arrays)
+            if self._given_label is not None:
+                _apply(self._given_label, few, parameters, self._label_in_arrays)
+            if self._given_derivative is not None:
+                _apply(self._given_derivative, few, parameters, self._derivative_in_arrays)
+        except Exception:  # whatever it is, the first way of trying names it
+            return False
+        return True
 
     def _takes_arrays(self, func: Function) -> bool:
         """Tell whether ``func`` works elementwise on arrays; raise if it works in no way."""
-        few = self._probes()[:3]
+        few = self._few_probes()
         try:
             one_by_one = _apply(func, few, self._parameters, in_arrays=False)
         except Exception as reason:
