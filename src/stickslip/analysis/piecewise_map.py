@@ -37,9 +37,8 @@ Function: TypeAlias = Callable[..., Any]
 Breakpoints: TypeAlias = Sequence[float] | Callable[..., Sequence[float]]
 
 N_PROBES: Final = 64  # points where the ways to call and to differentiate are tried out
-SHARES: Final[Floats] = (
-    0.5 + 0.6180339887498949 * np.arange(1, N_PROBES + 1)
-) % 1.0  # between breaks
+GOLDEN: Final = 0.6180339887498949
+SHARES: Final = np.asarray((0.5 + GOLDEN * np.arange(1, N_PROBES + 1)) % 1.0, dtype=np.float64)
 COMPLEX_AGREES: Final = 1e-6  # complex step and differences, relative: else it is not analytic
 LARGEST_LABEL: Final = 2.0**62
 PARAMETER_SCALE: Final = 1e-2  # of a parameter's size: first step of differences in it
