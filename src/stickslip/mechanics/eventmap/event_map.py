@@ -24,9 +24,8 @@ from stickslip.mechanics.flow.engine import (
     parameter_direction,
     start_direction,
 )
-from stickslip.mechanics.flow.settings import positive_integer, tolerance
+from stickslip.mechanics.flow.settings import positive_integer, time_limit, tolerance
 from stickslip.mechanics.flow.system import new_motion
-from stickslip.mechanics.model.checks import finite_number
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import available_threads, launch
 
@@ -115,7 +114,7 @@ class EventMap:
         self.model = model
         self.rtol = tolerance(rtol)
         self.max_events = positive_integer("max_events", max_events, "events of one motion")
-        self.max_time = _time_limit(max_time)
+        self.max_time = time_limit(max_time)
         self.engine: EngineName = engine
         self.device = device
         self.threads = (
@@ -389,9 +388,3 @@ def _shaped(values: Floats, shape: tuple[int, ...]) -> Any:
 
 def _shaped_array(values: NDArray[Any], shape: tuple[int, ...]) -> Any:
     return values.reshape(shape)[()] if shape == () else values.reshape(shape)
-
-
-def _time_limit(value: object) -> float:
-    if isinstance(value, float) and value == math.inf:
-        return value
-    return finite_number("max_time", value, above=0.0, why="max_time limits one motion's time.")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from stickslip.mechanics.model.checks import finite_number
@@ -34,3 +36,16 @@ def positive_integer(name: str, value: object, what: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
         raise ValueError(f"{name} = {value!r} is not allowed: {name} ({what}) is an integer >= 1.")
     return int(value)
+
+
+def time_limit(value: object) -> float:
+    """Return the longest time of one motion, which may be infinite.
+
+    Raises
+    ------
+    ValueError
+        Not a positive number.
+    """
+    if isinstance(value, float) and value == math.inf:
+        return value
+    return finite_number("max_time", value, above=0.0, why="max_time limits one motion's time.")
