@@ -293,14 +293,9 @@ class BeltModel(ABC):
     def sample_domain(self, n: int, rng: np.random.Generator | int | None = None) -> Floats:
         """Draw differences of global stick phases, shape (n, n_blocks - 1).
 
-        Displacements are drawn uniformly from those with which all blocks ride.
+        They belong to displacements drawn uniformly from those with which all blocks ride.
         """
-        generator = np.random.default_rng(rng)
-        s = self.structure
-        force = generator.uniform(-s.static, s.static, size=(n, s.n_blocks))
-        at_belt = s.needed_force(np.zeros(s.n_blocks), np.full(s.n_blocks, s.V))
-        x = np.linalg.solve(s.stiffness, (force - at_belt).T).T
-        return np.asarray(np.diff(x, axis=-1))
+        return np.asarray(np.diff(self.structure.sample_sticking(n, rng), axis=-1))
 
     def sample_state(
         self, rng: np.random.Generator | int | None = None, *, riding: bool = False
@@ -310,14 +305,7 @@ class BeltModel(ABC):
         Needed forces are uniform within the static limits; velocities are the belt's if
         `riding`, else within one unit of f_s1 / sqrt(k m) of it.
         """
-        generator = np.random.default_rng(rng)
-        s = self.structure
-        v = np.full(s.n_blocks, s.V)
-        if not riding:
-            v = v + generator.uniform(-1.0, 1.0, size=s.n_blocks)
-        force = generator.uniform(-s.static, s.static)
-        x = np.linalg.solve(s.stiffness, force - s.needed_force(np.zeros(s.n_blocks), v))
-        return np.asarray(x), v
+        return self.structure.sample_state(rng, riding=riding)
 
 
 def laws_of(friction: object, n_blocks: int) -> Friction:

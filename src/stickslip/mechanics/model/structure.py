@@ -79,3 +79,31 @@ class Structure:
         return type(self)(
             *(getattr(other, item.name) - getattr(self, item.name) for item in fields(self))
         )
+
+    def sample_sticking(self, n: int, rng: np.random.Generator | int | None = None) -> Floats:
+        """Draw displacements, shape (n, n_blocks), with which all blocks ride.
+
+        The needed forces are uniform within the static limits.
+        """
+        generator = np.random.default_rng(rng)
+        force = generator.uniform(-self.static, self.static, size=(n, self.n_blocks))
+        return self._displacements(force, np.full(self.n_blocks, self.V))
+
+    def sample_state(
+        self, rng: np.random.Generator | int | None = None, *, riding: bool = False
+    ) -> tuple[Floats, Floats]:
+        """Draw displacements and velocities of a legal state, shape (n_blocks,) each.
+
+        Needed forces are uniform within the static limits; velocities are the belt's if
+        `riding`, else within one unit of it.
+        """
+        generator = np.random.default_rng(rng)
+        v = np.full(self.n_blocks, self.V)
+        if not riding:
+            v = v + generator.uniform(-1.0, 1.0, size=self.n_blocks)
+        return self._displacements(generator.uniform(-self.static, self.static), v), v
+
+    def _displacements(self, force: Floats, v: Floats) -> Floats:
+        """Displacements that need given forces at given velocities."""
+        rest = self.needed_force(np.zeros(self.n_blocks), v)
+        return np.asarray(np.linalg.solve(self.stiffness, (force - rest).T).T)

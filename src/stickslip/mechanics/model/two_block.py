@@ -11,11 +11,14 @@ from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.checks import finite_number
 from stickslip.mechanics.model.physical import PhysicalTrajectory
+from stickslip.mechanics.model.structure import Structure
 from stickslip.mechanics.model.units import Units
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
+
+    Floats = NDArray[np.float64]
 
 __all__ = ["TwoBlock"]
 
@@ -252,6 +255,33 @@ class TwoBlock:
             per_law[block][own_name] = value
         first, *rest = (law.replace(**some) for law, some in zip(laws, per_law, strict=True))
         return (first, rest[0]) if rest else first
+
+    @property
+    def structure(self) -> Structure:
+        """Masses, springs and limits as arrays: the member of the family that this model is."""
+        two = np.zeros(2)
+        diagonal = 1.0 + self.alpha
+        stiffness = np.array([[diagonal, -self.alpha], [-self.alpha, diagonal]])
+        limits = np.array(self.limits)
+        return Structure(np.ones(2), stiffness, np.zeros((2, 2)), limits, self.V, two, 0.0, 0.0)
+
+    def sample_domain(self, n: int, rng: np.random.Generator | int | None = None) -> Floats:
+        """Draw ``X_2 - X_1`` of global stick phases, shape (n,).
+
+        They belong to displacements drawn uniformly from those with which both blocks ride.
+        """
+        x = self.structure.sample_sticking(n, rng)
+        return np.asarray(x[:, 1] - x[:, 0])
+
+    def sample_state(
+        self, rng: np.random.Generator | int | None = None, *, riding: bool = False
+    ) -> tuple[Floats, Floats]:
+        """Draw a legal state (x, v), each of shape (2,), for `stickslip.simulate`.
+
+        Needed forces are uniform within the static limits; velocities are the belt's if
+        `riding`, else within one unit of f_s1 / sqrt(k m) of it.
+        """
+        return self.structure.sample_state(rng, riding=riding)
 
     @property
     def n_blocks(self) -> int:
