@@ -8,6 +8,10 @@ from .mechanics.friction import FrictionLaw as FrictionLaw
 from .mechanics.friction import PoppStelter as PoppStelter
 from .mechanics.friction import Stribeck as Stribeck
 from .mechanics.friction import friction_law as friction_law
+from .mechanics.model.blocks import Blocks as Blocks
+from .mechanics.model.chain import Chain as Chain
+from .mechanics.model.chain import Oscillator as Oscillator
+from .mechanics.model.harmonic import Harmonic as Harmonic
 from .mechanics.model.two_block import TwoBlock as TwoBlock
 from .mechanics.model.units import Units as Units
 from .study.event_map import event_map as event_map

@@ -155,7 +155,8 @@ def _displacement(trajectory: Trajectory, event: Event) -> float:
 
 
 def _needed_force(trajectory: Trajectory, event: Event) -> float:
-    """R of the block: X_i + alpha (X_i - X_j)."""
-    x = trajectory.x(event.time)
-    i = event.block - 1
-    return float(x[i] + trajectory.model.alpha * (x[i] - x[1 - i]))
+    """Force that the block needs in order to ride."""
+    time = event.time
+    structure = trajectory.model.structure
+    force = structure.needed_force(trajectory.x(time), trajectory.v(time), time)
+    return float(force[event.block - 1])

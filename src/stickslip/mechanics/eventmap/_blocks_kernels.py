@@ -135,9 +135,7 @@ def loop_norm(motion: BlockMotion, n_columns: int) -> float:
 
 
 @kernel
-def event_margin(
-    system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWork
-) -> float:
+def event_margin(system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWork) -> float:
     """Clearance at an event: of landings from a touch, of all blocks from their limits."""
     margin = math.inf
     for i in range(motion.mode.shape[0]):
@@ -312,7 +310,7 @@ def iterate_range(
     controls: Controls,
     itinerary: NDArray[np.int8],
 ) -> None:
-    """Fill rows ``start..stop`` of `orbits` (starts, n + 1, differences) from their first entries."""
+    """Fill rows ``start..stop`` of `orbits` (starts, steps + 1, differences) from their starts."""
     motion = scratch.motion
     for i in range(start, stop):
         for k in range(orbits.shape[1] - 1):

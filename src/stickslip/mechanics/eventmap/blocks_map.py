@@ -10,10 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.mechanics.eventmap.event_map import EventMapResult
 from stickslip.mechanics.eventmap.records import BlockOutputs, BlockScratch, Controls
+from stickslip.mechanics.eventmap.result import EventMapResult
 from stickslip.mechanics.flow.blocks.engine import BlockEngine, block_engine
-from stickslip.mechanics.flow.blocks.system import BlockDirections, block_directions, new_block_motion
+from stickslip.mechanics.flow.blocks.system import (
+    BlockDirections,
+    block_directions,
+    new_block_motion,
+)
 from stickslip.mechanics.flow.settings import positive_integer, time_limit, tolerance
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.numerics.targets import available_threads, instantiate, launch
@@ -127,7 +131,7 @@ class BlocksEventMap:
             Some ``d`` is NaN or belongs to no global stick phase.
         """
         points = self.model.admit(d)
-        return self._run(points, self._no_directions).value.reshape(points.shape)
+        return self.carry(points).value.reshape(points.shape)
 
     def jacobian(self, d: ArrayLike) -> Floats:
         """Jacobian of the map, exact, one-sided at a breakpoint.
@@ -142,7 +146,7 @@ class BlocksEventMap:
             Entry (i, j): derivative of value i with respect to d_j. Errors as for calling.
         """
         points = self.model.admit(d)
-        outputs = self._run(points, self._start_directions)
+        outputs = self.carry(points, slope=True)
         return outputs.derivative.reshape(*points.shape, self.n_differences)
 
     def parameter_derivative(self, d: ArrayLike, name: str) -> Floats:
@@ -170,7 +174,7 @@ class BlocksEventMap:
             Some ``d`` is NaN or belongs to no global stick phase.
         """
         points = self.model.admit(d)
-        outputs = self._run(points, self._start_directions, watch=True)
+        outputs = self.carry(points, slope=True, watch=True)
         shape = points.shape[:-1]
         return EventMapResult(
             value=outputs.value.reshape(points.shape),
@@ -181,6 +185,11 @@ class BlocksEventMap:
             margin=outputs.margin.reshape(shape)[()],
             status=outputs.status.reshape(shape)[()],
         )
+
+    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> BlockOutputs:
+        """Carry rows of differences, which are not checked; with the Jacobian if `slope`."""
+        directions = self._start_directions if slope else self._no_directions
+        return self._run(d, directions, watch=watch)
 
     def itinerary(self, d: ArrayLike) -> Any:
         """Modes of all blocks from the onset to the next global stick, as text.

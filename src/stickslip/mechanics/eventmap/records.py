@@ -49,7 +49,7 @@ class Scratch(NamedTuple):
 
 
 class BlockOutputs(NamedTuple):
-    """What a motion of n blocks leaves; ``value`` (m, n - 1), ``derivative`` (m, n - 1, columns)."""
+    """As `Outputs`, for n blocks; ``value`` (m, n - 1), ``derivative`` (m, n - 1, columns)."""
 
     value: Floats
     derivative: Floats

@@ -74,8 +74,14 @@ class Record:
 
     def recorded(self, inside: StatesInside | None) -> Recorded:
         """All of it as arrays."""
-        arrays = (np.array(values) for values in (self.t, self.x, self.w, self.e, self.mode))
-        return Recorded(*arrays, inside)
+        return Recorded(
+            np.array(self.t),
+            np.array(self.x),
+            np.array(self.w),
+            np.array(self.e),
+            np.array(self.mode),
+            inside,
+        )
 
 
 class Recorder(ABC):

@@ -393,17 +393,17 @@ def simulate(
 
 def _recorder(model: Model, engine: EngineName, *, rtol: float, dense: bool) -> Recorder:
     """Choose what follows the motion of a model."""
-    if isinstance(model, TwoBlock):
+    if isinstance(model, TwoBlock) and model.damping == 0.0:
         return TwoBlockRecorder(engine_for(model, engine), rtol=rtol, dense=dense)
-    if not isinstance(model, BeltModel):
+    if not isinstance(model, BeltModel | TwoBlock):
         raise ValueError(
             f"model = {model!r} is not a model. Take ss.TwoBlock(...), ss.Chain(...), "
             "ss.Blocks(...) or ss.Oscillator(...)."
         )
     if engine == "exact":
         raise ValueError(
-            "engine = 'exact' is the two-block engine of constant friction; other models have "
-            "one engine, whose series are exact to rounding. Take engine='auto'."
+            "engine = 'exact' is that of two undamped blocks with constant friction; other models "
+            "have one engine, whose series are exact to rounding. Take engine='auto'."
         )
     return BlocksRecorder(block_engine(model), model.structure, rtol=rtol, dense=dense)
 
@@ -420,7 +420,9 @@ def _start(
     if d is not None:
         if isinstance(model, TwoBlock):
             d = finite_number("d", d, why="d is X_2 - X_1 of a global stick phase.")
-        elif model.forcing is not None:
+            recorder.start_on_belt(np.atleast_1d(model.admit(d)))
+            return
+        if model.forcing is not None:
             raise ValueError("a forced model starts from a state: give x and v instead of d")
         recorder.start_on_belt(model.admit(d))
         return
@@ -431,7 +433,5 @@ def _state_vector(name: str, values: ArrayLike | None, model: Model) -> Floats:
     array = np.asarray(values, dtype=np.float64)
     n = model.n_blocks
     if array.shape != (n,) or not np.isfinite(array).all():
-        raise ValueError(
-            f"{name} = {values!r} is not allowed: {n} finite numbers, one per block"
-        )
+        raise ValueError(f"{name} = {values!r} is not allowed: {n} finite numbers, one per block")
     return array

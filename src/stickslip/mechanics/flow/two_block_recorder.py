@@ -32,7 +32,7 @@ class TwoBlockRecorder(Recorder):
 
     def start_on_belt(self, d: Floats) -> None:
         """Start at the end of the global stick phase `d`: there the first slip begins."""
-        self.d.append(float(d))
+        self.d.append(float(d[0]))
         self._leave_belt()
 
     def start(self, x: Floats, v: Floats) -> None:
@@ -103,8 +103,7 @@ class TwoBlockRecorder(Recorder):
 
     def _leave_belt(self) -> None:
         """End the present global stick phase."""
-        (d,) = np.atleast_1d(self.d[-1])
-        onset(self.engine.system, self.motion, float(d))
+        onset(self.engine.system, self.motion, float(self.d[-1]))
         self.n_events += 1
 
     def _note_global_stick(self) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,7 +19,7 @@ ROUNDING = 64 * np.finfo(np.float64).eps
 """Of a matrix' size: asymmetry and negative eigenvalues that rounding explains."""
 
 
-def one_per_block(name: str, values: object, n_blocks: int, *, above: float, why: str) -> Floats:
+def one_per_block(name: str, values: Any, n_blocks: int, *, above: float, why: str) -> Floats:
     """Return one number per block; one number stands for all.
 
     Raises
@@ -29,7 +29,7 @@ def one_per_block(name: str, values: object, n_blocks: int, *, above: float, why
     """
     if np.ndim(values) == 0:
         return np.full(n_blocks, finite_number(name, values, above=above, why=why))
-    entries = list(values)  # type: ignore[call-overload]
+    entries = list(values)
     if len(entries) != n_blocks or any(np.ndim(entry) for entry in entries):
         raise ValueError(
             f"{name} has {np.shape(values)} entries for {n_blocks} blocks: give one number per "

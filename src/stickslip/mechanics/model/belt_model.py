@@ -34,6 +34,7 @@ class BeltModel(ABC):
     them linearly.
     """
 
+    V: float
     friction: Friction
     forcing: Harmonic | None
 
@@ -65,7 +66,7 @@ class BeltModel(ABC):
         return self._structure_with({**self.numbers, **self._forcing_numbers})
 
     def structure_direction(self, name: str) -> Structure:
-        """Derivative of the structure with respect to one of its numbers.
+        """Differentiate the structure with respect to one of its numbers.
 
         The structure is linear in each, so that the difference over a step of 1 is exact.
 
@@ -241,7 +242,7 @@ class BeltModel(ABC):
         return x
 
     def _stick_range(self, d: ArrayLike) -> tuple[Floats, Floats]:
-        """Displacements of block 1 between which all blocks ride, shapes (...); empty if low > high."""
+        """Displacements of block 1 between which all blocks ride, shapes (...), or low > high."""
         s = self.structure
         x = self.positions(d)
         force = s.needed_force(x, np.full(x.shape, s.V))
@@ -330,4 +331,6 @@ def laws_of(friction: object, n_blocks: int) -> Friction:
         if callable(friction) and not isinstance(friction, type)
         else "Take Coulomb(mu=), PoppStelter(gamma=) or friction_law(...)."
     )
-    raise ValueError(f"friction = {friction!r} is neither a friction law nor a list of laws. {remedy}")
+    raise ValueError(
+        f"friction = {friction!r} is neither a friction law nor a list of laws. {remedy}"
+    )

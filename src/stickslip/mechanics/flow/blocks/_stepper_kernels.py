@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-
 from stickslip.mechanics.flow.blocks.forces import (
     force_tolerance,
     loading_rate,
@@ -106,9 +105,7 @@ def rate(system: BlockSystem, laws: Floats, motion: BlockMotion, block: int) -> 
 
 
 @kernel
-def move(
-    system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWork, h: float
-) -> None:
+def move(system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWork, h: float) -> None:
     """Go to the end of the step."""
     for i in range(motion.mode.shape[0]):
         if motion.mode[i] != 0:
@@ -131,7 +128,7 @@ def move(
 
 @kernel
 def expand(system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWork) -> None:
-    """Taylor series of the state: (k + 1) m w_{k+1} = -mode limit F_k - e_k, (k + 1) x_{k+1} = w_k."""
+    """Taylor series: (k + 1) m w_{k+1} = -mode limit F_k - e_k and (k + 1) x_{k+1} = w_k."""
     x, w = work.x, work.w
     for i in range(motion.mode.shape[0]):
         x[i] = 0.0
@@ -177,9 +174,7 @@ def needed_coefficient(system: BlockSystem, work: BlockWork, block: int, k: int)
 
 
 @kernel(inline=True)
-def step_length(
-    system: BlockSystem, motion: BlockMotion, work: BlockWork, rtol: float
-) -> float:
+def step_length(system: BlockSystem, motion: BlockMotion, work: BlockWork, rtol: float) -> float:
     """Step after which the last two terms of every series are below `rtol`; inf if none slips."""
     if work.n_active[0] == 0 and not system.forced:
         return math.inf
@@ -404,9 +399,7 @@ def friction_tangent(
 
 
 @kernel
-def landing_rate(
-    system: BlockSystem, laws: Floats, motion: BlockMotion, block: int
-) -> float:
+def landing_rate(system: BlockSystem, laws: Floats, motion: BlockMotion, block: int) -> float:
     """Rate w' of a slipping block as it reaches the belt."""
     mode = motion.mode[block]
     friction = -mode * system.static[block] * static_value(laws[block], mode)
@@ -448,5 +441,3 @@ def slides_for_ever(
             if slope(laws[i], -1, system.V + reach * (k / 16.0 - 1.0)) < 0.0:
                 return False
     return True
-
-

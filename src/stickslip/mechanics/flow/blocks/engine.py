@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.mechanics.model.belt_model import BeltModel
+    from stickslip.mechanics.model.two_block import TwoBlock
 
 __all__ = ["BlockEngine", "block_engine"]
 
@@ -52,7 +53,7 @@ class BlockEngine:
         return new_block_work(len(self.system.mass), self.code.N_ROWS, self.kernels.ORDER)
 
 
-def block_engine(model: BeltModel) -> BlockEngine:
+def block_engine(model: BeltModel | TwoBlock) -> BlockEngine:
     """Prepare the engine for a model.
 
     Raises

@@ -26,9 +26,7 @@ def growth(system: BlockSystem, block: int) -> float:
 
 
 @kernel
-def onset(
-    system: BlockSystem, directions: BlockDirections, motion: BlockMotion, d: Floats
-) -> int:
+def onset(system: BlockSystem, directions: BlockDirections, motion: BlockMotion, d: Floats) -> int:
     """End of the global stick phase with differences `d`; return how many blocks leave.
 
     On the belt the differences are fixed while all displacements grow, so that the first limit
@@ -80,7 +78,7 @@ def room_to_limit(system: BlockSystem, motion: BlockMotion, block: int) -> float
 def onset_tangents(
     system: BlockSystem, directions: BlockDirections, motion: BlockMotion, leader: int
 ) -> None:
-    """Derivatives of the displacements at the onset, which keeps the leader at its limit."""
+    """Differentiate the displacements at the onset, which keeps the leader at its limit."""
     side = 1.0 if growth(system, leader) > 0.0 else -1.0
     for column in range(motion.tangent_x.shape[1]):
         change = 0.0

@@ -18,7 +18,7 @@ from stickslip.numerics.trigonometry import sincos
 def needed_tangent(
     system: BlockSystem, directions: BlockDirections, motion: BlockMotion, block: int, column: int
 ) -> float:
-    """Derivative of a block's needed force at the present state."""
+    """Differentiate a block's needed force at the present state."""
     sine, cosine = sincos(motion.phase[0])
     change = system.amplitude[block] * sine * motion.tangent_phase[column]
     change -= directions.amplitude[column, block] * cosine

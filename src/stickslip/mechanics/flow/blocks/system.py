@@ -46,7 +46,8 @@ class BlockDirections(NamedTuple):
     """Derivatives of the numbers in some directions, the leading axis; as in `BlockSystem`.
 
     ``laws`` (c, n, parameters of a law), ``phase``: of the forcing at time 0; ``start``
-    (c, n - 1): of the differences that a global stick phase starts with; ``varies``: whether anything but the starting state changes.
+    (c, n - 1): of the differences that a global stick phase starts with; ``varies``: whether
+    anything but the starting state changes.
     """
 
     mass: Floats
@@ -97,7 +98,7 @@ def block_system(structure: Structure) -> BlockSystem:
         amplitude=structure.amplitude.copy(),
         frequency=structure.frequency,
         V=structure.V,
-        inverse=np.linalg.inv(structure.stiffness),
+        inverse=np.asarray(np.linalg.inv(structure.stiffness), dtype=np.float64),
         forced=structure.is_forced,
     )
 
@@ -116,6 +117,7 @@ def block_directions(
     start : ndarray of float, shape (directions, n - 1)
     """
     n, count = len(system.mass), len(changes)
+    varies = [change is not None or bool(laws[k].any()) for k, change in enumerate(changes)]
     rows = np.repeat(np.arange(n), np.diff(system.first))
     directions = BlockDirections(
         mass=np.zeros((count, n)),
@@ -128,7 +130,7 @@ def block_directions(
         V=np.zeros(count),
         laws=laws,
         start=start,
-        varies=np.array([laws[k].any() or changes[k] is not None for k in range(count)], dtype=bool),
+        varies=np.array(varies, dtype=bool),
     )
     for k, change in enumerate(changes):
         if change is None:
