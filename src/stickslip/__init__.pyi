@@ -2,6 +2,8 @@
 from . import examples as examples
 from . import status as status
 from .analysis.piecewise_map import PiecewiseMap as PiecewiseMap
+from .mechanics.cycle.cycle import find_cycle as find_cycle
+from .mechanics.cycle.equilibria import equilibria as equilibria
 from .mechanics.flow.trajectory import simulate as simulate
 from .mechanics.friction import Coulomb as Coulomb
 from .mechanics.friction import FrictionLaw as FrictionLaw
