@@ -1,4 +1,4 @@
-"""Bifurcation diagrams: every periodic orbit, the attractors and the breakpoints over a parameter."""
+"""Bifurcation diagrams: periodic orbits, attractors and breakpoints over a parameter."""
 
 from __future__ import annotations
 
