@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.one_d.breakpoints import Breakpoint
     from stickslip.analysis.orbits import PeriodicOrbit
+    from stickslip.analysis.protocol import Map1D
     from stickslip.study.event_map import EventMap
 
 __all__ = [
@@ -135,12 +136,12 @@ def from_point_1(orbit: PeriodicOrbit, jump: float) -> NDArray[np.float64]:
     return np.asarray(np.roll(orbit.points, -first))
 
 
-def cusp_of(window: Window) -> float:
+def cusp_of(window: Map1D) -> float:
     """Find the first maximum of a map at a corner.
 
     Parameters
     ----------
-    window : Window
+    window : map of the line
         Part of a map of law (9).
 
     Returns
@@ -152,12 +153,12 @@ def cusp_of(window: Window) -> float:
     return next(item.d for item in corners if item.left_slope > 0.0 > item.right_slope)
 
 
-def fixed_points(window: Window) -> tuple[PeriodicOrbit, ...]:
+def fixed_points(window: Map1D) -> tuple[PeriodicOrbit, ...]:
     """All fixed points in a part of a map.
 
     Parameters
     ----------
-    window : Window
+    window : map of the line
         Part of a map of law (9).
 
     Returns
