@@ -4,46 +4,15 @@ from __future__ import annotations
 
 import csv
 import sys
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, TextIO
+from collections.abc import Mapping
+from typing import Any, TextIO
 
 import msgspec
-
-from stickslip.cli.files import new_file
-
-if TYPE_CHECKING:
-    from stickslip.cli.options import FileOptions, OutputOptions
 
 SCHEMA = 1
 TABLE_ROWS = 40
 # Columns that a reader on a terminal has in another form or cannot use.
 MACHINE_ONLY = {"label", "status"}
-
-
-def deliver(
-    command: str,
-    parameters: Mapping[str, Any],
-    compute: Callable[[], dict[str, Any]],
-    file: FileOptions,
-    output: OutputOptions,
-) -> dict[str, Any]:
-    """Compute a table and send it where the options say: a file, stdout, as JSON or CSV.
-
-    The file is opened before the computation: one that cannot be written is said at once.
-    """
-    if file.out is None:
-        table = compute()
-    else:
-        with new_file(file.out, force=file.force) as stream:
-            table = compute()
-            write_csv(stream, table)
-    if output.json:
-        print(document(command, parameters, table), end="")
-    elif file.out is None:
-        show(table)
-    else:
-        print(file.out)
-    return table
 
 
 def document(command: str, parameters: Mapping[str, Any], result: Mapping[str, Any]) -> str:

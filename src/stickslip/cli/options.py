@@ -36,10 +36,12 @@ Whole = Annotated[int, Parameter(converter=_whole)]
 @Parameter(name="*", group=MODEL)
 @dataclass(frozen=True, kw_only=True)
 class ModelOptions:
-    """The two-block model: a preset, its parameters, or a preset with some changed."""
+    """The two-block model: a file, a preset or parameters; parameters change the former two."""
 
+    path: Annotated[Path | None, Parameter(name="--model", metavar="FILE")] = None
+    """Model file in TOML; the options below change it."""
     preset: Literal["coulomb", "law9"] | None = None
-    """One of the paper's two systems; the options below change it."""
+    """One of the paper's two systems instead of a file."""
     alpha: float | None = None
     """Coupling ratio k12 / k, at least 0."""
     beta: float | None = None
@@ -55,22 +57,37 @@ class ModelOptions:
         """Build the model; says which options are missing."""
         import stickslip as ss
 
-        given: dict[str, Any] = {
-            name: value
-            for name in ("alpha", "beta", "V")
-            if (value := getattr(self, name)) is not None
-        }
-        if self.friction is not None:
-            given["friction"] = _friction(self.friction)
-        if self.preset is not None:
-            preset: TwoBlock = getattr(ss.examples, self.preset)()
-            return preset.replace(**given) if given else preset
+        given = self._given()
+        if (base := self._base()) is not None:
+            return base.replace(**given) if given else base
         if missing := [name for name in ("alpha", "beta", "V", "friction") if name not in given]:
             raise UsageError(
                 f"the model lacks {', '.join('--' + name for name in missing)}; "
-                "give them, or start from --preset coulomb or --preset law9"
+                "give them, or start from --model FILE, --preset coulomb or --preset law9"
             )
         return ss.TwoBlock(**given)
+
+    def _base(self) -> TwoBlock | None:
+        """Return the model to start from, if one is named."""
+        if self.path is not None and self.preset is not None:
+            raise UsageError("give either --model or --preset")
+        if self.path is not None:
+            from stickslip.study.model_file import read_model
+
+            return read_model(self.path)
+        if self.preset is not None:
+            import stickslip as ss
+
+            preset: TwoBlock = getattr(ss.examples, self.preset)()
+            return preset
+        return None
+
+    def _given(self) -> dict[str, Any]:
+        names = ("alpha", "beta", "V")
+        given: dict[str, Any] = {name: getattr(self, name) for name in names}
+        if self.friction is not None:
+            given["friction"] = _friction(self.friction)
+        return {name: value for name, value in given.items() if value is not None}
 
 
 @Parameter(name="*", group=ENGINE)

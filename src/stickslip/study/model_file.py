@@ -1,0 +1,249 @@
+"""Models as TOML files: written by hand, checked key by key, read back exactly."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from stickslip.files import write_text
+from stickslip.mechanics.friction import LAWS, FrictionLaw
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.mechanics.model.units import Units
+from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+__all__ = ["model_text", "read_model", "write_model"]
+
+NUMBERS: Final = ("alpha", "beta", "V")
+PHYSICAL: Final = ("m", "k", "k12", "fs1", "fs2", "v_dr")
+UNITS: Final = ("m", "k", "fs1")
+TWO_BLOCK_KEYS: Final = ("kind", *NUMBERS, "friction", "units", "physical")
+
+
+def read_model(path: str | PathLike[str]) -> TwoBlock:
+    """Read a model from a TOML file.
+
+    Parameters
+    ----------
+    path : str or path
+        The file: ``kind = "two_block"``, numbers ``alpha``, ``beta`` and ``V`` or a table
+        ``[physical]``, and ``[friction]`` with a ``law`` and its parameters. The page
+        "Model files" of the documentation shows every form.
+
+    Returns
+    -------
+    TwoBlock
+        The model.
+
+    Raises
+    ------
+    ValueError
+        The file is not TOML; a key is unknown or missing; a value is of the wrong type or
+        out of its range. The message names file and key, and what is allowed.
+    OSError
+        The file cannot be read.
+    """
+    path = Path(path)
+    with _within(f"{path}: "):
+        return _model(_toml(path.read_bytes()))
+
+
+def write_model(model: TwoBlock, path: str | PathLike[str]) -> None:
+    """Write a model to a TOML file, which `read_model` turns into an equal model.
+
+    Parameters
+    ----------
+    model : TwoBlock
+        With built-in friction laws; numbers are written with every digit.
+    path : str or path
+        A file of that name is replaced; it is whole at any time.
+
+    Raises
+    ------
+    ValueError
+        A friction law is a Python function, which a file cannot hold.
+    OSError
+        The file cannot be written.
+    """
+    write_text(Path(path), model_text(model))
+
+
+def model_text(model: TwoBlock) -> str:
+    """Return what `write_model` writes.
+
+    Parameters
+    ----------
+    model : TwoBlock
+        With built-in friction laws.
+
+    Returns
+    -------
+    str
+        A TOML document.
+
+    Raises
+    ------
+    ValueError
+        A friction law is a Python function, which a file cannot hold.
+    """
+    lines = ['kind = "two_block"', *_lines({name: getattr(model, name) for name in NUMBERS})]
+    if model.units is not None:
+        lines += ["", "[units]", *_lines({name: getattr(model.units, name) for name in UNITS})]
+    pair = isinstance(model.friction, tuple)
+    for law in model.laws if pair else model.laws[:1]:
+        lines += ["", "[[friction]]" if pair else "[friction]", *_law_lines(law)]
+    return "\n".join(lines) + "\n"
+
+
+def _lines(numbers: Mapping[str, float]) -> list[str]:
+    """Write finite numbers; Python's shortest exact form of one is TOML too."""
+    return [f"{name} = {value!r}" for name, value in numbers.items()]
+
+
+def _law_lines(law: FrictionLaw) -> list[str]:
+    if LAWS.get(law.name) is not type(law):
+        raise ValueError(
+            f"the friction law {law.title} is a Python function, which a model file cannot "
+            f"hold. Laws in files: {', '.join(LAWS)}."
+        )
+    return [f'law = "{law.name}"', *_lines({**law.parameters, **law.options})]
+
+
+# --- reading ----------------------------------------------------------------------------------
+
+
+@contextmanager
+def _within(place: str) -> Iterator[None]:
+    """Put the place before the message of a ValueError."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"{place}{error}") from error
+
+
+def _toml(content: bytes) -> dict[str, Any]:
+    try:
+        return tomllib.loads(content.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ValueError(
+            f"not UTF-8 text: byte {content[error.start]:#x} in line {line}. "
+            "Save the file as UTF-8."
+        ) from None
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"not TOML: {error}") from None
+    except RecursionError:
+        raise ValueError("not a model: its arrays or tables are nested too deeply") from None
+
+
+def _model(table: dict[str, Any]) -> TwoBlock:
+    """Find who reads this kind of model."""
+    if "kind" not in table:
+        raise ValueError(f'key kind is missing: write kind = "two_block". {_listed(KINDS)}')
+    kind = table["kind"]
+    if not isinstance(kind, str):
+        raise ValueError(f"kind = {kind!r} must be text in quotation marks. {_listed(KINDS)}")
+    if kind not in KINDS:
+        raise ValueError(f"kind = {kind!r} is no kind of model. {did_you_mean(kind, KINDS)}")
+    return KINDS[kind](table)
+
+
+def _two_block(table: dict[str, Any]) -> TwoBlock:
+    _refuse_unknown(table, TWO_BLOCK_KEYS)
+    if "physical" not in table:
+        _refuse_missing(table, (*NUMBERS, "friction"))
+        numbers = {name: table[name] for name in NUMBERS}
+        return TwoBlock(**numbers, friction=_friction(table["friction"]), units=_units(table))
+    if twice := [name for name in (*NUMBERS, "units") if name in table]:
+        raise ValueError(
+            f"{', '.join(twice)} beside [physical], from which alpha, beta, V and the units "
+            "follow. Give either [physical] or the dimensionless numbers."
+        )
+    _refuse_missing(table, ("friction",))
+    quantities = _numbers(table["physical"], "[physical]", PHYSICAL)
+    friction = _friction(table["friction"])
+    with _within("[physical] "):
+        return TwoBlock.from_physical(**quantities, friction=friction)
+
+
+KINDS: Final[dict[str, Callable[[dict[str, Any]], TwoBlock]]] = {"two_block": _two_block}
+"""Kinds of models, and who makes one of the file's content."""
+
+
+def _units(table: Mapping[str, Any]) -> Units | None:
+    if "units" not in table:
+        return None
+    quantities = _numbers(table["units"], "[units]", UNITS)
+    with _within("[units] "):
+        return Units(**quantities)
+
+
+def _numbers(table: Any, place: str, names: tuple[str, ...]) -> dict[str, Any]:
+    """Check that a table holds exactly these keys."""
+    if not isinstance(table, dict):
+        raise ValueError(f"{place} must be a table with the keys {', '.join(names)}")
+    with _within(f"{place} "):
+        _refuse_unknown(table, names)
+        _refuse_missing(table, names)
+    return table
+
+
+def _friction(given: Any) -> FrictionLaw | tuple[FrictionLaw, FrictionLaw]:
+    """Read ``[friction]``, or ``[[friction]]`` twice."""
+    match given:
+        case dict():
+            with _within("[friction] "):
+                return _law(given)
+        case [dict() as first, dict() as second]:
+            return (_law_of_block(1, first), _law_of_block(2, second))
+        case [dict(), *rest] if all(isinstance(item, dict) for item in rest):
+            raise ValueError(
+                f"[[friction]] given {len(given)} times; there are two blocks. Write [friction] "
+                "once for both, or [[friction]] twice: block 1, then block 2."
+            )
+    raise ValueError(
+        f"friction = {given!r} must be a table: a line [friction], under it law and its parameters."
+    )
+
+
+def _law_of_block(block: int, table: dict[str, Any]) -> FrictionLaw:
+    with _within(f"[[friction]] of block {block}: "):
+        return _law(table)
+
+
+def _law(table: dict[str, Any]) -> FrictionLaw:
+    """Make a law of its table; the law checks its parameters."""
+    values = dict(table)
+    name = values.pop("law", None)
+    if name is None:
+        raise ValueError(f"lacks the key law. {_listed(LAWS)}")
+    if not isinstance(name, str):
+        raise ValueError(f"law = {name!r} must be text in quotation marks. {_listed(LAWS)}")
+    if name not in LAWS:
+        raise ValueError(f"law = {name!r} is no friction law. {did_you_mean(name, LAWS)}")
+    law = LAWS[name]
+    _refuse_unknown(values, law.fields())
+    return law.from_values(values)
+
+
+def _refuse_unknown(table: Mapping[str, Any], known: Any) -> None:
+    for name in table:
+        if name not in known:
+            hint = did_you_mean(name, known)
+            if name in TWO_BLOCK_KEYS:
+                hint = "In TOML a key belongs to the table above it: write it before any [table]."
+            raise ValueError(f"unknown key {name!r}. {hint}")
+
+
+def _refuse_missing(table: Mapping[str, Any], needed: tuple[str, ...]) -> None:
+    if missing := [name for name in needed if name not in table]:
+        raise ValueError(f"lacks {', '.join(missing)}")
+
+
+def _listed(known: Any) -> str:
+    return f"Known: {', '.join(known)}."
