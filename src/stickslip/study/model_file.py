@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -144,7 +145,9 @@ def _toml(content: bytes) -> dict[str, Any]:
 def _model(table: dict[str, Any]) -> TwoBlock:
     """Find who reads this kind of model."""
     if "kind" not in table:
-        raise ValueError(f'key kind is missing: write kind = "two_block". {_listed(KINDS)}')
+        close = get_close_matches("kind", table, n=1)
+        instead = f" in place of {close[0]!r}" if close else ""
+        raise ValueError(f'lacks kind: write kind = "two_block"{instead}. {_listed(KINDS)}')
     kind = table["kind"]
     if not isinstance(kind, str):
         raise ValueError(f"kind = {kind!r} must be text in quotation marks. {_listed(KINDS)}")
@@ -155,18 +158,20 @@ def _model(table: dict[str, Any]) -> TwoBlock:
 
 def _two_block(table: dict[str, Any]) -> TwoBlock:
     _refuse_unknown(table, TWO_BLOCK_KEYS)
-    if "physical" not in table:
-        _refuse_missing(table, (*NUMBERS, "friction"))
+    # First: numbers that slipped under this table are missing above it.
+    friction = _friction(table["friction"]) if "friction" in table else None
+    physical = "physical" in table
+    _refuse_missing(table, ("friction",) if physical else (*NUMBERS, "friction"))
+    assert friction is not None
+    if not physical:
         numbers = {name: table[name] for name in NUMBERS}
-        return TwoBlock(**numbers, friction=_friction(table["friction"]), units=_units(table))
+        return TwoBlock(**numbers, friction=friction, units=_units(table))
     if twice := [name for name in (*NUMBERS, "units") if name in table]:
         raise ValueError(
             f"{', '.join(twice)} beside [physical], from which alpha, beta, V and the units "
             "follow. Give either [physical] or the dimensionless numbers."
         )
-    _refuse_missing(table, ("friction",))
     quantities = _numbers(table["physical"], "[physical]", PHYSICAL)
-    friction = _friction(table["friction"])
     with _within("[physical] "):
         return TwoBlock.from_physical(**quantities, friction=friction)
 
@@ -203,7 +208,7 @@ def _friction(given: Any) -> FrictionLaw | tuple[FrictionLaw, FrictionLaw]:
             return (_law_of_block(1, first), _law_of_block(2, second))
         case [dict(), *rest] if all(isinstance(item, dict) for item in rest):
             raise ValueError(
-                f"[[friction]] given {len(given)} times; there are two blocks. Write [friction] "
+                f"[[friction]] stands {len(given)} times; there are two blocks. Write [friction] "
                 "once for both, or [[friction]] twice: block 1, then block 2."
             )
     raise ValueError(
@@ -221,7 +226,7 @@ def _law(table: dict[str, Any]) -> FrictionLaw:
     values = dict(table)
     name = values.pop("law", None)
     if name is None:
-        raise ValueError(f"lacks the key law. {_listed(LAWS)}")
+        raise ValueError(f"lacks law. {_listed(LAWS)}")
     if not isinstance(name, str):
         raise ValueError(f"law = {name!r} must be text in quotation marks. {_listed(LAWS)}")
     if name not in LAWS:
