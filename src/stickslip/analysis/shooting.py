@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.protocol import Floats
 
-__all__ = ["Polished", "polish"]
+__all__ = ["EPS", "Polished", "polish", "residual_is_rounding"]
 
 MAX_NEWTON: Final = 20
 EPS: Final = float(np.finfo(np.float64).eps)
@@ -77,7 +77,7 @@ def polish(
     todo = np.arange(len(points))
     for _ in range(MAX_NEWTON):
         _evaluate_rows(evaluate, points, slopes, residuals, todo)
-        todo = todo[~(_is_rounding(slopes, residuals, value_scale) | still)[todo]]
+        todo = todo[~(residual_is_rounding(slopes, residuals, value_scale) | still)[todo]]
         if not todo.size:
             break
         step = _newton_steps(slopes[todo], residuals[todo])
@@ -85,16 +85,31 @@ def polish(
         still[todo] = np.abs(moved - points[todo]).max(axis=1) <= EPS * value_scale
         points[todo] = moved
     error = _error_bound(points, slopes, residuals, value_scale)
-    converged = _is_rounding(slopes, residuals, value_scale, MANY) & np.isfinite(error).all(axis=1)
+    converged = residual_is_rounding(slopes, residuals, value_scale, MANY) & np.isfinite(error).all(
+        axis=1
+    )
     # The last residuals still make for one step, which need not be checked.
     points = np.clip(points - _newton_steps(slopes, residuals), lower, upper)
     return Polished(points, slopes, error, np.abs(residuals).max(axis=1), converged)
 
 
-def _is_rounding(
+def residual_is_rounding(
     slopes: Floats, residuals: Floats, value_scale: float, times: float = 1.0
 ) -> NDArray[np.bool_]:
-    """Tell which orbits no step can improve: a slope carries the rounding of its point on."""
+    """Tell which orbits no step can improve: a slope carries the rounding of its point on.
+
+    Parameters
+    ----------
+    slopes, residuals : ndarray of float, shape (n, p)
+    value_scale : float
+        Size of the map's values, for their rounding.
+    times : float
+        So many roundings are allowed.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+    """
     with np.errstate(invalid="ignore"):
         # Beside an infinite slope the bound would allow anything.
         allowed = times * EPS * value_scale * (1 + np.minimum(np.abs(slopes), STEEPEST))
