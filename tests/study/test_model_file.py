@@ -1,6 +1,8 @@
 """Model files: what is written is read back exactly, and each mistake is named with its place."""
 
 import os
+import re
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -70,6 +72,17 @@ def test_physical_quantities(read):
 def test_files_of_other_systems_editors(read):
     windows = b"\xef\xbb\xbf" + COULOMB.replace("\n", "\r\n").encode()
     assert read(windows) == ss.examples.coulomb()
+
+
+def test_the_documentation_shows_files_that_work(read):
+    page = Path(__file__).parents[2].joinpath("docs", "model-files.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^( *)```toml\n(.*?)^ *```", page, flags=re.MULTILINE | re.DOTALL)
+    files = [re.sub(f"^{indent}", "", text, flags=re.MULTILINE) for indent, text in blocks]
+    whole, laws, physical = files
+    assert read(whole) == ss.examples.coulomb()
+    pair = read(whole.partition("[friction]")[0] + laws)
+    assert pair.friction == (ss.Coulomb(mu=0.22), ss.PoppStelter(gamma=3.0))
+    assert read(physical).units == ss.Units(m=2.0, k=8.0, fs1=4.0)
 
 
 # --- the way there and back -------------------------------------------------------------------
