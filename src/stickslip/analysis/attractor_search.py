@@ -41,7 +41,7 @@ from stickslip.analysis.recurrence import (
 )
 
 if TYPE_CHECKING:
-    from stickslip.analysis.one_d.laps import Laps
+    from stickslip.analysis.one_d.table import BranchTable
     from stickslip.analysis.protocol import Floats, Map1D
 
 __all__ = ["AttractorSearch"]
@@ -93,8 +93,8 @@ class AttractorSearch:
     ----------
     f : Map1D
         The map whose attractors are asked for.
-    laps : Laps
-        Its laps.
+    table : BranchTable
+        Its branches and laps.
     max_period : int
         Longest cycle that is recognised.
     max_steps : int
@@ -109,9 +109,14 @@ class AttractorSearch:
     """
 
     def __init__(
-        self, f: Map1D, laps: Laps, max_period: int, max_steps: int, fast: Map1D | None = None
+        self,
+        f: Map1D,
+        table: BranchTable,
+        max_period: int,
+        max_steps: int,
+        fast: Map1D | None = None,
     ) -> None:
-        self.f, self.laps = f, laps
+        self.f, self.table, self.laps = f, table, table.laps
         self.fast: Map1D = f if fast is None else fast
         self.max_period, self.max_steps = max_period, max_steps
         self.known: list[_Known] = []
@@ -198,7 +203,7 @@ class AttractorSearch:
         attractor = Attractor(
             kind=kind,
             period=cycle.period,
-            orbit=as_orbit(self.f, cycle),
+            orbit=as_orbit(self.f, cycle, self.table),
             bands=np.column_stack([points, points]),
             lyapunov=_cycle_exponent(cycle),
             basin_share=0.0,

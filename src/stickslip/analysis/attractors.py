@@ -8,6 +8,7 @@ decided in `attractor_search`.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -31,7 +32,7 @@ __all__ = ["Attractor", "AttractorList", "attractors", "attractors_of"]
 
 N_SEEDS: Final = 64
 MAX_PERIOD: Final = 64
-LONGEST: Final = 128  # period that `attractors_of` recognises: there it costs next to nothing
+LONGEST: Final = 128  # period that `attractors_of` recognises: costs next to nothing there
 MAX_STEPS: Final = 20_000
 
 
@@ -44,6 +45,7 @@ def attractors(
     max_period: int = MAX_PERIOD,
     max_steps: int = MAX_STEPS,
     known: Iterable[PeriodicOrbit] = (),
+    interpolate: bool = True,
 ) -> AttractorList:
     """Find the attractors of a map of the line.
 
@@ -65,6 +67,9 @@ def attractors(
     known : iterable of PeriodicOrbit
         Orbits known from elsewhere, as from `periodic_orbits`. The stable ones are attractors
         even if no seed reaches them.
+    interpolate : bool
+        Whether orbits may be followed on the interpolated table of the map instead of the map
+        itself; see Notes.
 
     Returns
     -------
@@ -85,34 +90,42 @@ def attractors(
     cycle up to `max_period` is found behind the orbit's contracting passages. Everything else is
     *undecided*, with a reason.
 
+    Orbits are followed on the map's table of branches, interpolated so that values err by less
+    than 1e-9 of their range (`interpolated_map`): a hundredfold gain for a slow map. What they
+    show is confirmed on the map itself: cycles are solved on it, and the edges of chaotic bands
+    are its images and must trap it. The exponent of a chaotic motion is that of the
+    interpolation; its error includes the difference of both maps' slopes along the motion. Where
+    the table cannot be interpolated so well, or the map does not confirm a finding, the whole
+    search is repeated on the map.
+
     An attractor that no seed reaches stays unseen, unless a stable cycle in `known` points to it.
     """
     _check_counts(n_seeds, max_period, max_steps)
-    laps = branch_table(f).laps
+    table = branch_table(f)
     if seeds is None:
-        spread, start = _seeds(f, laps, n_seeds, rng)
+        spread, start = _seeds(f, table.laps, n_seeds, rng)
     else:
         spread = start = np.atleast_1d(checked_points(f.domain, seeds)).ravel()
-    search = AttractorSearch(f, laps, max_period, max_steps)
-    return _found(search, start, len(spread), known)
+    task = _Task(f, table, start, len(spread), max_period, max_steps, tuple(known))
+    return task.solved(interpolate)
 
 
 def attractors_of(
     f: Map1D,
-    table: BranchTable | None = None,
+    table: BranchTable,
     orbits: Iterable[PeriodicOrbit] = (),
     *,
     n_seeds: int = N_SEEDS,
     max_period: int = LONGEST,
     max_steps: int = MAX_STEPS,
 ) -> AttractorList:
-    """Find the attractors of a map whose table is made, with few evaluations of the map.
+    """Find the attractors of a map whose table is at hand; see `attractors`.
 
     Parameters
     ----------
     f : Map1D
-    table : BranchTable, optional
-        Of `f`; made if it is not given.
+    table : BranchTable
+        Of `f`.
     orbits : iterable of PeriodicOrbit
         Orbits known from elsewhere. The stable ones are attractors even if no seed reaches
         them.
@@ -122,43 +135,48 @@ def attractors_of(
     Returns
     -------
     AttractorList
-        As from `attractors`, on the same evidence.
-
-    Notes
-    -----
-    Orbits are followed on the interpolated table (`interpolated_map`). What they show is
-    confirmed on the map itself: cycles are solved on it, the edges of chaotic bands are its
-    images and the bands trap it; the exponent of a chaotic motion is that of the
-    interpolation, and its error includes the difference of both maps' slopes along it. Where
-    the interpolation cannot be made or its findings are not confirmed, orbits are followed on
-    the map.
     """
-    table = branch_table(f) if table is None else table
     _check_counts(n_seeds, max_period, max_steps)
     spread, start = _seeds(f, table.laps, n_seeds, None)
-    fast = interpolated_map(table)
-    if np.isfinite(fast.error):
-        search = AttractorSearch(f, table.laps, max_period, max_steps, fast)
-        found = _found(search, start, len(spread), orbits)
-        if not search.doubts:
-            return found
-    return attractors(f, n_seeds=n_seeds, max_period=max_period, max_steps=max_steps, known=orbits)
+    task = _Task(f, table, start, len(spread), max_period, max_steps, tuple(orbits))
+    return task.solved(interpolate=True)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What is searched for attractors, and from where; the first `n_spread` seeds count."""
+
+    f: Map1D
+    table: BranchTable
+    start: Floats
+    n_spread: int
+    max_period: int
+    max_steps: int
+    known: tuple[PeriodicOrbit, ...]
+
+    def solved(self, interpolate: bool) -> AttractorList:
+        """Search on the interpolated table if that can be made and proves right."""
+        if interpolate:
+            fast = interpolated_map(self.table)
+            if np.isfinite(fast.error):
+                search, found = self._searched(fast)
+                if not search.doubts:
+                    return found
+        return self._searched(self.f)[1]
+
+    def _searched(self, fast: Map1D) -> tuple[AttractorSearch, AttractorList]:
+        search = AttractorSearch(self.f, self.table, self.max_period, self.max_steps, fast)
+        for orbit in self.known:
+            if orbit.stable and (cycle := confirmed(self.f, np.asarray(orbit.points))):
+                search.add_cycle(cycle)
+        search.run(self.start)
+        return search, search.result(self.n_spread)
 
 
 def _check_counts(n_seeds: int, max_period: int, max_steps: int) -> None:
     for name, count in (("n_seeds", n_seeds), ("max_period", max_period), ("max_steps", max_steps)):
         if count < 1:
             raise ValueError(f"{name} = {count} must be at least 1")
-
-
-def _found(
-    search: AttractorSearch, start: Floats, n_spread: int, known: Iterable[PeriodicOrbit]
-) -> AttractorList:
-    for orbit in known:
-        if orbit.stable and (cycle := confirmed(search.f, np.asarray(orbit.points))):
-            search.add_cycle(cycle)
-    search.run(start)
-    return search.result(n_spread)
 
 
 def _seeds(

@@ -19,6 +19,7 @@ from stickslip.analysis.orbits import PeriodicOrbit
 from stickslip.analysis.protocol import domain_width, sample
 
 if TYPE_CHECKING:
+    from stickslip.analysis.one_d.table import BranchTable
     from stickslip.analysis.protocol import Floats, Labels, Map1D
 
 REPEATS: Final = 10  # periods over which values and labels must recur
@@ -73,11 +74,14 @@ class Cycle:
         return bool(np.all(gap <= tolerance))
 
 
-def as_orbit(f: Map1D, cycle: Cycle) -> PeriodicOrbit:
-    """Turn a confirmed cycle into the public type, the smallest point first."""
+def as_orbit(f: Map1D, cycle: Cycle, table: BranchTable | None = None) -> PeriodicOrbit:
+    """Turn a confirmed cycle into the public type, the smallest point first.
+
+    The table of `f`, if at hand, is not made again.
+    """
     start = int(np.argmin(cycle.points))
     points, labels = np.roll(cycle.points, -start), np.roll(cycle.labels, -start)
-    table = branch_table(f)
+    table = branch_table(f) if table is None else table
     size = np.max(np.abs(points)) + domain_width(f)
     # A residual moves the points of a stable orbit by its sum over all further rounds.
     error = (cycle.residual + 4 * np.finfo(np.float64).eps * size) * cycle.period
