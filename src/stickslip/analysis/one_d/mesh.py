@@ -9,7 +9,7 @@ test at every width, so they are met even where no label tells of them.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     Bools = NDArray[np.bool_]
     Indices = NDArray[np.intp]
 
-__all__ = ["Mesh", "Nodes", "hermite", "hermite_slope", "slope_extremes"]
+__all__ = ["Mesh", "Nodes", "Prober", "hermite", "hermite_slope", "slope_extremes"]
 
 N_START: Final = 101  # nodes of the first grid; ten times as many found nothing more
 GOLDEN: Final = 0.6180339887498949
@@ -94,6 +94,29 @@ class Nodes:
         """Tell for each cell whether its two nodes have the same label, or both no value."""
         same: Bools = (self.ok[1:] == self.ok[:-1]) & (self.label[1:] == self.label[:-1])
         return same
+
+
+class Prober(Protocol):
+    """What limits are taken from: a map that can be evaluated, and its scales."""
+
+    @property
+    def f(self) -> Map1D:
+        """The map."""
+
+    @property
+    def resolution(self) -> float:
+        """Distance from a break at which its limits are taken."""
+
+    @property
+    def value_scale(self) -> float:
+        """Range of the map's values."""
+
+    @property
+    def slope_scale(self) -> float:
+        """Mean steepness."""
+
+    def probe(self, x: Floats) -> Nodes:
+        """Evaluate the map at points."""
 
 
 @dataclass
