@@ -30,10 +30,11 @@ TRUST: Final = 0.05  # share of an orbit's way by which the cubic's prediction m
 FLOOR: Final = 1e-7  # of the domain's width: errors of a prediction that count for nothing
 SURPRISE: Final = 0.25  # share of a step by which an orbit may miss where it was foretold
 EASY: Final = 0.06  # a smaller one lets the next step grow
-SHORTEST: Final = 1e-5  # of the way: steps below it mean that the orbit ends here
+SHORTEST: Final = 1e-3  # of the way: steps below it mean that the orbit ends here
 MAX_STEPS: Final = 400
+NEUTRAL: Final = 0.2  # a doubled orbit this close to multiplier 1 is about to meet its parent
 COLLAPSING: Final = 0.2  # shrinking of the distance to half an orbit later that shows a flip
-LOOK_AHEAD: Final = (1.0, 2.0, 4.0, 8.0, 16.0, 64.0, 256.0)  # steps, to see what stops an orbit
+LOOK_AHEAD: Final = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # steps, to see what stops an orbit
 
 Reason: TypeAlias = Literal["arrived", "doubling", "border", "outside", "standstill"]
 
@@ -341,7 +342,8 @@ class _Traveller:
 
     def _explain(self, step: float) -> End:
         """Look along the velocity for what stops the orbit."""
-        if self._apart() < COLLAPSING * self.apart:
+        neutral = abs(self.bundle.multipliers[0] - 1) < NEUTRAL
+        if neutral and self._apart() < COLLAPSING * self.apart:
             return self._end("doubling", step)
         points = self.bundle.orbit_points(0)
         labels = self.words.of(self.bundle.labels[0, : len(points)])
