@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from stickslip.mechanics.model.two_block import TwoBlock
 
 MODEL = Group.create_ordered("Model")
+SWEEP = Group.create_ordered("Parameter and range")
 ENGINE = Group.create_ordered("Engine")
 OUTPUT = Group.create_ordered("Output")
 
@@ -88,6 +89,26 @@ class ModelOptions:
         if self.friction is not None:
             given["friction"] = _friction(self.friction)
         return {name: value for name, value in given.items() if value is not None}
+
+
+@Parameter(name="*", group=SWEEP)
+@dataclass(frozen=True, kw_only=True)
+class SweepOptions:
+    """A parameter of the model over a range of its values."""
+
+    parameter: Annotated[str, Parameter(metavar="NAME")]
+    """Parameter that varies, such as alpha, beta, V, mu; its own value does not matter."""
+    range: Annotated[tuple[float, float], Parameter(negative=())]
+    """Its lowest and highest value."""
+    window: Annotated[tuple[float, float] | None, Parameter(negative=())] = None
+    """Part of the domain to look at; orbits that leave it have left."""
+    max_period: Whole = 4
+    """Longest period of the orbits that are searched."""
+
+    def asked(self) -> dict[str, Any]:
+        """Return them as they stand in a document."""
+        names = ("parameter", "range", "window", "max_period")
+        return {name: getattr(self, name) for name in names}
 
 
 @Parameter(name="*", group=ENGINE)

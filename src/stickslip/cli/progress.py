@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import TypeVar
 
 Item = TypeVar("Item")
@@ -11,13 +12,31 @@ Item = TypeVar("Item")
 
 def tracked(items: Iterable[Item], total: int, what: str, *, quiet: bool) -> Iterator[Item]:
     """Pass `items` on, with a bar that counts them."""
-    if quiet or total < 2 or not sys.stderr.isatty():
+    if total < 2 or not _watched(quiet):
         yield from items
         return
     from rich.console import Console
     from rich.progress import track
 
     yield from track(items, what, total, console=Console(stderr=True), transient=True)
+
+
+@contextmanager
+def shares(what: str, *, quiet: bool) -> Iterator[Callable[[float], None] | None]:
+    """Give a function that shows the share of the work that is done; None if nobody watches."""
+    if not _watched(quiet):
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda share: bar.update(task, completed=share)
+
+
+def _watched(quiet: bool) -> bool:
+    return not quiet and sys.stderr.isatty()
 
 
 def note(text: str, *, quiet: bool) -> None:
