@@ -95,6 +95,15 @@ class BorderReading:
         """One-sided value: -1 left, 1 right."""
         return self.left if side < 0 else self.right
 
+    @property
+    def uncertainty(self) -> float:
+        """How far off ``x`` may be: at a corner, whose sides meet, their values tell."""
+        known = self.interval[1] - self.interval[0]
+        if self.kind not in ("corner", "smooth"):
+            return known
+        steepness = abs(self.left_slope) + abs(self.right_slope)
+        return known + abs(self.right - self.left) / max(1.0, steepness)
+
     def slope(self, side: int) -> float:
         """One-sided slope: -1 left, 1 right."""
         return self.left_slope if side < 0 else self.right_slope

@@ -1,9 +1,30 @@
-"""Bifurcations as zeros of scalar functions of a map, each with a regular problem inside."""
+"""Bifurcations as zeros of scalar functions of a map, each with a regular problem inside.
+
+| condition | problem inside, at given parameters | function |
+|---|---|---|
+| `Fold` | x with (f^p)'(x) = 1 | f^p(x) - x |
+| `Flip` | the periodic orbit | multiplier + 1 |
+| `Collision` | the border c | f^p(c-) - c or f^p(c+) - c |
+| `Connection` | the critical point c, the unstable orbit u | f^k(c) - u |
+
+A condition is plain data. Evaluated in a map, it says where it stands and hands over the same
+condition started from there: the next map may then be a little different.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
+
+from stickslip.analysis.one_d.borders import ConditionLost
+from stickslip.analysis.one_d.orbit_paths import (
+    follow_orbit,
+    multiplier_noise,
+    path_from,
+    rounding,
+    slope_one,
+)
 
 if TYPE_CHECKING:
     from stickslip.analysis.one_d.borders import BorderReading, Critical
@@ -30,10 +51,17 @@ class Reading:
         slopes along the images of the border's left and right side, NaN beside a gap.
     condition : Fold, Flip, Collision or Connection
         The same condition, started from here.
+    labels : tuple of int
+        Branches that the test function depends on, those of a border aside: where they
+        change, it may break.
+    visited : tuple of float
+        The points that have these labels.
     critical : BorderReading or None
         The border or turning point, where there is one.
     path : tuple of float
         Of a `Connection`: the images of the critical point, itself first.
+    curvature : float
+        Of a `Fold`: second derivative of f^p; it vanishes at a cusp.
     """
 
     value: float
@@ -41,8 +69,11 @@ class Reading:
     points: tuple[float, ...]
     multipliers: tuple[float, ...]
     condition: Condition
+    labels: tuple[int, ...] = ()
+    visited: tuple[float, ...] = ()
     critical: BorderReading | None = None
     path: tuple[float, ...] = ()
+    curvature: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -54,33 +85,64 @@ class Fold:
     period : int
     points : tuple of float, length period
         Where the orbit was last.
-    labels : tuple of int
-        Branches of the points there; empty if unknown.
     """
 
     period: int
     points: tuple[float, ...]
-    labels: tuple[int, ...] = field(default=(), repr=False)
 
     def at(self, f: Map1D) -> Reading:
-        """Evaluate the test function; `ConditionLost` if there is no slope 1 nearby."""
-        raise NotImplementedError
+        """Evaluate the test function.
+
+        Raises
+        ------
+        ConditionLost
+            The slope of f^p is not 1 anywhere nearby.
+        """
+        path, curvature, value = slope_one(f, self.period, self.points[0])
+        return Reading(
+            value=value,
+            noise=rounding(f, path),
+            points=path.points[:-1],
+            multipliers=(path.slope,),
+            condition=Fold(self.period, path.points[:-1]),
+            labels=path.labels,
+            visited=path.points[:-1],
+            curvature=curvature,
+        )
 
 
 @dataclass(frozen=True)
 class Flip:
     """An orbit with multiplier -1: multiplier + 1 along the orbit.
 
-    Attributes are those of `Fold`.
+    Attributes
+    ----------
+    period : int
+    points : tuple of float, length period
+        Where the orbit was last.
     """
 
     period: int
     points: tuple[float, ...]
-    labels: tuple[int, ...] = field(default=(), repr=False)
 
     def at(self, f: Map1D) -> Reading:
-        """Evaluate the test function; `ConditionLost` if the orbit is gone."""
-        raise NotImplementedError
+        """Evaluate the test function.
+
+        Raises
+        ------
+        ConditionLost
+            The orbit is gone.
+        """
+        orbit = follow_orbit(f, self.points)
+        return Reading(
+            value=orbit.slope + 1.0,
+            noise=multiplier_noise(f, orbit),
+            points=orbit.points,
+            multipliers=(orbit.slope,),
+            condition=Flip(self.period, orbit.points),
+            labels=orbit.labels,
+            visited=orbit.points,
+        )
 
 
 @dataclass(frozen=True)
@@ -101,8 +163,28 @@ class Collision:
     side: int
 
     def at(self, f: Map1D) -> Reading:
-        """Evaluate the test function; `ConditionLost` if the border is gone."""
-        raise NotImplementedError
+        """Evaluate the test function.
+
+        Raises
+        ------
+        ConditionLost
+            The border is gone, or its images have no value.
+        """
+        border = self.border.at(f)
+        paths = {side: path_from(f, border, side, self.period) for side in (-1, 1)}
+        path = paths[self.side]
+        if not path.complete:
+            raise ConditionLost(path.end_reason(border))
+        return Reading(
+            value=path.points[-1] - border.x,
+            noise=rounding(f, path, border.uncertainty),
+            points=path.points[:-1],
+            multipliers=(paths[-1].slope, paths[1].slope),
+            condition=Collision(self.period, border.critical, self.side),
+            labels=path.labels,
+            visited=path.points[1:-1],
+            critical=border,
+        )
 
 
 @dataclass(frozen=True)
@@ -126,7 +208,6 @@ class Connection:
     side: int
     k: int
     points: tuple[float, ...]
-    labels: tuple[int, ...] = field(default=(), repr=False)
 
     @property
     def period(self) -> int:
@@ -134,8 +215,29 @@ class Connection:
         return len(self.points)
 
     def at(self, f: Map1D) -> Reading:
-        """Evaluate the test function; `ConditionLost` if c or u is gone."""
-        raise NotImplementedError
+        """Evaluate the test function.
+
+        Raises
+        ------
+        ConditionLost
+            c or u is gone, or an image of c has no value.
+        """
+        critical = self.critical.at(f)
+        path = path_from(f, critical, self.side, self.k)
+        if not path.complete:
+            raise ConditionLost(path.end_reason(critical))
+        orbit = follow_orbit(f, self.points)
+        return Reading(
+            value=path.points[-1] - orbit.points[0],
+            noise=rounding(f, path, critical.uncertainty) + orbit.error,
+            points=orbit.points,
+            multipliers=(orbit.slope,),
+            condition=Connection(critical.critical, self.side, self.k, orbit.points),
+            labels=path.labels + orbit.labels,
+            visited=path.points[1:-1] + orbit.points,
+            critical=critical,
+            path=path.points,
+        )
 
 
 Condition: TypeAlias = Fold | Flip | Collision | Connection
