@@ -139,13 +139,10 @@ class Readings:
 
     def _slope(self, t: float, span: float) -> tuple[float, float]:
         """Slope of the test function beside its zero, and the value that it was taken from."""
-        noise = self.known[t].noise
+        zero = self.known[t]
         others = sorted((s for s in self.known if s != t), key=lambda s: abs(s - t))
-        fit = [
-            s
-            for s in others
-            if abs(self.known[s].value - self.known[t].value) > ABOVE_NOISE * noise
-        ]
+        enough = ABOVE_NOISE * zero.noise
+        fit = [s for s in others if abs(self.known[s].value - zero.value) > enough]
         if not fit:
             for s in (t + span, t - span):
                 try:
