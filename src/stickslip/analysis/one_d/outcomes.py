@@ -1,4 +1,4 @@
-"""Outcomes of border collisions, predicted from what the map does at the collision.
+"""Outcomes of border collisions: predicted from what the map does there, and observed.
 
 Types: `stickslip.analysis.outcome`. The derivations are in ``docs/theory/bifurcations.md``.
 """
@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from stickslip.analysis.one_d.jump_return import OneSided, far_image
+from stickslip.analysis.one_d.observed import observed
 from stickslip.analysis.one_d.skew_tent import attractor_of_skew_tent, doubled_side, paired_side
 from stickslip.analysis.outcome import AttractorOutcome, LocalAttractor, OrbitOutcome, Outcome
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.one_d.jump_return import FarImage
     from stickslip.analysis.protocol import Map1D
 
-__all__ = ["predicted_at_corner", "predicted_at_gap", "predicted_at_jump"]
+__all__ = ["observed", "predicted_at_corner", "predicted_at_gap", "predicted_at_jump"]
 
 NONE: Final = LocalAttractor("none")
 
