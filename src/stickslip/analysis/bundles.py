@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["Moved", "OrbitBundle", "move_orbits", "polish_orbits"]
 
 MAX_NEWTON: Final = 12  # a guess that needs more was no guess of this orbit
+STALLED: Final = 1e-9  # of the domain's size: smaller steps must go on shrinking
 SAME: Final = 1e-9  # of the domain's size: points of an orbit that coincide
 MANY: Final = 64.0  # roundings that may add up in a value of the map
 
@@ -256,6 +257,7 @@ def _polish(bundle: OrbitBundle, foretold: Floats, f: Map1D) -> Moved:
     slopes, residuals, steps = (np.full(points.shape, np.nan) for _ in range(3))
     labels = np.zeros(points.shape, dtype=np.uint64)
     todo = np.arange(len(points))
+    last = np.full(len(points), np.inf)
     for _ in range(MAX_NEWTON):
         periods = bundle.periods[todo]
         slope, label, residual = _evaluate(f, points[todo], periods)
@@ -263,7 +265,11 @@ def _polish(bundle: OrbitBundle, foretold: Floats, f: Map1D) -> Moved:
         slopes[todo], labels[todo], residuals[todo], steps[todo] = slope, label, residual, step
         with np.errstate(invalid="ignore"):
             moves = ~residual_is_rounding(slope, residual, scale)
-            moves &= np.abs(step).max(axis=1) > EPS * scale  # not if NaN: the orbit is lost
+            size = np.abs(step).max(axis=1)
+            moves &= size > EPS * scale  # not if NaN: the orbit is lost
+            # Small steps that shrink no more are the rounding of the map itself.
+            moves &= (size > STALLED * scale) | (size < 0.25 * last[todo])
+            last[todo] = size
         todo = todo[moves]
         if not todo.size:
             break

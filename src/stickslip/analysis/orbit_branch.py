@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import importlib
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import numpy as np
+
+from stickslip.analysis.orbits import PeriodicOrbit
+from stickslip.analysis.shooting import itinerary_of, solve_orbit
 
 if TYPE_CHECKING:
     import os
@@ -14,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from stickslip.analysis.one_d.borders import Border
-    from stickslip.analysis.orbits import PeriodicOrbit
     from stickslip.analysis.protocol import Floats, Labels, MapFamily
 
 __all__ = ["BranchEnd", "EndReason", "OrbitBranch", "PassedBifurcation"]
@@ -29,6 +31,11 @@ EndReason: TypeAlias = Literal[
     "point limit",
     "step limit",
 ]
+
+
+SHOWN: Final = 8  # rows of a branch in its repr, besides ends and bifurcations
+POINTS_SHOWN: Final = 4  # of an orbit, in a line of it
+SAME: Final = 1e-13  # of the points: orbits that coincide
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,6 +161,8 @@ class OrbitBranch:
         """Return the number of points computed along the branch."""
         return len(self.points)
 
+    # ------------------------------------------------------------------ orbits on it
+
     def at(self, **value: float) -> PeriodicOrbit:
         """Solve for the orbit at a parameter value, given by its name.
 
@@ -161,17 +170,111 @@ class OrbitBranch:
         ------
         ValueError
             The value is outside the branch; or the branch passes it several times
-            (`all_at` returns all of them); or the parameter has another name.
+            (`all_at` returns all of them); or the parameter has another name; or the branch
+            was loaded without its system.
 
         Examples
         --------
-        >>> branch.at(r=3.2)  # doctest: +SKIP
+        >>> import stickslip as ss
+        >>> from stickslip.analysis.continuation import continue_orbit
+        >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 2})
+        >>> branch = continue_orbit(ss.periodic_orbits(f)[1], f, "r", (1.5, 3.4))
+        >>> branch.at(r=2.5).points
+        array([0.6])
         """
-        raise NotImplementedError
+        found = self.all_at(**value)
+        if len(found) > 1:
+            ((name, number),) = value.items()
+            raise ValueError(
+                f"the branch passes {name} = {number:.15g} {len(found)} times. "
+                f"Take branch.all_at({name}={number:.15g}), in their order along the branch."
+            )
+        return found[0]
 
     def all_at(self, **value: float) -> tuple[PeriodicOrbit, ...]:
-        """Solve for all orbits of the branch at a parameter value, in their order along it."""
-        raise NotImplementedError
+        """Solve for all orbits of the branch at a parameter value, in their order along it.
+
+        Raises
+        ------
+        ValueError
+            As for `at`, which is for branches that pass each value once.
+        """
+        number = self._checked_value(value)
+        if self.f is None:
+            raise ValueError(
+                "the branch was loaded without its system: load(path, system=...) gives it back."
+            )
+        f = self.f.replace(**{self.parameter: number})
+        found: list[PeriodicOrbit] = []
+        for row, guess in self._guesses(number):
+            orbit = solve_orbit(f, guess) if row is None else self._orbit_of_row(f, row)
+            # At a fold both neighbours lead to the same orbit.
+            if not any(_same(orbit, other) for other in found):
+                found.append(orbit)
+        return tuple(found)
+
+    def _checked_value(self, value: dict[str, float]) -> float:
+        if list(value) != [self.parameter]:
+            raise ValueError(
+                f"at({', '.join(value)}): the branch is one along {self.parameter}; "
+                f"give its value as at({self.parameter}=...)."
+            )
+        number = float(value[self.parameter])
+        low, high = self.values.min(), self.values.max()
+        if not low <= number <= high:
+            raise ValueError(
+                f"{self.parameter} = {number:.15g} is outside the branch, "
+                f"[{low:.15g}, {high:.15g}]."
+            )
+        return number
+
+    def _guesses(self, number: float) -> list[tuple[int | None, Floats]]:
+        """Rows with a parameter value, and points between rows that enclose it."""
+        q = self.values
+        found: list[tuple[int | None, Floats]] = []
+        for i in range(len(q)):
+            if q[i] == number:
+                found.append((i, self.points[i]))
+            elif i + 1 < len(q) and (q[i] - number) * (q[i + 1] - number) < 0:
+                share = (number - q[i]) / (q[i + 1] - q[i])
+                found.append((None, self.points[i] + share * (self.points[i + 1] - self.points[i])))
+        return found
+
+    def _orbit_of_row(self, f: MapFamily, row: int) -> PeriodicOrbit:
+        """Return the orbit of a row as it was solved: at an end, a one-sided limit."""
+        start = int(np.argmin(self.points[row]))
+        points, labels = np.roll(self.points[row], -start), np.roll(self.labels[row], -start)
+        multiplier = float(self.multipliers[row])
+        return PeriodicOrbit(
+            points=points,
+            period=self.period,
+            multiplier=multiplier,
+            stable=abs(multiplier) < 1,
+            itinerary=itinerary_of(f, points, labels),
+            labels=labels,
+            quality="located",
+            interval=points[:, None] + self.residual[row] * np.array([-1.0, 1.0]),
+            residual=float(self.residual[row]),
+        )
+
+    # ------------------------------------------------------------------ shown and kept
+
+    def __repr__(self) -> str:
+        """Range, ends and bifurcations; a few of the points."""
+        name, q = self.parameter, self.values
+        lines = [
+            f"OrbitBranch: period {self.period}, {len(self)} points, {name} from {q[0]:.12g} to "
+            f"{q[-1]:.12g}",
+            f"  {name:>18s}      multiplier  points",
+        ]
+        named = {0: f"{self.ends[0].reason}", len(self) - 1: f"{self.ends[1].reason}"}
+        named |= {item.row: item.kind for item in self.bifurcations}
+        for row in sorted(named.keys() | set(range(0, len(self), max(1, len(self) // SHOWN)))):
+            points = ", ".join(f"{x:.10g}" for x in self.points[row, :POINTS_SHOWN])
+            more = ", ..." if self.period > POINTS_SHOWN else ""
+            text = f"  {q[row]:18.14g}  {self.multipliers[row]:14.8g}  {points}{more}"
+            lines.append(f"{text}  {named.get(row, '')}".rstrip())
+        return "\n".join(lines)
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
         """Draw the branch over its parameter; see `stickslip.plot.bifurcations`."""
@@ -182,3 +285,10 @@ class OrbitBranch:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to a file that `stickslip.load` reads."""
         importlib.import_module("stickslip.analysis.storage").save(self, path)
+
+
+def _same(one: PeriodicOrbit, other: PeriodicOrbit) -> bool:
+    """Tell whether two solutions at one parameter value are one orbit, to their errors."""
+    errors = np.ptp(one.interval, axis=1) + np.ptp(other.interval, axis=1)
+    apart = np.abs(one.points - other.points)
+    return bool((apart <= errors + SAME * np.abs(one.points).max()).all())

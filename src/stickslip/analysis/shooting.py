@@ -12,12 +12,15 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.orbits import PeriodicOrbit
+from stickslip.analysis.protocol import sample
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.protocol import Floats
+    from stickslip.analysis.protocol import Floats, Labels, Map1D
 
-__all__ = ["EPS", "Polished", "polish", "residual_is_rounding"]
+__all__ = ["EPS", "Polished", "itinerary_of", "polish", "residual_is_rounding", "solve_orbit"]
 
 MAX_NEWTON: Final = 20
 EPS: Final = float(np.finfo(np.float64).eps)
@@ -91,6 +94,54 @@ def polish(
     # The last residuals still make for one step, which need not be checked.
     points = np.clip(points - _newton_steps(slopes, residuals), lower, upper)
     return Polished(points, slopes, error, np.abs(residuals).max(axis=1), converged)
+
+
+def solve_orbit(f: Map1D, guess: Floats) -> PeriodicOrbit:
+    """Solve for the periodic orbit of a map near given points.
+
+    Parameters
+    ----------
+    f : Map1D
+    guess : ndarray of float, shape (p,)
+        In the map's order. Their branches are those of the orbit.
+
+    Returns
+    -------
+    PeriodicOrbit
+        Of period p; ``quality`` is "failed" where Newton's method did not converge.
+    """
+    lo, hi = f.domain
+
+    def evaluate(_: NDArray[np.intp], x: Floats) -> tuple[Floats, Floats]:
+        values = sample(f, x)
+        return values.value, values.derivative
+
+    p = len(guess)
+    ends = np.full((1, p), lo), np.full((1, p), hi)
+    found = polish(evaluate, guess[None], *ends, max(abs(lo), abs(hi)))
+    points = np.roll(found.points[0], -int(np.argmin(found.points[0])))
+    values = sample(f, points)
+    error = np.roll(found.error[0], -int(np.argmin(found.points[0])))
+    multiplier = float(values.derivative.prod())
+    return PeriodicOrbit(
+        points=points,
+        period=p,
+        multiplier=multiplier,
+        stable=abs(multiplier) < 1,
+        itinerary=itinerary_of(f, points, values.label),
+        labels=values.label,
+        quality="located" if found.converged[0] else "failed",
+        interval=points[:, None] + error[:, None] * np.array([-1.0, 1.0]),
+        residual=float(found.residual[0]),
+    )
+
+
+def itinerary_of(f: Map1D, points: Floats, labels: Labels) -> tuple[str, ...]:
+    """Return what a map says of each point's branch: its own text if it has one, else the label."""
+    describe = getattr(f, "itinerary", None)
+    if describe is None:
+        return tuple(str(label) for label in labels.tolist())
+    return tuple(str(describe(x)) for x in points.tolist())
 
 
 def residual_is_rounding(
