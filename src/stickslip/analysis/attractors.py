@@ -15,7 +15,7 @@ import numpy as np
 
 from stickslip.analysis.attractor import Attractor, AttractorList
 from stickslip.analysis.attractor_search import AttractorSearch
-from stickslip.analysis.one_d.interpolated import interpolated_map
+from stickslip.analysis.one_d.interpolated import InterpolatedMap, interpolated_map
 from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.protocol import checked_points
 from stickslip.analysis.recurrence import confirmed
@@ -107,7 +107,7 @@ def attractors(
     else:
         spread = start = np.atleast_1d(checked_points(f.domain, seeds)).ravel()
     task = _Task(f, table, start, len(spread), max_period, max_steps, tuple(known))
-    return task.solved(interpolate)
+    return task.solved(interpolated_map(table) if interpolate else None)
 
 
 def attractors_of(
@@ -118,6 +118,7 @@ def attractors_of(
     n_seeds: int = N_SEEDS,
     max_period: int = LONGEST,
     max_steps: int = MAX_STEPS,
+    fast: InterpolatedMap | None = None,
 ) -> AttractorList:
     """Find the attractors of a map whose table is at hand; see `attractors`.
 
@@ -131,15 +132,22 @@ def attractors_of(
         them.
     n_seeds, max_period, max_steps
         As in `attractors`.
+    fast : InterpolatedMap, optional
+        Of `table`; made if it is not given.
 
     Returns
     -------
     AttractorList
+
+    Raises
+    ------
+    ValueError
+        A count is below 1.
     """
     _check_counts(n_seeds, max_period, max_steps)
     spread, start = _seeds(f, table.laps, n_seeds, None)
     task = _Task(f, table, start, len(spread), max_period, max_steps, tuple(orbits))
-    return task.solved(interpolate=True)
+    return task.solved(interpolated_map(table) if fast is None else fast)
 
 
 @dataclass(frozen=True)
@@ -154,14 +162,12 @@ class _Task:
     max_steps: int
     known: tuple[PeriodicOrbit, ...]
 
-    def solved(self, interpolate: bool) -> AttractorList:
-        """Search on the interpolated table if that can be made and proves right."""
-        if interpolate:
-            fast = interpolated_map(self.table)
-            if np.isfinite(fast.error):
-                search, found = self._searched(fast)
-                if not search.doubts:
-                    return found
+    def solved(self, fast: InterpolatedMap | None) -> AttractorList:
+        """Search on the interpolated table if it is good enough and proves right."""
+        if fast is not None and np.isfinite(fast.error):
+            search, found = self._searched(fast)
+            if not search.doubts:
+                return found
         return self._searched(self.f)[1]
 
     def _searched(self, fast: Map1D) -> tuple[AttractorSearch, AttractorList]:

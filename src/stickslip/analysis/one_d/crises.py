@@ -1,23 +1,40 @@
 """Crises and mergings of bands: where chaotic attractors end, jump in size or join their bands.
 
 The edges of a chaotic attractor are early images of breaks and turning points. A crisis is the
-parameter value where such an image meets an unstable orbit outside the attractor: at the
-boundary of its basin the attractor is lost, elsewhere it suddenly grows, and where the orbit lies
-between two of its bands they merge (Grebogi, Ott and Yorke, Physica D 7, 181, 1983).
+parameter value where such an image meets an unstable orbit beside the attractor: on the boundary
+of its basin the attractor is lost, elsewhere it suddenly grows, and where the orbit lies between
+two of its bands they merge (Grebogi, Ott and Yorke, Physica D 7, 181, 1983).
+
+The search starts from the attractors on a grid of parameter values. Where a chaotic one is not the
+same at the next value, the unstable orbits beside its edges are looked up, and for each edge and
+orbit the condition ``image = orbit`` is solved between the two values. A zero counts if the
+attractors on both its sides confirm the change. If there is none, the interval is halved.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import numpy as np
+
+from stickslip.analysis.attractors import attractors_of
+from stickslip.analysis.one_d.borders import ConditionLost
+from stickslip.analysis.one_d.conditions import Connection
+from stickslip.analysis.one_d.interpolated import interpolated_map
+from stickslip.analysis.one_d.locate import solve, solve_near
+from stickslip.analysis.one_d.mediators import edges_of, mediators
+from stickslip.analysis.one_d.table import branch_table
+from stickslip.analysis.protocol import domain_width
 
 if TYPE_CHECKING:
-    from stickslip.analysis.attractors import Attractor, AttractorList
-    from stickslip.analysis.one_d.conditions import Connection
+    from stickslip.analysis.attractor import Attractor, AttractorList
+    from stickslip.analysis.one_d.interpolated import InterpolatedMap
     from stickslip.analysis.one_d.locate import Located
     from stickslip.analysis.one_d.table import BranchTable
-    from stickslip.analysis.orbits import OrbitList, PeriodicOrbit
+    from stickslip.analysis.orbits import PeriodicOrbit
     from stickslip.analysis.protocol import Map1D
 
 __all__ = [
@@ -32,26 +49,38 @@ __all__ = [
 CrisisKind: TypeAlias = Literal["boundary_crisis", "interior_crisis", "band_merging"]
 MapAt: TypeAlias = "Callable[[float], Map1D]"
 
+BESIDE: Final = 1e-3  # of a grid interval: how far from an event its two sides are looked at
+NUDGES: Final = (1.0, 0.37, 2.3, 0.1)  # times that, where a window of periodicity is in the way
+FINEST: Final = 1e-3  # of a grid interval: parts of it are halved down to this width
+JUMP: Final = 1.2  # growth of the bands' total length at an interior crisis, at least
+SUSPECT: Final = 1.5  # growth from one value to the next that asks for a closer look
+TOUCHING: Final = 1e-8  # of the domain's width: an edge this close to an orbit meets it
+
 
 @dataclass(frozen=True, eq=False)
 class ParameterPoint:
-    """A map at one parameter value, with everything known of it.
+    """A map at one parameter value, with what is known of it.
 
     Attributes
     ----------
     value : float
     f : Map1D
     table : BranchTable
-    orbits : OrbitList
-        Complete up to a period.
     attractors : AttractorList
+    fast : InterpolatedMap
+        Of the table.
     """
 
     value: float
     f: Map1D
     table: BranchTable
-    orbits: OrbitList
     attractors: AttractorList
+    fast: InterpolatedMap
+
+    @property
+    def chaotic(self) -> list[Attractor]:
+        """The chaotic attractors."""
+        return [a for a in self.attractors if a.kind == "chaotic"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +101,6 @@ class CrisisEvent:
         Of the unstable orbit.
     attractors_before, attractors_after : tuple of Attractor
         All attractors just below and just above `value`.
-    orbits_before, orbits_after : tuple of PeriodicOrbit
-        The unstable orbit just below and just above, as far as it exists there.
     """
 
     kind: CrisisKind
@@ -85,32 +112,317 @@ class CrisisEvent:
     period: int
     attractors_before: tuple[Attractor, ...]
     attractors_after: tuple[Attractor, ...]
-    orbits_before: tuple[PeriodicOrbit, ...] = ()
-    orbits_after: tuple[PeriodicOrbit, ...] = ()
 
 
-def parameter_point(at: MapAt, value: float, max_period: int = 4) -> ParameterPoint:
-    """Make the table, the list of orbits and the attractors of a map at one value."""
-    raise NotImplementedError
+def parameter_point(
+    at: MapAt,
+    value: float,
+    orbits: Iterable[PeriodicOrbit] = (),
+    table: BranchTable | None = None,
+) -> ParameterPoint:
+    """Find the attractors of a map at one parameter value.
+
+    Parameters
+    ----------
+    at : callable
+        The map at a parameter value.
+    value : float
+    orbits : iterable of PeriodicOrbit, optional
+        Known at this value: the stable ones are attractors even if no seed reaches them.
+    table : BranchTable, optional
+        Of the map there; made if it is not given.
+
+    Returns
+    -------
+    ParameterPoint
+    """
+    f = at(value) if table is None else table.f
+    table = branch_table(f) if table is None else table
+    fast = interpolated_map(table)
+    found = attractors_of(f, table, orbits, fast=fast)
+    return ParameterPoint(float(value), f, table, found, fast)
 
 
-def attractors_beside(
-    at: MapAt, value: float, delta: float, *, max_period: int = 4
-) -> tuple[AttractorList, AttractorList]:
-    """Attractors at ``value - delta`` and ``value + delta``."""
-    raise NotImplementedError
+def attractors_beside(at: MapAt, value: float, delta: float) -> tuple[AttractorList, AttractorList]:
+    """Attractors at ``value - delta`` and at ``value + delta``.
+
+    Raises
+    ------
+    ValueError
+        `delta` is not positive.
+    """
+    if not delta > 0:
+        raise ValueError(f"delta = {delta!r}: a positive distance is needed.")
+    below, above = (parameter_point(at, value + step) for step in (-delta, delta))
+    return below.attractors, above.attractors
 
 
-def crises(at: MapAt, grid: Sequence[ParameterPoint], *, max_period: int = 4) -> list[CrisisEvent]:
-    """Find the crises and band mergings between the values of a grid, ascending.
+def crises(
+    at: MapAt,
+    grid: Sequence[ParameterPoint],
+    *,
+    breaks: Iterable[float] = (),
+    max_period: int = 4,
+    finest: float = FINEST,
+) -> list[CrisisEvent]:
+    """Find the crises and band mergings between the values of a grid.
 
     Parameters
     ----------
     at : callable
         The map at a parameter value.
     grid : sequence of ParameterPoint
-        In ascending order of their values.
+        At two or more ascending values; see `parameter_point`.
+    breaks : iterable of float
+        Values of bifurcations of orbits that are known already. What changes across them is
+        their doing and not searched for.
     max_period : int
-        Longest period of the unstable orbits that an attractor may meet.
+        Longest period of the unstable orbits that an attractor may meet; orbits with the
+        period of the attractor's bands, or half of it, are always considered.
+    finest : float
+        Share of a grid interval below which a change that no event explains is left alone.
+
+    Returns
+    -------
+    list of CrisisEvent, ascending
+
+    Raises
+    ------
+    ValueError
+        The values of the grid do not ascend.
+
+    Notes
+    -----
+    A change that comes and goes between two values of the grid is not seen. Near the
+    accumulation of a cascade bands merge at ever closer values: the list ends where they are
+    closer than `finest` allows.
     """
-    raise NotImplementedError
+    values = [point.value for point in grid]
+    if len(values) < 2 or any(b <= a for a, b in pairwise(values)):
+        raise ValueError("grid: points at two or more ascending values are needed.")
+    search = _Search(at, max_period)
+    for left, right in pairwise(grid):
+        search.interval(left, right, sorted(breaks), finest)
+    search.at_end(grid[0], grid[0].value - grid[1].value)
+    search.at_end(grid[-1], grid[-1].value - grid[-2].value)
+    return sorted(search.events, key=lambda event: event.value)
+
+
+@dataclass(frozen=True)
+class _Change:
+    """A chaotic attractor that is not the same at the other end of an interval."""
+
+    attractor: Attractor
+    start: ParameterPoint
+    stop: ParameterPoint
+    certain: bool
+
+
+class _Search:
+    """Events found so far."""
+
+    def __init__(self, at: MapAt, max_period: int) -> None:
+        self.at, self.max_period = at, max_period
+        self.events: list[CrisisEvent] = []
+
+    def interval(
+        self, left: ParameterPoint, right: ParameterPoint, breaks: list[float], finest: float
+    ) -> None:
+        """Search between two values of the grid, on either side of known bifurcations."""
+        width = right.value - left.value
+        inside = [q for q in breaks if left.value < q < right.value]
+        if not inside or not (left.chaotic or right.chaotic):
+            self.explore(left, right, finest * width, BESIDE * width)
+            return
+        ends = [left.value, *inside, right.value]
+        start = left
+        for before, q, after in zip(ends[:-2], inside, ends[2:], strict=True):
+            room = min(q - before, after - q)
+            if room <= 4 * np.spacing(abs(q)):
+                continue
+            beside = BESIDE * room
+            stop = parameter_point(self.at, q - beside)
+            self.explore(start, stop, finest * width, beside)
+            start = parameter_point(self.at, q + beside)
+        self.explore(start, right, finest * width, BESIDE * (right.value - start.value))
+
+    def explore(
+        self, left: ParameterPoint, right: ParameterPoint, finest: float, beside: float
+    ) -> None:
+        """Explain what changes between two values, halving the interval where that fails."""
+        changes = _changes(left, right)
+        if not changes or not right.value > left.value:
+            return
+        for change in changes:
+            found = self._event(change, beside)
+            if found is None:
+                continue
+            event, below, above = found
+            if not self._known(event):
+                self.events.append(event)
+            if change.start is left:
+                self.explore(above, right, finest, beside)
+            else:
+                self.explore(left, below, finest, beside)
+            return
+        if right.value - left.value > finest and any(change.certain for change in changes):
+            middle = parameter_point(self.at, 0.5 * (left.value + right.value))
+            self.explore(left, middle, finest, 0.5 * beside)
+            self.explore(middle, right, finest, 0.5 * beside)
+
+    def _event(
+        self, change: _Change, beside: float
+    ) -> tuple[CrisisEvent, ParameterPoint, ParameterPoint] | None:
+        """Return the confirmed event nearest to where the attractor still is, and its sides."""
+        start, stop = change.start, change.stop
+        zeros = self._zeros(change)
+        for located in sorted(zeros, key=lambda zero: abs(zero.value - start.value)):
+            for nudge in NUDGES:
+                below, above = self._sides(located, nudge * beside)
+                near, far = (below, above) if start.value < stop.value else (above, below)
+                if kind := _kind(change.attractor, near, far):
+                    return _as_event(kind, located, below, above), below, above
+        return None
+
+    def _sides(self, located: Located, beside: float) -> tuple[ParameterPoint, ParameterPoint]:
+        beside = max(beside, 100 * located.error)
+        below = parameter_point(self.at, located.value - beside)
+        above = parameter_point(self.at, located.value + beside)
+        return below, above
+
+    def _zeros(self, change: _Change) -> list[Located]:
+        """Solve for every meeting of an edge with an orbit beside it."""
+        start, stop = change.start, change.stop
+        low, high = sorted((start.value, stop.value))
+        found = []
+        for condition in self._conditions(change.attractor, start):
+            try:
+                here, there = condition.at(start.f), condition.at(stop.f)
+                if here.value * there.value < 0:
+                    found.append(solve(here.condition, self.at, low, high))
+            except ConditionLost:
+                continue
+        return found
+
+    def _conditions(self, attractor: Attractor, point: ParameterPoint) -> list[Connection]:
+        periods = {*range(1, self.max_period + 1), attractor.period}
+        if attractor.period % 2 == 0:
+            periods.add(attractor.period // 2)
+        ordered = tuple(sorted(periods))
+        return [
+            Connection(edge.critical, edge.side, edge.k, points)
+            for edge in edges_of(attractor, point.table)
+            for points in mediators(point.f, point.fast, edge, ordered)
+        ]
+
+    def at_end(self, point: ParameterPoint, width: float) -> None:
+        """Look for an event exactly at the first or last value."""
+        touching = TOUCHING * domain_width(point.f)
+        for attractor in point.chaotic:
+            for condition in self._conditions(attractor, point):
+                found = self._just_here(condition, point, touching, width)
+                if found is not None and not self._known(found):
+                    self.events.append(found)
+                    return
+
+    def _just_here(
+        self, condition: Connection, point: ParameterPoint, touching: float, width: float
+    ) -> CrisisEvent | None:
+        """Return the event of a condition that holds at a value, if that is one."""
+        try:
+            if abs(condition.at(point.f).value) > touching:
+                return None
+            reach = BESIDE * abs(width)
+            located = solve_near(condition, self.at, point.value, step=reach)
+            if abs(located.value - point.value) > located.error:
+                return None
+            below, above = self._sides(located, reach)
+        except (ConditionLost, ValueError):
+            return None  # the family may end here, too
+        near, far = (below, above) if width > 0 else (above, below)
+        here = max(near.chaotic, key=_length, default=None)
+        kind = None if here is None else _kind(here, near, far)
+        return None if kind is None else _as_event(kind, located, below, above)
+
+    def _known(self, event: CrisisEvent) -> bool:
+        return any(abs(event.value - e.value) <= event.error + e.error for e in self.events)
+
+
+def _changes(left: ParameterPoint, right: ParameterPoint) -> list[_Change]:
+    """Chaotic attractors of either side that the other side does not have, few bands last."""
+    found = []
+    for start, stop in ((left, right), (right, left)):
+        for attractor in start.chaotic:
+            partner = _partner(attractor, stop.attractors)
+            back = None if partner is None else _partner(partner, start.attractors)
+            if partner is None or partner.kind != "chaotic" or back is not attractor:
+                found.append(_Change(attractor, start, stop, certain=True))
+            elif partner.period < attractor.period or len(partner.bands) < len(attractor.bands):
+                found.append(_Change(attractor, start, stop, certain=True))
+            elif _length(partner) > SUSPECT * _length(attractor):
+                found.append(_Change(attractor, start, stop, certain=False))
+    return sorted(found, key=lambda change: -len(change.attractor.bands))
+
+
+def _length(attractor: Attractor) -> float:
+    return float(np.sum(attractor.bands[:, 1] - attractor.bands[:, 0]))
+
+
+def _partner(attractor: Attractor, others: Iterable[Attractor]) -> Attractor | None:
+    """The attractor that shares most of its place with another one."""
+    best, most = None, 0.0
+    for other in others:
+        shared = _shared(attractor, other)
+        if shared > most:
+            best, most = other, shared
+    return best
+
+
+def _shared(one: Attractor, other: Attractor) -> float:
+    """Common length of two attractors' bands, as a share of the shorter; cycles by points."""
+    for a, b in ((one, other), (other, one)):
+        if a.orbit is not None:
+            points = a.bands[:, 0]
+            if b.orbit is not None:
+                return 0.0
+            return float(np.mean(b.contains(points)))
+    low = np.maximum(one.bands[:, None, 0], other.bands[None, :, 0])
+    high = np.minimum(one.bands[:, None, 1], other.bands[None, :, 1])
+    common = float(np.sum(np.maximum(high - low, 0.0)))
+    return common / max(min(_length(one), _length(other)), 1e-300)
+
+
+def _kind(attractor: Attractor, near: ParameterPoint, far: ParameterPoint) -> CrisisKind | None:
+    """Name what happens to an attractor between two close values; None if nothing does."""
+    here = _partner(attractor, near.chaotic)
+    if here is None or here.period != attractor.period:
+        return None
+    there = _partner(here, far.attractors)
+    if there is None or there.kind == "undecided":
+        return "boundary_crisis"
+    if there.kind != "chaotic":
+        return None
+    if _length(there) > JUMP * _length(here):
+        return "interior_crisis"
+    if there.period < here.period or len(there.bands) < len(here.bands):
+        return "band_merging"
+    return None
+
+
+def _as_event(
+    kind: CrisisKind, located: Located, below: ParameterPoint, above: ParameterPoint
+) -> CrisisEvent:
+    reading = located.reading
+    condition = reading.condition
+    assert isinstance(condition, Connection)
+    return CrisisEvent(
+        kind=kind,
+        value=located.value,
+        error=located.error,
+        condition=condition,
+        located=located,
+        points=reading.points,
+        period=len(reading.points),
+        attractors_before=below.attractors.attractors,
+        attractors_after=above.attractors.attractors,
+    )
