@@ -24,6 +24,7 @@ __all__ = ["EPS", "Polished", "itinerary_of", "polish", "residual_is_rounding", 
 
 MAX_NEWTON: Final = 20
 EPS: Final = float(np.finfo(np.float64).eps)
+STALLED: Final = 1e-9  # of the map's values: smaller steps must go on shrinking
 STEEPEST: Final = 1e7  # slope beyond which rounding of a point is no excuse for a residual
 MANY: Final = 64.0  # roundings that may add up in a value of the map
 ROUNDINGS: Final = 4.0  # of one evaluation of a map, in its error bound
@@ -77,6 +78,7 @@ def polish(
     points = np.clip(points, lower, upper)
     slopes, residuals = np.empty_like(points), np.empty_like(points)
     still = np.zeros(len(points), dtype=bool)
+    last = np.full(len(points), np.inf)
     todo = np.arange(len(points))
     for _ in range(MAX_NEWTON):
         _evaluate_rows(evaluate, points, slopes, residuals, todo)
@@ -85,7 +87,11 @@ def polish(
             break
         step = _newton_steps(slopes[todo], residuals[todo])
         moved = np.clip(points[todo] - step, lower[todo], upper[todo])
-        still[todo] = np.abs(moved - points[todo]).max(axis=1) <= EPS * value_scale
+        size = np.abs(moved - points[todo]).max(axis=1)
+        # Small steps that shrink no more are the rounding of the map itself.
+        stalled = (size <= STALLED * value_scale) & (size > 0.25 * last[todo])
+        still[todo] = (size <= EPS * value_scale) | stalled
+        last[todo] = size
         points[todo] = moved
     error = _error_bound(points, slopes, residuals, value_scale)
     converged = residual_is_rounding(slopes, residuals, value_scale, MANY) & np.isfinite(error).all(
