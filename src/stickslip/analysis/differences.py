@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.protocol import Floats
 
-__all__ = ["complex_step", "extrapolated_difference"]
+__all__ = ["complex_step", "extrapolated_difference", "extrapolated_second_difference"]
 
 COMPLEX_STEP: Final = 1e-30  # small enough that its square is nothing beside any real part
 FIRST_STEP: Final = 1 / 64  # of the scale
@@ -96,6 +96,30 @@ def extrapolated_difference(
         better = doubt < error
         slope, error = np.where(better, found, slope), np.where(better, doubt, error)
     return slope, error
+
+
+def extrapolated_second_difference(
+    func: Callable[[Floats], Floats],
+    x: Floats,
+    scale: float,
+    usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None = None,
+) -> tuple[Floats, Floats]:
+    """Differentiate twice: central second differences, extrapolated like the first ones.
+
+    Parameters and returned values as in `extrapolated_difference`. Both neighbours must lie
+    on the branch of ``x``; a step that reaches across an unmarked break disagrees with the
+    others and loses.
+    """
+    steps: Floats = np.asarray(scale * FIRST_STEP * 0.5 ** np.arange(N_STEPS), dtype=np.float64)
+    points = np.stack([x + sign * h for h in steps for sign in (1.0, -1.0)])
+    here = np.broadcast_to(x, points.shape)
+    values = func(points.ravel()).reshape(points.shape)
+    if usable is not None:
+        values = np.where(
+            usable(here.ravel(), points.ravel()).reshape(points.shape), values, np.nan
+        )
+    second = (values[0::2] - 2 * func(x) + values[1::2]) / steps[:, None] ** 2
+    return _best_entry(second, 2)
 
 
 def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> NDArray[np.bool_]:
