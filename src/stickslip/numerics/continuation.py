@@ -99,6 +99,10 @@ class CurvePoint:
         """Return the same point, about to be left in the other direction."""
         return replace(self, tangent=-self.tangent)
 
+    def along(self, direction: Floats) -> CurvePoint:
+        """Return the same point, about to be left to the side of a vector."""
+        return self if self.tangent @ direction >= 0 else self.reversed()
+
 
 @dataclass(frozen=True)
 class StepControl:

@@ -25,14 +25,23 @@ if TYPE_CHECKING:
 
 __all__ = ["BorderWall", "DomainEnd", "Meeting", "Wall", "meet"]
 
-MAX_STEPS: Final = 40
+MAX_STEPS: Final = 60
 FIRST_CHANGE: Final = 1e-6  # of the parameter's range: for the first difference of the readings
 ROUNDING: Final = 4 * float(np.finfo(np.float64).eps)  # of the parameter's size: a last step
+SHRINKS: Final = 0.9  # at a tangency, too, each step is half or two thirds of the one before
 STALLED: Final = 1e-9  # of the parameter's range: steps that do not shrink below it are noise
 
 
 class Wall(Protocol):
-    """A place of the map that moves with its parameters and that an orbit may meet."""
+    """A place of the map that moves with its parameters and that an orbit may meet.
+
+    Attributes
+    ----------
+    side : int
+        Where the orbit is: -1 left of it, 1 right.
+    """
+
+    side: int
 
     def reading(self, f: Map1D) -> tuple[float, float, float]:
         """Return its place, and value and slope of the map there on the orbit's side."""
@@ -157,7 +166,7 @@ def meet(
     for _ in range(MAX_STEPS):
         step = problem.newton_step(before, now)
         change = abs(step[index])
-        noise = change <= STALLED * (high - low) and change >= 0.5 * last
+        noise = change <= STALLED * (high - low) and change >= SHRINKS * last
         if noise or change <= ROUNDING * max(abs(now.q), high - low):
             return problem.meeting(now)
         q = min(max(now.q + step[index], low), high)
@@ -215,7 +224,7 @@ class _Problem:
     def meeting(self, state: _State) -> Meeting:
         """Describe the solution."""
         return Meeting(
-            state.q,
+            float(state.q),
             state.points,
             state.slopes,
             state.labels,
