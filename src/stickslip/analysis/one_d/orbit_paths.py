@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Followed",
     "Path",
+    "bend",
     "follow_orbit",
     "multiplier_noise",
     "path_from",
@@ -212,7 +213,7 @@ def slope_one(f: Map1D, p: int, x: float) -> tuple[Path, float, float]:
     """
     scale = domain_width(getattr(f, "whole", f))
     for _ in range(MAX_NEWTON):
-        path, slope, curvature = _bend(f, p, x, STEP * scale)
+        path, slope, curvature = bend(f, p, x, STEP * scale)
         step = (1.0 - slope) / curvature if curvature != 0 else math.inf
         if not abs(step) < FARTHEST * scale:
             break
@@ -230,8 +231,16 @@ def _shifted(path: Path, step: float) -> Path:
     return Path(points, path.slopes, path.labels, path.complete)
 
 
-def _bend(f: Map1D, p: int, x: float, h: float) -> tuple[Path, float, float]:
-    """Path, slope and second derivative of f^p at x; from one side, where a break is near."""
+def bend(f: Map1D, p: int, x: float, h: float) -> tuple[Path, float, float]:
+    """Path of x, slope and second derivative of f^p there.
+
+    The second derivative is a difference of slopes ``h`` apart, from one side beside a break.
+
+    Raises
+    ------
+    ConditionLost
+        There is no image, or a break on both sides.
+    """
     points = np.array([x - h, x, x + h])
     slopes, labels, centre = np.ones(3), [], [float(x)]
     centre_slopes: list[float] = []
