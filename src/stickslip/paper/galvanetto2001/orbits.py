@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip import examples
+from stickslip.analysis.window import WindowMap
+from stickslip.study.event_map import event_map
 from stickslip.study.maps import attractors, breakpoints, periodic_orbits
 
 if TYPE_CHECKING:
@@ -26,6 +29,7 @@ __all__ = [
     "cusp_of",
     "fixed_points",
     "from_point_1",
+    "in_window",
     "jump_of_s4",
     "u4",
 ]
@@ -44,6 +48,22 @@ class Window:
     def evaluate(self, d: ArrayLike, /) -> Any:
         """Evaluate the map."""
         return self.f.evaluate(d)
+
+
+@lru_cache(maxsize=64)  # conditions and claims ask for the same tables
+def in_window(alpha: float) -> WindowMap:
+    """Make the map of law (9) on the range of d that section 4 studies.
+
+    Parameters
+    ----------
+    alpha : float
+        Coupling ratio; the other parameters are the paper's.
+
+    Returns
+    -------
+    WindowMap
+    """
+    return WindowMap(event_map(examples.law9(alpha=alpha)), WINDOW)
 
 
 @lru_cache(maxsize=8)  # figures 5, 8 and 10 and the table of values ask for the same

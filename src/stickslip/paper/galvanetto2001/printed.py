@@ -6,7 +6,7 @@ Each is the root of a scalar condition; the bracket comes from the paper's figur
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -232,10 +232,28 @@ def compute(figures: Iterable[int] | None = None) -> tuple[Value, ...]:
         Ordered by figure.
     """
     numbered = {*_OVER_ALPHA, *_OTHERS}
-    values: list[Value] = []
-    for figure in sorted(numbered if figures is None else numbered & set(figures)):
-        if figure in _OVER_ALPHA:
-            values.append(_OVER_ALPHA[figure].value(figure))
-        else:
-            values += _OTHERS[figure]()
-    return tuple(values)
+    wanted = numbered if figures is None else numbered & set(figures)
+    return tuple(value for figure in sorted(wanted) for value in _of_figure(figure))
+
+
+def numbers(*figures: int) -> dict[str, Value]:
+    """Compute the numbers that belong to some figures.
+
+    Parameters
+    ----------
+    *figures : int
+        Figures to which they belong.
+
+    Returns
+    -------
+    dict of str to Value
+        By name.
+    """
+    return {value.name: value for value in compute(figures)}
+
+
+@lru_cache(maxsize=len(_OVER_ALPHA) + len(_OTHERS))  # claims and table ask for the same
+def _of_figure(figure: int) -> tuple[Value, ...]:
+    if figure in _OVER_ALPHA:
+        return (_OVER_ALPHA[figure].value(figure),)
+    return tuple(_OTHERS[figure]())
