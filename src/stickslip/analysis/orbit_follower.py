@@ -43,6 +43,7 @@ BENDS_UNLABELLED: Final = 0.05  # ... and where no label would tell of a corner
 AHEAD: Final = 0.5  # cosine: the end of a branch lies in the direction of travel
 REACHES: Final = 32.0  # times the last step that failed
 TOUCHING: Final = 1e-6  # scaled: an end so close has no direction
+ON_WALL: Final = 1e-10  # of the domain
 NEARBY: Final = 1e-3  # scaled: where the end at a break without a label may be
 ORBIT_OF_MAP: Final = 1e-6  # of the domain: the orbit given must be so close to one of the map
 CLOSES: Final = 0.1  # of a step: this close to the curve the start is met again
@@ -273,9 +274,10 @@ class OrbitFollower:
             )  # fmt: skip
         except ConditionLost:
             return None
-        labels = met.labels.copy()
-        labels[index] = last.note.labels[index]
-        if not (eq.stays(labels, np.ones(len(labels), dtype=bool)).all()):
+        # Points on the wall itself, of which there may be several, are seen from their pieces.
+        on_wall = np.abs(met.points - met.points[index]) <= ON_WALL * self.curve.scale[:-1]
+        labels = np.where(on_wall, last.note.labels, met.labels)
+        if not eq.stays(labels, np.ones(len(labels), dtype=bool)).all():
             return None
         if not self._lies_ahead(last, met, reach):
             return None
