@@ -242,7 +242,13 @@ class AttractorSearch:
         return ""
 
     def _why_not_chaotic(self, bands: Bands, motion: ChaoticMotion) -> str:
-        proposed = hidden_cycles(self.fast, motion.values, motion.slopes, self.max_period)
+        proposed = hidden_cycles(
+            self.fast,
+            motion.values,
+            motion.slopes,
+            self.max_period,
+            multiples_of=bands.period,
+        )
         for cycle in filter(None, map(self._accepted, proposed)):
             if not cycle.stable:
                 continue

@@ -230,7 +230,12 @@ def capture_radius(f: Map1D, cycle: Cycle) -> float:
 
 
 def hidden_cycles(
-    f: Map1D, values: Floats, slopes: Floats, max_period: int, tries: int = 3
+    f: Map1D,
+    values: Floats,
+    slopes: Floats,
+    max_period: int,
+    tries: int = 3,
+    multiples_of: int = 1,
 ) -> list[Cycle]:
     """Search the contracting passages of a seemingly chaotic orbit for stable cycles.
 
@@ -243,12 +248,15 @@ def hidden_cycles(
     tries : int
         Newton starts per period: the closest returns among passages of p steps whose slopes
         multiply to less than 1.
+    multiples_of : int
+        Only such periods are possible: the number of bands that are visited in turn.
     """
     with np.errstate(divide="ignore"):
         climb = np.cumsum(np.log(np.maximum(np.abs(slopes), 1e-300)), axis=1)
     width = domain_width(f)
     found: list[Cycle] = []
-    for period in range(1, min(max_period, values.shape[1] - 1) + 1):
+    longest = min(max_period, values.shape[1] - 1)
+    for period in range(multiples_of, longest + 1, multiples_of):
         gain = climb[:, period - 1 :].copy()
         gain[:, 1:] -= climb[:, : gain.shape[1] - 1]
         gain = gain[:, : values.shape[1] - period]

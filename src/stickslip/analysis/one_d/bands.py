@@ -216,16 +216,19 @@ def _explain(
     if ends.size == 0:
         return bands, (nothing,) * edges.size
     images = advance(f, values, MAX_IMAGES - 1)
+    with np.errstate(invalid="ignore"):
+        close = np.abs(images[:, None, :] - edges[:, None]) <= EXPLAINED * width
+    # A break or turning point says more than an end of the domain.
+    own = (ends > f.domain[0]) & (ends < f.domain[1])
     sources = []
-    for i, edge in enumerate(edges):
-        with np.errstate(invalid="ignore"):
-            close = np.abs(images - edge) <= EXPLAINED * width
-        orders = np.flatnonzero(close.any(axis=0))
-        if orders.size == 0:
+    for i in range(edges.size):
+        near = close[:, i] & own[:, None]
+        near = near if near.any() else close[:, i]
+        if not near.any():
             sources.append(nothing)
             continue
-        order = int(orders[0])
-        source = int(np.flatnonzero(close[:, order])[0])
+        order = int(np.flatnonzero(near.any(axis=0))[0])
+        source = int(np.flatnonzero(near[:, order])[0])
         edges[i] = images[source, order]
         sources.append((float(ends[source]), int(sides[source]), order + 1))
     return edges.reshape(-1, 2), tuple(sources)

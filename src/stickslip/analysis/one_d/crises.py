@@ -15,8 +15,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from itertools import islice, pairwise
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -24,13 +24,14 @@ from stickslip.analysis.attractors import attractors_of
 from stickslip.analysis.one_d.borders import ConditionLost
 from stickslip.analysis.one_d.conditions import Connection
 from stickslip.analysis.one_d.interpolated import interpolated_map
-from stickslip.analysis.one_d.locate import solve, solve_near
-from stickslip.analysis.one_d.mediators import edges_of, mediators
+from stickslip.analysis.one_d.locate import solve_near
+from stickslip.analysis.one_d.mediators import edges_of, meetings
 from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.protocol import domain_width
 
 if TYPE_CHECKING:
     from stickslip.analysis.attractor import Attractor, AttractorList
+    from stickslip.analysis.one_d.conditions import Condition
     from stickslip.analysis.one_d.interpolated import InterpolatedMap
     from stickslip.analysis.one_d.locate import Located
     from stickslip.analysis.one_d.table import BranchTable
@@ -49,11 +50,17 @@ __all__ = [
 CrisisKind: TypeAlias = Literal["boundary_crisis", "interior_crisis", "band_merging"]
 MapAt: TypeAlias = "Callable[[float], Map1D]"
 
+KINDS: Final[tuple[CrisisKind, ...]] = get_args(CrisisKind)
 BESIDE: Final = 1e-3  # of a grid interval: how far from an event its two sides are looked at
 NUDGES: Final = (1.0, 0.37, 2.3, 0.1)  # times that, where a window of periodicity is in the way
 FINEST: Final = 1e-3  # of a grid interval: parts of it are halved down to this width
+UNLIKELY: Final = 16.0  # ... or this many times that, towards windows of long period
 JUMP: Final = 1.2  # growth of the bands' total length at an interior crisis, at least
 SUSPECT: Final = 1.5  # growth from one value to the next that asks for a closer look
+MEETINGS: Final = 12  # of edges with orbits beside them that are tried, the closest first
+GLANCE: Final = 1e-4  # of an interval: step that tells where an edge and an orbit move
+OVERSHOOT: Final = 3.0  # intervals: meetings foretold further away are not tried
+STEP: Final = 0.2  # of the way to a meeting: how well it is foretold
 TOUCHING: Final = 1e-8  # of the domain's width: an edge this close to an orbit meets it
 
 
@@ -218,6 +225,15 @@ class _Change:
     certain: bool
 
 
+@dataclass(frozen=True)
+class _Ahead:
+    """A condition that will be met after some way, as its value and slope foretell."""
+
+    condition: Condition
+    way: float
+    slope: float
+
+
 class _Search:
     """Events found so far."""
 
@@ -265,24 +281,79 @@ class _Search:
             else:
                 self.explore(left, below, finest, beside)
             return
-        if right.value - left.value > finest and any(change.certain for change in changes):
+        if right.value - left.value > finest * min(map(self._worth, changes)):
             middle = parameter_point(self.at, 0.5 * (left.value + right.value))
             self.explore(left, middle, finest, 0.5 * beside)
             self.explore(middle, right, finest, 0.5 * beside)
 
+    def _worth(self, change: _Change) -> float:
+        """Say how far to halve an interval in which an attractor changes, as a factor of `finest`.
+
+        Chaos is dense with windows of periodicity; only those of short period are searched
+        thoroughly, and cascades, whose periods are those of the bands times powers of two.
+        """
+        if not change.certain:
+            return np.inf
+        partner = _partner(change.attractor, change.stop.attractors)
+        if partner is None or partner.kind != "periodic":
+            return 1.0
+        turns, rest = divmod(partner.period, change.attractor.period)
+        short = turns <= self.max_period or turns & (turns - 1) == 0
+        return 1.0 if rest == 0 and short else UNLIKELY
+
     def _event(
         self, change: _Change, beside: float
     ) -> tuple[CrisisEvent, ParameterPoint, ParameterPoint] | None:
-        """Return the confirmed event nearest to where the attractor still is, and its sides."""
+        """Return an event that the attractors on both sides confirm, and its sides."""
         start, stop = change.start, change.stop
-        zeros = self._zeros(change)
-        for located in sorted(zeros, key=lambda zero: abs(zero.value - start.value)):
+        refuted: list[Located] = []
+        for zero in self._ahead(change):
+            located = self._solved(zero, start, stop)
+            if located is None or any(abs(located.value - r.value) <= r.error for r in refuted):
+                continue
             for nudge in NUDGES:
                 below, above = self._sides(located, nudge * beside)
                 near, far = (below, above) if start.value < stop.value else (above, below)
-                if kind := _kind(change.attractor, near, far):
+                kind = _kind(change.attractor, near, far)
+                if kind in KINDS:
                     return _as_event(kind, located, below, above), below, above
+                if kind != "window":
+                    break
+            refuted.append(located)
         return None
+
+    def _ahead(self, change: _Change) -> list[_Ahead]:
+        """Where edges will meet the orbits beside them if they go on as they start, in order."""
+        start, stop = change.start, change.stop
+        width = stop.value - start.value
+        found = []
+        for condition in self._conditions(change.attractor, start):
+            try:
+                here = condition.at(start.f)
+                there = here.condition.at(self.at(start.value + GLANCE * width))
+            except (ConditionLost, ValueError):
+                continue
+            slope = (there.value - here.value) / (GLANCE * width)
+            way = -here.value / slope if slope != 0 else np.inf
+            if 0 <= way / width <= OVERSHOOT:
+                found.append(_Ahead(there.condition, way, slope))
+        return sorted(found, key=lambda zero: abs(zero.way))
+
+    def _solved(self, zero: _Ahead, start: ParameterPoint, stop: ParameterPoint) -> Located | None:
+        ends = sorted((start.value, stop.value))
+        guess = min(max(start.value + zero.way, ends[0]), ends[1])
+        try:
+            located = solve_near(
+                zero.condition,
+                self.at,
+                guess,
+                step=STEP * abs(zero.way),
+                slope=zero.slope,
+                within=(ends[0], ends[1]),
+            )
+        except ConditionLost:
+            return None
+        return None if located.quality == "failed" else located
 
     def _sides(self, located: Located, beside: float) -> tuple[ParameterPoint, ParameterPoint]:
         beside = max(beside, 100 * located.error)
@@ -290,29 +361,16 @@ class _Search:
         above = parameter_point(self.at, located.value + beside)
         return below, above
 
-    def _zeros(self, change: _Change) -> list[Located]:
-        """Solve for every meeting of an edge with an orbit beside it."""
-        start, stop = change.start, change.stop
-        low, high = sorted((start.value, stop.value))
-        found = []
-        for condition in self._conditions(change.attractor, start):
-            try:
-                here, there = condition.at(start.f), condition.at(stop.f)
-                if here.value * there.value < 0:
-                    found.append(solve(here.condition, self.at, low, high))
-            except ConditionLost:
-                continue
-        return found
-
     def _conditions(self, attractor: Attractor, point: ParameterPoint) -> list[Connection]:
         periods = {*range(1, self.max_period + 1), attractor.period}
         if attractor.period % 2 == 0:
             periods.add(attractor.period // 2)
-        ordered = tuple(sorted(periods))
+        found = meetings(
+            point.f, point.fast, edges_of(attractor, point.table), tuple(sorted(periods))
+        )
         return [
-            Connection(edge.critical, edge.side, edge.k, points)
-            for edge in edges_of(attractor, point.table)
-            for points in mediators(point.f, point.fast, edge, ordered)
+            Connection(item.edge.critical, item.edge.side, item.edge.k, item.points)
+            for item in islice(found, MEETINGS)
         ]
 
     def at_end(self, point: ParameterPoint, width: float) -> None:
@@ -342,7 +400,7 @@ class _Search:
         near, far = (below, above) if width > 0 else (above, below)
         here = max(near.chaotic, key=_length, default=None)
         kind = None if here is None else _kind(here, near, far)
-        return None if kind is None else _as_event(kind, located, below, above)
+        return _as_event(kind, located, below, above) if kind in KINDS else None
 
     def _known(self, event: CrisisEvent) -> bool:
         return any(abs(event.value - e.value) <= event.error + e.error for e in self.events)
@@ -369,7 +427,7 @@ def _length(attractor: Attractor) -> float:
 
 
 def _partner(attractor: Attractor, others: Iterable[Attractor]) -> Attractor | None:
-    """The attractor that shares most of its place with another one."""
+    """Return the attractor that shares most of its place with another one."""
     best, most = None, 0.0
     for other in others:
         shared = _shared(attractor, other)
@@ -379,7 +437,7 @@ def _partner(attractor: Attractor, others: Iterable[Attractor]) -> Attractor | N
 
 
 def _shared(one: Attractor, other: Attractor) -> float:
-    """Common length of two attractors' bands, as a share of the shorter; cycles by points."""
+    """Return the common length of two attractors' bands, as a share of the shorter one's."""
     for a, b in ((one, other), (other, one)):
         if a.orbit is not None:
             points = a.bands[:, 0]
@@ -392,16 +450,26 @@ def _shared(one: Attractor, other: Attractor) -> float:
     return common / max(min(_length(one), _length(other)), 1e-300)
 
 
-def _kind(attractor: Attractor, near: ParameterPoint, far: ParameterPoint) -> CrisisKind | None:
-    """Name what happens to an attractor between two close values; None if nothing does."""
-    here = _partner(attractor, near.chaotic)
-    if here is None or here.period != attractor.period:
+def _kind(
+    attractor: Attractor, near: ParameterPoint, far: ParameterPoint
+) -> CrisisKind | Literal["window"] | None:
+    """Name what happens to an attractor between two close values.
+
+    None if nothing does, or something else happened before; ``window`` if chaos is hidden by a
+    stable cycle on either side.
+    """
+    here = _partner(attractor, near.attractors)
+    if here is None or here.kind == "undecided":
+        return None
+    if here.kind == "periodic":
+        return "window"
+    if here.period != attractor.period:
         return None
     there = _partner(here, far.attractors)
     if there is None or there.kind == "undecided":
         return "boundary_crisis"
-    if there.kind != "chaotic":
-        return None
+    if there.kind == "periodic":
+        return "window"
     if _length(there) > JUMP * _length(here):
         return "interior_crisis"
     if there.period < here.period or len(there.bands) < len(here.bands):

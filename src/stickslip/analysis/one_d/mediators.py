@@ -12,7 +12,7 @@ from stickslip.analysis.protocol import domain_width
 from stickslip.analysis.recurrence import confirmed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from stickslip.analysis.attractor import Attractor
     from stickslip.analysis.one_d.borders import Critical
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from stickslip.analysis.one_d.table import BranchTable
     from stickslip.analysis.protocol import Floats, Map1D
 
-__all__ = ["Edge", "edges_of", "mediators"]
+__all__ = ["Edge", "Meeting", "edges_of", "meetings"]
 
 SAMPLES: Final = 128  # points on either half of a gap, closer and closer towards its ends
 NEAREST: Final = 1e-7  # of the gap: the first point's distance from an end
 SLACK: Final = 1e-9  # of the domain's width: an orbit this close to another is the same
-NEIGHBOURS: Final = 4  # unstable orbits beside an edge that are worth trying
+NEIGHBOURS: Final = 3  # unstable orbits beside an edge that are worth trying
 
 
 @dataclass(frozen=True)
@@ -43,10 +43,8 @@ class Edge:
         Number of maps.
     gap : tuple of float
         Free interval that the edge bounds: up to the next band or the end of the domain.
-    outward : int
-        -1 if the gap lies left of the edge, 1 if right.
-    inner : bool
-        Whether the gap lies between two bands of the attractor.
+    width : float
+        Of the band that it bounds.
     """
 
     x: float
@@ -54,8 +52,7 @@ class Edge:
     side: int
     k: int
     gap: tuple[float, float]
-    outward: int
-    inner: bool
+    width: float
 
 
 def edges_of(attractor: Attractor, table: BranchTable) -> list[Edge]:
@@ -77,9 +74,9 @@ def edges_of(attractor: Attractor, table: BranchTable) -> list[Edge]:
             continue
         left = i % 2 == 0
         gap = (around[i], around[i + 1]) if left else (around[i + 1], around[i + 2])
-        inner = 0 < i < len(ends) - 1
+        low, high = attractor.bands[i // 2]
         interval = (float(gap[0]), float(gap[1]))
-        found.append(Edge(float(ends[i]), critical, side, k, interval, -1 if left else 1, inner))
+        found.append(Edge(float(ends[i]), critical, side, k, interval, float(high - low)))
     return found
 
 
@@ -90,76 +87,96 @@ def _critical(table: BranchTable, x: float) -> Critical | None:
     return TurningPoint(x) if x in table.turning_points else None
 
 
-def mediators(
-    f: Map1D, fast: InterpolatedMap, edge: Edge, periods: tuple[int, ...]
-) -> list[tuple[float, ...]]:
-    """Find the unstable orbits with a point in the gap beside an edge, the nearest first.
+@dataclass(frozen=True)
+class Meeting:
+    """An edge and an unstable orbit beside it; see `meetings`."""
+
+    edge: Edge
+    points: tuple[float, ...]
+
+
+def meetings(
+    f: Map1D, fast: InterpolatedMap, edges: Iterable[Edge], periods: tuple[int, ...]
+) -> Iterator[Meeting]:
+    """Find the unstable orbits with a point in the gap beside an edge.
 
     Parameters
     ----------
     f : Map1D
     fast : InterpolatedMap
         Of `f`: shows where the orbits are.
-    edge : Edge
+    edges : iterable of Edge
     periods : tuple of int
         That are searched.
 
-    Returns
-    -------
-    list of tuple of float
-        At most ``NEIGHBOURS`` orbits; each starts with its point in the gap.
+    Yields
+    ------
+    Meeting
+        The closest first, distances taken in units of the band behind the edge; at most
+        ``NEIGHBOURS`` for each edge. Orbits start with their point in the gap.
     """
     same = SLACK * domain_width(f)
-    lo, hi = edge.gap[0] - same, edge.gap[1] + same
-    found: list[tuple[float, ...]] = []
-    for start, period in _starts(fast, edge, periods, same):
-        guess = fast.iterate(start, period - 1)
-        if not np.all(np.isfinite(guess)):
+    places = [place for edge in edges for place in _places(fast, edge, periods, same)]
+    found: dict[float, list[float]] = {}
+    for place in sorted(places, key=lambda place: place.distance):
+        known = found.setdefault(place.edge.x, [])
+        if len(known) >= NEIGHBOURS:
             continue
-        cycle = confirmed(f, guess)
-        if cycle is None or cycle.stable or not lo <= cycle.points[0] <= hi:
-            continue
-        if not any(abs(points[0] - cycle.points[0]) <= same for points in found):
-            found.append(tuple(cycle.points.tolist()))
-        if len(found) >= NEIGHBOURS:
-            break
-    return sorted(found, key=lambda points: abs(points[0] - edge.x))
+        points = _polished(f, fast, place, same)
+        if points is not None and all(abs(points[0] - x) > same for x in known):
+            known.append(points[0])
+            yield Meeting(place.edge, points)
 
 
-def _starts(
+@dataclass(frozen=True)
+class _Place:
+    """Where a power of the interpolated map crosses the diagonal beside an edge."""
+
+    edge: Edge
+    bracket: tuple[float, float]
+    period: int
+    distance: float
+
+
+def _places(
     fast: InterpolatedMap, edge: Edge, periods: tuple[int, ...], same: float
-) -> Iterator[tuple[float, int]]:
-    """Yield guesses of periodic points in the gap, with their periods, the nearest first."""
+) -> list[_Place]:
     lo, hi = edge.gap
     if hi - lo <= same:
         # The attractor meets the orbit just here, or fills the domain.
         images = fast.iterate(edge.x, max(periods))
         near = [p for p in periods if abs(images[p] - edge.x) <= same]
-        yield from ((edge.x, p) for p in near)
-        return
+        return [_Place(edge, (edge.x, edge.x), p, 0.0) for p in near]
     x = _graded(lo, hi)
     images = fast.iterate(x, max(periods))
-    for place, period in _crossings(x, images, periods, edge):
-        yield _halved(fast, x[place], x[place + 1], period), period
+    places = []
+    for period in periods:
+        off = images[:, period] - x
+        with np.errstate(invalid="ignore"):
+            crossed = np.flatnonzero(off[1:] * off[:-1] <= 0)
+        for k in crossed:
+            bracket = (float(x[k]), float(x[k + 1]))
+            distance = min(abs(end - edge.x) for end in bracket) / edge.width
+            places.append(_Place(edge, bracket, period, distance))
+    return sorted(places, key=lambda place: place.distance)[: 2 * NEIGHBOURS]
+
+
+def _polished(
+    f: Map1D, fast: InterpolatedMap, place: _Place, same: float
+) -> tuple[float, ...] | None:
+    """Solve for the orbit on the map itself; None if it is stable or elsewhere."""
+    guess = fast.iterate(_halved(fast, *place.bracket, place.period), place.period - 1)
+    cycle = confirmed(f, guess) if np.all(np.isfinite(guess)) else None
+    if cycle is None or cycle.stable:
+        return None
+    lo, hi = place.edge.gap
+    points: list[float] = cycle.points.tolist()
+    return tuple(points) if lo - same <= points[0] <= hi + same else None
 
 
 def _graded(lo: float, hi: float) -> Floats:
     share = 0.5 * np.geomspace(NEAREST, 1.0, SAMPLES)
     return np.concatenate([lo + (hi - lo) * share, hi - (hi - lo) * share[-2::-1]])
-
-
-def _crossings(
-    x: Floats, images: Floats, periods: tuple[int, ...], edge: Edge
-) -> list[tuple[int, int]]:
-    """Cells in which some f^p crosses the diagonal, the ones nearest to the edge first."""
-    places = []
-    for period in periods:
-        off = images[:, period] - x
-        with np.errstate(invalid="ignore"):
-            for place in np.flatnonzero(off[1:] * off[:-1] <= 0):
-                distance = min(abs(x[place] - edge.x), abs(x[place + 1] - edge.x))
-                places.append((distance, period, int(place)))
-    return [(place, period) for _, period, place in sorted(places)]
 
 
 def _halved(fast: InterpolatedMap, a: float, b: float, period: int) -> float:
