@@ -1,0 +1,263 @@
+"""Attractors of a family of maps at many parameter values, from a few orbits each.
+
+`attractors` proves what it finds; for thousands of maps that is too slow. Here an attractor is
+handed on from value to value: a cycle by Newton's method, other motions by iterating their last
+point. At every value the images of breaks and turning points are followed, too; in a map of the
+line they lead to the attractors that folds and jumps make. They also tell when an attractor is
+lost: as long as the orbits of all critical points inside a motion stay with it, it is a trap, and
+once one of them escapes, so will the rest, however long that takes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import numpy as np
+
+from stickslip.analysis.lyapunov import advance
+from stickslip.analysis.protocol import domain_width, sample
+from stickslip.analysis.recurrence import confirmed, recurrences
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.protocol import Floats, Map1D
+
+__all__ = ["Motion", "Settler"]
+
+Kind: TypeAlias = Literal["periodic", "chaotic", "undecided"]
+
+FIRST_BLOCK: Final = 64  # steps after which orbits that have not been captured are looked at
+SECOND_BLOCK: Final = 256  # ... and the transient of those that still are not
+LONG: Final = (1024, 4096)  # steps in which a contracting motion must show its period
+NEAR: Final = 1e-3  # of the domain's width: an orbit this close to a cycle that comes closer ...
+CLOSER: Final = 0.999  # ... by this factor in one period is captured
+RECURRING: Final = 0.02  # of the domain's width: a recurrence this close proposes a period
+LONGEST: Final = 512  # period that is recognised
+TRIES: Final = 6  # periods proposed by an orbit that Newton's method tries
+MOST_MOTIONS: Final = 8  # at one value
+SPARSE: Final = 12.0  # mean gaps between iterates: wider ones are gaps between bands
+MOVING, CYCLE, LEFT = -1, -2, -3  # fates of orbits, beside the number of an attractor found
+BESIDE: Final = 1e-9  # of the domain's width: where a side of a break is evaluated
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Where orbits settle at one parameter value.
+
+    Attributes
+    ----------
+    kind : {"periodic", "chaotic", "undecided"}
+        "chaotic" means a positive mean of log |f'|, without proof.
+    points : ndarray of float, shape (k,)
+        The cycle, or successive iterates.
+    lyapunov : float
+        Mean of log |f'| over the points.
+    """
+
+    kind: Kind
+    points: Floats
+    lyapunov: float
+
+    @property
+    def period(self) -> int:
+        """Of a cycle, else 0."""
+        return len(self.points) if self.kind == "periodic" else 0
+
+    def holds(self, x: Floats) -> NDArray[np.bool_]:
+        """Tell which points lie between iterates that are as close as iterates usually are."""
+        places = np.sort(self.points)
+        gap = SPARSE * (places[-1] - places[0]) / len(places)
+        k = np.searchsorted(places, x)
+        inside = (k > 0) & (k < len(places))
+        k = np.clip(k, 1, len(places) - 1)
+        return np.asarray(inside & (places[k] - places[k - 1] <= gap))
+
+
+@dataclass
+class Settler:
+    """Follows the attractors of a family along ascending parameter values.
+
+    Attributes
+    ----------
+    iterates : int
+        Points kept of a motion that is no cycle.
+    motions : list of Motion
+        At the last value, without the cycles that were given.
+    """
+
+    iterates: int
+    motions: list[Motion] = field(default_factory=list)
+
+    def at(
+        self, f: Map1D, cycles: Sequence[Floats], critical: Floats, spread: Floats
+    ) -> list[Motion]:
+        """Find the attractors of the next map, besides known stable cycles.
+
+        Parameters
+        ----------
+        f : Map1D
+        cycles : sequence of ndarray
+            Points of stable cycles that are known, in their order.
+        critical : ndarray of float
+            Breaks and turning points.
+        spread : ndarray of float
+            Other starting points.
+
+        Returns
+        -------
+        list of Motion
+        """
+        look = _Look(f, self.iterates, list(cycles))
+        old = [motion.points[-1] for motion in self.motions if not look.hand_on(motion)]
+        owner, seeds = _images(f, critical)
+        look.follow(np.concatenate([np.array(old), seeds, spread]), n_old=len(old))
+        fates = look.fates[len(old) : len(old) + len(seeds)]
+        self.motions = [
+            motion
+            for number, motion in enumerate(look.found)
+            if motion.kind == "periodic" or not _leaks(motion, number, critical[owner], fates)
+        ]
+        return self.motions
+
+
+def _images(f: Map1D, critical: Floats) -> tuple[NDArray[np.intp], Floats]:
+    """Values on both sides of critical points, once where they agree, and whose they are."""
+    step = BESIDE * domain_width(f)
+    sides = np.concatenate([critical - step, critical + step])
+    owner = np.tile(np.arange(len(critical)), 2)
+    value = sample(f, sides).value
+    same = np.abs(value[len(critical) :] - value[: len(critical)]) <= 1e3 * step
+    keep = np.isfinite(value) & ~np.concatenate([np.zeros(len(critical), dtype=bool), same])
+    keep &= (value >= f.domain[0]) & (value <= f.domain[1])
+    return owner[keep], value[keep]
+
+
+def _leaks(motion: Motion, number: int, critical: Floats, fates: NDArray[np.intp]) -> bool:
+    """Tell whether the orbit of a critical point inside a motion has ended elsewhere."""
+    inside = motion.holds(critical)
+    return bool(np.any(inside & (fates != number) & (fates != MOVING)))
+
+
+class _Look:
+    """The search for attractors of one map."""
+
+    def __init__(self, f: Map1D, iterates: int, cycles: list[Floats]) -> None:
+        self.f, self.iterates, self.cycles = f, iterates, cycles
+        self.width = domain_width(f)
+        self.found: list[Motion] = []
+        self.fates: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
+
+    def hand_on(self, motion: Motion) -> bool:
+        """Find a cycle of the last map in this one; False if it must be iterated."""
+        if motion.kind != "periodic":
+            return False
+        return self._add_cycle(motion.points, RECURRING)
+
+    def follow(self, start: Floats, n_old: int) -> None:
+        """Follow orbits until each has left, or is with an attractor.
+
+        The first ones come from attractors of the last map and need no further transient.
+        """
+        self.fates = np.full(len(start), MOVING)
+        moving = np.flatnonzero(np.isfinite(start))
+        tails = advance(self.f, start[moving], FIRST_BLOCK)
+        moving, tails = self._drop(moving, tails)
+        while moving.size and len(self.found) < MOST_MOTIONS:
+            number = len(self.found)
+            self._identify(tails[0, -1], 0 if moving[0] < n_old else SECOND_BLOCK)
+            if len(self.found) == number:  # it was captured after all, or it left
+                moving, tails = moving[1:], tails[1:]
+                continue
+            self.fates[moving[0]] = number
+            moving, tails = self._drop(moving[1:], tails[1:])
+
+    def _drop(self, moving: NDArray[np.intp], tails: Floats) -> tuple[NDArray[np.intp], Floats]:
+        """Enter the fates of orbits that have left or been captured; return the others."""
+        fate = np.full(len(moving), MOVING)
+        fate[~np.isfinite(tails[:, -1])] = LEFT
+        for cycle in self.cycles:
+            fate[(fate == MOVING) & self._captured(tails, cycle)] = CYCLE
+        for number, motion in enumerate(self.found):
+            if motion.kind == "periodic":
+                caught = self._captured(tails, motion.points)
+            else:
+                caught = motion.holds(tails[:, -1])
+            fate[(fate == MOVING) & caught] = number
+        self.fates[moving] = fate
+        rest = fate == MOVING
+        return moving[rest], tails[rest]
+
+    def _captured(self, tails: Floats, cycle: Floats) -> NDArray[np.bool_]:
+        """Tell which orbits are near a cycle and came closer during their last round."""
+        p = len(cycle)
+        if tails.shape[1] <= p:
+            return np.zeros(len(tails), dtype=bool)
+        gaps = np.abs(tails[:, -1, None] - cycle)
+        nearest = gaps.argmin(axis=1)
+        now = gaps[np.arange(len(tails)), nearest]
+        before = np.abs(tails[:, -1 - p] - cycle[nearest])
+        rounding = 1e-12 * self.width
+        with np.errstate(invalid="ignore"):
+            return np.asarray((now <= NEAR * self.width) & (now <= CLOSER * before + rounding))
+
+    def _identify(self, x: float, transient: int) -> None:
+        """Add the attractor that the orbit of a point settles on, unless it is known or none."""
+        tail = advance(self.f, np.array([x]), transient + self.iterates)
+        for more in (0, *LONG):
+            if more:
+                tail = np.hstack([tail, advance(self.f, tail[:, -1], more)[:, 1:]])
+            if not np.isfinite(tail[0, -1]) or not self._drop_one(tail):
+                return
+            exponent = self._exponent(tail[0, -self.iterates :])
+            if self._settled(tail[0]):
+                return
+            if exponent > 0.0:
+                break
+        kind: Kind = "chaotic" if exponent > 0.0 else "undecided"
+        self.found.append(Motion(kind, tail[0, -self.iterates :], exponent))
+
+    def _drop_one(self, tail: Floats) -> bool:
+        """Tell whether an orbit is still with no known attractor."""
+        caught = any(self._captured(tail, cycle)[0] for cycle in self.cycles)
+        for motion in self.found:
+            if motion.kind == "periodic":
+                caught |= bool(self._captured(tail, motion.points)[0])
+            else:
+                caught |= bool(motion.holds(tail[:, -1])[0])
+        return not caught
+
+    def _exponent(self, points: Floats) -> float:
+        with np.errstate(divide="ignore"):
+            return float(np.log(np.abs(sample(self.f, points).derivative)).mean())
+
+    def _settled(self, tail: Floats) -> bool:
+        """Look for a stable cycle that the end of an orbit has come close to."""
+        change = recurrences(tail[None, :], LONGEST)[0]
+        proposed = np.flatnonzero(change <= RECURRING * self.width) + 1
+        # The first periods, and the best: a multiple recurs more closely than the period itself.
+        best = proposed[np.argsort(change[proposed - 1], kind="stable")][:TRIES]
+        for period in sorted({*proposed[:TRIES].tolist(), *best.tolist()}):
+            if self._add_cycle(tail[-period:], RECURRING):
+                return True
+        return False
+
+    def _add_cycle(self, points: Floats, moved: float) -> bool:
+        """Polish a cycle; add it if it is stable and new. False if there is none."""
+        cycle = confirmed(self.f, points, moved)
+        if cycle is None or not cycle.stable:
+            return False
+        known = [*self.cycles, *(m.points for m in self.found if m.kind == "periodic")]
+        if not any(self._same(cycle.points, other) for other in known):
+            with np.errstate(divide="ignore"):
+                exponent = float(np.log(np.abs(cycle.multiplier))) / cycle.period
+            self.found.append(Motion("periodic", cycle.points, exponent))
+        return True
+
+    def _same(self, one: Floats, other: Floats) -> bool:
+        if len(one) != len(other):
+            return False
+        return bool(np.abs(np.sort(one) - np.sort(other)).max() <= 1e-7 * self.width)
