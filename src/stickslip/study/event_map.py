@@ -8,10 +8,14 @@ from typing import TYPE_CHECKING
 from stickslip.analysis.one_d.preimages import preimages
 from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.power import PowerMap
+from stickslip.analysis.storage import register_map
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.study.descriptions import event_map_settings, event_map_values, model_of_values
 
 if TYPE_CHECKING:
+    from typing import Any
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -108,3 +112,10 @@ def event_map(
         device=device,
         threads=threads,
     )
+
+
+def _event_map_of(values: dict[str, Any]) -> EventMap:
+    return EventMap(model_of_values(values), **event_map_settings(values))
+
+
+register_map("event map", mechanics.EventMap, event_map_values, _event_map_of)
