@@ -134,9 +134,9 @@ class Bifurcation:
             before, after = self.attractors_before, self.attractors_after
             lines.append(f"  attractors: {_attractors(before)}  ->  {_attractors(after)}")
         if self.outcome is not None:
-            lines.append(f"  outcome:    {self.outcome}")
+            lines.append(f"  outcome:    {_outcome(self.outcome)}")
         if self.predicted_outcome is not None:
-            lines.append(f"  predicted:  {self.predicted_outcome}")
+            lines.append(f"  predicted:  {_outcome(self.predicted_outcome)}")
         lines += [f"  {text}" for text in (self.mechanism, self.note) if text]
         return "\n".join(lines)
 
@@ -159,10 +159,8 @@ class Bifurcation:
             "orbits_after": len(self.orbits_after),
             "attractors_before": len(self.attractors_before),
             "attractors_after": len(self.attractors_after),
-            "outcome": None if self.outcome is None else str(self.outcome),
-            "predicted_outcome": (
-                None if self.predicted_outcome is None else str(self.predicted_outcome)
-            ),
+            "outcome": _outcome(self.outcome),
+            "predicted_outcome": _outcome(self.predicted_outcome),
             "mechanism": self.mechanism,
             "block": self.block,
             "quality": self.quality,
@@ -332,7 +330,8 @@ class BifurcationList(Sequence[Bifurcation]):
         lines = [
             f"BifurcationList: {len(self)} bifurcations, {self.parameter} in "
             f"({lo:.10g}, {hi:.10g}), periods to {self.max_period}{where}",
-            f"  {self.parameter:<19s} error    kind              period  orbits   attractors  points",
+            f"  {self.parameter:<19s} error    kind              period  orbits   attractors  "
+            "points",
         ]
         lines += [_line(item) for item in self.bifurcations[:SHOWN]]
         if len(self) > SHOWN:
@@ -387,3 +386,10 @@ def _orbits(orbits: tuple[PeriodicOrbit, ...]) -> str:
 
 def _attractors(attractors: tuple[Attractor, ...]) -> str:
     return ", ".join(f"{a.kind} period {a.period}" for a in attractors) or "none"
+
+
+def _outcome(outcome: Outcome | None) -> str | None:
+    if outcome is None:
+        return None
+    text = f"orbits: {outcome.orbits}; attractors: {outcome.attractors}"
+    return f"{text} ({outcome.text})" if outcome.text else text

@@ -28,6 +28,9 @@ __all__ = ["Event", "Suspect", "flips_on", "located", "suspects_at_end"]
 
 SAME_VALUE: Final = 1e-11  # of the range, beside the errors: events that coincide
 SAME_PLACE: Final = 1e-5  # of the domain: points of one event found in two ways
+AGAIN: Final = 2.0  # times the reach of a suspect: so close to it lies what explains it
+NEAR_BORDER: Final = 1e-4  # of the domain: likewise borders,
+NEAR_ORBIT: Final = 3e-3  # and orbits, which move like roots beside folds and flips
 VICINITY: Final = 8.0  # steps ahead, where the border that stops an orbit is looked for
 SMALLEST_WINDOW: Final = 1e-5  # of the domain
 
@@ -53,6 +56,29 @@ class Suspect:
     guess: float
     reach: float
     bracket: tuple[float, float] | None = None
+
+    def explained_by(self, event: Event, width: float) -> bool:
+        """Tell whether a known event is what is suspected: no need to solve for it again.
+
+        Parameters
+        ----------
+        event : Event
+        width : float
+            Of the domain.
+        """
+        mine, other = self.condition, event.condition
+        if type(mine) is not type(other) or abs(event.value - self.guess) > AGAIN * self.reach:
+            return False
+        if isinstance(mine, Collision) and isinstance(other, Collision):
+            near = abs(mine.border.x - other.border.x) <= NEAR_BORDER * width
+            same_kind = mine.border.kind == other.border.kind
+            return near and same_kind and mine.period % other.period == 0
+        assert not isinstance(mine, Collision)
+        assert not isinstance(other, Collision)
+        if mine.period != other.period:
+            return False
+        points = np.sort(mine.points), np.sort(other.points)
+        return bool(np.abs(points[0] - points[1]).max() <= NEAR_ORBIT * width)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +165,22 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
         return None
     if found.quality == "failed" or not within[0] <= found.value <= within[1]:
         return None
-    return Event(_kind(found), found.reading.condition, found)
+    event = Event(_kind(found), found.reading.condition, found)
+    if event.kind == "fold" and _repeats(event.points, SAME_PLACE * width_of(family)):
+        return None  # f^2p has slope 1 at a flip, too
+    return event
+
+
+def _repeats(points: Floats, slack: float) -> bool:
+    """Tell whether an orbit closes after a divisor of its period."""
+    p = len(points)
+    divisors = [d for d in range(1, p) if p % d == 0]
+    return any(np.abs(np.roll(points, d) - points).max() <= slack for d in divisors)
+
+
+def width_of(family: Family) -> float:
+    """Width of a family's domain, or of its window: a scale of distances."""
+    return domain_width(family.at(float(family.f.parameters[family.name])))
 
 
 def _kind(found: Located) -> EventKind:

@@ -144,6 +144,7 @@ class Readings:
         enough = ABOVE_NOISE * zero.noise
         fit = [s for s in others if abs(self.known[s].value - zero.value) > enough]
         if not fit:
+            span = max(span, ABOVE_NOISE * float(np.spacing(abs(t))))  # t itself is no other point
             for s in (t + span, t - span):
                 try:
                     self(s)

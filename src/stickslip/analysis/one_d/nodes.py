@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -113,6 +114,8 @@ class Node:
     orbits : OrbitList
     table : BranchTable
         Of ``f``.
+    beside : float
+        How far from an event the node was put, if it was.
     """
 
     q: float
@@ -120,13 +123,14 @@ class Node:
     name: str
     orbits: OrbitList
     table: BranchTable
+    beside: float = math.inf
 
     @classmethod
-    def make(cls, family: Family, q: float, max_period: int) -> Node:
+    def make(cls, family: Family, q: float, max_period: int, beside: float = math.inf) -> Node:
         """List the orbits at a value of the parameter."""
         f = family.at(q)
         table = branch_table(f)
-        return cls(float(q), f, family.name, periodic_orbits(f, max_period), table)
+        return cls(float(q), f, family.name, periodic_orbits(f, max_period), table, beside)
 
     @cached_property
     def bundle(self) -> OrbitBundle:

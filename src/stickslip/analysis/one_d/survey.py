@@ -9,6 +9,7 @@ what is still unexplained then is said.
 
 from __future__ import annotations
 
+import math
 from bisect import insort
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -100,6 +101,8 @@ class Survey:
     events : list of Event
         Ascending.
     unresolved : list of UnresolvedChange
+    grid_nodes : list of Node
+        At the values of the grid.
     """
 
     def __init__(
@@ -117,6 +120,7 @@ class Survey:
         self.spans: list[Span] = []
         self.events: list[Event] = []
         self.unresolved: list[UnresolvedChange] = []
+        self.grid_nodes: list[Node] = []
         self.n_nodes = 0
 
     @property
@@ -126,15 +130,15 @@ class Survey:
 
     def run(self, n_values: int) -> None:
         """Make the lists at the values of a grid, and explain all changes between them."""
-        nodes = [self._node(q) for q in grid(self.lo, self.hi, n_values)]
-        for left, right in pairwise(nodes):
+        self.grid_nodes = [self._node(q) for q in grid(self.lo, self.hi, n_values)]
+        for left, right in pairwise(self.grid_nodes):
             self._explain(left, right)
             if self.progress is not None:
                 self.progress((right.q - self.lo) / self.scale)
         self.spans.sort(key=lambda span: span.left.q)
 
-    def _node(self, q: float) -> Node:
-        node = Node.make(self.family, q, self.max_period)
+    def _node(self, q: float, beside: float = math.inf) -> Node:
+        node = Node.make(self.family, q, self.max_period, beside)
         self.words.learn(node.table)
         self.n_nodes += 1
         return node
@@ -183,7 +187,7 @@ class Survey:
         for left, right, way in ways:
             assert way.end is not None
             piece = way.piece(left, right)
-            event = self._end_of(way, span)
+            event = self._end_of(way, span, fresh)
             if event is not None:
                 self._add(event, fresh)
             elif way.end.reason == "arrived":
@@ -226,12 +230,15 @@ class Survey:
         points = way.end.points
         return node.find(np.roll(points, -int(np.argmin(points))), FOUND * node.width)
 
-    def _end_of(self, way: Way, span: Span) -> Event | None:
-        for suspect in suspects_at_end(way, self.family):
-            event = located(suspect, self.family, self._within(span))
-            if event is not None:
+    def _end_of(self, way: Way, span: Span, fresh: list[Event]) -> Event | None:
+        """Find the event that ends an orbit's way: a known one, or one to solve for."""
+        suspects = suspects_at_end(way, self.family)
+        for event in fresh:
+            if any(suspect.explained_by(event, self.width) for suspect in suspects):
                 return event
-        return None
+        within = self._within(span)
+        solved = (located(suspect, self.family, within) for suspect in suspects)
+        return next((event for event in solved if event is not None), None)
 
     def _within(self, span: Span) -> tuple[float, float]:
         """Where events of a span may lie: a little beyond, as they may be known ones there."""
@@ -270,8 +277,8 @@ class Survey:
                     )
                 )
                 continue
-            before = self._node(group[0].value - beside)
-            after = self._node(group[-1].value + beside)
+            before = self._node(group[0].value - beside, beside)
+            after = self._node(group[-1].value + beside, beside)
             plain.append((last, before))
             self.spans.append(self._around(before, after, group))
             last = after

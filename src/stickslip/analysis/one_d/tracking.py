@@ -30,7 +30,9 @@ TRUST: Final = 0.05  # share of an orbit's way by which the cubic's prediction m
 FLOOR: Final = 1e-7  # of the domain's width: errors of a prediction that count for nothing
 SURPRISE: Final = 0.25  # share of a step by which an orbit may miss where it was foretold
 EASY: Final = 0.06  # a smaller one lets the next step grow
-SHORTEST: Final = 1e-3  # of the way: steps below it mean that the orbit ends here
+SHORTEST: Final = 1e-3  # of the way left: steps below it mean that the orbit ends here
+FIRST: Final = 0.25  # of the way: the first step
+MANY: Final = 4.0  # of the first step: the rest of the way counts for no more
 MAX_STEPS: Final = 400
 NEUTRAL: Final = 0.2  # a doubled orbit this close to multiplier 1 is about to meet its parent
 COLLAPSING: Final = 0.2  # shrinking of the distance to half an orbit later that shows a flip
@@ -235,9 +237,7 @@ class Way:
         )
 
 
-def follow(
-    node: Node, place: int, goal: float, family: Family, words: Words, *, start: float = 0.25
-) -> Way:
+def follow(node: Node, place: int, goal: float, family: Family, words: Words) -> Way:
     """Follow an orbit of a node towards another value of the parameter, its word kept.
 
     Parameters
@@ -248,15 +248,13 @@ def follow(
     goal : float
     family : Family
     words : Words
-    start : float
-        First step, as a share of the way.
 
     Returns
     -------
     Way
     """
     traveller = _Traveller(node, place, goal, family, words)
-    return traveller.go(start)
+    return traveller.go(min(FIRST * abs(goal - node.q), node.beside))
 
 
 class _Traveller:
@@ -272,9 +270,9 @@ class _Traveller:
         self.way = Way()
         self._note()
 
-    def go(self, share: float) -> Way:
+    def go(self, first: float) -> Way:
         """Step towards the goal, as far as it goes."""
-        step = share * self.length
+        step = first * np.sign(self.length)
         for _ in range(MAX_STEPS):
             if self.q == self.goal:
                 self.way.end = self._end("arrived", step)
@@ -284,7 +282,7 @@ class _Traveller:
             ratio = self._try(step)
             if ratio is None:
                 step *= 0.4
-                if abs(step) < SHORTEST * abs(self.length):
+                if abs(step) < SHORTEST * min(abs(self.goal - self.q), MANY * first):
                     break
             elif ratio < EASY:
                 step *= 2.0
