@@ -6,7 +6,15 @@ import pytest
 
 from stickslip.cli import main
 
-FIGURE_2 = ["fig02.pdf", "fig02.png", "fig02.svg", "values.json", "values.md"]
+FIGURE_2 = [
+    "fig02.pdf",
+    "fig02.png",
+    "fig02.svg",
+    "report.json",
+    "report.md",
+    "values.json",
+    "values.md",
+]
 
 
 def test_it_writes_figures_and_values_and_owns_only_its_files(tmp_path, capsys):

@@ -14,7 +14,7 @@ def test_writes_every_format_and_the_table(tmp_path):
     done = paper.reproduce(QUICK, tmp_path / "out")
     names = {path.name for path in done.files}
     expected = {f"fig{n:02d}.{kind}" for n in QUICK for kind in ("svg", "pdf", "png")}
-    assert names == expected | {"values.json", "values.md"}
+    assert names == expected | {"values.json", "values.md", "report.json", "report.md"}
     assert names == {path.name for path in (tmp_path / "out").iterdir()}
 
 
