@@ -30,12 +30,17 @@ __all__ = ["Motion", "Settler"]
 
 Kind: TypeAlias = Literal["periodic", "chaotic", "undecided"]
 
-FIRST_BLOCK: Final = 64  # steps after which orbits that have not been captured are looked at
-SECOND_BLOCK: Final = 256  # ... and the transient of those that still are not
+SHORT_BLOCK: Final = 16  # steps that lead back to an attractor that has changed a little
+FIRST_BLOCKS: Final = (24, 48)  # steps after which orbits of critical points are looked at
+WITH: Final = 16  # last steps of an orbit, most of them inside a motion: it is with that
+SECOND_BLOCK: Final = 256  # ... and the transient of those that were not captured then
 LONG: Final = (1024, 4096)  # steps in which a contracting motion must show its period
 NEAR: Final = 1e-3  # of the domain's width: an orbit this close to a cycle that comes closer ...
 CLOSER: Final = 0.999  # ... by this factor in one period is captured
-RECURRING: Final = 0.02  # of the domain's width: a recurrence this close proposes a period
+RECURRING: Final = 0.02  # of the domain's width: a recurrence this close proposes a period ...
+SETTLED: Final = 1e-6  # ... this close, if slopes speak against it
+SLOPES: Final = 48  # at least, in the mean of log |f'|
+SIGMAS: Final = 3.0  # errors by which the mean of log |f'| must exceed 0 at first
 LONGEST: Final = 512  # period that is recognised
 TRIES: Final = 6  # periods proposed by an orbit that Newton's method tries
 MOST_MOTIONS: Final = 8  # at one value
@@ -112,10 +117,9 @@ class Settler:
         list of Motion
         """
         look = _Look(f, self.iterates, list(cycles))
-        old = [motion.points[-1] for motion in self.motions if not look.hand_on(motion)]
+        look.go_on([motion for motion in self.motions if not look.hand_on(motion)])
         owner, seeds = _images(f, critical)
-        look.follow(np.concatenate([np.array(old), seeds, spread]), n_old=len(old))
-        fates = look.fates[len(old) : len(old) + len(seeds)]
+        fates = look.follow(np.concatenate([seeds, spread]))[: len(seeds)]
         self.motions = [
             motion
             for number, motion in enumerate(look.found)
@@ -149,35 +153,45 @@ class _Look:
         self.f, self.iterates, self.cycles = f, iterates, cycles
         self.width = domain_width(f)
         self.found: list[Motion] = []
-        self.fates: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
 
     def hand_on(self, motion: Motion) -> bool:
         """Find a cycle of the last map in this one; False if it must be iterated."""
-        if motion.kind != "periodic":
-            return False
-        return self._add_cycle(motion.points, RECURRING)
+        return motion.kind == "periodic" and self._add_cycle(motion.points, RECURRING)
 
-    def follow(self, start: Floats, n_old: int) -> None:
-        """Follow orbits until each has left, or is with an attractor.
+    def go_on(self, motions: Sequence[Motion]) -> None:
+        """Identify what became of other attractors of the last map."""
+        for motion in motions:
+            tail = advance(self.f, motion.points[-1:], SHORT_BLOCK)
+            if np.isfinite(tail[0, -1]):
+                self._identify(tail, self.iterates, was_chaotic=motion.kind == "chaotic")
 
-        The first ones come from attractors of the last map and need no further transient.
-        """
-        self.fates = np.full(len(start), MOVING)
-        moving = np.flatnonzero(np.isfinite(start))
-        tails = advance(self.f, start[moving], FIRST_BLOCK)
-        moving, tails = self._drop(moving, tails)
-        while moving.size and len(self.found) < MOST_MOTIONS:
-            number = len(self.found)
-            self._identify(tails[0, -1], 0 if moving[0] < n_old else SECOND_BLOCK)
-            if len(self.found) == number:  # it was captured after all, or it left
+    def follow(self, start: Floats) -> NDArray[np.intp]:
+        """Follow orbits until each has left, or is with an attractor; return which."""
+        fates = np.full(len(start), MOVING)
+        moving, tails = np.arange(len(start)), start[:, None]
+        for steps in FIRST_BLOCKS:
+            tails = np.hstack([tails, advance(self.f, tails[:, -1], steps)[:, 1:]])
+            moving, tails = self._drop(moving, tails, fates)
+        while moving.size:
+            moving, tails = self._drop(moving, tails, fates)
+            if moving.size:
+                if len(self.found) == MOST_MOTIONS:
+                    break
+                fates[moving[0]] = self._identify(tails[:1], SECOND_BLOCK + self.iterates)
                 moving, tails = moving[1:], tails[1:]
-                continue
-            self.fates[moving[0]] = number
-            moving, tails = self._drop(moving[1:], tails[1:])
+        return fates
 
-    def _drop(self, moving: NDArray[np.intp], tails: Floats) -> tuple[NDArray[np.intp], Floats]:
-        """Enter the fates of orbits that have left or been captured; return the others."""
-        fate = np.full(len(moving), MOVING)
+    def _drop(
+        self, moving: NDArray[np.intp], tails: Floats, fates: NDArray[np.intp]
+    ) -> tuple[NDArray[np.intp], Floats]:
+        """Enter the fates of orbits; return those that are still moving."""
+        fates[moving] = self._fates(tails)
+        rest = fates[moving] == MOVING
+        return moving[rest], tails[rest]
+
+    def _fates(self, tails: Floats) -> NDArray[np.intp]:
+        """Tell which orbits have left, or been captured."""
+        fate = np.full(len(tails), MOVING)
         fate[~np.isfinite(tails[:, -1])] = LEFT
         for cycle in self.cycles:
             fate[(fate == MOVING) & self._captured(tails, cycle)] = CYCLE
@@ -185,59 +199,59 @@ class _Look:
             if motion.kind == "periodic":
                 caught = self._captured(tails, motion.points)
             else:
-                caught = motion.holds(tails[:, -1])
+                caught = motion.holds(tails[:, -WITH:]).mean(axis=1) >= 0.5
             fate[(fate == MOVING) & caught] = number
-        self.fates[moving] = fate
-        rest = fate == MOVING
-        return moving[rest], tails[rest]
+        return fate
 
     def _captured(self, tails: Floats, cycle: Floats) -> NDArray[np.bool_]:
-        """Tell which orbits are near a cycle and came closer during their last round."""
-        p = len(cycle)
-        if tails.shape[1] <= p:
-            return np.zeros(len(tails), dtype=bool)
+        """Tell which orbits are near a stable cycle and come closer.
+
+        Orbits that are shorter than a round must have gone along with it for half their way.
+        """
+        p, n = len(cycle), tails.shape[1]
         gaps = np.abs(tails[:, -1, None] - cycle)
         nearest = gaps.argmin(axis=1)
         now = gaps[np.arange(len(tails)), nearest]
-        before = np.abs(tails[:, -1 - p] - cycle[nearest])
-        rounding = 1e-12 * self.width
         with np.errstate(invalid="ignore"):
-            return np.asarray((now <= NEAR * self.width) & (now <= CLOSER * before + rounding))
+            near = now <= NEAR * self.width
+            if p < n:
+                before = np.abs(tails[:, -1 - p] - cycle[nearest])
+                return np.asarray(near & (now <= CLOSER * before + 1e-12 * self.width))
+            back = np.arange(n // 2)
+            beside = cycle[(nearest[:, None] - back) % p]
+            return np.asarray((np.abs(tails[:, n - 1 - back] - beside) <= NEAR * self.width).all(1))
 
-    def _identify(self, x: float, transient: int) -> None:
-        """Add the attractor that the orbit of a point settles on, unless it is known or none."""
-        tail = advance(self.f, np.array([x]), transient + self.iterates)
-        for more in (0, *LONG):
-            if more:
-                tail = np.hstack([tail, advance(self.f, tail[:, -1], more)[:, 1:]])
-            if not np.isfinite(tail[0, -1]) or not self._drop_one(tail):
-                return
-            exponent = self._exponent(tail[0, -self.iterates :])
-            if self._settled(tail[0]):
-                return
-            if exponent > 0.0:
+    def _identify(self, tail: Floats, steps: int, *, was_chaotic: bool = False) -> int:
+        """Find out where an orbit, shape (1, n), settles; add that if it is new.
+
+        Returns the orbit's fate.
+        """
+        number = len(self.found)
+        for more in (steps, *LONG):
+            tail = np.hstack([tail, advance(self.f, tail[:, -1], more)[:, 1:]])
+            fate = int(self._fates(tail)[0])
+            if fate != MOVING:
+                return fate
+            exponent, error = self._exponent(tail[0, -max(SLOPES, more // 4) :])
+            near = RECURRING if exponent <= 0.0 else SETTLED
+            if self._settled(tail[0], near * self.width):
+                return number if len(self.found) > number else CYCLE
+            if exponent > (0.0 if was_chaotic else SIGMAS * error):
                 break
         kind: Kind = "chaotic" if exponent > 0.0 else "undecided"
         self.found.append(Motion(kind, tail[0, -self.iterates :], exponent))
+        return number
 
-    def _drop_one(self, tail: Floats) -> bool:
-        """Tell whether an orbit is still with no known attractor."""
-        caught = any(self._captured(tail, cycle)[0] for cycle in self.cycles)
-        for motion in self.found:
-            if motion.kind == "periodic":
-                caught |= bool(self._captured(tail, motion.points)[0])
-            else:
-                caught |= bool(motion.holds(tail[:, -1])[0])
-        return not caught
-
-    def _exponent(self, points: Floats) -> float:
+    def _exponent(self, points: Floats) -> tuple[float, float]:
+        """Mean of log |f'| over points in a row, and its error as if they were independent."""
         with np.errstate(divide="ignore"):
-            return float(np.log(np.abs(sample(self.f, points).derivative)).mean())
+            logs = np.log(np.abs(sample(self.f, points).derivative))
+        return float(logs.mean()), float(logs.std() / np.sqrt(logs.size))
 
-    def _settled(self, tail: Floats) -> bool:
+    def _settled(self, tail: Floats, near: float) -> bool:
         """Look for a stable cycle that the end of an orbit has come close to."""
         change = recurrences(tail[None, :], LONGEST)[0]
-        proposed = np.flatnonzero(change <= RECURRING * self.width) + 1
+        proposed = np.flatnonzero(change <= near) + 1
         # The first periods, and the best: a multiple recurs more closely than the period itself.
         best = proposed[np.argsort(change[proposed - 1], kind="stable")][:TRIES]
         for period in sorted({*proposed[:TRIES].tolist(), *best.tolist()}):
