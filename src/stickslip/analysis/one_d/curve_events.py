@@ -25,10 +25,9 @@ if TYPE_CHECKING:
 
     Equations: TypeAlias = PlaneEquations | FoldEquations
 
-__all__ = ["Event", "event_beyond", "events_between"]
+__all__ = ["Event", "Watch", "break_beside", "changed_labels", "map_at", "meeting"]
 
 REMAINDER: Final = 1e-3  # of the values around: a change of sign that leaves more is a pole
-LOOK_AHEAD: Final = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5)  # scaled lengths, beyond the end of a curve
 SIDES: Final = {-1: "left", 1: "right"}
 MEANINGS: Final = {
     1: "the colliding orbit also folds",
@@ -65,24 +64,39 @@ class _Quantity(NamedTuple):
     of: Callable[[CurvePoint], float]
 
 
-def events_between(
-    curve: Curve, equations: Equations, a: CurvePoint, b: CurvePoint
-) -> Iterator[Event]:
-    """Find the special points between two neighbours on a curve, in no particular order."""
-    for quantity in _quantities(a.note.condition, equations):
-        before, after = quantity.of(a), quantity.of(b)
-        if not (math.isfinite(before) and math.isfinite(after) and before * after < 0):
-            continue
-        try:
-            node = curve.between(a, b, quantity.of)
-        except (StepTooLong, LeavesRegion):
-            continue
-        if abs(quantity.of(node)) <= REMAINDER * max(abs(before), abs(after)):
-            yield Event(quantity.kind, quantity.what, node)
-    for i in _changed_labels(a.note, b.note):
-        event = _crossing(curve, equations, a, b, i)
-        if event is not None:
-            yield event
+class Watch:
+    """Looks for special points between neighbours on a curve, one pair after the other."""
+
+    def __init__(self, curve: Curve, equations: Equations) -> None:
+        self.curve, self.equations = curve, equations
+        # Of the last point looked at: some quantities cost many evaluations.
+        self.last: tuple[CurvePoint, dict[str, float]] | None = None
+
+    def between(self, a: CurvePoint, b: CurvePoint) -> Iterator[Event]:
+        """Find the special points between two neighbours, in no particular order."""
+        quantities = list(_quantities(a.note.condition, self.equations))
+        before = self._values(a, quantities)
+        after = self._values(b, quantities)
+        self.last = (b, after)
+        for quantity in quantities:
+            first, second = (v.get(quantity.what, math.nan) for v in (before, after))
+            if not (math.isfinite(first) and math.isfinite(second) and first * second < 0):
+                continue
+            try:
+                node = self.curve.between(a, b, quantity.of)
+            except (StepTooLong, LeavesRegion):
+                continue
+            if abs(quantity.of(node)) <= REMAINDER * max(abs(first), abs(second)):
+                yield Event(quantity.kind, quantity.what, node)
+        for i in changed_labels(a.note, b.note):
+            event = _crossing(self.curve, self.equations, a, b, i)
+            if event is not None:
+                yield event
+
+    def _values(self, node: CurvePoint, quantities: list[_Quantity]) -> dict[str, float]:
+        if self.last is not None and self.last[0] is node:
+            return self.last[1]
+        return {quantity.what: quantity.of(node) for quantity in quantities}
 
 
 def _quantities(condition: Condition, equations: Equations) -> Iterator[_Quantity]:
@@ -136,18 +150,20 @@ def _jump(node: CurvePoint) -> float:
 
 
 def _coefficient(equations: Equations, node: CurvePoint) -> float:
-    found = flip_coefficient(_map_at(equations, node), node.note.points)
+    found = flip_coefficient(map_at(equations, node), node.note.points)
     return found.value if found.criticality is not None else 0.0
 
 
-def _map_at(equations: Equations, node: CurvePoint) -> MapFamily:
+def map_at(equations: Equations, node: CurvePoint) -> MapFamily:
+    """Return the map at a point of a curve."""
     return equations.plane.map_at(*equations.parameters(node.y))
 
 
 # ---------------------------------------------------------------- other breaks on the way
 
 
-def _changed_labels(a: Reading, b: Reading) -> list[int]:
+def changed_labels(a: Reading, b: Reading) -> list[int]:
+    """Return which of the points that a test function depends on have changed their branch."""
     pairs = zip(a.labels, b.labels, strict=False)
     return [i for i, (first, second) in enumerate(pairs) if first != second]
 
@@ -157,28 +173,28 @@ def _crossing(
 ) -> Event | None:
     """Find where point i of an orbit crosses a break between two neighbours on a curve."""
     labels = (a.note.labels[i], b.note.labels[i])
-    border = _break_beside(equations, a, i, labels)
+    border = break_beside(equations, a, i, labels)
 
     def distance(node: CurvePoint) -> float:
         if border is None:
             return -1.0 if node.note.labels[i] == labels[0] else 1.0
-        return float(node.note.visited[i]) - border.at(_map_at(equations, node)).x
+        return float(node.note.visited[i]) - border.at(map_at(equations, node)).x
 
     try:
         node = curve.between(a, b, distance) if distance(a) * distance(b) < 0 else b
-        met = None if border is None else border.at(_map_at(equations, node))
+        met = None if border is None else border.at(map_at(equations, node))
     except (StepTooLong, LeavesRegion, ConditionLost):
         node, met = b, None
     if met is not None and met.kind == "smooth":
         return None
-    return _meeting(node, i, met)
+    return meeting(node, i, met)
 
 
-def _break_beside(
+def break_beside(
     equations: Equations, node: CurvePoint, i: int, labels: tuple[int, int]
 ) -> Border | None:
-    """Find the break between two labels close to point i of an orbit."""
-    f, x = _map_at(equations, node), float(node.note.visited[i])
+    """Find the break between two labels close to point i of an orbit, None if there is none."""
+    f, x = map_at(equations, node), float(node.note.visited[i])
     for left, right in (labels, labels[::-1]):
         try:
             found = Border(left, right, x, "jump").at(f).critical
@@ -189,7 +205,8 @@ def _break_beside(
     return None
 
 
-def _meeting(node: CurvePoint, i: int, met: BorderReading | None) -> Event:
+def meeting(node: CurvePoint, i: int, met: BorderReading | None) -> Event:
+    """Describe how point i of an orbit meets a break."""
     reading: Reading = node.note
     x = reading.visited[i]
     what = f"the orbit meets another break, at {x:.12g}"
@@ -198,32 +215,3 @@ def _meeting(node: CurvePoint, i: int, met: BorderReading | None) -> Event:
     several = isinstance(reading.condition, Collision | Connection)
     ends = met is not None and met.kind in ("jump", "edge")
     return Event("second border" if several else "breakpoint", what, node, ends)
-
-
-def event_beyond(equations: Equations, last: CurvePoint) -> tuple[Event | None, str]:
-    """Find out what stops a curve at its last point.
-
-    Returns
-    -------
-    event : Event or None
-    reason : str
-        In any case.
-    """
-    reason = "no further point was found"
-    for length in LOOK_AHEAD:
-        try:
-            beyond: Reading = equations(last.y + length * equations.scale * last.tangent)[2]
-        except LeavesRegion as left:
-            reason = str(left.cause)
-            break
-        changed = _changed_labels(last.note, beyond)
-        if changed:
-            i = changed[0]
-            labels = (last.note.labels[i], beyond.labels[i])
-            border = _break_beside(equations, last, i, labels)
-            met = None if border is None else border.at(_map_at(equations, last))
-            event = _meeting(last, i, met)
-            return Event(event.kind, event.what, last, True), event.what
-    if reason.endswith("is gone"):
-        return Event("end of border", reason, last, True), reason
-    return None, reason

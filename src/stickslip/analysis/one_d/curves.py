@@ -8,6 +8,7 @@ range or to where the condition is lost.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -16,25 +17,29 @@ import numpy as np
 from stickslip.analysis.bifurcation_curve import BifurcationCurve, CodimensionTwo
 from stickslip.analysis.one_d.borders import ConditionLost
 from stickslip.analysis.one_d.conditions import Fold
-from stickslip.analysis.one_d.curve_events import event_beyond, events_between
+from stickslip.analysis.one_d.curve_ends import closest_to_end, end_event
+from stickslip.analysis.one_d.curve_events import Watch
 from stickslip.analysis.one_d.locate import solve_near
 from stickslip.analysis.one_d.plane_equations import FoldEquations, Plane, PlaneEquations
+from stickslip.analysis.protocol import domain_width
 from stickslip.numerics.continuation import Curve, LeavesRegion, StepControl, StepTooLong
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from stickslip.analysis.one_d.conditions import Reading
     from stickslip.analysis.one_d.curve_events import Event
-    from stickslip.analysis.protocol import Floats, MapFamily
+    from stickslip.analysis.protocol import MapFamily
     from stickslip.numerics.continuation import CurvePoint
 
     Equations: TypeAlias = PlaneEquations | FoldEquations
 
 __all__ = ["continue_bifurcation"]
 
-CONTROL: Final = StepControl(first=0.01, smallest=1e-11, largest=1 / 32, patience=100)
+CONTROL: Final = StepControl(first=0.01, smallest=1e-7, largest=1 / 32, patience=100)
 MAX_NODES: Final = 2000  # a curve that winds on is cut here
 START: Final = 1e-4  # of a parameter: how far off the start of a curve may be
+SUDDEN: Final = 4.0  # times the last velocity of the orbit: a jump, or a step to be halved
+FLOOR: Final = 1e-4  # of the domain: smaller moves of the orbit are no jumps
 THIN: Final = 1e-4  # scaled: the approach to an end is not kept, only the end
 RETURNED: Final = 0.5  # of a step: a curve that comes back so close to its start is closed
 END_OF_RANGE: Final = "end of range"
@@ -89,8 +94,8 @@ def continue_bifurcation(
             b.condition, lambda t: plane.map_at(t, s), q, step=START * max(abs(q), START)
         )
         equations = _equations(plane, start.reading, start.value, s, high - low)
-        curve = Curve(equations, equations.scale, low, high, CONTROL, _accept(equations))
-        first = curve.point(_unknowns(equations, start.reading, start.value, s))
+        curve = Curve(equations, equations.scale, low, high, CONTROL, _Continuity(equations))
+        first = curve.point(equations.unknowns(start.reading, start.value, s))
     except (ConditionLost, LeavesRegion, StepTooLong) as reason:
         raise ValueError(
             f"there is no such bifurcation near {along} = {s:.12g}, {solve_for} = {q:.12g}: "
@@ -134,17 +139,22 @@ def _equations(plane: Plane, start: Reading, q: float, s: float, width: float) -
     return kind.at(plane, start, q, s, width)
 
 
-def _unknowns(equations: Equations, reading: Reading, q: float, s: float) -> Floats:
-    if isinstance(equations, FoldEquations):
-        return np.array([reading.points[0], q, s])
-    return np.array([q, s])
+@dataclass
+class _Continuity:
+    """Lets a point of the curve pass if the orbit has moved as it may; remembers it then."""
 
+    equations: Equations
+    velocity: float = math.inf
 
-def _accept(equations: Equations) -> Any:
-    def accept(_: CurvePoint, new: CurvePoint) -> None:
-        equations.accept(new.y, new.note)
-
-    return accept
+    def __call__(self, previous: CurvePoint, new: CurvePoint) -> None:
+        scale = self.equations.scale
+        step = float(np.linalg.norm((new.y - previous.y) / scale))
+        moved = float(np.max(np.abs(np.subtract(new.note.points, previous.note.points))))
+        floor = FLOOR * domain_width(self.equations.plane.system)
+        if moved > max(SUDDEN * self.velocity * step, floor):
+            raise StepTooLong("the orbit jumps")
+        self.velocity = max(moved, floor) / step
+        self.equations.accept(new.y, new.note)
 
 
 @dataclass
@@ -161,7 +171,7 @@ class _Walk:
     def go(self, start: CurvePoint) -> _Walk:
         """Walk to the end."""
         self.nodes.append(start)
-        steps = self.curve.walk(start)
+        steps, watch = self.curve.walk(start), Watch(self.curve, self.equations)
         while True:
             try:
                 node = next(steps)
@@ -170,7 +180,7 @@ class _Walk:
                 return self
             here = len(self.nodes) - 1
             self.nodes.append(node)
-            for event in events_between(self.curve, self.equations, self.nodes[here], node):
+            for event in watch.between(self.nodes[here], node):
                 if event.ends:
                     self.nodes[-1], self.reason = event.node, event.what
                 self.events.append((here, event))
@@ -188,8 +198,8 @@ class _Walk:
         """Say why a walk has ended; keep of its last steps only the end."""
         if how == END_OF_RANGE:
             return
-        last = self.nodes[-1]
-        event, self.reason = event_beyond(self.equations, last)
+        last = closest_to_end(self.equations, self.nodes[-1], 2 * CONTROL.smallest)
+        event, self.reason = end_event(self.equations, last)
         scale = self.equations.scale
         kept = [n for n in self.nodes[:-1] if np.linalg.norm((n.y - last.y) / scale) > THIN]
         self.nodes = [*(kept or self.nodes[:1]), last]

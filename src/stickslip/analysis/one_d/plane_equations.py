@@ -23,6 +23,7 @@ __all__ = ["FoldEquations", "Plane", "PlaneEquations"]
 DIFFERENCE: Final = 1e-5  # of a parameter's scale: first derivatives of a test function
 FOLD_DIFFERENCE: Final = 1e-6  # of a parameter's scale: derivatives of values and slopes
 REMEMBERED: Final = 1e-7  # scaled: a shorter step tells nothing about the slopes
+UNBELIEVABLE: Final = 1.0  # relative change of a gradient from one reading to the next
 STEEP: Final = 1e-3  # of a parameter: smallest scale of the one solved for
 STEEPEST: Final = 10.0  # ... and largest
 BEND: Final = 1e-5  # of the domain: second derivatives of the map are taken over
@@ -112,6 +113,10 @@ class PlaneEquations:
         """Let later readings start from this one."""
         self.accepted.append((y.copy(), reading.condition))
 
+    def unknowns(self, reading: Reading, q: float, s: float) -> Floats:
+        """Return y for a reading at (q, s)."""
+        return np.array([q, s])
+
     def parameters(self, y: Floats) -> tuple[float, float]:
         """Return solve_for and along."""
         return float(y[0]), float(y[1])
@@ -122,8 +127,10 @@ class PlaneEquations:
             length = float(step @ step)
             if length > REMEMBERED**2:
                 slopes = self.gradient * self.scale
-                slopes = slopes + (value - self.last[1] - slopes @ step) / length * step
-                self.gradient = slopes / self.scale
+                change = (value - self.last[1] - slopes @ step) / length * step
+                # More than that comes from a jump, and the point will be rejected.
+                if float(change @ change) <= UNBELIEVABLE**2 * float(slopes @ slopes):
+                    self.gradient = (slopes + change) / self.scale
         self.last = (y.copy(), value)
 
 
@@ -195,6 +202,10 @@ class FoldEquations:
 
     def accept(self, y: Floats, reading: Reading) -> None:
         """Nothing to remember: x is an unknown."""
+
+    def unknowns(self, reading: Reading, q: float, s: float) -> Floats:
+        """Return y for a reading at (q, s)."""
+        return np.array([reading.points[0], q, s])
 
     def parameters(self, y: Floats) -> tuple[float, float]:
         """Return solve_for and along."""
