@@ -8,10 +8,12 @@ from dataclasses import asdict, dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
+from stickslip.study.digits import digits
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Value", "as_json", "as_markdown", "digits", "value_rows", "value_table"]
+__all__ = ["Value", "as_json", "as_markdown", "value_rows", "value_table"]
 
 SCHEMA = 1
 
@@ -158,11 +160,3 @@ def _row(value: Value) -> str:
     error = f"{value.error:.0e}"
     cells = [value.figure, value.name, value.printed, value.text, error, agrees]
     return "| " + " | ".join(map(str, [*cells, value.how])) + " |"
-
-
-def digits(number: float, error: float) -> str:
-    """Write a number to the decimal place of its error."""
-    if not math.isfinite(number) or not math.isfinite(error):
-        return f"{number:.17g}"
-    places = 17 if error <= 0.0 else min(17, max(0, math.ceil(-math.log10(error))))
-    return f"{number:.{places}f}"
