@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.bifurcation import Bifurcation, BifurcationList, UnresolvedChange
+from stickslip.analysis.one_d.cascades import cascades
 from stickslip.analysis.one_d.chains import orbit_branches
 from stickslip.analysis.one_d.crises import ParameterPoint, crises, parameter_point
 from stickslip.analysis.one_d.explain import Concerned, concerned_orbits, explained
@@ -118,6 +119,9 @@ class _Report:
                 concerned[k], left_open = concerned_orbits(span)
                 self.unresolved += left_open
         found = [item for k, shares in concerned.items() for item in self._bifurcations(k, shares)]
+        branches = orbit_branches(survey, concerned)
+        chains = cascades(found, branches, survey.family, (survey.lo, survey.hi), survey.max_period)
+        found += [flip for chain in chains for flip in chain.flips if flip.in_cascade]
         found += [self._crisis(event) for event in self._crises()]
         found.sort(key=lambda item: item.value)
         return BifurcationList(
@@ -127,8 +131,8 @@ class _Report:
             parameters=dict(self.f.parameters),
             max_period=survey.max_period,
             window=survey.family.window,
-            branches=orbit_branches(survey, concerned),
-            cascades=(),
+            branches=branches,
+            cascades=tuple(chains),
             unresolved=tuple(sorted(self.unresolved, key=lambda item: item.lo)),
             n_values=survey.n_nodes,
         )
