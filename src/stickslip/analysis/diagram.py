@@ -18,6 +18,7 @@ from stickslip.analysis.one_d.strands import StrandEnd, trace_strands
 from stickslip.analysis.one_d.survey import Survey
 from stickslip.analysis.protocol import domain_width
 from stickslip.numerics.targets import available_threads
+from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     import os
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
 
 __all__ = ["AttractorTable", "BreakLine", "Diagram", "OrbitCurve", "bifurcation_diagram"]
 
-LISTS: Final = 24  # complete lists of orbits over the range, apart from those beside events
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
 SMALLEST_CHUNK: Final = 64  # values that are worth a thread
 SHOWN: Final = 40  # orbits in a diagram's table
@@ -236,6 +236,7 @@ def bifurcation_diagram(
     window: tuple[float, float] | None = None,
     iterates: int = 64,
     attractors: bool = True,
+    lists: int = 24,
     progress: Callable[[float], None] | None = None,
 ) -> Diagram:
     """Follow all periodic orbits, the attractors and the breakpoints of a map over a parameter.
@@ -256,6 +257,9 @@ def bifurcation_diagram(
         Points kept of an attractor that is no cycle.
     attractors : bool
         Whether to look for attractors besides the stable ones among the orbits.
+    lists : int
+        Complete lists of orbits that are made over the range, besides those next to every
+        bifurcation; two orbits born and lost between neighbouring ones stay unseen.
     progress : callable, optional
         Called with the share of the work that is done, from 0 to 1.
 
@@ -286,7 +290,7 @@ def bifurcation_diagram(
     [(1, 'end of range'), (1, 'end of range'), (2, 'flip')]
     """
     grid = _checked_values(values)
-    _check(family, name, max_period, iterates)
+    _check(family, name, max_period=max_period, iterates=iterates, lists=lists)
     report = progress or (lambda share: None)
     survey = Survey(
         Family(family, name, window),
@@ -295,7 +299,7 @@ def bifurcation_diagram(
         max_period,
         lambda share: report(0.4 * share),
     )
-    survey.run(LISTS)
+    survey.run(lists)
     traced = trace_strands(survey)
     maps = [survey.family.at(q) for q in grid]
     anchors = _anchors(survey)
@@ -329,13 +333,15 @@ def _checked_values(values: ArrayLike) -> Floats:
     return grid
 
 
-def _check(family: MapFamily, name: str, max_period: int, iterates: int) -> None:
+def _check(family: MapFamily, name: str, **counts: int) -> None:
     if name not in family.parameters:
-        known = ", ".join(family.parameters)
-        raise ValueError(f"name = {name!r} is not a parameter. Known: {known}.")
-    for word, count in (("max_period", max_period), ("iterates", iterates)):
-        if count < 1 or int(count) != count:
-            raise ValueError(f"{word} = {count!r}: a whole number >= 1 is needed.")
+        raise ValueError(
+            f"name = {name!r} is not a parameter. {did_you_mean(name, family.parameters)}"
+        )
+    for word, count in counts.items():
+        least = 2 if word == "lists" else 1
+        if int(count) != count or count < least:
+            raise ValueError(f"{word} = {count!r}: a whole number >= {least} is needed.")
 
 
 def _anchors(survey: Survey) -> list[Node]:

@@ -39,6 +39,8 @@ NEAR: Final = 1e-3  # of the domain's width: an orbit this close to a cycle that
 CLOSER: Final = 0.999  # ... by this factor in one period is captured
 RECURRING: Final = 0.02  # of the domain's width: a recurrence this close proposes a period ...
 SETTLED: Final = 1e-6  # ... this close, if slopes speak against it
+CREEPING: Final = 48  # last steps of an orbit, all in one direction: it is still on its way ...
+SHORT_PERIODS: Final = 4  # ... for a period up to this
 SLOPES: Final = 48  # at least, in the mean of log |f'|
 SIGMAS: Final = 3.0  # errors by which the mean of log |f'| must exceed 0 at first
 LONGEST: Final = 512  # period that is recognised
@@ -146,6 +148,20 @@ def _leaks(motion: Motion, number: int, critical: Floats, fates: NDArray[np.intp
     return bool(np.any(inside & (fates != number) & (fates != MOVING)))
 
 
+def _creeps(tail: Floats) -> bool:
+    """Tell whether every p-th point of an orbit's end moves on in one direction, for a small p.
+
+    So does a slow passage past a weakly unstable cycle, where slopes look like chaos.
+    """
+    end = tail[-CREEPING:]
+    for p in range(1, SHORT_PERIODS + 1):
+        forward = end[p:] > end[:-p]
+        classes = [forward[k::p] for k in range(p)]
+        if all(one.all() or not one.any() for one in classes):
+            return True
+    return False
+
+
 class _Look:
     """The search for attractors of one map."""
 
@@ -236,7 +252,7 @@ class _Look:
             near = RECURRING if exponent <= 0.0 else SETTLED
             if self._settled(tail[0], near * self.width):
                 return number if len(self.found) > number else CYCLE
-            if exponent > (0.0 if was_chaotic else SIGMAS * error):
+            if exponent > (0.0 if was_chaotic else SIGMAS * error) and not _creeps(tail[0]):
                 break
         kind: Kind = "chaotic" if exponent > 0.0 else "undecided"
         self.found.append(Motion(kind, tail[0, -self.iterates :], exponent))
