@@ -138,6 +138,10 @@ def _close(
     """Narrow a bracket until its ends are adjacent floats."""
     finest = FINEST * float(np.spacing(max(abs(end) for end in probe.f.domain)))
     slow = False
+    if probe.seen[pair[0]].x < 0 < probe.seen[pair[1]].x:
+        # Floats are dense there without end: a break at 0 is to be found at 0.
+        probe.look([0.0])
+        pair = _narrowed(probe.seen, is_left, probe.seen[pair[0]].x, probe.seen[pair[1] + 1].x)
     while True:
         left, right = (probe.seen[i] for i in pair)
         if not (np.nextafter(left.x, right.x) < right.x and right.x - left.x > finest):
@@ -191,11 +195,9 @@ def _narrowed(
 
 
 def _sections(left: float, right: float) -> list[float]:
-    """Points that cut a bracket into equal parts; 0, where floats are dense, among them."""
+    """Points that cut a bracket into equal parts."""
     step = (right - left) / (SECTIONS + 1)
     points = [left + k * step for k in range(1, SECTIONS + 1)]
-    if left < 0 < right:
-        points.append(0.0)
     points.append(float(np.nextafter(left, right)) if step == 0 else 0.5 * (left + right))
     return [x for x in points if left < x < right]
 
