@@ -209,7 +209,8 @@ def maximal_window(a: float, b: float, n: int) -> tuple[float, float]:
     and Discontinuous Piecewise-Smooth One-Dimensional Maps (2019), chapter 3.
     """
     low = a**n * (1 - a) / (1 - a ** (n + 1))
-    return low, a ** (n - 1) * (1 - a) / (1 - a**n + a ** (n - 1) * b * (1 - a))
+    bottom = (a ** (1 - n) - a) / (1 - a) + b  # without bound if a falling branch is that steep
+    return low, 1 / bottom if bottom > 0 else math.inf
 
 
 def square_root(lam: float = 0.2, mu: float = 0.1) -> PiecewiseMap:

@@ -32,7 +32,8 @@ MAX_STEPS: Final = 20_000
 CLOSE: Final = 1e-7  # of the domain's width: u is linear there, and above rounding
 AS_PREDICTED: Final = 0.02  # relative: the contraction beside the border against a
 LONGEST_CYCLE: Final = 1024  # recognised where the far image settles
-RECURS: Final = 1e-9  # of the domain's width
+RECURS: Final = 1e-12  # of the domain's width: less than a slow approach moves when CLOSE
+FIRST_LOOK: Final = 256  # steps after which to look whether the far image has settled
 SHOWN: Final = 64  # images kept
 N_WINDOWS: Final = 10_000  # numbers n tried
 
@@ -190,17 +191,20 @@ def far_image(
     far = _Walk(f, border, side, -side)
     visited = [far.x]
     local = (math.nan, math.nan)
-    while far.k < max_steps and not math.isnan(far.x):
+    look, cycle = FIRST_LOOK, 0
+    while far.k < max_steps and not math.isnan(far.x) and not cycle:
         if far.k == period:
             local = (far.slope, far.u)
         if _converges(far, near.slope, period):
             return _returned(far, near.slope, period, local, visited)
+        if far.k >= look:
+            cycle = _recurrence(np.array(visited), RECURS * domain_width(f))
+            look *= 2
         far.step()
         visited.append(far.x)
     path = tuple(visited[:SHOWN])
     if math.isnan(far.x):
         return FarImage(period, near.slope, *local, fate="leaves", steps=far.k, path=path)
-    cycle = _recurrence(np.array(visited), RECURS * domain_width(f))
     fate: Fate = "settles" if cycle else "wanders"
     return FarImage(period, near.slope, *local, fate=fate, cycle=cycle, path=path)
 
