@@ -61,7 +61,7 @@ def compute() -> Data:
     model = examples.law9(alpha=1.20915)
     f = event_map(model)
     window = WindowMap(f, WINDOW)
-    cusp = cusp_of(window)
+    cusp = cusp_of(window).d
     found = periodic_orbits(window, 2)
     near = sorted(found.of_period(2), key=lambda orbit: abs(float(orbit.points[0]) - cusp))
     b, a = near[:2]

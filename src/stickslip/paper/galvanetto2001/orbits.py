@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -14,16 +13,14 @@ from stickslip.study.event_map import event_map
 from stickslip.study.maps import attractors, breakpoints, periodic_orbits
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
     from stickslip.analysis.one_d.breakpoints import Breakpoint
     from stickslip.analysis.orbits import PeriodicOrbit
-    from stickslip.analysis.protocol import Map1D
     from stickslip.study.event_map import EventMap
 
 __all__ = [
     "WINDOW",
-    "Window",
     "attracting_orbits",
     "coulomb_orbits",
     "cusp_of",
@@ -36,18 +33,6 @@ __all__ = [
 
 WINDOW: Final = (0.379, 0.390)
 """Range of d in which section 4 studies law (9)."""
-
-
-@dataclass(frozen=True)
-class Window:
-    """A map on a part of its domain, which is all that section 4 looks at of law (9)."""
-
-    f: EventMap
-    domain: tuple[float, float] = WINDOW
-
-    def evaluate(self, d: ArrayLike, /) -> Any:
-        """Evaluate the map."""
-        return self.f.evaluate(d)
 
 
 @lru_cache(maxsize=64)  # conditions and claims ask for the same tables
@@ -156,29 +141,29 @@ def from_point_1(orbit: PeriodicOrbit, jump: float) -> NDArray[np.float64]:
     return np.asarray(np.roll(orbit.points, -first))
 
 
-def cusp_of(window: Map1D) -> float:
+def cusp_of(f: WindowMap) -> Breakpoint:
     """Find the first maximum of a map at a corner.
 
     Parameters
     ----------
-    window : map of the line
+    f : WindowMap
         Part of a map of law (9).
 
     Returns
     -------
-    float
-        One of the adjacent floats between which the slope changes its sign.
+    Breakpoint
+        Its ``interval`` are the adjacent floats between which the slope changes its sign.
     """
-    corners = breakpoints(window).of_kind("corner")
-    return next(item.d for item in corners if item.left_slope > 0.0 > item.right_slope)
+    corners = breakpoints(f).of_kind("corner")
+    return next(item for item in corners if item.left_slope > 0.0 > item.right_slope)
 
 
-def fixed_points(window: Map1D) -> tuple[PeriodicOrbit, ...]:
+def fixed_points(f: WindowMap) -> tuple[PeriodicOrbit, ...]:
     """All fixed points in a part of a map.
 
     Parameters
     ----------
-    window : map of the line
+    f : WindowMap
         Part of a map of law (9).
 
     Returns
@@ -186,4 +171,4 @@ def fixed_points(window: Map1D) -> tuple[PeriodicOrbit, ...]:
     tuple of PeriodicOrbit
         Ascending.
     """
-    return periodic_orbits(window).orbits
+    return periodic_orbits(f).orbits

@@ -12,7 +12,6 @@ from stickslip.analysis.one_d.normal_forms import flip_coefficient
 from stickslip.paper.claim import Claim, Finding
 from stickslip.paper.galvanetto2001 import printed
 from stickslip.paper.galvanetto2001.orbits import cusp_of, in_window
-from stickslip.paper.galvanetto2001.roots import ACCURACY, root
 from stickslip.paper.values import Value
 from stickslip.study.maps import attractors, periodic_orbits
 
@@ -33,7 +32,6 @@ CRISIS: Final = "alpha of the collision of the chaotic attractor with U1"
 DRAWN: Final = 1.20915  # figure 13
 SAMPLES: Final = (1.2093, 1.2095, 1.2097)  # between birth and flip
 CHAOS: Final = (1.2095, 1.2103, 1.211, 1.213, 1.215)  # between birth and crisis; 1.211 is figure 14
-MERGING: Final = (1.211, 1.213)  # the two bands become one in between
 BESIDE: Final = 1e-7  # of alpha: just below and just above a bifurcation
 SMALL: Final = 0.02  # of an interval: "almost indistinguishable"
 
@@ -103,14 +101,14 @@ def facts() -> Facts:
         cusps_off=_cusps_off(birth),
         off_diagonal=_off_diagonal(DRAWN),
         coefficient=flip_coefficient(in_window(flip), at_flip.p1.points),
-        merging=_merging(),
+        merging=printed.BANDS_MERGE.value(14),
         numbers=numbers,
     )
 
 
 def _moment(alpha: float) -> Moment:
     f = in_window(alpha)
-    cusp = cusp_of(f)
+    cusp = cusp_of(f).d
     found = periodic_orbits(f, 2)
     (p1,) = (o for o in found.of_period(1) if o.points[0] > cusp)
     twice = found.of_period(2)
@@ -123,34 +121,22 @@ def _moment(alpha: float) -> Moment:
 
 def _from_cusp(alpha: float) -> tuple[Attractor, ...]:
     f = in_window(alpha)
-    return tuple(attractors(f, seeds=[cusp_of(f)]))
+    return tuple(attractors(f, seeds=[cusp_of(f).d]))
 
 
 def _cusps_off(alpha: float) -> tuple[float, float]:
     """Distance of f^2 from the diagonal at its two cusps: c, and the d that f takes to c."""
     f = in_window(alpha)
-    cusp = cusp_of(f)
+    cusp = cusp_of(f).d
     before = float(f.preimages(cusp).max())
     return abs(float(f(f(cusp))) - cusp), abs(float(f(f(before))) - before)
 
 
 def _off_diagonal(alpha: float) -> float:
     f = in_window(alpha)
-    cusp = cusp_of(f)
+    cusp = cusp_of(f).d
     x = np.linspace(cusp, float(f(cusp)), 401)
     return float(np.abs(f.power(2)(x) - x).max() / (x[-1] - x[0]))
-
-
-def _merging() -> Value:
-    def gap(alpha: float) -> float:
-        f = in_window(alpha)
-        third = f.iterate(cusp_of(f), 3)[-1]
-        (p1,) = (o.points[0] for o in periodic_orbits(f) if o.points[0] > cusp_of(f))
-        return float(third - p1)
-
-    found = root(gap, *MERGING, noise=100 * ACCURACY["adaptive"])
-    how = "f^3(c) = P1, c the cusp of f"
-    return Value("alpha where the two bands merge", found.value, found.error, 14, how)
 
 
 def claims(facts: Facts) -> Iterator[Claim]:

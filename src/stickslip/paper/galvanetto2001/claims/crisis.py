@@ -116,7 +116,7 @@ def facts() -> Facts:
 
 def _lobe(alpha: float) -> Lobe:
     f = in_window(alpha)
-    d = np.linspace(f.domain[0], cusp_of(f) - 1e-9, 2001)
+    d = np.linspace(f.domain[0], cusp_of(f).d - 1e-9, 2001)
     values = f.evaluate(d)
     flat = int(np.argmin(values.value))
     return Lobe(alpha, float(d[flat]), float(np.min(values.value - d)))
@@ -124,7 +124,7 @@ def _lobe(alpha: float) -> Lobe:
 
 def _side(alpha: float) -> Side:
     f = in_window(alpha)
-    cusp = cusp_of(f)
+    cusp = cusp_of(f).d
     fixed = tuple(o for o in periodic_orbits(f).orbits if o.points[0] < cusp)
     second = float(f.iterate(cusp, 2)[-1])
     u1 = [float(o.points[0]) for o in fixed if not o.stable]
@@ -143,7 +143,7 @@ def _cascade(fold: float) -> Iterator[Doubling]:
     last, alpha = fold, AFTER
     for _ in range(FLIPS):
         f = in_window(alpha)
-        orbit = next(a.orbit for a in attractors(f, seeds=[cusp_of(f)]) if a.orbit is not None)
+        orbit = next(a.orbit for a in attractors(f, seeds=[cusp_of(f).d]) if a.orbit is not None)
         # Since the last flip (for S1, the fold) the multiplier has come down from 1 to m.
         m = orbit.multiplier
         guess = last + 2.0 * (alpha - last) / (1.0 - m)

@@ -11,13 +11,12 @@ import numpy as np
 from stickslip.analysis.one_d.skew_tent import attractor_of_skew_tent, paired_side
 from stickslip.paper.claim import Claim, Finding
 from stickslip.paper.galvanetto2001 import printed
-from stickslip.paper.galvanetto2001.orbits import in_window
-from stickslip.study.maps import breakpoints, periodic_orbits
+from stickslip.paper.galvanetto2001.orbits import cusp_of, in_window
+from stickslip.study.maps import periodic_orbits
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.one_d.breakpoints import Breakpoint
     from stickslip.analysis.orbits import OrbitList, PeriodicOrbit
     from stickslip.analysis.outcome import LocalAttractor
     from stickslip.analysis.window import WindowMap
@@ -85,20 +84,14 @@ def facts() -> Facts:
     )
 
 
-def _break(f: WindowMap) -> Breakpoint:
-    """Return the cusp of f in the window."""
-    corners = breakpoints(f).of_kind("corner")
-    return next(item for item in corners if item.left_slope > 0.0 > item.right_slope)
-
-
 def _cusp(alpha: float, beside: float, power: int) -> Cusp:
     """Read slopes of f^p at the bifurcation, orbits and the cusp's own orbit beside it."""
     f = in_window(alpha)
-    item = _break(f)
+    item = cusp_of(f)
     further = float(np.prod(f.evaluate(f.iterate(item.d, power)[1:power]).derivative))
     left, right = item.left_slope * further, item.right_slope * further
     g = in_window(beside)
-    c = _break(g).d
+    c = cusp_of(g).d
     images = g.iterate(c, power)[:power]
     orbits = tuple(o for o in periodic_orbits(g, PERIODS) if _is_near(o, images))
     far = max((float(np.abs(o.points - c).min()) for o in orbits), default=np.nan)
@@ -121,7 +114,7 @@ def _is_near(orbit: PeriodicOrbit, places: Any) -> bool:
 
 
 def _figure(f: WindowMap) -> tuple[float, float, float]:
-    cusp = _break(f).d
+    cusp = cusp_of(f).d
     fixed = np.array([o.points[0] for o in periodic_orbits(f)])
     u1 = fixed[fixed < cusp].max()
     p1 = fixed[fixed > cusp].min()

@@ -1,0 +1,115 @@
+"""Figure 11: bifurcation diagram of the system with friction law (9)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip import examples
+from stickslip.paper.galvanetto2001.orbits import WINDOW
+from stickslip.plot.diagram import draw_diagram
+from stickslip.study.diagram import bifurcation_diagram
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from stickslip.analysis.diagram import Diagram, OrbitCurve
+    from stickslip.mechanics.model.two_block import TwoBlock
+
+TITLE: Final = "Bifurcation diagram with friction law (9)"
+COLUMNS: Final = "two"
+HEIGHT: Final = 4.0
+
+RANGE: Final = (1.208, 1.21865)
+VALUES: Final = 427
+LISTS: Final = 10
+
+
+@dataclass(frozen=True)
+class Data:
+    """The diagram, with all orbits up to period 2 in the paper's window."""
+
+    model: TwoBlock
+    diagram: Diagram
+
+    @property
+    def orbits(self) -> dict[str, OrbitCurve]:
+        """P1, S1, U1, A and B, by how and where they begin and end."""
+        ones, twos = self.diagram.of_period(1), self.diagram.of_period(2)
+        (p1,) = (orbit for orbit in ones if orbit.ends[0].reason == "end of range")
+        s1, u1 = sorted(
+            (orbit for orbit in ones if orbit.ends[0].reason == "fold"),
+            key=lambda orbit: float(orbit.ends[1].points[0]),
+        )
+        a, b = sorted(
+            (orbit for orbit in twos if orbit.ends[0].reason == "border_collision"),
+            key=lambda orbit: orbit.ends[1].value,
+        )
+        return {"P1": p1, "S1": s1, "U1": u1, "A": a, "B": b}
+
+
+def compute() -> Data:
+    """Follow all orbits up to period 2 and the attractors over the paper's range and window."""
+    model = examples.law9()
+    values = np.linspace(*RANGE, VALUES)
+    diagram = bifurcation_diagram(
+        model, "alpha", values, max_period=2, window=WINDOW, iterates=160, lists=LISTS
+    )
+    return Data(model, diagram)
+
+
+def draw(data: Data, figure: Figure) -> None:
+    """Draw the diagram; thick attracting and thin unstable periodic motions, as in the paper."""
+    ax = figure.add_subplot()
+    draw_diagram(data.diagram, ax, breakpoints=False, dots=160)
+    _names(ax, data)
+
+
+def _names(ax: Axes, data: Data) -> None:
+    orbits = data.orbits
+    _write(ax, data, "$P_1$", orbits["P1"], 0, 1.2088, (4, 5))
+    _write(ax, data, "$S_1$", orbits["S1"], 0, 1.2153, (-16, -10))
+    _write(ax, data, "$U_1$", orbits["U1"], 0, 1.2158, (6, -13))
+    for name, alpha, offsets in (
+        ("A", 1.2095, ((-4, 6), (2, -13))),
+        ("B", 1.2140, ((0, 5), (0, 5))),
+    ):
+        first = np.argsort(orbits[name].ends[0].points)  # A1 and B1 beside the cusp of f
+        for number, (column, offset) in enumerate(zip(first, offsets, strict=True), start=1):
+            _write(ax, data, f"${name}_{number}$", orbits[name], int(column), alpha, offset)
+
+
+def _write(
+    ax: Axes,
+    data: Data,
+    text: str,
+    orbit: OrbitCurve,
+    column: int,
+    alpha: float,
+    offset: tuple[int, int],
+) -> None:
+    """Write a name beside a curve."""
+    k = int(np.searchsorted(data.diagram.values, alpha))
+    where = (data.diagram.values[k], orbit.points[k, column])
+    ax.annotate(text, where, offset, textcoords="offset points", zorder=7)
+
+
+def caption(data: Data) -> str:
+    """Describe the diagram with the values of alpha at which orbits begin and end."""
+    orbits = data.orbits
+    p = data.model.parameters
+    others = ", ".join(f"{name} = {p[name]:g}" for name in ("beta", "V", "gamma", "delta", "eta"))
+    cascade = next(o for o in data.diagram.of_period(2) if o.ends[0].reason == "flip")
+    return (
+        f"Bifurcation diagram for {others} in the window {WINDOW[0]:g} < d < {WINDOW[1]:g}. "
+        "Heavy: periodic attractors, thin: unstable orbits, both up to period 2 and complete; "
+        "dots: other attractors (chaotic ones, and cycles of longer periods). A and B are born "
+        f"on the cusps of f^2 at alpha = {orbits['A'].ends[0].value:.12f}; A dies at the flip of "
+        f"P1, {orbits['A'].ends[1].value:.12f}; S1 and U1 are born in a fold at "
+        f"{orbits['S1'].ends[0].value:.12f}; S1 doubles at {cascade.ends[0].value:.12f}; P1, U1 "
+        f"and B vanish together at {orbits['P1'].ends[1].value:.12f}. One more unstable orbit of "
+        "period 2, which the paper does not mention, surrounds them all."
+    )
