@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.cyclic import solve_cyclic
 from stickslip.analysis.protocol import sample
 from stickslip.analysis.shooting import EPS, residual_is_rounding
 from stickslip.status import OK
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits import PeriodicOrbit
     from stickslip.analysis.protocol import Floats, Labels, Map1D, MapFamily
 
-__all__ = ["Moved", "OrbitBundle", "move_orbits", "polish_orbits"]
+__all__ = ["Moved", "OrbitBundle", "move_orbits", "polish_orbits", "solve_cyclic"]
 
 MAX_NEWTON: Final = 12  # a guess that needs more was no guess of this orbit
 STALLED: Final = 1e-9  # of the domain's size: smaller steps must go on shrinking
@@ -174,65 +175,6 @@ def polish_orbits(bundle: OrbitBundle, f: Map1D) -> Moved:
     Moved
     """
     return _polish(bundle, bundle.points, f)
-
-
-def solve_cyclic(slopes: Floats, right: Floats, periods: NDArray[np.intp]) -> Floats:
-    """Solve s_i y_i - y_(i+1) = b_i, cyclic in each row, for many rows of their own lengths.
-
-    Parameters
-    ----------
-    slopes, right : ndarray of float, shape (k, P)
-        s and b; anything beyond the period.
-    periods : ndarray of int, shape (k,)
-
-    Returns
-    -------
-    ndarray of float, shape (k, P)
-        Not finite where the product of the slopes is 1.
-
-    Notes
-    -----
-    Forwards where the product of the slopes is within [-1, 1], backwards elsewhere, so that
-    the solution is never divided by what should be large.
-    """
-    used = np.arange(slopes.shape[1]) < periods[:, None]
-    # Beyond the period y is handed on unchanged.
-    s = np.where(used, slopes, 1.0)
-    b = np.where(used, right, 0.0)
-    y = np.empty_like(s)
-    with np.errstate(all="ignore"):
-        forwards = np.abs(s.prod(axis=1)) <= 1
-        y[forwards] = _solve_forwards(s[forwards], b[forwards])
-        y[~forwards] = _solve_backwards(s[~forwards], b[~forwards])
-    return y
-
-
-def _solve_forwards(s: Floats, b: Floats) -> Floats:
-    """Start each row where going round once with y_(i+1) = s_i y_i - b_i leads back."""
-    columns = range(s.shape[1])
-    end = np.zeros(len(s))
-    for j in columns:
-        end = s[:, j] * end - b[:, j]
-    y = np.empty_like(s)
-    now = end / (1 - s.prod(axis=1))
-    for j in columns:
-        y[:, j] = now
-        now = s[:, j] * now - b[:, j]
-    return y
-
-
-def _solve_backwards(s: Floats, b: Floats) -> Floats:
-    """Go round the other way, y_i = (y_(i+1) + b_i) / s_i."""
-    columns = range(s.shape[1] - 1, -1, -1)
-    end = np.zeros(len(s))
-    for j in columns:
-        end = (end + b[:, j]) / s[:, j]
-    y = np.empty_like(s)
-    now = end / (1 - 1 / s.prod(axis=1))
-    for j in columns:
-        now = (now + b[:, j]) / s[:, j]
-        y[:, j] = now
-    return y
 
 
 def _evaluate(f: Map1D, points: Floats, periods: NDArray[np.intp]) -> tuple[Floats, Labels, Floats]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.cyclic import inverse_bound, solve_cyclic
 from stickslip.analysis.orbits import PeriodicOrbit
 from stickslip.analysis.protocol import sample
 
@@ -24,6 +25,7 @@ __all__ = ["EPS", "Polished", "itinerary_of", "polish", "residual_is_rounding", 
 
 MAX_NEWTON: Final = 20
 EPS: Final = float(np.finfo(np.float64).eps)
+DENSE: Final = 16  # longest period whose equations are solved as a full matrix
 STALLED: Final = 1e-9  # of the map's values: smaller steps must go on shrinking
 STEEPEST: Final = 1e7  # slope beyond which rounding of a point is no excuse for a residual
 MANY: Final = 64.0  # roundings that may add up in a value of the map
@@ -200,7 +202,10 @@ def _newton_steps(slopes: Floats, residuals: Floats) -> Floats:
     usable = np.isfinite(slopes).all(axis=1) & np.isfinite(residuals).all(axis=1)
     usable &= np.abs(slopes.prod(axis=1) - 1) > EPS
     steps = np.zeros_like(slopes)
-    if usable.any():
+    if usable.any() and slopes.shape[1] > DENSE:
+        periods = np.full(int(usable.sum()), slopes.shape[1], dtype=np.intp)
+        steps[usable] = solve_cyclic(slopes[usable], residuals[usable], periods)
+    elif usable.any():
         system, right = _jacobian(slopes[usable]), residuals[usable][..., None]
         steps[usable] = np.linalg.solve(system, right)[..., 0]
     return steps
@@ -211,7 +216,6 @@ def _error_bound(points: Floats, slopes: Floats, residuals: Floats, value_scale:
     bound = np.full(points.shape, np.inf)
     usable = np.isfinite(slopes).all(axis=1) & (np.abs(slopes.prod(axis=1) - 1) > EPS)
     if usable.any():
-        inverse = np.abs(np.linalg.inv(_jacobian(slopes[usable])))
         off = np.abs(residuals[usable]) + ROUNDINGS * EPS * value_scale
-        bound[usable] = (inverse @ off[..., None])[..., 0]
+        bound[usable] = inverse_bound(slopes[usable], off)
     return bound
