@@ -32,7 +32,7 @@ __all__ = [
 Floats: TypeAlias = NDArray[np.float64]
 Equations: TypeAlias = Callable[[Floats], tuple[Floats, Floats, Any]]
 
-CLOSE_ENOUGH: Final = 1e-11  # scaled Newton step: the next would be its square
+CLOSE_ENOUGH: Final = 1e-13  # scaled Newton step: the next would be its square
 STALLED: Final = 1e-8  # scaled Newton steps this small that do not shrink are rounding
 CONTRACTS: Final = 0.5  # each Newton step at most this share of the one before
 FIRST_SHARE: Final = 0.5  # of the step along the curve: a longer correction mistrusts the guess
