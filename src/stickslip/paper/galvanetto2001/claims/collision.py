@@ -9,6 +9,7 @@ import numpy as np
 
 from stickslip import examples
 from stickslip.analysis.one_d.basins import Basins, basins
+from stickslip.analysis.one_d.outcomes import predicted_at_jump
 from stickslip.paper.claim import Claim, Finding
 from stickslip.paper.galvanetto2001 import printed
 from stickslip.paper.galvanetto2001.orbits import from_point_1, jump_of_s4
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.attractors import Attractor, AttractorList
+    from stickslip.analysis.outcome import LocalAttractor, Outcome
     from stickslip.paper.values import Value
 
 FIGURES: Final = (4, 6, 8, 10)
@@ -69,7 +71,8 @@ class Side:
 class Facts:
     """Both sides of the collision, the ends of the range of V, and attractors past it.
 
-    ``fixed_points`` holds (n, 2) arrays of fixed points and multipliers at the ends of the range.
+    ``fixed_points`` holds (n, 2) arrays of fixed points and multipliers at the ends of the range;
+    ``predicted`` what the shape of the map at the collision foretells.
     """
 
     before: Side
@@ -77,6 +80,7 @@ class Facts:
     start: Side
     fixed_points: tuple[NDArray[np.float64], NDArray[np.float64]]
     past: dict[float, AttractorList]
+    predicted: Outcome
     numbers: dict[str, Value]
 
 
@@ -90,6 +94,7 @@ def facts() -> Facts:
         start=_side(RANGE[0]),
         fixed_points=(_fixed_points(RANGE[0]), _fixed_points(RANGE[1])),
         past={V: attractors(examples.coulomb(V=V)) for V in SAMPLES},
+        predicted=_predicted(at),
         numbers=numbers,
     )
 
@@ -114,6 +119,12 @@ def _side(V: float) -> Side:
         stable[0].multiplier if stable else float("nan"),
         basins(f),
     )
+
+
+def _predicted(V: float) -> Outcome:
+    """Predict what follows when S4, left of the jump, rises on to it as V grows."""
+    f = event_map(examples.coulomb(V=V))
+    return predicted_at_jump(f, jump_of_s4(f), side=-1, direction=1, period=4)
 
 
 def _fixed_points(V: float) -> NDArray[np.float64]:
@@ -211,7 +222,7 @@ def _non_periodic(facts: Facts) -> Claim:
     lists = {**facts.past, facts.after.V: facts.after.basins.attractors}
     found = sorted((V, item) for V, items in lists.items() for item in items if item.period != 1)
     texts = [f"V = {V:.10g}: {_describe(item)}" for V, item in found]
-    families = all(item.period % 4 == 3 for _, item in found)
+    family = facts.predicted.after
     return Claim(
         "collision.non_periodic",
         6,
@@ -223,13 +234,27 @@ def _non_periodic(facts: Facts) -> Claim:
                 "; ".join(texts),
                 all(item.kind != "periodic" for _, item in found),
             ),
+            Finding(
+                "the shape of the map at the collision foretells something else than cycles",
+                f"it foretells {family}: {facts.predicted.text}",
+                family is None or "period" not in family.kind,
+            ),
         ),
-        note="All these periods are 4 k + 3: the orbit climbs for k rounds of four steps beside "
-        "the place where S4 was, crosses the jump, and is back after three more steps. k grows "
-        "without bound as V falls to the collision. A period of dozens of global stick phases "
-        "looks like none."
-        if families
-        else "",
+        note=_family(family, [item.period for _, item in found]),
+    )
+
+
+def _family(family: LocalAttractor | None, periods: list[int]) -> str:
+    """Explain the periods, if they are of the family foretold."""
+    if family is None or not family.base:
+        return ""
+    if any(period % family.base != family.offset % family.base for period in periods):
+        return ""
+    return (
+        f"The periods {', '.join(map(str, sorted(periods)))} are all {family.base} n + "
+        f"{family.offset}: the orbit climbs for n rounds beside the place where S4 was, crosses "
+        f"the jump, and is back after {family.offset} more steps. n grows without bound towards "
+        "the collision. A period of dozens of global stick phases looks like none."
     )
 
 
