@@ -26,7 +26,7 @@ BELOW_NOISE: Final = 0.25  # of the noise: a smaller value is as good as zero
 ABOVE_NOISE: Final = 1e3  # times the noise: values fit for a slope
 WIDEST: Final = 64.0  # times the step: how far from its guess a secant may go
 SPAN: Final = 1e-4  # of a bracket, or of a step: where a slope is taken if no value is fit
-JUMPED: Final = 1e-3  # of the values around: a zero that leaves more is a jump over zero
+NEARBY: Final = 64.0  # ulp: values closer to a zero than that are not fit for a slope
 
 
 @dataclass(frozen=True)
@@ -119,13 +119,12 @@ class Readings:
             Where a slope is taken if no other reading is fit for it.
         """
         reading = self.known[t]
-        slope, around = self._slope(t, span)
-        scale = abs(reading.value) + reading.noise
-        error = scale / abs(slope) if slope != 0 else math.inf
-        error = max(error, 2.0 * float(np.spacing(abs(t))))
-        # Where a value remains that rounding of t does not explain, the function jumps.
-        allowed = ABOVE_NOISE * (reading.noise + abs(slope) * float(np.spacing(abs(t))))
-        jumps = abs(reading.value) > max(allowed, JUMPED * around)
+        slope = self._slope(t, span)
+        ulp = float(np.spacing(abs(t)))
+        error = (abs(reading.value) + reading.noise) / abs(slope) if slope != 0 else math.inf
+        error = max(error, 2.0 * ulp)
+        # What remains of a value beyond rounding of t and of itself is half of a jump.
+        jumps = abs(reading.value) > ABOVE_NOISE * reading.noise + abs(slope) * NEARBY / 4 * ulp
         return Located(
             value=t,
             error=error,
@@ -137,25 +136,21 @@ class Readings:
             n_readings=len(self.known),
         )
 
-    def _slope(self, t: float, span: float) -> tuple[float, float]:
-        """Slope of the test function beside its zero, and the value that it was taken from."""
+    def _slope(self, t: float, span: float) -> float:
+        """Slope of the test function beside its zero; 0 if it cannot be told."""
         zero = self.known[t]
-        others = sorted((s for s in self.known if s != t), key=lambda s: abs(s - t))
-        enough = ABOVE_NOISE * zero.noise
-        fit = [s for s in others if abs(self.known[s].value - zero.value) > enough]
-        if not fit:
-            span = max(span, ABOVE_NOISE * float(np.spacing(abs(t))))  # t itself is no other point
-            for s in (t + span, t - span):
-                try:
-                    self(s)
-                except ConditionLost:
-                    continue
-                fit = [s]
-                break
-        if not fit:
-            return 0.0, 0.0
-        s = fit[0]
-        return (self.known[s].value - zero.value) / (s - t), abs(self.known[s].value)
+        enough, apart = ABOVE_NOISE * zero.noise, NEARBY * float(np.spacing(abs(t)))
+        fit = [
+            s
+            for s in sorted(self.known, key=lambda s: abs(s - t))
+            if abs(s - t) >= apart and abs(self.known[s].value - zero.value) > enough
+        ]
+        for s in [*fit, t + span, t - span]:
+            try:
+                return (self(s) - zero.value) / (s - t)
+            except ConditionLost:
+                continue
+        return 0.0
 
 
 def solve(condition: Condition, at: MapAt, low: float, high: float) -> Located:
