@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.window import WindowMap
     from stickslip.paper.values import Value
 
-FIGURES: Final = (11, 13, 16)
+FIGURES: Final = (11, 16)
 
 BIRTH: Final = "alpha of the cusps of f^2 on the diagonal"
 END: Final = "alpha of the cusp of f on the diagonal"
