@@ -30,6 +30,8 @@ stickslip diagram --model mine.toml --parameter alpha --range 1.208 1.21865 \\
     --window 0.379 0.390 --values 2000 --out fig.pdf --csv points.csv
 """
 
+TABLE = ("period", "from", "begins", "to", "ends", "first_points", "last_points", "stable_share")
+
 
 def command(
     *,
@@ -45,7 +47,8 @@ def command(
 
     At each value of the parameter: every periodic orbit, stable and unstable, up to the
     longest period; the attractors; the breakpoints of the map. Without --out and --csv it
-    prints which orbits exist where. The table in --csv and --json has a row for each point.
+    prints where each orbit exists, and what it begins and ends with. The table in --csv and
+    --json has a row for each point.
 
     Parameters
     ----------
@@ -92,7 +95,13 @@ def command(
     elif files:
         print("\n".join(map(str, files)))
     else:
-        print(diagram.table())
+        columns.show(_table(diagram))
+
+
+def _table(diagram: Diagram) -> dict[str, Any]:
+    """Lay out where each orbit exists, a row for each."""
+    rows = diagram.table()
+    return {name: [row[name] for row in rows] for name in TABLE}
 
 
 def _rows(diagram: Diagram) -> dict[str, Any]:

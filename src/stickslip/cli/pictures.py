@@ -20,12 +20,14 @@ def check_suffix(path: Path) -> None:
         raise UsageError(f"--out {path}: the name of a picture ends in one of {endings}")
 
 
-def draw(result: Any, paths: Iterable[Path]) -> None:
+def draw(result: Any, paths: Iterable[Path], **style_of_result: Any) -> None:
     """Draw a result by its own ``plot`` and write it to files, the format as each is named."""
     from stickslip.plot.style import new_figure, save, style
 
     with style():
         figure = new_figure("two", height=HEIGHT)
-        result.plot(figure.add_subplot())
+        axes = result.plot(figure.add_subplot(), **style_of_result)
+        if labels := axes.get_legend_handles_labels()[1]:
+            figure.legend(loc="outside upper right", ncols=len(labels))
         for path in paths:
             save(figure, path.with_suffix(""), (path.suffix.removeprefix("."),))

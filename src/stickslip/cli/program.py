@@ -9,10 +9,20 @@ import traceback
 from cyclopts import App, CycloptsError
 
 from stickslip import __version__
-from stickslip.cli import basins, diagram, doctor, map, orbits, reproduce, simulate, warmup
+from stickslip.cli import (
+    basins,
+    bifurcations,
+    diagram,
+    doctor,
+    map,
+    orbits,
+    reproduce,
+    simulate,
+    warmup,
+)
 from stickslip.cli.failure import BAD_USAGE, DONE, INTERRUPTED, exit_code_of
 
-COMMANDS = (map, orbits, basins, diagram, simulate, reproduce, doctor, warmup)
+COMMANDS = (map, orbits, basins, bifurcations, diagram, simulate, reproduce, doctor, warmup)
 
 
 def application() -> App:
