@@ -35,6 +35,7 @@ VALUE_FIT: Final = 1e-7  # of the range of values: a prediction this good passes
 SLOPE_FIT: Final = 1e-4  # of the slopes: likewise
 CURVE_FIT: Final = 1e-3  # of the slopes: change of slope that neighbours may disagree about
 SIGN_MARGIN: Final = 4.0  # errors of prediction that a slope must stay away from 0
+EPS: Final = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True)
@@ -278,9 +279,11 @@ class Mesh:
         off_slope = np.abs(middle.slope - hermite_slope(left, right, middle.x))
         typical = np.abs(left.slope) + np.abs(right.slope) + 0.1 * self.slope_scale
         close = (off_value <= VALUE_FIT * self.value_scale) & (off_slope <= SLOPE_FIT * typical)
-        return (
-            close & _sign_is_sure(left, middle, off_slope) & _sign_is_sure(middle, right, off_slope)
-        )
+        # Where the value does not change in any digit, turning points have no consequence.
+        rise = np.maximum(np.abs(left.slope), np.abs(right.slope)) * (right.x - left.x)
+        flat = rise <= EPS * self.value_scale
+        sure = _sign_is_sure(left, middle, off_slope) & _sign_is_sure(middle, right, off_slope)
+        return close & (flat | sure)
 
 
 def _wobble(k: Indices) -> Floats:
