@@ -231,8 +231,22 @@ class AttractorSearch:
         bands = grow(self.fast, self.laps, short_interval(self.fast, values[0]))
         if reason := self._why_no_trap(bands):
             return reason
+        if reason := self._known_inside(bands):
+            return reason
         motion = ChaoticMotion(self.fast, bands.intervals)
         return motion.reason or self._why_not_chaotic(bands, motion)
+
+    def _known_inside(self, bands: Bands) -> str:
+        """Tell what known attractor the bands hold, or are; empty if none."""
+        slack = STANDS_IN * domain_width(self.f)
+        for item in self.known:
+            cycle, theirs = item.cycle, item.attractor.bands
+            if cycle is not None and cycle.stable and np.any(bands.contain(cycle.points)):
+                return f"a stable cycle of period {cycle.period} hides in the bands"
+            if item.attractor.kind == "chaotic" and theirs.shape == bands.intervals.shape:
+                if np.all(np.abs(theirs - bands.intervals) <= slack):
+                    return "comes to its attractor late"
+        return ""
 
     def _why_no_trap(self, bands: Bands) -> str:
         if bands.reason:

@@ -26,6 +26,7 @@ REPEATS: Final = 10  # periods over which values and labels must recur
 MOVED: Final = 1e-3  # of the domain's width: Newton may not move a settled orbit further
 NEUTRAL: Final = 1e-5  # multipliers this close to the unit circle decide nothing
 SAME_POINT: Final = 1e-7  # of the domain's width: points of one orbit closer than this coincide
+SEARCHED: Final = 1 << 15  # points of orbits that are searched for hidden cycles
 NEWTON_STEPS: Final = 30
 ROUNDING: Final = 64 * np.finfo(np.float64).eps
 
@@ -242,7 +243,7 @@ def hidden_cycles(
     Parameters
     ----------
     values, slopes : ndarray (m, n)
-        Orbits and the slopes of the map along them.
+        Orbits and the slopes of the map along them; their ends are searched.
     max_period : int
         Periods that are searched.
     tries : int
@@ -251,6 +252,8 @@ def hidden_cycles(
     multiples_of : int
         Only such periods are possible: the number of bands that are visited in turn.
     """
+    last = max(SEARCHED // len(values), REPEATS)
+    values, slopes = values[:, -last:], slopes[:, -last:]
     with np.errstate(divide="ignore"):
         climb = np.cumsum(np.log(np.maximum(np.abs(slopes), 1e-300)), axis=1)
     width = domain_width(f)

@@ -51,13 +51,14 @@ CrisisKind: TypeAlias = Literal["boundary_crisis", "interior_crisis", "band_merg
 MapAt: TypeAlias = "Callable[[float], Map1D]"
 
 KINDS: Final[tuple[CrisisKind, ...]] = get_args(CrisisKind)
-BESIDE: Final = 1e-3  # of a grid interval: how far from an event its two sides are looked at
-NUDGES: Final = (1.0, 0.37, 2.3, 0.1)  # times that, where a window of periodicity is in the way
+BESIDE: Final = 2e-3  # of a grid interval: how far from an event its two sides are looked at
+NUDGES: Final = (1.0, 8.0, 0.1)  # times that, where windows or transients are in the way
 FINEST: Final = 1e-3  # of a grid interval: parts of it are halved down to this width
 UNLIKELY: Final = 16.0  # ... or this many times that, towards windows of long period
 JUMP: Final = 1.2  # growth of the bands' total length at an interior crisis, at least
 SUSPECT: Final = 1.5  # growth from one value to the next that asks for a closer look
 MEETINGS: Final = 12  # of edges with orbits beside them that are tried, the closest first
+LOOKS: Final = 64  # values between two of the grid at which attractors are found, about
 GLANCE: Final = 1e-4  # of an interval: step that tells where an edge and an orbit move
 OVERSHOOT: Final = 3.0  # intervals: meetings foretold further away are not tried
 STEP: Final = 0.2  # of the way to a meeting: how well it is foretold
@@ -240,12 +241,18 @@ class _Search:
     def __init__(self, at: MapAt, max_period: int) -> None:
         self.at, self.max_period = at, max_period
         self.events: list[CrisisEvent] = []
+        self.looks_left = 0
+
+    def _look(self, value: float) -> ParameterPoint:
+        self.looks_left -= 1
+        return parameter_point(self.at, value)
 
     def interval(
         self, left: ParameterPoint, right: ParameterPoint, breaks: list[float], finest: float
     ) -> None:
         """Search between two values of the grid, on either side of known bifurcations."""
         width = right.value - left.value
+        self.looks_left = LOOKS
         inside = [q for q in breaks if left.value < q < right.value]
         if not inside or not (left.chaotic or right.chaotic):
             self.explore(left, right, finest * width, BESIDE * width)
@@ -257,9 +264,9 @@ class _Search:
             if room <= 4 * np.spacing(abs(q)):
                 continue
             beside = BESIDE * room
-            stop = parameter_point(self.at, q - beside)
+            stop = self._look(q - beside)
             self.explore(start, stop, finest * width, beside)
-            start = parameter_point(self.at, q + beside)
+            start = self._look(q + beside)
         self.explore(start, right, finest * width, BESIDE * (right.value - start.value))
 
     def explore(
@@ -267,7 +274,7 @@ class _Search:
     ) -> None:
         """Explain what changes between two values, halving the interval where that fails."""
         changes = _changes(left, right)
-        if not changes or not right.value > left.value:
+        if not changes or not right.value > left.value or self.looks_left <= 0:
             return
         for change in changes:
             found = self._event(change, beside)
@@ -282,7 +289,7 @@ class _Search:
                 self.explore(left, below, finest, beside)
             return
         if right.value - left.value > finest * min(map(self._worth, changes)):
-            middle = parameter_point(self.at, 0.5 * (left.value + right.value))
+            middle = self._look(0.5 * (left.value + right.value))
             self.explore(left, middle, finest, 0.5 * beside)
             self.explore(middle, right, finest, 0.5 * beside)
 
@@ -311,16 +318,29 @@ class _Search:
             located = self._solved(zero, start, stop)
             if located is None or any(abs(located.value - r.value) <= r.error for r in refuted):
                 continue
-            for nudge in NUDGES:
-                below, above = self._sides(located, nudge * beside)
-                near, far = (below, above) if start.value < stop.value else (above, below)
-                kind = _kind(change.attractor, near, far)
-                if kind in KINDS:
-                    return _as_event(kind, located, below, above), below, above
-                if kind != "window":
-                    break
+            if (event := self._confirmed(located, change, beside)) is not None:
+                return event
             refuted.append(located)
         return None
+
+    def _confirmed(
+        self, located: Located, change: _Change, beside: float
+    ) -> tuple[CrisisEvent, ParameterPoint, ParameterPoint] | None:
+        """Look at the attractors on both sides, further away if something hides them."""
+        last = None
+        for nudge in NUDGES:
+            below, above = self._sides(located, nudge * beside)
+            upwards = change.start.value < change.stop.value
+            near, far = (below, above) if upwards else (above, below)
+            kind = _kind(change.attractor, near, far)
+            if kind in KINDS:
+                return _as_event(kind, located, below, above), below, above
+            if kind is None:
+                return None
+            if kind == "transient":
+                last = _as_event("boundary_crisis", located, below, above), below, above
+        # Transients beside a boundary crisis live long, but the attractor is gone.
+        return last
 
     def _ahead(self, change: _Change) -> list[_Ahead]:
         """Where edges will meet the orbits beside them if they go on as they start, in order."""
@@ -357,8 +377,8 @@ class _Search:
 
     def _sides(self, located: Located, beside: float) -> tuple[ParameterPoint, ParameterPoint]:
         beside = max(beside, 100 * located.error)
-        below = parameter_point(self.at, located.value - beside)
-        above = parameter_point(self.at, located.value + beside)
+        below = self._look(located.value - beside)
+        above = self._look(located.value + beside)
         return below, above
 
     def _conditions(self, attractor: Attractor, point: ParameterPoint) -> list[Connection]:
@@ -452,26 +472,31 @@ def _shared(one: Attractor, other: Attractor) -> float:
 
 def _kind(
     attractor: Attractor, near: ParameterPoint, far: ParameterPoint
-) -> CrisisKind | Literal["window"] | None:
+) -> CrisisKind | Literal["hidden", "transient"] | None:
     """Name what happens to an attractor between two close values.
 
-    None if nothing does, or something else happened before; ``window`` if chaos is hidden by a
-    stable cycle on either side.
+    None if nothing does, or something else happened before; ``hidden`` if a stable cycle hides
+    the chaos on either side, or more than one event happened; ``transient`` if orbits stay where
+    the attractor was for longer than they are followed.
     """
     here = _partner(attractor, near.attractors)
-    if here is None or here.kind == "undecided":
+    if here is None:
         return None
-    if here.kind == "periodic":
-        return "window"
+    if here.kind != "chaotic":
+        return "hidden"
     if here.period != attractor.period:
         return None
     there = _partner(here, far.attractors)
-    if there is None or there.kind == "undecided":
+    if there is None:
         return "boundary_crisis"
+    if there.kind == "undecided":
+        return "transient"
     if there.kind == "periodic":
-        return "window"
+        return "hidden"
     if _length(there) > JUMP * _length(here):
         return "interior_crisis"
+    if 2 * there.period < here.period:
+        return "hidden"
     if there.period < here.period or len(there.bands) < len(here.bands):
         return "band_merging"
     return None
@@ -491,6 +516,11 @@ def _as_event(
         located=located,
         points=reading.points,
         period=len(reading.points),
-        attractors_before=below.attractors.attractors,
-        attractors_after=above.attractors.attractors,
+        attractors_before=_decided(below.attractors),
+        attractors_after=_decided(above.attractors),
     )
+
+
+def _decided(found: Iterable[Attractor]) -> tuple[Attractor, ...]:
+    """Leave out the transients: what is undecided just beside a crisis."""
+    return tuple(a for a in found if a.kind != "undecided")
