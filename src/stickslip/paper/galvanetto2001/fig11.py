@@ -56,7 +56,7 @@ def compute() -> Data:
     model = examples.law9()
     values = np.linspace(*RANGE, VALUES)
     diagram = bifurcation_diagram(
-        model, "alpha", values, max_period=2, window=WINDOW, iterates=160, lists=LISTS
+        model, "alpha", values, max_period=2, window=WINDOW, iterates=128, lists=LISTS
     )
     return Data(model, diagram)
 
@@ -64,37 +64,39 @@ def compute() -> Data:
 def draw(data: Data, figure: Figure) -> None:
     """Draw the diagram; thick attracting and thin unstable periodic motions, as in the paper."""
     ax = figure.add_subplot()
-    draw_diagram(data.diagram, ax, breakpoints=False, dots=160)
+    draw_diagram(data.diagram, ax, breakpoints=False, dots=128)
     _names(ax, data)
 
 
 def _names(ax: Axes, data: Data) -> None:
+    """Write names beside the curves, at an alpha and by an offset in points."""
     orbits = data.orbits
-    _write(ax, data, "$P_1$", orbits["P1"], 0, 1.2088, (4, 5))
-    _write(ax, data, "$S_1$", orbits["S1"], 0, 1.2153, (-16, -10))
-    _write(ax, data, "$U_1$", orbits["U1"], 0, 1.2158, (6, -13))
+    places: list[tuple[str, OrbitCurve, int, float, tuple[int, int]]] = [
+        ("$P_1$", orbits["P1"], 0, 1.2088, (6, 11)),
+        ("$S_1$", orbits["S1"], 0, 1.2153, (-20, -6)),
+        ("$U_1$", orbits["U1"], 0, 1.2176, (2, 22)),
+    ]
     for name, alpha, offsets in (
-        ("A", 1.2095, ((-4, 6), (2, -13))),
-        ("B", 1.2140, ((0, 5), (0, 5))),
+        ("A", 1.2096, ((-10, 7), (-10, -12))),
+        ("B", 1.2135, ((6, -21), (6, 19))),
     ):
-        first = np.argsort(orbits[name].ends[0].points)  # A1 and B1 beside the cusp of f
-        for number, (column, offset) in enumerate(zip(first, offsets, strict=True), start=1):
-            _write(ax, data, f"${name}_{number}$", orbits[name], int(column), alpha, offset)
-
-
-def _write(
-    ax: Axes,
-    data: Data,
-    text: str,
-    orbit: OrbitCurve,
-    column: int,
-    alpha: float,
-    offset: tuple[int, int],
-) -> None:
-    """Write a name beside a curve."""
-    k = int(np.searchsorted(data.diagram.values, alpha))
-    where = (data.diagram.values[k], orbit.points[k, column])
-    ax.annotate(text, where, offset, textcoords="offset points", zorder=7)
+        columns = np.argsort(orbits[name].ends[0].points)  # A1 and B1 lie beside the cusp of f
+        for number, (column, offset) in enumerate(zip(columns, offsets, strict=True), start=1):
+            text = f"${name}_{number}$"
+            places.append((text, orbits[name], int(column), alpha, offset))
+    for text, orbit, column, alpha, offset in places:
+        k = int(np.searchsorted(data.diagram.values, alpha))
+        ax.annotate(
+            text,
+            (data.diagram.values[k], orbit.points[k, column]),
+            offset,
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            bbox={"fc": "white", "ec": "none", "pad": 0.6, "alpha": 0.85},
+            arrowprops={"arrowstyle": "-", "lw": 0.4, "shrinkA": 1.0, "shrinkB": 0.0},
+            zorder=7,
+        )
 
 
 def caption(data: Data) -> str:
