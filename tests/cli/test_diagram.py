@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from stickslip.analysis.diagram import AttractorTable, BreakLine, CurveEnd, Diagram, OrbitCurve
+from stickslip.analysis.diagram import AttractorTable, BreakLine, Diagram, OrbitCurve
+from stickslip.analysis.one_d.strands import StrandEnd
 from stickslip.cli.diagram import _rows
 
 NAN = np.nan
@@ -10,7 +11,7 @@ NAN = np.nan
 
 def by_hand():
     """One orbit of period 2 that ends, two attractors at the first value, a jump."""
-    end = CurveEnd(0.0, np.zeros(2), "end of range")
+    end = StrandEnd(0.0, np.zeros(2), "end of range")
     points = np.array([[0.1, 0.2], [0.3, 0.4], [NAN, NAN]])
     orbit = OrbitCurve(2, points, np.array([0.5, -1.5, NAN]), (end, end))
     attractors = AttractorTable(
@@ -22,7 +23,7 @@ def by_hand():
     )
     jump = BreakLine("jump", np.array([NAN, 0.0, 0.5]))
     values = np.array([1.0, 1.5, 2.0])
-    return Diagram("V", values, 2, None, (orbit,), attractors, (jump,))
+    return Diagram("V", values, 2, None, {}, (orbit,), attractors, (jump,))
 
 
 def test_every_point_has_a_row_and_nothing_else_does():

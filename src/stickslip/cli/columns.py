@@ -83,8 +83,8 @@ def _flat(cell: Any, text: Callable[[float], str]) -> Any:
 
 
 def _exact(number: float) -> str:
-    """Write every digit; a NumPy float as Python's."""
-    return repr(float(number) if isinstance(number, float) else number)
+    """Write every digit, of a NumPy float as of Python's."""
+    return repr(float(number))
 
 
 def _short(number: float) -> str:

@@ -12,7 +12,7 @@ from stickslip.cli import columns, pictures
 from stickslip.cli.failure import UsageError
 from stickslip.cli.files import new_files
 from stickslip.cli.options import OUTPUT, Flag, OutputOptions, SweepOptions, Whole
-from stickslip.cli.progress import shares
+from stickslip.cli.progress import note, shares
 from stickslip.cli.table import SystemOptions
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ stickslip diagram --model mine.toml --parameter alpha --range 1.208 1.21865 \\
     --window 0.379 0.390 --values 2000 --out fig.pdf --csv points.csv
 """
 
+MOST_NOTES = 20
 TABLE = ("period", "from", "begins", "to", "ends", "first_points", "last_points", "stable_share")
 
 
@@ -89,6 +90,8 @@ def command(
         if csv is not None:
             with temporary[csv].open("w", encoding="utf-8", newline="") as stream:
                 columns.write_csv(stream, _rows(diagram))
+    for text in diagram.unresolved[:MOST_NOTES]:
+        note(f"unresolved: {text}", quiet=output.quiet)
     asked = system.described(f.model) | sweep.asked() | {"values": values}
     if output.json:
         print(columns.document("diagram", asked, _rows(diagram)), end="")
@@ -129,15 +132,14 @@ def _orbits(diagram: Diagram) -> Iterator[dict[str, Any]]:
     import numpy as np
 
     for number, orbit in enumerate(diagram.orbits, start=1):
-        multiplier = orbit.multipliers[:, np.newaxis]
         yield _part(
             orbit.points,
             value=diagram.values[:, np.newaxis],
             what="orbit",
             number=number,
-            kind=np.where(np.abs(multiplier) < 1.0, "stable", "unstable"),
+            kind=np.where(orbit.stable, "stable", "unstable")[:, np.newaxis],
             period=orbit.period,
-            multiplier=multiplier,
+            multiplier=orbit.multipliers[:, np.newaxis],
         )
 
 
