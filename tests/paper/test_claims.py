@@ -6,12 +6,14 @@ of any quantity turns round decides nothing.
 
 import dataclasses
 import functools
+import json
 
 import numpy as np
 import pytest
 
 from stickslip.paper.claim import VERDICTS, Claim, Finding
 from stickslip.paper.galvanetto2001 import claims, printed
+from stickslip.paper.report import Report
 from stickslip.paper.values import Value
 
 pytestmark = pytest.mark.paper
@@ -94,6 +96,16 @@ def test_every_claim_has_a_verdict_and_evidence(everything):
             assert claim.undecided
         for value in claim.values:
             assert 0.0 < value.error < 1e-8
+
+
+def test_all_of_them_can_be_written(everything):
+    report = Report(tuple(everything.values()), printed.compute())
+    document = json.loads(report.as_json())
+    assert len(document["claims"]) == len(everything)
+    assert document["verdicts"]["does not hold"] == 2
+    for claim in everything.values():
+        assert claim.statement in report.text()
+        assert f"**{claim.statement}**" in report.as_markdown()
 
 
 def test_known_departures_are_found_and_nothing_else_fails(everything):

@@ -40,6 +40,10 @@ class Finding:
     passed: bool
     essential: bool = True
 
+    def __post_init__(self) -> None:
+        """Make a comparison of array elements a bool of Python's own."""
+        object.__setattr__(self, "passed", bool(self.passed))
+
 
 @dataclass(frozen=True)
 class Claim:
