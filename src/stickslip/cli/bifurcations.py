@@ -14,7 +14,7 @@ from stickslip.cli import columns, pictures
 from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
 from stickslip.cli.files import new_folder
 from stickslip.cli.options import OUTPUT, Flag, OutputOptions, SweepOptions
-from stickslip.cli.progress import note, shares
+from stickslip.cli.progress import notes, shares
 from stickslip.cli.table import SystemOptions
 
 if TYPE_CHECKING:
@@ -60,7 +60,6 @@ CSV: Final = (
     "quality",
     "note",
 )
-MOST_NOTES: Final = 20
 
 
 def command(
@@ -172,8 +171,6 @@ def _draw(paths: list[Path], found: BifurcationList, f: EventMap, *, quiet: bool
 
 def _ending(found: BifurcationList, *, quiet: bool) -> int:
     """Tell what stayed open beside a table that cannot; fail if nothing was explained."""
-    for item in found.unresolved[:MOST_NOTES]:
-        note(f"unresolved: {item}", quiet=quiet)
-    if len(found.unresolved) > MOST_NOTES:
-        note(f"{len(found.unresolved) - MOST_NOTES} more unresolved changes", quiet=quiet)
+    texts = [f"unresolved: {item}" for item in found.unresolved]
+    notes(texts, "unresolved changes", quiet=quiet)
     return COMPUTATION_FAILED if found.unresolved and not len(found) else DONE

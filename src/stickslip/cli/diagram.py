@@ -12,7 +12,7 @@ from stickslip.cli import columns, pictures
 from stickslip.cli.failure import UsageError
 from stickslip.cli.files import new_files
 from stickslip.cli.options import OUTPUT, Flag, OutputOptions, SweepOptions, Whole
-from stickslip.cli.progress import note, shares
+from stickslip.cli.progress import notes, shares
 from stickslip.cli.table import SystemOptions
 
 if TYPE_CHECKING:
@@ -30,7 +30,6 @@ stickslip diagram --model mine.toml --parameter alpha --range 1.208 1.21865 \\
     --window 0.379 0.390 --values 2000 --out fig.pdf --csv points.csv
 """
 
-MOST_NOTES = 20
 TABLE = ("period", "from", "begins", "to", "ends", "first_points", "last_points", "stable_share")
 
 
@@ -90,8 +89,7 @@ def command(
         if csv is not None:
             with temporary[csv].open("w", encoding="utf-8", newline="") as stream:
                 columns.write_csv(stream, _rows(diagram))
-    for text in diagram.unresolved[:MOST_NOTES]:
-        note(f"unresolved: {text}", quiet=output.quiet)
+    notes(diagram.unresolved, "places that could not be settled", quiet=output.quiet)
     asked = system.described(f.model) | sweep.asked() | {"values": values}
     if output.json:
         print(columns.document("diagram", asked, _rows(diagram)), end="")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
 from stickslip.cli.options import Flag, Whole
-from stickslip.cli.progress import note
+from stickslip.cli.progress import notes
 from stickslip.cli.table import TableOptions
 
 if TYPE_CHECKING:
@@ -17,8 +17,6 @@ stickslip orbits --preset coulomb --max-period 4
 stickslip orbits --preset coulomb --period 4 --infinitely-unstable --json
 stickslip orbits --preset law9 --alpha 1.211 --max-period 6 --out orbits.csv
 """
-
-MOST_NOTES = 20
 
 
 def command(
@@ -98,8 +96,5 @@ def _ending(found: OrbitList, *, quiet: bool) -> int:
         for item in near
     ]
     reasons += [str(item) for item in found.unresolved]
-    for reason in reasons[:MOST_NOTES]:
-        note(reason, quiet=quiet)
-    if len(reasons) > MOST_NOTES:
-        note(f"{len(reasons) - MOST_NOTES} more undecided places", quiet=quiet)
+    notes(reasons, "undecided places", quiet=quiet)
     return DONE if found.complete >= found.max_period else COMPUTATION_FAILED

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TypeVar
 
 Item = TypeVar("Item")
+
+MOST_NOTES = 20
 
 
 def tracked(items: Iterable[Item], total: int, what: str, *, quiet: bool) -> Iterator[Item]:
@@ -43,3 +45,11 @@ def note(text: str, *, quiet: bool) -> None:
     """Say something beside the result."""
     if not quiet:
         print(f"stickslip: {text}", file=sys.stderr)
+
+
+def notes(texts: Sequence[str], what: str, *, quiet: bool) -> None:
+    """Say several things beside the result; of many the first ones, and how many more there are."""
+    for text in texts[:MOST_NOTES]:
+        note(text, quiet=quiet)
+    if len(texts) > MOST_NOTES:
+        note(f"{len(texts) - MOST_NOTES} more {what}", quiet=quiet)
