@@ -101,7 +101,7 @@ class Event:
     @property
     def value(self) -> float:
         """Of the parameter."""
-        return self.located.value
+        return float(self.located.value)
 
     @property
     def period(self) -> int:

@@ -173,8 +173,8 @@ def explained(
     return Bifurcation(
         kind=event.kind,
         parameter=family.name,
-        value=found.value,
-        error=found.error,
+        value=event.value,
+        error=float(found.error),
         period=event.period,
         points=event.points,
         criticality=criticality,
@@ -185,8 +185,8 @@ def explained(
         outcome=outcome,
         predicted_outcome=predicted,
         quality=found.quality,
-        interval=found.interval,
-        residual=found.residual,
+        interval=(float(found.interval[0]), float(found.interval[1])),
+        residual=float(found.residual),
         condition=reading.condition,
         multipliers=reading.multipliers,
     )

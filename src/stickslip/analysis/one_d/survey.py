@@ -19,6 +19,7 @@ import numpy as np
 
 from stickslip.analysis.bifurcation import UnresolvedChange
 from stickslip.analysis.one_d.events import Event, flips_on, located, suspects_at_end
+from stickslip.analysis.one_d.hidden import Sighting, hidden_values, sightings
 from stickslip.analysis.one_d.nodes import Family, Node, Words
 from stickslip.analysis.one_d.tracking import Piece, Way, follow, join
 from stickslip.analysis.protocol import domain_width
@@ -32,6 +33,7 @@ BESIDE: Final = 1e-5  # of the range: how far from an event the lists beside it 
 CLEAR: Final = 0.2  # share of the way to the next event that these may take up
 FOUND: Final = 1e-7  # of the domain's width: an orbit that arrives is looked up in the list
 NARROWEST: Final = 1e-4  # of the range: an unexplained change is not narrowed down further
+SECOND_LOOKS: Final = 2  # rounds of lists added where a pair of events may hide
 MAX_NODES: Final = 1000
 JITTER: Final = 0.11  # of a spacing: values of a grid keep away from round numbers
 GOLDEN: Final = 0.6180339887498949
@@ -131,11 +133,26 @@ class Survey:
     def run(self, n_values: int) -> None:
         """Make the lists at the values of a grid, and explain all changes between them."""
         self.grid_nodes = [self._node(q) for q in grid(self.lo, self.hi, n_values)]
+        self._look_for_hidden()
         for left, right in pairwise(self.grid_nodes):
             self._explain(left, right)
             if self.progress is not None:
                 self.progress((right.q - self.lo) / self.scale)
         self.spans.sort(key=lambda span: span.left.q)
+
+    def _look_for_hidden(self) -> None:
+        """Add lists where a pair of events may hide between two of the grid."""
+        seen: dict[float, list[Sighting]] = {}
+        for _ in range(SECOND_LOOKS):
+            for node in self.grid_nodes:
+                if node.q not in seen:
+                    seen[node.q] = sightings(node, self.max_period, self.words)
+            values = [node.q for node in self.grid_nodes]
+            fresh = hidden_values(values, [seen[q] for q in values], self.width)
+            if not fresh:
+                return
+            self.grid_nodes += [self._node(q) for q in fresh]
+            self.grid_nodes.sort(key=lambda node: node.q)
 
     def _node(self, q: float, beside: float = math.inf) -> Node:
         node = Node.make(self.family, q, self.max_period, beside)
