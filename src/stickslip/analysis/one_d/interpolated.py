@@ -49,9 +49,10 @@ __all__ = ["FIT", "InterpolatedMap", "interpolated_map"]
 
 FIT: Final = 1e-9  # of the range of values: cells are halved until their polynomials err less
 HALVES: Final = 4.0  # factor by which halving a cell reduces its error at least (16 if smooth)
+SAFETY: Final = 4.0  # by which errors predicted from neighbouring nodes are taken larger
 MAX_ROUNDS: Final = 16  # of halving
 MAX_CELLS: Final = 20_000
-NARROW: Final = 8.0  # resolutions: cells narrower than this are left as they are
+NARROW: Final = 0.25  # resolutions: cells narrower than this are left as they are
 PROBES: Final = 64  # random points at which the finished map is compared with the true one
 GUIDE: Final = 4  # guide points per cell
 BETTER: Final = 0.25  # a polynomial in a square root must err by less than this share
@@ -231,12 +232,18 @@ class _Construction:
         x = 0.5 * (cells.x0 + cells.x1)
         got = sample(self.f, x)
         self.n_evaluations += len(k)
-        kind, off = self._better_kind(k, cells, x, got.value)
+        kind, off, plain = self._better_kind(k, cells, x, got.value)
         hidden = (got.status != OK) | (got.label != self.label[k])
         left = replace(cells, x1=x, v1=got.value, s1=got.derivative)
         right = replace(cells, x0=x, v0=got.value, s0=got.derivative)
         # A branch that the table missed is nothing that halving could mend.
-        error = np.where(np.isfinite(off), off / HALVES, np.inf)
+        # The half away from a root gets a cubic again.
+        at_left = np.where(kind == SQUARE_ROOT_LEFT, kind, 0)
+        at_right = np.where(kind == SQUARE_ROOT_RIGHT, kind, 0)
+        error = np.concatenate(
+            [np.where(half == kind, off, plain)[~hidden] / HALVES for half in (at_left, at_right)]
+        )
+        error = np.where(np.isfinite(error), error, np.inf)
         self.error[k[hidden]] = np.inf
         keep = np.ones(len(self.kind), dtype=np.bool_)
         keep[k] = hidden
@@ -245,28 +252,30 @@ class _Construction:
         joined = Cells(
             *(np.concatenate([getattr(p, n) for p in parts]) for n in cells.__dataclass_fields__)
         )
-        at_left = np.where(kind == SQUARE_ROOT_LEFT, kind, 0)
-        at_right = np.where(kind == SQUARE_ROOT_RIGHT, kind, 0)
         order = np.argsort(joined.x0, kind="stable")
         self.cells = joined.take(order)
         self.kind = np.concatenate([self.kind[keep], at_left[cut], at_right[cut]])[order]
-        self.error = np.concatenate([self.error[keep], error[cut], error[cut]])[order]
+        self.error = np.concatenate([self.error[keep], error])[order]
         self.label = np.concatenate([self.label[keep], self.label[k][cut], self.label[k][cut]])[
             order
         ]
 
     def _better_kind(
         self, k: NDArray[np.intp], cells: Cells, x: Floats, value: Floats
-    ) -> tuple[Integers, Floats]:
-        """Which polynomials predict the middles best, and how badly; cubics if in doubt."""
+    ) -> tuple[Integers, Floats, Floats]:
+        """Choose the polynomials that predict the middles best, cubics if in doubt.
+
+        Returns kinds, errors in the middle, and those of cubics.
+        """
         best = self.kind[k].copy()
         off = np.abs(_values(cells, best, x) - value)
+        plain = np.abs(_cubic(cells, x) - value)
         for kind in (SQUARE_ROOT_LEFT, SQUARE_ROOT_RIGHT):
             trial = np.where(best == 0, kind, best)
             other = np.abs(_values(cells, trial, x) - value)
             better = (other < BETTER * off) & (off > self.allowed)
             best, off = np.where(better, trial, best), np.where(better, other, off)
-        return best, off
+        return best, off, plain
 
     def result(self) -> InterpolatedMap:
         polynomials = _polynomials(self.cells, self.kind)
@@ -327,10 +336,10 @@ def _predicted_errors(cells: Cells, lap: NDArray[np.intp]) -> Floats:
         bend = off / ((middle - both.x0) ** 2 * (both.x1 - middle) ** 2)  # f'''' / 24
     inner = (lap[1:] == lap[:-1]) & np.isfinite(bend)
     bend = np.where(inner, bend, np.nan)
-    own = np.fmax(np.append(bend, np.nan), np.insert(bend, 0, np.nan))
+    own = np.maximum(np.append(bend, np.nan), np.insert(bend, 0, np.nan))
     at_end = np.ones(len(lap), dtype=np.bool_)
     at_end[1:-1] = (lap[2:] != lap[1:-1]) | (lap[:-2] != lap[1:-1])
-    error = own * (cells.x1 - cells.x0) ** 4 / 16
+    error = SAFETY * own * (cells.x1 - cells.x0) ** 4 / 16
     return np.where(at_end | ~np.isfinite(error), np.inf, error)
 
 
