@@ -144,13 +144,17 @@ class Border:
         """Whether the labels tell the two sides apart."""
         return self.left_label != self.right_label
 
-    def at(self, f: Map1D) -> BorderReading:
+    def at(self, f: Map1D, *, heirs: bool = True) -> BorderReading:
         """Find the break in a map with other parameter values.
 
         Parameters
         ----------
         f : Map1D
             Also a window of a map; the break is then looked for in the whole map.
+        heirs : bool
+            Whether a break that shares a branch with it may take its place, where its two
+            branches no longer meet; that is looked up in the table of a small window, which
+            may take long. Without labels it is always done so.
 
         Returns
         -------
@@ -164,7 +168,11 @@ class Border:
             It is not there.
         """
         whole: Map1D = getattr(f, "whole", f)
-        reading = (_by_labels(whole, self) if self.labelled else None) or _by_table(whole, self)
+        reading = _by_labels(whole, self) if self.labelled else None
+        if reading is None:
+            if self.labelled and not heirs:
+                raise ConditionLost(f"the {self.kind} at {self.x:.12g} is gone")
+            reading = _by_table(whole, self)
         lo, hi = f.domain
         if not lo <= reading.x <= hi:
             raise ConditionLost(f"the {self.kind} at {reading.x:.12g} has left the window")

@@ -63,7 +63,7 @@ class BorderWall:
 
     def reading(self, f: Map1D) -> tuple[float, float, float]:
         """Find the break in a map; `ConditionLost` if it is gone."""
-        found = self.border.at(f)
+        found = self.border.at(f, heirs=False)
         assert isinstance(found.critical, Border)
         self.border = found.critical
         return found.x, found.value(self.side), found.slope(self.side)

@@ -102,7 +102,7 @@ def _between(
     x, own, other = change
     left, right = (own, other) if side < 0 else (other, own)
     try:
-        reading = Border(left, right, x, "jump").at(f)
+        reading = Border(left, right, x, "jump").at(f, heirs=False)
     except ConditionLost:
         return None
     assert isinstance(reading.critical, Border)
