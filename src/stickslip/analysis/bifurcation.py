@@ -235,12 +235,18 @@ class Cascade:
         """Parameter values of the flips."""
         return tuple(flip.value for flip in self.flips)
 
+    @property
+    def where(self) -> str:
+        """Say where the flips accumulate, as far as that is known."""
+        if math.isnan(self.accumulation):
+            return "too few inside the range to tell where they accumulate"
+        return f"accumulation at {self.accumulation:.13g} ± {self.error:.1g}"
+
     def __repr__(self) -> str:
-        """Flips with their ratios, then the accumulation."""
+        """Accumulation, then the flips with their ratios."""
         name = self.flips[0].parameter
         lines = [
-            f"Cascade: {len(self.flips)} flips, accumulation at {name} = "
-            f"{self.accumulation:.13g} ± {self.error:.1g}",
+            f"Cascade: {len(self.flips)} flips along {name}, {self.where}",
             "  period  value                ratio",
         ]
         # The ratio stands beside the flip that ends its second gap.
@@ -339,7 +345,7 @@ class BifurcationList(Sequence[Bifurcation]):
         for cascade in self.cascades:
             lines.append(
                 f"  cascade of {len(cascade.flips)} flips from {cascade.flips[0].value:.10g}, "
-                f"accumulation at {cascade.accumulation:.13g} ± {cascade.error:.1g}"
+                f"{cascade.where}"
             )
         lines += [f"  unresolved: {item}" for item in self.unresolved]
         return "\n".join(lines)
