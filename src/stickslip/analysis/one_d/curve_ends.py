@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 __all__ = ["closest_to_end", "end_event"]
 
 CLOSE: Final = 1e-9  # scaled: how far the end of a curve is closed in on
+ASIDE: Final = 1e-2  # of such a step: how far the curve may be from its tangent
 NEAR: Final = 1e-3  # of the domain: the orbit moves less than that on the way
 LOOK_AHEAD: Final = tuple(CLOSE * 4.0**k for k in range(10))  # scaled lengths, beyond the end
 LOOK_BACK: Final = (-4e-6, -8e-6, -12e-6)  # where distances are extrapolated from, before it
@@ -79,15 +80,18 @@ def _moved(equations: Equations, last: CurvePoint, length: float) -> CurvePoint:
     q, s = equations.parameters(last.y + length * equations.scale * last.tangent)
     # Orthogonal to the curve in the scaled plane.
     normal = np.array([along_s * scale_q, -along_q * scale_s]) / math.hypot(along_q, along_s)
+    near = NEAR * domain_width(plane.system)
     first = last.note.condition.at(plane.map_at(q, s))
-    if not _same(last.note, first, NEAR * domain_width(plane.system)):
+    if not _same(last.note, first, near):
         raise ConditionLost("another orbit")
     found = solve_near(
         first.condition,
         lambda t: plane.map_at(q + t * normal[0], s + t * normal[1]),
         0.0,
-        step=abs(length),
+        step=ASIDE * abs(length),
     )
+    if found.quality != "located" or not _same(last.note, found.reading, near):
+        raise ConditionLost("another orbit")
     where = (q + found.value * normal[0], s + found.value * normal[1])
     return replace(last, y=equations.unknowns(found.reading, *where), note=found.reading)
 

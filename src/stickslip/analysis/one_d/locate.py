@@ -123,18 +123,33 @@ class Readings:
         ulp = float(np.spacing(abs(t)))
         error = (abs(reading.value) + reading.noise) / abs(slope) if slope != 0 else math.inf
         error = max(error, 2.0 * ulp)
-        # What remains of a value beyond rounding of t and of itself is half of a jump.
-        jumps = abs(reading.value) > ABOVE_NOISE * reading.noise + abs(slope) * NEARBY / 4 * ulp
         return Located(
             value=t,
             error=error,
             residual=reading.value,
             interval=(t - error, t + error),
-            quality="failed" if jumps else "located",
+            quality="failed" if self._jumps_at(t) else "located",
             slope=slope,
             reading=reading,
             n_readings=len(self.known),
         )
+
+    def _jumps_at(self, t: float) -> bool:
+        """Tell whether the sign changes by a jump: much steeper there than on the zero's side."""
+        zero = self.known[t]
+        across = [s for s in self.known if self.known[s].value * zero.value < 0]
+        if not across:
+            return False
+        s = min(across, key=lambda s: abs(s - t))
+        rise = abs(self.known[s].value - zero.value)
+        if rise <= ABOVE_NOISE * zero.noise:
+            return False
+        beside = t + NEARBY * (t - s)
+        try:
+            slope = abs(self(beside) - zero.value) / abs(beside - t)
+        except ConditionLost:
+            return False
+        return rise > ABOVE_NOISE * (zero.noise + slope * abs(s - t))
 
     def _slope(self, t: float, span: float) -> float:
         """Slope of the test function beside its zero; 0 if it cannot be told."""

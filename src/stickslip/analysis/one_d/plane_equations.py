@@ -24,8 +24,10 @@ DIFFERENCE: Final = 1e-5  # of a parameter's scale: first derivatives of a test 
 FOLD_DIFFERENCE: Final = 1e-6  # of a parameter's scale: derivatives of values and slopes
 REMEMBERED: Final = 1e-7  # scaled: a shorter step tells nothing about the slopes
 UNBELIEVABLE: Final = 1.0  # relative change of a gradient from one reading to the next
-STEEP: Final = 1e-3  # of a parameter: smallest scale of the one solved for
-STEEPEST: Final = 10.0  # ... and largest
+SMALLEST: Final = 0.25  # of the parameter solved for: its smallest scale
+FLAT: Final = 1e-3  # ... and of the range of the other one, likewise, where it is about 0
+LARGEST: Final = 10.0  # of either: its largest scale
+MOVES: Final = 1e-3  # of the domain: smallest scale of an orbit's point
 BEND: Final = 1e-5  # of the domain: second derivatives of the map are taken over
 
 
@@ -78,13 +80,12 @@ class PlaneEquations:
         width : float
             Of the range of ``along``.
         """
-        step_q = DIFFERENCE * max(abs(q), STEEP)
+        step_q = DIFFERENCE * max(abs(q), FLAT * width)
         step_s = DIFFERENCE * width
         by_q = _difference(plane, start.condition, (q, s), (step_q, 0.0))
         by_s = _difference(plane, start.condition, (q, s), (0.0, step_s))
-        size = max(abs(q), STEEP)
         steep = width * abs(by_s / by_q) if by_q != 0 else math.inf
-        scale = np.array([min(max(steep, STEEP * size), STEEPEST * size), width])
+        scale = np.array([_scale_between(steep, q, width), width])
         here = np.array([q, s])
         return cls(plane, [(here, start.condition)], scale, np.array([by_q, by_s]))
 
@@ -134,6 +135,12 @@ class PlaneEquations:
         self.last = (y.copy(), value)
 
 
+def _scale_between(steep: float, q: float, width: float) -> float:
+    """Bound the scale of the parameter solved for, known from the slope of the curve's start."""
+    smallest = max(SMALLEST * abs(q), FLAT * width)
+    return min(max(steep, smallest), LARGEST * max(abs(q), width))
+
+
 def _difference(
     plane: Plane, condition: Condition, at: tuple[float, float], step: tuple[float, float]
 ) -> float:
@@ -166,13 +173,15 @@ class FoldEquations:
     def at(cls, plane: Plane, start: Reading, q: float, s: float, width: float) -> FoldEquations:
         """Set the scales; parameters as for `PlaneEquations.at`."""
         assert isinstance(start.condition, Fold)
-        rough = np.array([domain_width(plane.system), max(abs(q), STEEP), width])
+        domain = domain_width(plane.system)
+        rough = np.array([domain, max(abs(q), FLAT * width), width])
         equations = cls(plane, start.condition.period, rough)
         jacobian = equations(np.array([start.points[0], q, s]))[1]
         # How far x and solve_for move while along crosses its range.
         along = np.linalg.lstsq(jacobian[:, :2], -jacobian[:, 2], rcond=None)[0]
-        moves = np.abs(along) * width
-        equations.scale[:2] = np.clip(moves, STEEP * rough[:2], STEEPEST * rough[:2])
+        moves, steep = (np.abs(along) * width).tolist()
+        equations.scale[0] = min(max(moves, MOVES * domain), domain)
+        equations.scale[1] = _scale_between(steep, q, width)
         return equations
 
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Reading]:
