@@ -318,21 +318,22 @@ class _Search:
             located = self._solved(zero, start, stop)
             if located is None or any(abs(located.value - r.value) <= r.error for r in refuted):
                 continue
-            if (event := self._confirmed(located, change, beside)) is not None:
+            upwards = start.value < stop.value
+            event = self._confirmed(located, change.attractor, upwards, beside)
+            if event is not None:
                 return event
             refuted.append(located)
         return None
 
     def _confirmed(
-        self, located: Located, change: _Change, beside: float
+        self, located: Located, attractor: Attractor, upwards: bool, beside: float
     ) -> tuple[CrisisEvent, ParameterPoint, ParameterPoint] | None:
         """Look at the attractors on both sides, further away if something hides them."""
         last = None
         for nudge in NUDGES:
             below, above = self._sides(located, nudge * beside)
-            upwards = change.start.value < change.stop.value
             near, far = (below, above) if upwards else (above, below)
-            kind = _kind(change.attractor, near, far)
+            kind = _kind(attractor, near, far)
             if kind in KINDS:
                 return _as_event(kind, located, below, above), below, above
             if kind is None:
@@ -394,33 +395,29 @@ class _Search:
         ]
 
     def at_end(self, point: ParameterPoint, width: float) -> None:
-        """Look for an event exactly at the first or last value."""
-        touching = TOUCHING * domain_width(point.f)
+        """Look for an event exactly at the first or last value; outwards is where width points."""
         for attractor in point.chaotic:
             for condition in self._conditions(attractor, point):
-                found = self._just_here(condition, point, touching, width)
-                if found is not None and not self._known(found):
-                    self.events.append(found)
+                event = self._just_here(condition, attractor, point, width)
+                if event is not None and not self._known(event):
+                    self.events.append(event)
                     return
 
     def _just_here(
-        self, condition: Connection, point: ParameterPoint, touching: float, width: float
+        self, condition: Connection, attractor: Attractor, point: ParameterPoint, width: float
     ) -> CrisisEvent | None:
         """Return the event of a condition that holds at a value, if that is one."""
         try:
-            if abs(condition.at(point.f).value) > touching:
+            if abs(condition.at(point.f).value) > TOUCHING * domain_width(point.f):
                 return None
-            reach = BESIDE * abs(width)
-            located = solve_near(condition, self.at, point.value, step=reach)
+            beside = BESIDE * abs(width)
+            located = solve_near(condition, self.at, point.value, step=beside)
             if abs(located.value - point.value) > located.error:
                 return None
-            below, above = self._sides(located, reach)
+            event = self._confirmed(located, attractor, width > 0, beside)
         except (ConditionLost, ValueError):
             return None  # the family may end here, too
-        near, far = (below, above) if width > 0 else (above, below)
-        here = max(near.chaotic, key=_length, default=None)
-        kind = None if here is None else _kind(here, near, far)
-        return _as_event(kind, located, below, above) if kind in KINDS else None
+        return None if event is None else event[0]
 
     def _known(self, event: CrisisEvent) -> bool:
         return any(abs(event.value - e.value) <= event.error + e.error for e in self.events)
