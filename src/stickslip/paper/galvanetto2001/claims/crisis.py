@@ -33,7 +33,7 @@ BETWEEN: Final = 1.2152  # between fold and crisis
 AFTER: Final = 1.2154  # past the crisis, S1 not yet doubled
 BESIDE: Final = 1e-7  # of alpha: just below and just above a bifurcation
 ASIDE: Final = 1e-7  # of d, on both sides of U1
-STEPS: Final = 4000  # of a transient
+STEPS: Final = 1000  # of a transient
 FLIPS: Final = 4  # of the cascade that are located
 FEIGENBAUM: Final = 4.669201609
 
@@ -116,7 +116,7 @@ def facts() -> Facts:
 
 def _lobe(alpha: float) -> Lobe:
     f = in_window(alpha)
-    d = np.linspace(f.domain[0], cusp_of(f).d - 1e-9, 2001)
+    d = np.linspace(f.domain[0], cusp_of(f).d - 1e-9, 401)
     values = f.evaluate(d)
     flat = int(np.argmin(values.value))
     return Lobe(alpha, float(d[flat]), float(np.min(values.value - d)))

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 FIGURES: Final = (2,)
 
-SAMPLES: Final = 400  # starting points over a domain
+SAMPLES: Final = 200  # starting points over a domain
 ROUNDING: Final = 1e-15
 
 
