@@ -35,6 +35,7 @@ __all__ = ["AttractorTable", "BreakLine", "Diagram", "OrbitCurve", "bifurcation_
 
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
 SMALLEST_CHUNK: Final = 64  # values that are worth a thread
+AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
 SHOWN: Final = 40  # orbits in a diagram's table
 
 
@@ -390,7 +391,8 @@ def _missing(
     texts = []
     for item, orbit in zip(traced, orbits, strict=True):
         low, high = (end.value for end in item.ends)
-        absent = (values >= low) & (values <= high) & ~orbit.exists
+        slack = AT_END * (values[-1] - values[0])
+        absent = (values > low + slack) & (values < high - slack) & ~orbit.exists
         if absent.any():
             where = ", ".join(f"{value:.12g}" for value in values[absent][:3])
             more = " ..." if absent.sum() > 3 else ""

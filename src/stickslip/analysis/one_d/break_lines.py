@@ -36,7 +36,7 @@ LOCATED: Final = 1e-12  # of the domain's width: how far a breakpoint is bisecte
 FIRST: Final = 1e-6  # of the domain's width: half of the first bracket
 SMALLEST: Final = 1e-11  # ... and of later ones, however good the predictions are
 WIDENING: Final = 16.0
-WIDEST: Final = 0.01  # of the domain's width: a breakpoint further off is lost
+WIDEST: Final = 0.05  # of the domain's width: a breakpoint further off is lost
 HALVINGS: Final = 60
 PLACES: Final = 4  # that a prediction goes through
 REMAINS: Final = 0.5  # of the difference between the sides, from one value to the next
@@ -101,16 +101,18 @@ def follow_breaks(
         reached, end = _march(maps, values, inside, here, there)
         for line, column in zip(owners, reached.T, strict=True):
             _enter(lines[line][1], inside, column)
-        old = _matched(here, end, there, MET * domain_width(after[1].f))
+        reach = MET * domain_width(after[1].f)
+        old = _matched(here, end, there, reach)
         fresh = there.take([k for k, row in enumerate(old) if row is None])
         new = _new_lines(lines, fresh, len(values))
         back, _ = _march(maps, values, inside[::-1], fresh, here)
-        for line, column in zip(new, back.T, strict=True):
-            _enter(lines[line][1], inside[::-1], column)
+        for k, column in enumerate(back[::-1].T):
+            new[k] = _met(column, str(fresh.kind[k]), reached, here, owners, reach, new[k])
+            _enter(lines[new[k]][1], inside, column)
         names = iter(new)
         owners = [next(names) if row is None else owners[row] for row in old]
         here = there
-    return tuple(BreakLine(kind, d) for kind, d in lines)
+    return tuple(BreakLine(kind, d) for kind, d in lines if np.isfinite(d).any())
 
 
 def _breaks_at(value: float, table: BranchTable) -> _Breaks:
@@ -151,6 +153,23 @@ def _matched(here: _Breaks, end: Floats, there: _Breaks, reach: float) -> list[i
         same = (here.kind == kind) & (np.abs(end - x) <= reach)
         rows.append(int(np.argmax(same)) if same.any() else None)
     return rows
+
+
+def _met(
+    column: Floats,
+    kind: str,
+    reached: Floats,
+    here: _Breaks,
+    owners: list[int],
+    reach: float,
+    own: int,
+) -> int:
+    """Line that a breakpoint followed back belongs to: one that it meets, else its own."""
+    for row, line in enumerate(owners):
+        with np.errstate(invalid="ignore"):
+            if here.kind[row] == kind and (np.abs(reached[:, row] - column) <= reach).any():
+                return line
+    return own
 
 
 def _march(

@@ -36,7 +36,7 @@ WITH: Final = 16  # last steps of an orbit, most of them inside a motion: it is 
 SECOND_BLOCK: Final = 256  # ... and the transient of those that were not captured then
 LONG: Final = (1024, 4096)  # steps in which a contracting motion must show its period
 NEAR: Final = 1e-3  # of the domain's width: an orbit this close to a cycle that comes closer ...
-CLOSER: Final = 0.999  # ... by this factor in one period is captured
+ROUNDS: Final = 4  # ... in each of so many rounds is captured
 RECURRING: Final = 0.02  # of the domain's width: a recurrence this close proposes a period ...
 SETTLED: Final = 1e-6  # ... this close, if slopes speak against it
 CREEPING: Final = 48  # last steps of an orbit, all in one direction: it is still on its way ...
@@ -138,7 +138,6 @@ def _images(f: Map1D, critical: Floats) -> tuple[NDArray[np.intp], Floats]:
     value = sample(f, sides).value
     same = np.abs(value[len(critical) :] - value[: len(critical)]) <= 1e3 * step
     keep = np.isfinite(value) & ~np.concatenate([np.zeros(len(critical), dtype=bool), same])
-    keep &= (value >= f.domain[0]) & (value <= f.domain[1])
     return owner[keep], value[keep]
 
 
@@ -227,12 +226,13 @@ class _Look:
         p, n = len(cycle), tails.shape[1]
         gaps = np.abs(tails[:, -1, None] - cycle)
         nearest = gaps.argmin(axis=1)
-        now = gaps[np.arange(len(tails)), nearest]
+        rounds = min(ROUNDS, (n - 1) // p)
         with np.errstate(invalid="ignore"):
-            near = now <= NEAR * self.width
-            if p < n:
-                before = np.abs(tails[:, -1 - p] - cycle[nearest])
-                return np.asarray(near & (now <= CLOSER * before + 1e-12 * self.width))
+            if rounds:
+                before = tails[:, [-1 - j * p for j in range(rounds, -1, -1)]]
+                distance = np.abs(before - cycle[nearest][:, None])
+                closer = np.diff(distance, axis=1) <= 1e-12 * self.width
+                return np.asarray((distance[:, -1] <= NEAR * self.width) & closer.all(axis=1))
             back = np.arange(n // 2)
             beside = cycle[(nearest[:, None] - back) % p]
             return np.asarray((np.abs(tails[:, n - 1 - back] - beside) <= NEAR * self.width).all(1))
@@ -255,8 +255,22 @@ class _Look:
             if exponent > (0.0 if was_chaotic else SIGMAS * error) and not _creeps(tail[0]):
                 break
         kind: Kind = "chaotic" if exponent > 0.0 else "undecided"
+        if kind == "undecided" and self._crawls(tail[0]):
+            return CYCLE
         self.found.append(Motion(kind, tail[0, -self.iterates :], exponent))
         return number
+
+    def _crawls(self, tail: Floats) -> bool:
+        """Tell whether an orbit comes closer to a known cycle, if too slowly to settle on it."""
+        quarter = len(tail) // 4
+        for cycle in (*self.cycles, *(m.points for m in self.found if m.kind == "periodic")):
+            early, late = (
+                np.abs(part[:, None] - cycle).min(axis=1).mean()
+                for part in (tail[quarter : 2 * quarter], tail[-quarter:])
+            )
+            if late < min(early, RECURRING * self.width):
+                return True
+        return False
 
     def _exponent(self, points: Floats) -> tuple[float, float]:
         """Mean of log |f'| over points in a row, and its error as if they were independent."""
