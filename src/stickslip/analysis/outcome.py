@@ -38,10 +38,12 @@ FAMILIES: Final = ("period-adding", "period-incrementing")
 class LocalAttractor:
     """The attractor that takes part in a border collision, on one side of it.
 
+    Attractors that are there on both sides, whatever the collision does, take no part.
+
     Attributes
     ----------
     kind : str
-        ``none`` (orbits leave the place of the collision), ``periodic``, ``chaotic``,
+        ``none`` (orbits go elsewhere for good), ``periodic``, ``chaotic``,
         ``period-adding`` or ``period-incrementing`` (cycles whose periods grow without bound
         towards the collision) or ``undecided``.
     period : int

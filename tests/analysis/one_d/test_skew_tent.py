@@ -159,6 +159,6 @@ def test_orbits_are_where_feigin_says(a, b, mu):
     assert (low < 0 < high) == (doubled_side(a, b) == mu)
 
 
-@pytest.mark.parametrize("ab", [(0.5, -1.0), (math.nan, 2.0), (0.5, -2.0)])
+@pytest.mark.parametrize("ab", [(0.5, -1.0), (math.nan, 2.0), (0.5, -2.0), (0.5, -3.0)])
 def test_neutral_slopes_are_undecided(ab):
     assert attractor_of_skew_tent(*ab).kind == "undecided"

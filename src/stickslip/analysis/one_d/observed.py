@@ -16,8 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["observed"]
 
-SAME_ORBIT: Final = 1e-6  # of an attractor's size: it is one of the orbits concerned
-MOVED: Final = 0.02  # of the window: how far an attractor may move that only looks on
+MOVED: Final = 0.02  # of the window: how far an attractor may move between two parameters
 
 
 def observed(
@@ -50,10 +49,12 @@ def observed(
     -------
     Outcome
     """
+    everything = (*attractors_before, *attractors_after)
+    scale = width or max((float(np.abs(a.bands).max()) for a in everything), default=0.0)
     before, after = _without_onlookers(
-        [_Seen(a, orbits_before) for a in attractors_before],
-        [_Seen(a, orbits_after) for a in attractors_after],
-        width,
+        [_Seen(a, orbits_before, MOVED * scale) for a in attractors_before],
+        [_Seen(a, orbits_after, MOVED * scale) for a in attractors_after],
+        MOVED * scale,
     )
     orbits = _orbits(orbits_before, orbits_after, period, gap)
     text = f"{_counts(orbits_before)} before, {_counts(orbits_after)} after"
@@ -92,23 +93,23 @@ def _counts(orbits: Sequence[PeriodicOrbit]) -> str:
 class _Seen:
     """An attractor, and whether it is one of the orbits concerned."""
 
-    def __init__(self, attractor: Attractor, orbits: Sequence[PeriodicOrbit]) -> None:
+    def __init__(self, attractor: Attractor, orbits: Sequence[PeriodicOrbit], moved: float) -> None:
         self.kind, self.period = attractor.kind, attractor.period
         self.bands: Floats = np.asarray(attractor.bands, dtype=np.float64)
-        extent = max(float(np.ptp(self.bands)), float(np.abs(self.bands).max()))
+        # The lists of orbits may have been made a little closer to the collision.
         self.concerned = attractor.kind == "periodic" and any(
             o.period == attractor.period
-            and np.abs(np.sort(o.points) - self.bands[:, 0]).max() <= SAME_ORBIT * extent
+            and np.abs(np.sort(o.points) - self.bands[:, 0]).max() <= moved
             for o in orbits
         )
 
-    def looks_like(self, other: _Seen, scale: float) -> bool:
+    def looks_like(self, other: _Seen, moved: float) -> bool:
         """Whether the other one is this attractor, a little further on."""
         return (
             (self.kind, self.period) == (other.kind, other.period)
             and not (self.concerned or other.concerned)
             and self.bands.shape == other.bands.shape
-            and bool(np.abs(self.bands - other.bands).max() <= MOVED * scale)
+            and bool(np.abs(self.bands - other.bands).max() <= moved)
         )
 
     def local(self) -> LocalAttractor:
@@ -117,13 +118,12 @@ class _Seen:
 
 
 def _without_onlookers(
-    before: list[_Seen], after: list[_Seen], width: float | None
+    before: list[_Seen], after: list[_Seen], moved: float
 ) -> tuple[list[_Seen], list[_Seen]]:
     """Take away, one for one, what is on both sides."""
-    scale = width or max((float(np.abs(s.bands).max()) for s in (*before, *after)), default=0.0)
     left, right = [], list(after)
     for seen in before:
-        match = next((other for other in right if seen.looks_like(other, scale)), None)
+        match = next((other for other in right if seen.looks_like(other, moved)), None)
         if match is None:
             left.append(seen)
         else:

@@ -124,9 +124,9 @@ def predicted_at_jump(
     Outcome
         ``attractors``: a stable orbit with a multiplier 0 < a < 1 leaves behind the cycles of
         `far_image` if the far side's image comes back (``period-adding`` if the way back has
-        a positive slope, ``period-incrementing`` if a negative one); else the attractor on
-        which that image settles (``periodic``, or ``undecided`` if it does not settle), or
-        none if it leaves.
+        a positive slope, ``period-incrementing`` if a negative one). If it leaves, or settles
+        on another cycle, which is there on both sides of the collision, nothing is left
+        behind (``none``; the text names the cycle). ``undecided`` if it does not settle.
 
     Raises
     ------
@@ -164,9 +164,7 @@ def _left_behind(far: FarImage) -> LocalAttractor:
         rising = far.slope > 0
         kind: AttractorOutcome = "period-adding" if rising else "period-incrementing"
         return LocalAttractor(kind, base=far.period, offset=far.steps)
-    if far.fate == "settles":
-        return LocalAttractor("periodic", far.cycle)
-    return NONE if far.fate == "leaves" else LocalAttractor("undecided")
+    return LocalAttractor("undecided") if far.fate == "wanders" else NONE
 
 
 def _text_at_jump(far: FarImage) -> str:
@@ -178,7 +176,7 @@ def _text_at_jump(far: FarImage) -> str:
             f"with slope {far.slope:.6g}: {cycles}log(distance) / log({far.multiplier:.6g})"
         )
     if far.fate == "settles":
-        return f"{text}settles on another cycle, of period {far.cycle}"
+        return f"{text}settles on the cycle of period {far.cycle} that attracts elsewhere"
     if far.fate == "leaves":
         return f"{text}leaves after {far.steps} steps"
     return f"{text}settles on no cycle"

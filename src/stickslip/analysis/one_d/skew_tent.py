@@ -44,7 +44,8 @@ def attractor_of_skew_tent(a: float, b: float, side: int = 1) -> LocalAttractor:
     Returns
     -------
     LocalAttractor
-        ``undecided`` exactly on the borders between regions, where cycles are neutral.
+        ``undecided`` exactly on the borders between regions, where cycles are neutral or on
+        the corner.
     """
     if side < 0:
         a, b = b, a
@@ -97,17 +98,17 @@ def _steps_to_return(a: float, b: float) -> int:
     """Return n, the last index up to which the images c_2, c_3, ... of the corner are negative.
 
     For a >= 1 only n = 2 can be renormalised: a longer stay left of 0 stretches so much that
-    (A - 1) (B - 1) > 1. The answer 0 means too many steps.
+    (|A| - 1) (B - 1) > 1. The answer 0 means too many steps, or an image on the corner.
     """
     if a >= 1.0:
         return 2
     c, n = 1.0 + b, 2
     while True:
         c = a * c + 1.0
-        if c >= 0.0:
+        if c > 0.0:
             return n
         n += 1
-        if n > LONGEST:
+        if c == 0.0 or n > LONGEST:
             return 0
 
 
