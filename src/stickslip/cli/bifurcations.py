@@ -93,6 +93,7 @@ def command(
 
     if csv and output.json:
         raise UsageError("give either --csv or --json")
+    ends = sweep.ends
     f = system.event_map()
     with ExitStack() as stack:
         files = [] if out is None else stack.enter_context(new_folder(out, FILES, force=force))
@@ -100,7 +101,7 @@ def command(
             found = bifurcations(
                 cast("MapFamily", f),
                 sweep.parameter,
-                sweep.range,
+                ends,
                 max_period=sweep.max_period,
                 window=sweep.window,
                 progress=show,

@@ -69,6 +69,7 @@ def command(
         raise UsageError(f"--values {values}: both ends are values, so at least 2")
     if out is not None:
         pictures.check_suffix(out)
+    grid = np.linspace(*sweep.ends, values)
     f = system.event_map()
     files = [path for path in (out, csv) if path is not None]
     with ExitStack() as stack:
@@ -79,7 +80,7 @@ def command(
         diagram = bifurcation_diagram(
             f,
             sweep.parameter,
-            np.linspace(*sweep.range, values),
+            grid,
             max_period=sweep.max_period,
             window=sweep.window,
             progress=show,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -104,6 +105,14 @@ class SweepOptions:
     """Part of the domain to look at; orbits that leave it have left."""
     max_period: Whole = 4
     """Longest period of the orbits that are searched."""
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The range, checked."""
+        low, high = self.range
+        if -inf < low < high < inf:
+            return self.range
+        raise UsageError(f"--range {low} {high}: finite ends are needed, the lower one first")
 
     def asked(self) -> dict[str, Any]:
         """Return them as they stand in a document."""
