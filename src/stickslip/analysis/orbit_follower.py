@@ -9,8 +9,9 @@ import numpy as np
 
 from stickslip.analysis.half_period import flip_of_half, shrinks_to_half
 from stickslip.analysis.one_d.borders import Border, ConditionLost
-from stickslip.analysis.one_d.meeting import BorderWall, meet
+from stickslip.analysis.one_d.meeting import meet
 from stickslip.analysis.one_d.obstacles import obstacles, unlabelled_obstacles
+from stickslip.analysis.one_d.walls import BorderWall
 from stickslip.analysis.orbit_branch import BranchEnd, PassedBifurcation
 from stickslip.analysis.orbit_equations import OrbitEquations
 from stickslip.analysis.protocol import domain_width, sample

@@ -74,7 +74,8 @@ class CurvePoint:
     tangent : ndarray of float, shape (n + 1,)
         Of ``y / scale``, length 1, in the direction of travel.
     residual : float
-        Largest abs(F).
+        Largest abs(F) before the last Newton step, which was no longer than rounding: an upper
+        bound.
     corrections : int
         Newton steps from the guess.
     note : object

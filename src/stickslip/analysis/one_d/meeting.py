@@ -8,11 +8,11 @@ enter, so that neither an orbit that ends there nor a root's infinite slope does
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.one_d.borders import Border, ConditionLost
+from stickslip.analysis.one_d.borders import ConditionLost
 from stickslip.analysis.protocol import sample
 from stickslip.status import OK
 
@@ -21,67 +21,16 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stickslip.analysis.protocol import Floats, Map1D, MapFamily
+    from stickslip.analysis.one_d.walls import Wall
+    from stickslip.analysis.protocol import Floats, MapFamily
 
-__all__ = ["BorderWall", "DomainEnd", "Meeting", "Wall", "meet"]
+__all__ = ["Meeting", "meet"]
 
 MAX_STEPS: Final = 60
 FIRST_CHANGE: Final = 1e-6  # of the parameter's range: for the first difference of the readings
 ROUNDING: Final = 4 * float(np.finfo(np.float64).eps)  # of the parameter's size: a last step
 SHRINKS: Final = 0.9  # at a tangency, too, each step is half or two thirds of the one before
 STALLED: Final = 1e-9  # of the parameter's range: steps that do not shrink below it are noise
-
-
-class Wall(Protocol):
-    """A place of the map that moves with its parameters and that an orbit may meet.
-
-    Attributes
-    ----------
-    side : int
-        Where the orbit is: -1 left of it, 1 right.
-    """
-
-    side: int
-
-    def reading(self, f: Map1D) -> tuple[float, float, float]:
-        """Return its place, and value and slope of the map there on the orbit's side."""
-
-
-@dataclass
-class BorderWall:
-    """A break of the map; remembers where it was last.
-
-    Attributes
-    ----------
-    border : Border
-    side : int
-        The orbit's side: -1 left, 1 right.
-    """
-
-    border: Border
-    side: int
-
-    def reading(self, f: Map1D) -> tuple[float, float, float]:
-        """Find the break in a map; `ConditionLost` if it is gone."""
-        found = self.border.at(f, heirs=False)
-        assert isinstance(found.critical, Border)
-        self.border = found.critical
-        return found.x, found.value(self.side), found.slope(self.side)
-
-
-@dataclass
-class DomainEnd:
-    """An end of the domain or window: the orbit's ``side`` of it is -1 for the upper end."""
-
-    side: int
-
-    def reading(self, f: Map1D) -> tuple[float, float, float]:
-        """Evaluate the map at its end."""
-        x = f.domain[0 if self.side > 0 else 1]
-        values = sample(f, x)
-        if values.status != OK:
-            raise ConditionLost(f"no value at the end {x:.12g} of the domain")
-        return x, float(values.value), float(values.derivative)
 
 
 @dataclass(frozen=True, eq=False)

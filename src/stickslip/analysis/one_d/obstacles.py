@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.one_d.border_search import SLIVER
 from stickslip.analysis.one_d.borders import Border, ConditionLost
-from stickslip.analysis.one_d.meeting import BorderWall, DomainEnd
+from stickslip.analysis.one_d.piece_ends import piece_end
 from stickslip.analysis.one_d.table import branch_table
+from stickslip.analysis.one_d.walls import BorderWall, DomainEnd
 from stickslip.analysis.protocol import domain_width, sample
 from stickslip.analysis.window import WindowMap
 from stickslip.status import OK
@@ -17,14 +19,15 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.one_d.meeting import Wall
+    from stickslip.analysis.one_d.piece_ends import PieceEnd
+    from stickslip.analysis.one_d.walls import Wall
     from stickslip.analysis.orbit_equations import Departure, OrbitEquations
     from stickslip.analysis.protocol import Floats, Map1D, MapFamily
 
 __all__ = ["Obstacle", "obstacles", "unlabelled_obstacles"]
 
-FAN: Final = 33  # points between an orbit's point and where it has left, three times
-ROUNDS: Final = 3
+OVERTAKES: Final = 32.0  # times the orbit's step: how far a break may come from
+TINY: Final = 1e-12
 NEARBY: Final = 1e-4  # of the domain: where a break without a label is looked for
 
 
@@ -66,66 +69,64 @@ def obstacles(
     Yields
     ------
     Obstacle
-        At most one per point that has left.
+        The likely ones; whether the orbit meets one is for the caller to see.
     """
-    values = (departure.value, value, 0.5 * (departure.value + value))
     for index in departure.indices:
-        # Orbit and break both move: between which of their places it lies is to be tried.
-        for q in values:
-            f = equations.at(q)
-            found = _between(f, equations.pieces[index], points[index], departure.points[index])
-            if found is not None:
-                yield _obstacle(index, *found, f)
-                break
+        yield from _of_point(equations, index, points[index], value, departure)
 
 
-def _obstacle(index: int, wall: Wall, kind: str, f: MapFamily) -> Obstacle:
-    if isinstance(wall, BorderWall):
-        border = wall.border
-        beyond = border.right_label if wall.side < 0 else border.left_label
-        return Obstacle(index, kind, wall, beyond)
-    return Obstacle(index, kind, wall)
+def _of_point(
+    equations: OrbitEquations, index: int, x: float, value: float, departure: Departure
+) -> Iterator[Obstacle]:
+    """Name what stands in the way of one point."""
+    piece, gone_to = equations.pieces[index], float(departure.points[index])
+    # Orbit and break both move: between which of their places it lies is to be tried.
+    for q in (departure.value, value, 0.5 * (departure.value + value)):
+        found = _between(equations.at(q), piece, x, gone_to, index)
+        if found is not None:
+            yield found
+            return
+    # Or the break has overtaken the orbit.
+    f = equations.at(value)
+    reach = OVERTAKES * abs(gone_to - x) + TINY * domain_width(f)
+    for side in (-1, 1):
+        found = _between(f, piece, x, float(np.clip(x - side * reach, *f.domain)), index)
+        if found is not None:
+            yield found
 
 
 def _between(
-    f: MapFamily, piece: set[int], inside: float, outside: float
-) -> tuple[Wall, str] | None:
+    f: MapFamily, piece: set[int], inside: float, outside: float, index: int
+) -> Obstacle | None:
     """Find the first break between a point on a piece and one that is not; None if none is seen."""
     lo, hi = f.domain
     if not lo <= inside <= hi:
         return None
     side = -1 if outside > inside else 1
     left_domain = not lo <= outside <= hi
-    change = _first_change(f, piece, inside, min(max(outside, lo), hi))
-    if change is None:
-        return (DomainEnd(side), "end") if left_domain else None
-    x, own, other = change
-    left, right = (own, other) if side < 0 else (other, own)
-    try:
-        reading = Border(left, right, x, "jump").at(f, heirs=False)
-    except ConditionLost:
-        return None
-    assert isinstance(reading.critical, Border)
-    return BorderWall(reading.critical, side), reading.kind
+    end = piece_end(f, piece, inside, min(max(outside, lo), hi))
+    if end is None:
+        return Obstacle(index, "end", DomainEnd(side)) if left_domain else None
+    border = _settled(end, f)
+    beyond = border.right_label if side < 0 else border.left_label
+    return Obstacle(index, border.kind, BorderWall(border, side, frozenset(piece)), beyond)
 
 
-def _first_change(
-    f: Map1D, piece: set[int], inside: float, outside: float
-) -> tuple[float, int, int | None] | None:
-    """Return a place close to the first change of label, and the labels before and after it."""
-    allowed = np.array(sorted(piece), dtype=np.uint64)
-    for _ in range(ROUNDS):
-        x = np.linspace(inside, outside, FAN)
-        values = sample(f, x)
-        ok = values.status == OK
-        gone = np.flatnonzero(~(ok & np.isin(values.label, allowed)))
-        if not gone.size or gone[0] == 0:
-            return None
-        first = int(gone[0])
-        inside, outside = float(x[first - 1]), float(x[first])
-        own = int(values.label[first - 1])
-        other = int(values.label[first]) if ok[first] else None
-    return 0.5 * (inside + outside), own, other
+def _settled(end: PieceEnd, f: Map1D) -> Border:
+    """Tell a break by the next branch worth the name; within rounding of a tie labels flicker."""
+    own = end.border.left_label if end.side < 0 else end.border.right_label
+    next_one = float(np.clip(end.border.x - end.side * SLIVER * domain_width(f), *f.domain))
+    values = sample(f, next_one)
+    label = int(values.label) if values.status == OK else None
+    for beyond in dict.fromkeys((label, end.beyond)):
+        left, right = (own, beyond) if end.side < 0 else (beyond, own)
+        try:
+            found = Border(left, right, end.border.x, end.border.kind).at(f, heirs=False).critical
+        except ConditionLost:
+            continue
+        if isinstance(found, Border):
+            return found
+    return end.border
 
 
 def unlabelled_obstacles(f: MapFamily, points: Floats) -> list[Obstacle]:
