@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from stickslip.analysis.one_d.preimages import preimages
 from stickslip.analysis.one_d.table import branch_table
@@ -11,7 +11,7 @@ from stickslip.analysis.power import PowerMap
 from stickslip.analysis.storage import register_map
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.study.descriptions import event_map_settings, event_map_values, model_of_values
+from stickslip.study.model_file import model_of_values, model_values
 
 if TYPE_CHECKING:
     from typing import Any
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from stickslip.mechanics.flow.engine import EngineName
 
 __all__ = ["EventMap", "event_map"]
+
+NOT_KEPT: Final = ("device", "threads")  # of the machine, not of the result
 
 
 class EventMap(mechanics.EventMap):
@@ -114,8 +116,14 @@ def event_map(
     )
 
 
+def _values_of(f: mechanics.EventMap) -> dict[str, Any]:
+    """Describe an event map for files of results, apart from the machine it runs on."""
+    settings = {name: value for name, value in f.settings.items() if name not in NOT_KEPT}
+    return {"model": model_values(f.model), "settings": settings}
+
+
 def _event_map_of(values: dict[str, Any]) -> EventMap:
-    return EventMap(model_of_values(values), **event_map_settings(values))
+    return EventMap(model_of_values(values["model"]), **values["settings"])
 
 
-register_map("event map", mechanics.EventMap, event_map_values, _event_map_of)
+register_map("event map", mechanics.EventMap, _values_of, _event_map_of)

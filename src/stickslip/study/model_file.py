@@ -18,7 +18,7 @@ from stickslip.vocabulary import did_you_mean
 if TYPE_CHECKING:
     from os import PathLike
 
-__all__ = ["model_text", "read_model", "write_model"]
+__all__ = ["model_of_values", "model_text", "model_values", "read_model", "write_model"]
 
 NUMBERS: Final = ("alpha", "beta", "V")
 PHYSICAL: Final = ("m", "k", "k12", "fs1", "fs2", "v_dr")
@@ -51,7 +51,7 @@ def read_model(path: str | PathLike[str]) -> TwoBlock:
     """
     path = Path(path)
     with _within(f"{path}: "):
-        return _model(_toml(path.read_bytes()))
+        return model_of_values(_toml(path.read_bytes()))
 
 
 def write_model(model: TwoBlock, path: str | PathLike[str]) -> None:
@@ -92,27 +92,59 @@ def model_text(model: TwoBlock) -> str:
     ValueError
         A friction law is a Python function, which a file cannot hold.
     """
-    lines = ['kind = "two_block"', *_lines({name: getattr(model, name) for name in NUMBERS})]
-    if model.units is not None:
-        lines += ["", "[units]", *_lines({name: getattr(model.units, name) for name in UNITS})]
-    pair = isinstance(model.friction, tuple)
-    for law in model.laws if pair else model.laws[:1]:
-        lines += ["", "[[friction]]" if pair else "[friction]", *_law_lines(law)]
+    lines = []
+    for key, value in model_values(model).items():  # numbers come before tables
+        if isinstance(value, dict):
+            lines += ["", f"[{key}]", *_lines(value)]
+        elif isinstance(value, list):
+            lines += [line for table in value for line in ("", f"[[{key}]]", *_lines(table))]
+        else:
+            lines += _lines({key: value})
     return "\n".join(lines) + "\n"
 
 
-def _lines(numbers: Mapping[str, float]) -> list[str]:
-    """Write finite numbers; Python's shortest exact form of one is TOML too."""
-    return [f"{name} = {value!r}" for name, value in numbers.items()]
+def _lines(values: Mapping[str, str | float]) -> list[str]:
+    """Write values; Python's shortest exact form of a finite number is TOML too."""
+    return [
+        f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value!r}"
+        for name, value in values.items()
+    ]
 
 
-def _law_lines(law: FrictionLaw) -> list[str]:
+def model_values(model: TwoBlock) -> dict[str, Any]:
+    """Return a model as plain values, keyed as in a file; `model_of_values` makes it again.
+
+    Parameters
+    ----------
+    model : TwoBlock
+        With built-in friction laws.
+
+    Returns
+    -------
+    dict
+        Numbers and texts, then tables of such, or a list of tables.
+
+    Raises
+    ------
+    ValueError
+        A friction law is a Python function, which a file cannot hold.
+    """
+    values: dict[str, Any] = {"kind": "two_block"}
+    values |= {name: getattr(model, name) for name in NUMBERS}
+    if model.units is not None:
+        values["units"] = {name: getattr(model.units, name) for name in UNITS}
+    laws = [_law_values(law) for law in model.laws]
+    values["friction"] = laws if isinstance(model.friction, tuple) else laws[0]
+    return values
+
+
+def _law_values(law: FrictionLaw) -> dict[str, Any]:
     if LAWS.get(law.name) is not type(law):
         raise ValueError(
-            f"the friction law {law.title} is a Python function, which a model file cannot "
-            f"hold. Laws in files: {', '.join(LAWS)}."
+            f"the friction law {law.title} is a Python function, which a file cannot hold. "
+            f"Laws in files: {', '.join(LAWS)}."
         )
-    return [f'law = "{law.name}"', *_lines({**law.parameters, **law.options})]
+    return {"law": law.name, **law.parameters, **law.options}
 
 
 # --- reading ----------------------------------------------------------------------------------
@@ -142,8 +174,24 @@ def _toml(content: bytes) -> dict[str, Any]:
         raise ValueError("not a model: its arrays or tables are nested too deeply") from None
 
 
-def _model(table: dict[str, Any]) -> TwoBlock:
-    """Find who reads this kind of model."""
+def model_of_values(table: dict[str, Any]) -> TwoBlock:
+    """Make the model of a file's content.
+
+    Parameters
+    ----------
+    table : dict
+        As `model_values` returns it, or in any other form that a file may have.
+
+    Returns
+    -------
+    TwoBlock
+        The model.
+
+    Raises
+    ------
+    ValueError
+        A key is unknown or missing, a value of the wrong type or out of its range.
+    """
     if "kind" not in table:
         close = get_close_matches("kind", table, n=1)
         instead = f" in place of {close[0]!r}" if close else ""
