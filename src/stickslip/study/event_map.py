@@ -11,7 +11,7 @@ from stickslip.analysis.power import PowerMap
 from stickslip.analysis.storage import register_map
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.study.model_file import model_of_values, model_values
+from stickslip.study.model_values import model_of_values, model_values
 
 if TYPE_CHECKING:
     from typing import Any
