@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from heapq import heappop, heappush
 from itertools import islice, pairwise
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
 
@@ -58,7 +59,9 @@ UNLIKELY: Final = 16.0  # ... or this many times that, towards windows of long p
 JUMP: Final = 1.2  # growth of the bands' total length at an interior crisis, at least
 SUSPECT: Final = 1.5  # growth from one value to the next that asks for a closer look
 MEETINGS: Final = 12  # of edges with orbits beside them that are tried, the closest first
-LOOKS: Final = 64  # values between two of the grid at which attractors are found, about
+LOOKS: Final = 32  # values between two of the grid at which attractors are found, about
+MAX_STEPS: Final = 5376  # of orbits there: three growing blocks
+MOST_BANDS: Final = 32  # of attractors whose changes are searched thoroughly
 GLANCE: Final = 1e-4  # of an interval: step that tells where an edge and an orbit move
 OVERSHOOT: Final = 3.0  # intervals: meetings foretold further away are not tried
 STEP: Final = 0.2  # of the way to a meeting: how well it is foretold
@@ -127,6 +130,8 @@ def parameter_point(
     value: float,
     orbits: Iterable[PeriodicOrbit] = (),
     table: BranchTable | None = None,
+    *,
+    max_steps: int | None = None,
 ) -> ParameterPoint:
     """Find the attractors of a map at one parameter value.
 
@@ -139,6 +144,8 @@ def parameter_point(
         Known at this value: the stable ones are attractors even if no seed reaches them.
     table : BranchTable, optional
         Of the map there; made if it is not given.
+    max_steps : int, optional
+        Steps after which an orbit counts as undecided; as in `attractors` by default.
 
     Returns
     -------
@@ -147,7 +154,8 @@ def parameter_point(
     f = at(value) if table is None else table.f
     table = branch_table(f) if table is None else table
     fast = interpolated_map(table)
-    found = attractors_of(f, table, orbits, fast=fast)
+    steps = {} if max_steps is None else {"max_steps": max_steps}
+    found = attractors_of(f, table, orbits, fast=fast, **steps)
     return ParameterPoint(float(value), f, table, found, fast)
 
 
@@ -208,9 +216,9 @@ def crises(
     values = [point.value for point in grid]
     if len(values) < 2 or any(b <= a for a, b in pairwise(values)):
         raise ValueError("grid: points at two or more ascending values are needed.")
-    search = _Search(at, max_period)
+    search = _Search(at, breaks, max_period)
     for left, right in pairwise(grid):
-        search.interval(left, right, sorted(breaks), finest)
+        search.interval(left, right, finest)
     search.at_end(grid[0], grid[0].value - grid[1].value)
     search.at_end(grid[-1], grid[-1].value - grid[-2].value)
     return sorted(search.events, key=lambda event: event.value)
@@ -236,62 +244,65 @@ class _Ahead:
 
 
 class _Search:
-    """Events found so far."""
+    """Intervals that wait to be searched, the widest first, and events found so far."""
 
-    def __init__(self, at: MapAt, max_period: int) -> None:
+    def __init__(self, at: MapAt, breaks: Iterable[float], max_period: int) -> None:
         self.at, self.max_period = at, max_period
+        self.breaks = np.unique(np.array(list(breaks), dtype=np.float64))
         self.events: list[CrisisEvent] = []
+        self.waiting: list[tuple[float, float, ParameterPoint, ParameterPoint]] = []
         self.looks_left = 0
 
     def _look(self, value: float) -> ParameterPoint:
         self.looks_left -= 1
-        return parameter_point(self.at, value)
+        return parameter_point(self.at, value, max_steps=MAX_STEPS)
 
-    def interval(
-        self, left: ParameterPoint, right: ParameterPoint, breaks: list[float], finest: float
-    ) -> None:
-        """Search between two values of the grid, on either side of known bifurcations."""
-        width = right.value - left.value
-        self.looks_left = LOOKS
-        inside = [q for q in breaks if left.value < q < right.value]
-        if not inside or not (left.chaotic or right.chaotic):
-            self.explore(left, right, finest * width, BESIDE * width)
-            return
-        ends = [left.value, *inside, right.value]
-        start = left
-        for before, q, after in zip(ends[:-2], inside, ends[2:], strict=True):
-            room = min(q - before, after - q)
-            if room <= 4 * np.spacing(abs(q)):
-                continue
-            beside = BESIDE * room
-            stop = self._look(q - beside)
-            self.explore(start, stop, finest * width, beside)
-            start = self._look(q + beside)
-        self.explore(start, right, finest * width, BESIDE * (right.value - start.value))
+    def interval(self, left: ParameterPoint, right: ParameterPoint, finest: float) -> None:
+        """Search between two values of the grid."""
+        smallest = finest * (right.value - left.value)
+        self.looks_left, self.waiting = LOOKS, []
+        self._wait(left, right)
+        while self.waiting and self.looks_left > 0:
+            *_, left, right = heappop(self.waiting)
+            self._explain(left, right, smallest)
 
-    def explore(
-        self, left: ParameterPoint, right: ParameterPoint, finest: float, beside: float
-    ) -> None:
-        """Explain what changes between two values, halving the interval where that fails."""
+    def _wait(self, left: ParameterPoint, right: ParameterPoint) -> None:
+        if right.value > left.value and _changes(left, right):
+            heappush(self.waiting, (left.value - right.value, left.value, left, right))
+
+    def _explain(self, left: ParameterPoint, right: ParameterPoint, smallest: float) -> None:
+        """Find the event that comes first, or cut the interval in two."""
         changes = _changes(left, right)
-        if not changes or not right.value > left.value or self.looks_left <= 0:
-            return
+        width = right.value - left.value
         for change in changes:
-            found = self._event(change, beside)
+            found = self._event(change, BESIDE * width)
             if found is None:
                 continue
             event, below, above = found
             if not self._known(event):
                 self.events.append(event)
             if change.start is left:
-                self.explore(above, right, finest, beside)
+                self._wait(above, right)
             else:
-                self.explore(left, below, finest, beside)
+                self._wait(left, below)
             return
-        if right.value - left.value > finest * min(map(self._worth, changes)):
+        if width > smallest * min(map(self._worth, changes)):
+            self._cut(left, right)
+
+    def _cut(self, left: ParameterPoint, right: ParameterPoint) -> None:
+        """Cut at a known bifurcation, leaving out what it does, or else in the middle."""
+        inside = self.breaks[(self.breaks > left.value) & (self.breaks < right.value)]
+        if not inside.size:
             middle = self._look(0.5 * (left.value + right.value))
-            self.explore(left, middle, finest, 0.5 * beside)
-            self.explore(middle, right, finest, 0.5 * beside)
+            self._wait(left, middle)
+            self._wait(middle, right)
+            return
+        at = float(inside[len(inside) // 2])
+        others = np.append(inside[inside != at], [left.value, right.value])
+        beside = BESIDE * float(np.min(np.abs(others - at)))
+        if beside > 4 * np.spacing(abs(at)):
+            self._wait(left, self._look(at - beside))
+            self._wait(self._look(at + beside), right)
 
     def _worth(self, change: _Change) -> float:
         """Say how far to halve an interval in which an attractor changes, as a factor of `finest`.
@@ -301,6 +312,8 @@ class _Search:
         """
         if not change.certain:
             return np.inf
+        if change.attractor.period > MOST_BANDS:
+            return UNLIKELY
         partner = _partner(change.attractor, change.stop.attractors)
         if partner is None or partner.kind != "periodic":
             return 1.0
