@@ -39,6 +39,8 @@ DEPARTURES = {
     "law9.local_shape": "does not hold",
 }
 
+WITHOUT_PRINTED = ("event_map", "aftermath", "grazing")  # topics without printed numbers
+
 NUMBERS = {
     "V where S4 meets the jump": 0.036975923520307,
     "d of S1": -0.039914313410282,
@@ -144,9 +146,9 @@ def test_exponents_of_the_chaotic_attractor():
 
 
 def test_what_follows_the_collision_is_foretold():
-    family = facts("collision").predicted.after
+    family = facts("aftermath").predicted.after
     assert (family.kind, family.base, family.offset) == ("period-incrementing", 4, 3)
-    assert {a.period for a in facts("collision").past[0.0370]} == {1, 83}
+    assert {a.period for a in facts("aftermath").past[0.0370]} == {1, 83}
 
 
 def test_some_figures_only():
@@ -212,6 +214,9 @@ def collision_tampered(f):
     yield replace(f, before=replace(f.before, multiplier=0.95))
     yield replace(f, before=replace(f.before, multiplier=1.05))
     yield replace(f, after=replace(f.after, s4=f.before.s4, u4=f.before.u4))
+
+
+def aftermath_tampered(f):
     cycles = (f.after.basins, *f.past.values())
     basins = replace(cycles[0], attractors=chaotic(cycles[0].attractors))
     past = {V: chaotic(found) for V, found in f.past.items()}
@@ -252,7 +257,6 @@ def cusps_tampered(f):
 
 def birth_tampered(f):
     above, below = f.above_birth, f.below_birth
-    yield replace(f, above_flip=f.below_flip)
     yield replace(f, cusps_off=(0.0, 1e-6))
     yield replace(f, off_diagonal=0.3)
     moved = {name: replace(v, computed=v.computed + 1e-3) for name, v in f.numbers.items()}
@@ -262,13 +266,16 @@ def birth_tampered(f):
     yield replace(f, above_birth=replace(above, images=above.images[::-1]))
     calm = {alpha: others(items, "periodic") for alpha, items in f.attractors.items()}
     yield replace(f, attractors=calm)
-    yield replace(f, above_flip=replace(f.above_flip, a=above.a))
-    yield replace(f, coefficient=replace(f.coefficient, value=-f.coefficient.value))
-    yield replace(f, approach=f.approach[::-1])
     yield replace(f, chaos=f.chaos[::-1])
     yield replace(
         f, chaos=tuple(replace(m, b=replace(m.b, points=m.b.points - 1e-3)) for m in f.chaos)
     )
+
+
+def flip_tampered(f):
+    yield replace(f, above=f.below)
+    yield replace(f, coefficient=replace(f.coefficient, value=-f.coefficient.value))
+    yield replace(f, approach=f.approach[::-1])
 
 
 def crisis_tampered(f):
@@ -299,9 +306,11 @@ TAMPERED = {
     "event_map": event_map_tampered,
     "coulomb": coulomb_tampered,
     "collision": collision_tampered,
+    "aftermath": aftermath_tampered,
     "grazing": grazing_tampered,
     "cusps": cusps_tampered,
     "birth": birth_tampered,
+    "flip": flip_tampered,
     "crisis": crisis_tampered,
     "vanishing": vanishing_tampered,
 }
@@ -333,7 +342,9 @@ def test_verdicts_change_with_the_quantities(name):
     assert changed == set(true)
 
 
-@pytest.mark.parametrize("name", [n for n in claims.TOPICS if n not in ("event_map", "grazing")])
+@pytest.mark.parametrize(
+    "name", [n for n in claims.TOPICS if n not in ("event_map", "aftermath", "grazing")]
+)
 def test_printed_numbers_decide_too(name):
     some = facts(name)
     far = {

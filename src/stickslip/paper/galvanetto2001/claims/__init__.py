@@ -20,9 +20,11 @@ TOPICS: Final = (
     "event_map",
     "coulomb",
     "collision",
+    "aftermath",
     "grazing",
     "cusps",
     "birth",
+    "flip",
     "crisis",
     "vanishing",
 )

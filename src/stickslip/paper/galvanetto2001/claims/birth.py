@@ -1,62 +1,32 @@
-"""Section 4, law (9): the cusps of f^2 meet the diagonal, chaos is born, P1 flips."""
+"""Section 4, law (9): the cusps of f^2 meet the diagonal, and chaos is born."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.one_d.normal_forms import flip_coefficient
 from stickslip.paper.claim import Claim, Finding
 from stickslip.paper.galvanetto2001 import printed
+from stickslip.paper.galvanetto2001.claims.moment import Moment, moment
 from stickslip.paper.galvanetto2001.orbits import cusp_of, in_window
 from stickslip.paper.values import Value
-from stickslip.study.maps import attractors, periodic_orbits
+from stickslip.study.maps import attractors
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from numpy.typing import NDArray
-
     from stickslip.analysis.attractors import Attractor
-    from stickslip.analysis.one_d.normal_forms import FlipCoefficient
-    from stickslip.analysis.orbits import PeriodicOrbit
 
 FIGURES: Final = (11, 13, 14)
 
 BIRTH: Final = "alpha of the cusps of f^2 on the diagonal"
-FLIP: Final = "alpha of the flip of P1"
 CRISIS: Final = "alpha of the collision of the chaotic attractor with U1"
 DRAWN: Final = 1.20915  # figure 13
-SAMPLES: Final = (1.2093, 1.2095, 1.2097)  # between birth and flip
 CHAOS: Final = (1.2095, 1.2103, 1.211, 1.213, 1.215)  # between birth and crisis; 1.211 is figure 14
 BESIDE: Final = 1e-7  # of alpha: just below and just above a bifurcation
 SMALL: Final = 0.02  # of an interval: "almost indistinguishable"
-
-
-@dataclass(frozen=True)
-class Moment:
-    """The map of the window at one alpha.
-
-    ``twice`` are its orbits of period 2; ``a``, ``b`` those born at the cusp, None where they do
-    not exist: b has a negative multiplier. ``images`` are f(c) .. f^4(c), c the cusp.
-    """
-
-    alpha: float
-    cusp: float
-    images: NDArray[np.float64]
-    p1: PeriodicOrbit
-    twice: tuple[PeriodicOrbit, ...]
-    a: PeriodicOrbit | None
-    b: PeriodicOrbit | None
-
-    @property
-    def bands(self) -> NDArray[np.float64]:
-        """Widths of the two bands between images of the cusp, and the gap between them."""
-        first, second, third, fourth = self.images
-        return np.array([fourth - second, first - third, third - fourth])
 
 
 @dataclass(frozen=True)
@@ -71,52 +41,30 @@ class Facts:
 
     below_birth: Moment
     above_birth: Moment
-    approach: tuple[Moment, ...]
-    below_flip: Moment
-    above_flip: Moment
     chaos: tuple[Moment, ...]
     before_birth: tuple[Attractor, ...]
     attractors: dict[float, tuple[Attractor, ...]]
     cusps_off: tuple[float, float]
     off_diagonal: float
-    coefficient: FlipCoefficient
     merging: Value
     numbers: dict[str, Value]
 
 
 def facts() -> Facts:
     """List orbits on both sides of birth and flip, find attractors between birth and crisis."""
-    numbers = printed.numbers(11, 13, 15)
-    birth, flip = numbers[BIRTH].computed, numbers[FLIP].computed
-    at_flip = _moment(flip)
+    numbers = printed.numbers(13, 15)
+    birth = numbers[BIRTH].computed
     return Facts(
-        below_birth=_moment(birth - BESIDE),
-        above_birth=_moment(birth + BESIDE),
-        approach=tuple(map(_moment, SAMPLES)),
-        below_flip=_moment(flip - BESIDE),
-        above_flip=_moment(flip + BESIDE),
-        chaos=tuple(map(_moment, CHAOS)),
+        below_birth=moment(birth - BESIDE),
+        above_birth=moment(birth + BESIDE),
+        chaos=tuple(map(moment, CHAOS)),
         before_birth=tuple(attractors(in_window(birth - BESIDE))),
         attractors={alpha: _from_cusp(alpha) for alpha in CHAOS},
         cusps_off=_cusps_off(birth),
         off_diagonal=_off_diagonal(DRAWN),
-        coefficient=flip_coefficient(in_window(flip), at_flip.p1.points),
         merging=printed.BANDS_MERGE.value(14),
         numbers=numbers,
     )
-
-
-def _moment(alpha: float) -> Moment:
-    f = in_window(alpha)
-    cusp = cusp_of(f).d
-    found = periodic_orbits(f, 2)
-    (p1,) = (o for o in found.of_period(1) if o.points[0] > cusp)
-    twice = found.of_period(2)
-    # A and B have a point on either side of P1, all four between the cusp's first two images.
-    images = f.iterate(cusp, 4)[1:]
-    born = [o for o in twice if o.points[0] > images[1] and o.points[1] < images[0]]
-    a, b = (next((o for o in born if (o.multiplier > 0) is up), None) for up in (True, False))
-    return Moment(alpha, cusp, images, p1, twice, a, b)
 
 
 def _from_cusp(alpha: float) -> tuple[Attractor, ...]:
@@ -141,34 +89,13 @@ def _off_diagonal(alpha: float) -> float:
 
 def claims(facts: Facts) -> Iterator[Claim]:
     """Figures 11, 13 and 14."""
-    yield _p1(facts)
     yield _on_the_diagonal(facts)
     yield _indistinguishable(facts)
     yield _period_two(facts)
     yield _chaos_is_born(facts)
     yield _lifetime(facts)
-    yield _flip(facts)
-    yield _approach(facts)
     yield _bands(facts)
     yield _embedded(facts)
-
-
-def _p1(facts: Facts) -> Claim:
-    below, above = (m.p1.multiplier for m in (facts.below_flip, facts.above_flip))
-    return Claim(
-        "law9.p1_stability",
-        11,
-        "section 4, second example",
-        "As alpha grows P1 changes stability at about 1.2099",
-        (
-            Finding(
-                "the multiplier of P1 leaves the unit circle at -1",
-                f"{below:.9f} just below, {above:.9f} just above",
-                -1.0 < below < -0.99 and above < -1.0,
-            ),
-        ),
-        (facts.numbers[FLIP],),
-    )
 
 
 def _on_the_diagonal(facts: Facts) -> Claim:
@@ -309,59 +236,6 @@ def _lifetime(facts: Facts) -> Claim:
     )
 
 
-def _flip(facts: Facts) -> Claim:
-    below, above = facts.below_flip, facts.above_flip
-    c = facts.coefficient
-    distance = np.nan
-    if below.a is not None:
-        distance = float(np.abs(below.a.points - below.p1.points[0]).max())
-    return Claim(
-        "law9.flip",
-        11,
-        "section 4, second example",
-        "At 1.2099 P1 and A meet in a smooth subcritical flip: the unstable period-2 orbit is gone "
-        "and P1 is unstable",
-        (
-            Finding(
-                "A exists below, unstable, and not above",
-                f"A just below: {'no' if below.a is None else f'{below.a.multiplier:.9f}'} "
-                f"(multiplier), {distance:.2e} from P1; above: {'yes' if above.a else 'gone'}",
-                below.a is not None and not below.a.stable and above.a is None,
-            ),
-            Finding(
-                "the normal form is that of a subcritical flip",
-                f"cubic coefficient {c.value:.6g} ± {c.error:.1g}",
-                c.criticality == "sub",
-            ),
-        ),
-        (facts.numbers[FLIP],),
-    )
-
-
-def _approach(facts: Facts) -> Claim:
-    moments = (facts.above_birth, *facts.approach, facts.below_flip)
-    apart = [
-        float(np.abs(m.a.points - m.p1.points[0]).max()) if m.a is not None else np.nan
-        for m in moments
-    ]
-    listing = ", ".join(
-        f"{gap:.3e} (alpha = {m.alpha:.7f})" for m, gap in zip(moments, apart, strict=True)
-    )
-    return Claim(
-        "law9.approach",
-        11,
-        "section 4, second example",
-        "As alpha grows, A approaches P1",
-        (
-            Finding(
-                "its distance from P1 falls",
-                listing,
-                all(a > b for a, b in pairwise(apart)),
-            ),
-        ),
-    )
-
-
 def _bands(facts: Facts) -> Claim:
     two = [m for m in facts.chaos if m.alpha < facts.merging.computed]
     bands = np.array([m.bands for m in two])
@@ -397,13 +271,13 @@ def _bands(facts: Facts) -> Claim:
 def _embedded(facts: Facts) -> Claim:
     slack = 1e-12
     inside = {}
-    for moment in facts.chaos:
+    for m in facts.chaos:
         held = [
-            bool(item.contains(moment.b.points, slack).all())
-            for item in facts.attractors[moment.alpha]
-            if moment.b is not None and item.kind == "chaotic"
+            bool(item.contains(m.b.points, slack).all())
+            for item in facts.attractors[m.alpha]
+            if m.b is not None and item.kind == "chaotic"
         ]
-        inside[moment.alpha] = any(held)
+        inside[m.alpha] = any(held)
     return Claim(
         "law9.embedded",
         11,

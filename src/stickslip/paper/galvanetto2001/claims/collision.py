@@ -1,4 +1,4 @@
-"""Section 4, Coulomb friction: S4 and U4 meet at the jump, and what follows."""
+"""Section 4, Coulomb friction: S4 and U4 meet at the jump."""
 
 from __future__ import annotations
 
@@ -8,79 +8,35 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.analysis.one_d.basins import Basins, basins
-from stickslip.analysis.one_d.outcomes import predicted_at_jump
 from stickslip.paper.claim import Claim, Finding
 from stickslip.paper.galvanetto2001 import printed
-from stickslip.paper.galvanetto2001.orbits import from_point_1, jump_of_s4
-from stickslip.study.event_map import event_map
-from stickslip.study.maps import attractors, periodic_orbits
+from stickslip.paper.galvanetto2001.claims.side import BESIDE, COLLISION, Side, side
+from stickslip.study.maps import periodic_orbits
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
-    from stickslip.analysis.attractors import Attractor, AttractorList
-    from stickslip.analysis.outcome import LocalAttractor, Outcome
     from stickslip.paper.values import Value
 
-FIGURES: Final = (4, 6, 8, 10)
+FIGURES: Final = (4, 8, 10)
 
-COLLISION: Final = "V where S4 meets the jump"
 RANGE: Final = (0.0366, 0.0372)
-BESIDE: Final = 1e-8  # of V: just below and just above the collision
-SAMPLES: Final = (0.0370, 0.0371, 0.0372)  # past it; 0.0370 is the paper's figure 6
 CLOSE_TO_ONE: Final = 0.1  # what a multiplier close to one differs by at most
-SAME_EDGE: Final = 1e-5  # basins on both sides of the collision, 2 BESIDE apart
-
-
-@dataclass(frozen=True)
-class Side:
-    """The map at one driving velocity near the collision.
-
-    ``gap`` is f^4(c-) - c at the jump c; ``slopes`` those of f^4 left and right of it. ``s4`` and
-    ``u4`` start with the point at the jump and are empty where the orbit does not exist;
-    ``multiplier`` is that of S4 (NaN without it), ``fixed_points`` the number of fixed points.
-    """
-
-    V: float
-    jump: float
-    gap: float
-    slopes: tuple[float, float]
-    s4: NDArray[np.float64]
-    u4: NDArray[np.float64]
-    multiplier: float
-    basins: Basins
-
-    @property
-    def basin_of_s1(self) -> NDArray[np.float64]:
-        """Ends of the intervals of the basin of S1, shape (n, 2)."""
-        found = self.basins
-        ends = np.stack([found.edges[:-1], found.edges[1:]], axis=1)
-        owned = [k >= 0 and found.attractors[k].period == 1 for k in found.index]
-        return np.asarray(ends[owned])
-
-    @property
-    def others(self) -> tuple[Attractor, ...]:
-        """The attractors besides S1."""
-        return tuple(item for item in self.basins.attractors if item.period != 1)
 
 
 @dataclass(frozen=True)
 class Facts:
-    """Both sides of the collision, the ends of the range of V, and attractors past it.
+    """Both sides of the collision and the ends of the range of V.
 
-    ``fixed_points`` holds (n, 2) arrays of fixed points and multipliers at the ends of the range;
-    ``predicted`` what the shape of the map at the collision foretells.
+    ``fixed_points`` holds (n, 2) arrays of fixed points and multipliers at these ends.
     """
 
     before: Side
     after: Side
     start: Side
     fixed_points: tuple[NDArray[np.float64], NDArray[np.float64]]
-    past: dict[float, AttractorList]
-    predicted: Outcome
     numbers: dict[str, Value]
 
 
@@ -89,42 +45,12 @@ def facts() -> Facts:
     numbers = printed.numbers(4)
     at = numbers[COLLISION].computed
     return Facts(
-        before=_side(at - BESIDE),
-        after=_side(at + BESIDE),
-        start=_side(RANGE[0]),
+        before=side(at - BESIDE),
+        after=side(at + BESIDE),
+        start=side(RANGE[0]),
         fixed_points=(_fixed_points(RANGE[0]), _fixed_points(RANGE[1])),
-        past={V: attractors(examples.coulomb(V=V)) for V in SAMPLES},
-        predicted=_predicted(at),
         numbers=numbers,
     )
-
-
-def _side(V: float) -> Side:
-    f = event_map(examples.coulomb(V=V))
-    jump = jump_of_s4(f)
-    f4 = f.power(4)
-    left, right = jump.interval
-    inside = 1e-9  # at the last float the slope may be the other branch's
-    slopes = f4.evaluate([left - inside, right + inside]).derivative
-    found = periodic_orbits(f, period=4, infinitely_unstable=True)
-    stable = [orbit for orbit in found if orbit.stable]
-    crossing = [o for o in found if o.jump is not None and o.jump.d == jump.d]
-    return Side(
-        V,
-        jump.d,
-        float(f4(left)) - left,
-        (float(slopes[0]), float(slopes[1])),
-        from_point_1(stable[0], jump.d) if stable else np.empty(0),
-        from_point_1(crossing[0], jump.d) if crossing else np.empty(0),
-        stable[0].multiplier if stable else float("nan"),
-        basins(f),
-    )
-
-
-def _predicted(V: float) -> Outcome:
-    """Predict what follows when S4, left of the jump, rises on to it as V grows."""
-    f = event_map(examples.coulomb(V=V))
-    return predicted_at_jump(f, jump_of_s4(f), side=-1, direction=1, period=4)
 
 
 def _fixed_points(V: float) -> NDArray[np.float64]:
@@ -133,13 +59,11 @@ def _fixed_points(V: float) -> NDArray[np.float64]:
 
 
 def claims(facts: Facts) -> Iterator[Claim]:
-    """Figures 4, 6, 8 and 10."""
+    """Figures 4, 8 and 10."""
     yield _steady_motions(facts)
     yield _meets_the_line(facts)
     yield _sudden(facts)
-    yield _non_periodic(facts)
     yield _fold(facts)
-    yield _same_basin(facts)
     yield _multiplier(facts)
     yield _discontinuous(facts)
 
@@ -218,52 +142,6 @@ def _words(periods: list[int]) -> str:
     return " and ".join(map(str, periods)) or "none"
 
 
-def _non_periodic(facts: Facts) -> Claim:
-    lists = {**facts.past, facts.after.V: facts.after.basins.attractors}
-    found = sorted((V, item) for V, items in lists.items() for item in items if item.period != 1)
-    texts = [f"V = {V:.10g}: {_describe(item)}" for V, item in found]
-    family = facts.predicted.after
-    return Claim(
-        "collision.non_periodic",
-        6,
-        "section 4, first paragraph, and figures 6 and 7(b)",
-        "The attractor that follows S4 is not periodic",
-        (
-            Finding(
-                "at no driving velocity examined is it a stable periodic orbit",
-                "; ".join(texts),
-                all(item.kind != "periodic" for _, item in found),
-            ),
-            Finding(
-                "the shape of the map at the collision foretells something else than cycles",
-                f"it foretells {family}: {facts.predicted.text}",
-                family is None or "period" not in family.kind,
-            ),
-        ),
-        note=_family(family, [item.period for _, item in found]),
-    )
-
-
-def _family(family: LocalAttractor | None, periods: list[int]) -> str:
-    """Explain the periods, if they are of the family foretold."""
-    if family is None or not family.base:
-        return ""
-    if any(period % family.base != family.offset % family.base for period in periods):
-        return ""
-    return (
-        f"The periods {', '.join(map(str, sorted(periods)))} are all {family.base} n + "
-        f"{family.offset}: the orbit climbs for n rounds beside the place where S4 was, crosses "
-        f"the jump, and is back after {family.offset} more steps. n grows without bound towards "
-        "the collision. A period of dozens of global stick phases looks like none."
-    )
-
-
-def _describe(item: Attractor) -> str:
-    if item.orbit is None:
-        return f"{item.kind}, exponent {item.lyapunov.value:.4f}"
-    return f"period {item.period}, multiplier {item.orbit.multiplier:.6f}"
-
-
 def _fold(facts: Facts) -> Claim:
     before, after = facts.before, facts.after
     apart = [
@@ -291,32 +169,6 @@ def _fold(facts: Facts) -> Claim:
             ),
         ),
         note="Figure 8(c), V = 0.0372, shows the consequence: no intersection is left there.",
-    )
-
-
-def _same_basin(facts: Facts) -> Claim:
-    first, second = facts.before.basin_of_s1, facts.after.basin_of_s1
-    same_shape = first.shape == second.shape
-    moved = float(np.abs(first - second).max()) if same_shape else np.inf
-    rest = [1.0 - side.basins.undecided - side.basins.left for side in (facts.before, facts.after)]
-    return Claim(
-        "collision.same_basin",
-        10,
-        "section 4, below figure 10",
-        "The collision merges no basins: the new attractor has the basin that S4 had",
-        (
-            Finding(
-                "the basin of S1 is the same on both sides",
-                f"{len(first)} and {len(second)} intervals whose ends differ by {moved:.1e} over "
-                f"2 x {BESIDE:.0e} in V",
-                moved < SAME_EDGE,
-            ),
-            Finding(
-                "all the rest belongs to what follows S4",
-                f"decided: {rest[0]:.6f} of the domain below, {rest[1]:.6f} above",
-                min(rest) > 1.0 - 1e-9,
-            ),
-        ),
     )
 
 

@@ -12,6 +12,7 @@ from stickslip import examples
 from stickslip.mechanics.flow.trajectory import Trajectory, simulate
 from stickslip.paper.claim import Claim, Finding
 from stickslip.paper.galvanetto2001 import printed
+from stickslip.paper.galvanetto2001.claims.side import BESIDE, COLLISION
 from stickslip.paper.galvanetto2001.orbits import jump_of_s4
 from stickslip.study.event_map import event_map
 from stickslip.study.maps import attractors, breakpoints
@@ -26,10 +27,8 @@ if TYPE_CHECKING:
 FIGURES: Final = (7,)
 
 BLOCK: Final = 2
-COLLISION: Final = "V where S4 meets the jump"
 PAST: Final = 0.0370  # the paper's figure 7(b)
-APPROACH: Final = (0.0366, 0.0368, 0.0369)  # driving velocities below the collision ...
-BESIDE: Final = 1e-8  # ... and this far below it
+APPROACH: Final = (0.0366, 0.0368, 0.0369)  # driving velocities below the collision
 FRICTIONS: Final = (0.22, 0.5, 0.9)  # mu, at V = 0.0366
 SAMPLES: Final = 20_001  # times over one slip
 NEAR_ZERO: Final = 0.05  # of the stick interval's length: "in proximity to X_2 = 0"
