@@ -27,6 +27,7 @@ __all__ = ["N_VALUES", "bifurcations"]
 
 N_VALUES: Final = 24
 BESIDE: Final = 2e-3  # of the range: how far from an event attractors are looked at
+SAME_VALUE: Final = 1e-11  # of the range, beside its error: a crisis is part of another event
 CLEAR: Final = 0.25  # share of the way to the next event that this may take up
 
 
@@ -171,7 +172,13 @@ class _Report:
         points: list[ParameterPoint] = []
         for node in survey.grid_nodes:
             points.append(parameter_point(survey.family.at, node.q, node.orbits, node.table))
-        return crises(survey.family.at, points, breaks=self.values, max_period=survey.max_period)
+        found = crises(survey.family.at, points, breaks=self.values, max_period=survey.max_period)
+        return [event for event in found if not self._explained(event)]
+
+    def _explained(self, event: CrisisEvent) -> bool:
+        """Whether a collision makes or ends the chaos, and the orbits that it meets there too."""
+        same = event.error + SAME_VALUE * self.survey.scale
+        return any(abs(event.value - value) <= same for value in self.values)
 
     def _crisis(self, event: CrisisEvent) -> Bifurcation:
         located = event.located
