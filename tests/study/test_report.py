@@ -20,7 +20,8 @@ from stickslip.analysis.lyapunov import LyapunovExponent
 from stickslip.analysis.outcome import LocalAttractor, Outcome
 from stickslip.study.bifurcations import bifurcations
 from stickslip.study.digits import digits, with_error
-from stickslip.study.report import Report, agrees
+from stickslip.study.report import Report
+from stickslip.study.report_data import agrees
 
 CYCLE, CHAOS = LocalAttractor("periodic", 2), LocalAttractor("chaotic", 1)
 

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Final
 
 from stickslip.paper.claim import VERDICTS, Claim
@@ -19,6 +20,8 @@ __all__ = ["Report"]
 SCHEMA: Final = 1
 SOURCE: Final = "Galvanetto (2001)"
 TITLE: Final = "Some discontinuous bifurcations in a two-block stick-slip system"
+WIDTH: Final = 110  # of the terminal's lines below a claim
+INDENT: Final = " " * 25
 MARK: Final = {True: "yes", False: "**no**"}
 
 
@@ -53,7 +56,8 @@ class Report:
         lines = [f"{SOURCE}: {_summary(self.counts())}", ""]
         for claim in self.claims:
             lines.append(claim.line)
-            lines += [f"{'':25s}{reason}" for reason in _objections(claim)]
+            for reason in _objections(claim):
+                lines += wrap(reason, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT)
         return "\n".join(lines) + "\n"
 
     def as_json(self) -> str:
@@ -78,14 +82,14 @@ class Report:
         """Page for readers: figure by figure the picture, the claims and the evidence."""
         lines = [f"# {SOURCE}, “{TITLE}”: checked", ""]
         if self.claims:
-            lines += [f"{_summary(self.counts())}.", "", *_overview(self.claims)]
+            lines += [f"{_summary(self.counts())}.", "", *_overview(self.claims), ""]
         for number in sorted({claim.figure for claim in self.claims} | {*self.captions}):
-            lines += ["", f"## Figure {number}", "", *self._picture(number)]
+            lines += [f"## Figure {number}", "", *self._picture(number)]
             for claim in self.claims:
                 if claim.figure == number:
                     lines += _section(claim)
         if self.values:
-            lines += ["", "## Numbers", "", *value_table(self.values)]
+            lines += ["## Numbers", "", *value_table(self.values)]
         return "\n".join(lines).rstrip() + "\n"
 
     def _picture(self, number: int) -> Iterator[str]:
