@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -13,7 +13,7 @@ from stickslip.analysis.bundles import OrbitBundle, move_orbits, polish_orbits
 from stickslip.analysis.one_d.borders import ConditionLost
 from stickslip.analysis.one_d.conditions import Flip
 from stickslip.analysis.one_d.locate import solve_near
-from stickslip.analysis.one_d.normal_forms import flip_coefficient
+from stickslip.analysis.one_d.normal_forms import FlipCoefficient, flip_coefficient
 from stickslip.analysis.protocol import sample
 from stickslip.analysis.shooting import solve_orbit
 
@@ -34,8 +34,8 @@ WAY: Final = 0.45  # a doubled orbit flips where its parent's multiplier has mov
 STARTS: Final = (0.15, 0.05, 0.3, 0.015)  # of that way: where the doubled orbit is solved for
 STRIDES: Final = 5  # from there to where its own flip is expected
 BESIDE: Final = 0.05  # of the way on: where orbits on both sides of a flip are shown
+ENOUGH: Final = 2e-11  # of the value: an accumulation known so well needs no more flips
 APART: Final = 0.1  # of its expected size: a doubled orbit is further from its parent
-ROOTS: Final = 1e-9  # of the value: closer flips are one
 
 
 def cascades(
@@ -74,7 +74,7 @@ def cascades(
         while (successor := after[id(chain[-1])]) is not None:
             chain.append(successor)
         if 2 * chain[-1].period > max_period:
-            chain += _beyond(chain[-1], family, range)
+            chain += _beyond(chain, family, range)
         if len(chain) > 1:
             result.append(_cascade(chain))
     return result
@@ -101,22 +101,35 @@ def _successor(
 # ------------------------------------------------------------------ beyond the lists
 
 
-def _beyond(flip: Bifurcation, family: Family, range: tuple[float, float]) -> list[Bifurcation]:
-    """Follow a cascade from a flip on, to its longest period or as far as flips are sharp."""
-    chain: list[Bifurcation] = []
-    last, slope = flip, _slope(flip, family)
-    while 2 * last.period <= LONGEST and slope != 0:
-        located = _next_flip(last, slope, family)
+@dataclass(frozen=True)
+class _Level:
+    """A flip, the derivative of the multiplier there, and the normal form's coefficient."""
+
+    flip: Bifurcation
+    slope: float
+    coefficient: FlipCoefficient
+
+
+def _beyond(
+    chain: list[Bifurcation], family: Family, range: tuple[float, float]
+) -> list[Bifurcation]:
+    """Follow a cascade from its last flip on, as far as it takes and as flips are sharp."""
+    level = _Level(chain[-1], _slope(chain[-1], family), _coefficient(chain[-1], family))
+    found: list[Bifurcation] = []
+    while 2 * level.flip.period <= LONGEST and level.slope != 0:
+        located = _next_flip(level, family)
         if located is None or not range[0] <= located.value <= range[1]:
             break
-        gap = abs(located.value - last.value)
-        if not located.error < SHARP * gap:
+        if not located.error < SHARP * abs(located.value - level.flip.value):
             break
-        last, slope = _as_bifurcation(located, last, family), located.slope
-        if last.criticality != "super":
+        level = _next_level(located, family)
+        if level.flip.criticality != "super":
             break
-        chain.append(last)
-    return chain
+        found.append(level.flip)
+        where, error = _accumulation([*chain, *found])
+        if error < ENOUGH * abs(where):
+            break
+    return found
 
 
 def _slope(flip: Bifurcation, family: Family) -> float:
@@ -128,10 +141,14 @@ def _slope(flip: Bifurcation, family: Family) -> float:
         return 0.0
 
 
-def _next_flip(last: Bifurcation, slope: float, family: Family) -> Located | None:
+def _coefficient(flip: Bifurcation, family: Family) -> FlipCoefficient:
+    return flip_coefficient(family.whole(flip.value), flip.points)
+
+
+def _next_flip(level: _Level, family: Family) -> Located | None:
     """Solve for the flip of the orbit that a flip gives birth to."""
-    way = -WAY / slope  # signed: the doubled orbit lives where the multiplier is below -1
-    start = _doubled(last, slope, way, family)
+    last, way = level.flip, -WAY / level.slope  # it lives where the multiplier is below -1
+    start = _doubled(level, way, family)
     if start is None:
         return None
     f, bundle, q = start
@@ -160,22 +177,21 @@ def _next_flip(last: Bifurcation, slope: float, family: Family) -> Located | Non
 
 
 def _doubled(
-    last: Bifurcation, slope: float, way: float, family: Family
+    level: _Level, way: float, family: Family
 ) -> tuple[MapFamily, OrbitBundle, float] | None:
     """Solve for the orbit born at a flip, from the size that the normal form foretells.
 
     On the unstable side u -> -(1 + e) u + c u^3 with e = abs(slope) abs(q - q0) has the cycle
     u = ±sqrt(e / c).
     """
-    at_flip = family.whole(last.value)
-    coefficient = flip_coefficient(at_flip, last.points).value
+    last, coefficient = level.flip, level.coefficient.value
     if not coefficient > 0:
         return None
-    slopes = sample(at_flip, last.points).derivative
+    slopes = sample(family.whole(last.value), last.points).derivative
     shape = np.cumprod(np.concatenate([[1.0], slopes[:-1]]))
     for share in STARTS:
         q = last.value + share * way
-        u = math.sqrt(abs(slope * share * way) / coefficient) * shape
+        u = math.sqrt(abs(level.slope * share * way) / coefficient) * shape
         guess = np.concatenate([last.points + u, last.points - u])
         found = _polished(guess, family, q)
         if found is not None and _apart(found[1], np.abs(u).max()):
@@ -201,19 +217,19 @@ def _apart(bundle: OrbitBundle, size: float) -> bool:
     return bool(np.abs(points[:half] - points[half:]).max() > APART * size)
 
 
-def _as_bifurcation(found: Located, last: Bifurcation, family: Family) -> Bifurcation:
+def _next_level(found: Located, family: Family) -> _Level:
     """Make a bifurcation of a flip beyond the lists, with the orbits on both sides."""
     points = np.array(found.reading.points)
     points = np.roll(points, -int(np.argmin(points)))
-    f = family.whole(found.value)
+    coefficient = flip_coefficient(family.whole(found.value), points)
     flip = Bifurcation(
         kind="flip",
         parameter=family.name,
-        value=found.value,
-        error=found.error,
+        value=float(found.value),
+        error=float(found.error),
         period=len(points),
         points=points,
-        criticality=flip_coefficient(f, points).criticality,
+        criticality=coefficient.criticality,
         quality=found.quality,
         interval=found.interval,
         residual=found.residual,
@@ -221,11 +237,13 @@ def _as_bifurcation(found: Located, last: Bifurcation, family: Family) -> Bifurc
         multipliers=found.reading.multipliers,
         in_cascade=True,
     )
-    return _with_orbits(flip, found.slope, family)
+    level = _Level(flip, float(found.slope), coefficient)
+    return replace(level, flip=_with_orbits(level, family))
 
 
-def _with_orbits(flip: Bifurcation, slope: float, family: Family) -> Bifurcation:
+def _with_orbits(level: _Level, family: Family) -> Bifurcation:
     """Add the parent on both sides and its double where that lives."""
+    flip, slope = level.flip, level.slope
     if slope == 0 or flip.criticality is None:
         return flip
     way = -WAY / slope if flip.criticality == "super" else WAY / slope
@@ -233,7 +251,7 @@ def _with_orbits(flip: Bifurcation, slope: float, family: Family) -> Bifurcation
     for share in (-BESIDE, BESIDE):
         parent = solve_orbit(family.whole(flip.value + share * way), flip.points)
         sides.append([parent] if parent.quality == "located" else [])
-    start = _doubled(flip, slope, BESIDE / STARTS[0] * way, family)
+    start = _doubled(level, BESIDE / STARTS[0] * way, family)
     if start is not None:
         double = solve_orbit(start[0], start[1].points[0])
         sides[1] += [double] if double.quality == "located" else []
@@ -246,11 +264,15 @@ def _with_orbits(flip: Bifurcation, slope: float, family: Family) -> Bifurcation
 
 def _cascade(chain: list[Bifurcation]) -> Cascade:
     values = np.array([flip.value for flip in chain])
-    errors = np.array([flip.error for flip in chain])
     gaps = np.diff(values)
     ratios = gaps[:-1] / gaps[1:]
-    value, error = accumulation(values, errors)
+    value, error = _accumulation(chain)
     return Cascade(tuple(chain), value, error, ratios)
+
+
+def _accumulation(chain: list[Bifurcation]) -> tuple[float, float]:
+    values, errors = ([getattr(flip, name) for flip in chain] for name in ("value", "error"))
+    return accumulation(np.array(values), np.array(errors))
 
 
 def accumulation(values: Floats, errors: Floats) -> tuple[float, float]:

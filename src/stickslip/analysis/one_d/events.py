@@ -15,7 +15,7 @@ from stickslip.analysis.protocol import domain_width
 from stickslip.analysis.window import WindowMap
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from stickslip.analysis.one_d.breakpoints import Breakpoint
     from stickslip.analysis.one_d.conditions import Condition
@@ -28,6 +28,8 @@ __all__ = ["Event", "Suspect", "flips_on", "located", "suspects_at_end"]
 
 SAME_VALUE: Final = 1e-11  # of the range, beside the errors: events that coincide
 SAME_PLACE: Final = 1e-5  # of the domain: points of one event found in two ways
+REPEATS: Final = 1e-4  # of the domain: an orbit that closes up so far at a fold is at a flip
+CLOSING: Final = 0.02  # of the domain: an orbit so close to one of half its period may end there
 AGAIN: Final = 2.0  # times the reach of a suspect: so close to it lies what explains it
 NEAR_BORDER: Final = 1e-4  # of the domain: likewise borders,
 NEAR_ORBIT: Final = 3e-3  # and orbits, which move like roots beside folds and flips
@@ -166,7 +168,7 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
     if found.quality == "failed" or not within[0] <= found.value <= within[1]:
         return None
     event = Event(_kind(found), found.reading.condition, found)
-    if event.kind == "fold" and _repeats(event.points, SAME_PLACE * width_of(family)):
+    if event.kind == "fold" and _repeats(event.points, REPEATS * width_of(family)):
         return None  # f^2p has slope 1 at a flip, too
     return event
 
@@ -174,8 +176,11 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
 def _repeats(points: Floats, slack: float) -> bool:
     """Tell whether an orbit closes after a divisor of its period."""
     p = len(points)
-    divisors = [d for d in range(1, p) if p % d == 0]
-    return any(np.abs(np.roll(points, d) - points).max() <= slack for d in divisors)
+    return any(_apart(points, d) <= slack for d in range(1, p) if p % d == 0)
+
+
+def _apart(points: Floats, turn: int) -> float:
+    return float(np.abs(np.roll(points, turn) - points).max())
 
 
 def width_of(family: Family) -> float:
@@ -211,7 +216,7 @@ def flips_on(piece: Piece) -> list[Suspect]:
     return found
 
 
-def suspects_at_end(way: Way, family: Family) -> list[Suspect]:
+def suspects_at_end(way: Way, family: Family) -> Iterator[Suspect]:
     """Suspect what may have ended an orbit's way, the likeliest first.
 
     Parameters
@@ -219,25 +224,25 @@ def suspects_at_end(way: Way, family: Family) -> list[Suspect]:
     way : Way
     family : Family
 
-    Returns
-    -------
-    list of Suspect
-        Empty where the orbit has only left the domain or the window.
+    Yields
+    ------
+    Suspect
+        None where the orbit has only left the domain or the window.
     """
     end = way.end
     if end is None or end.reason in ("arrived", "outside"):
-        return []
-    suspects: list[Suspect] = []
+        return
     if end.reason == "border":
-        suspects += _collisions(way, family)
-    if end.reason == "doubling":
-        suspects.append(_halved(way))
-    suspects.append(_fold(way))
+        yield from _collisions(way, family)
+    even = len(end.points) % 2 == 0
+    doubled = even and _apart(end.points, len(end.points) // 2) < CLOSING * width_of(family)
+    if end.reason == "doubling" or doubled:
+        yield _halved(way)
+    yield _fold(way)
     if end.reason == "standstill":
-        if len(end.points) % 2 == 0:
-            suspects.append(_halved(way))
-        suspects += _collisions(way, family)
-    return suspects
+        if even and not doubled:
+            yield _halved(way)
+        yield from _collisions(way, family)
 
 
 def _fold(way: Way) -> Suspect:
@@ -268,12 +273,11 @@ def _zero_of(test: Sequence[float], values: Sequence[float], step: float) -> tup
     return values[-1] + distance, abs(distance)
 
 
-def _collisions(way: Way, family: Family) -> list[Suspect]:
+def _collisions(way: Way, family: Family) -> Iterator[Suspect]:
     """Suspect that the orbit meets the nearest border on its point's way."""
     end = way.end
     assert end is not None
     f = family.whole(end.q)
-    suspects = []
     for place in [end.place] if end.reason == "border" else range(len(end.points)):
         x, speed = float(end.points[place]), float(end.velocity[place])
         ahead = abs(speed * end.step) if np.isfinite(speed) else 0.0
@@ -283,8 +287,7 @@ def _collisions(way: Way, family: Family) -> list[Suspect]:
         side = -1 if x < border.d else 1
         reach = 2 * abs(end.step)
         condition = Collision(len(end.points), Border.of(border), side)
-        suspects.append(Suspect(condition, end.q + end.step, reach))
-    return suspects
+        yield Suspect(condition, end.q + end.step, reach)
 
 
 def _nearest_border(f: MapFamily, x: float, distance: float) -> Breakpoint | None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from bisect import insort
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
@@ -25,7 +26,7 @@ from stickslip.analysis.one_d.tracking import Piece, Way, follow, join
 from stickslip.analysis.protocol import domain_width
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
 __all__ = ["Ending", "Span", "Survey"]
 
@@ -34,6 +35,7 @@ CLEAR: Final = 0.2  # share of the way to the next event that these may take up
 FOUND: Final = 1e-7  # of the domain's width: an orbit that arrives is looked up in the list
 NARROWEST: Final = 1e-4  # of the range: an unexplained change is not narrowed down further
 SECOND_LOOKS: Final = 2  # rounds of lists added where a pair of events may hide
+THREADS: Final = 2
 MAX_NODES: Final = 1000
 JITTER: Final = 0.11  # of a spacing: values of a grid keep away from round numbers
 GOLDEN: Final = 0.6180339887498949
@@ -124,6 +126,7 @@ class Survey:
         self.unresolved: list[UnresolvedChange] = []
         self.grid_nodes: list[Node] = []
         self.n_nodes = 0
+        self._known: dict[tuple[float, int, int], Way] = {}
 
     @property
     def scale(self) -> float:
@@ -132,7 +135,7 @@ class Survey:
 
     def run(self, n_values: int) -> None:
         """Make the lists at the values of a grid, and explain all changes between them."""
-        self.grid_nodes = [self._node(q) for q in grid(self.lo, self.hi, n_values)]
+        self.grid_nodes = self._nodes(grid(self.lo, self.hi, n_values))
         self._look_for_hidden()
         for left, right in pairwise(self.grid_nodes):
             self._explain(left, right)
@@ -151,14 +154,23 @@ class Survey:
             fresh = hidden_values(values, [seen[q] for q in values], self.width)
             if not fresh:
                 return
-            self.grid_nodes += [self._node(q) for q in fresh]
+            self.grid_nodes += self._nodes(fresh)
             self.grid_nodes.sort(key=lambda node: node.q)
 
-    def _node(self, q: float, beside: float = math.inf) -> Node:
-        node = Node.make(self.family, q, self.max_period, beside)
-        self.words.learn(node.table)
-        self.n_nodes += 1
-        return node
+    def _nodes(self, values: Sequence[float], beside: float = math.inf) -> list[Node]:
+        """Make lists at several values, two at a time: most of the work is the map's own."""
+        for q in values:
+            self.family.at(q)  # made here, so that the threads only read
+
+        def make(q: float) -> Node:
+            return Node.make(self.family, q, self.max_period, beside)
+
+        with ThreadPoolExecutor(THREADS) as pool:
+            nodes = list(pool.map(make, values))
+        for node in nodes:
+            self.words.learn(node.table)
+        self.n_nodes += len(nodes)
+        return nodes
 
     # ------------------------------------------------------------------ between events
 
@@ -171,7 +183,7 @@ class Survey:
             if fresh:
                 todo += self._cut(span, fresh)
             elif unexplained and self._may_narrow(span):
-                middle = self._node(0.5 * (span.left.q + span.right.q))
+                (middle,) = self._nodes([0.5 * (span.left.q + span.right.q)])
                 todo += [(span.left, middle), (middle, span.right)]
             else:
                 self.spans.append(span)
@@ -219,26 +231,36 @@ class Survey:
         self, span: Span, loose_left: list[int], loose_right: list[int]
     ) -> list[tuple[int | None, int | None, Way]]:
         """Follow the orbits that were not matched; those that arrive become pieces."""
-        ways: list[tuple[int | None, int | None, Way]] = []
-        missing = set(loose_right)
-        for k in loose_left:
-            way = follow(span.left, k, span.right.q, self.family, self.words)
-            there = self._arrival(way, span.right)
-            if there in missing:
-                missing.discard(there)
-                span.pieces.append(way.piece(k, there))
+        missing = {-1: set(loose_left), 1: set(loose_right)}
+        todo = [(side, k) for side in (-1, 1) for k in sorted(missing[side])]
+        # Those whose way is known in part come first: it ends where the others begin.
+        todo.sort(key=lambda item: self._key(span, *item) not in self._known)
+        lost: dict[tuple[int, int], Way] = {}
+        for side, k in todo:
+            if k not in missing[side]:
+                continue
+            way = self._follow(span, side, k)
+            there = self._arrival(way, span.right if side < 0 else span.left)
+            if there in missing[-side]:
+                left, right = (k, there) if side < 0 else (there, k)
+                span.pieces.append(way.piece(left, right))
+                missing[side].discard(k)
+                missing[-side].discard(there)
+                lost.pop((-side, there), None)
             else:
-                ways.append((k, None, way))
-        for j in sorted(missing):
-            way = follow(span.right, j, span.left.q, self.family, self.words)
-            there = self._arrival(way, span.left)
-            match = next((w for w in ways if there is not None and w[0] == there), None)
-            if match is not None:
-                ways.remove(match)
-                span.pieces.append(way.piece(there, j))
-            else:
-                ways.append((None, j, way))
-        return ways
+                lost[side, k] = way
+        return [(k, None, way) if side < 0 else (None, k, way) for (side, k), way in lost.items()]
+
+    def _key(self, span: Span, side: int, k: int) -> tuple[float, int, int]:
+        return (span.left if side < 0 else span.right).q, side, k
+
+    def _follow(self, span: Span, side: int, k: int) -> Way:
+        """Follow an orbit of one node of a span towards the other, from as far as is known."""
+        start, goal = (span.left, span.right) if side < 0 else (span.right, span.left)
+        key = self._key(span, side, k)
+        way = follow(start, k, goal.q, self.family, self.words, self._known.get(key))
+        self._known[key] = way
+        return way
 
     def _arrival(self, way: Way, node: Node) -> int | None:
         """Place of an orbit that has arrived in the list there."""
@@ -249,13 +271,14 @@ class Survey:
 
     def _end_of(self, way: Way, span: Span, fresh: list[Event]) -> Event | None:
         """Find the event that ends an orbit's way: a known one, or one to solve for."""
-        suspects = suspects_at_end(way, self.family)
-        for event in fresh:
-            if any(suspect.explained_by(event, self.width) for suspect in suspects):
-                return event
-        within = self._within(span)
-        solved = (located(suspect, self.family, within) for suspect in suspects)
-        return next((event for event in solved if event is not None), None)
+        for suspect in suspects_at_end(way, self.family):
+            for event in fresh:
+                if suspect.explained_by(event, self.width):
+                    return event
+            found = located(suspect, self.family, self._within(span))
+            if found is not None:
+                return found
+        return None
 
     def _within(self, span: Span) -> tuple[float, float]:
         """Where events of a span may lie: a little beyond, as they may be known ones there."""
@@ -294,8 +317,8 @@ class Survey:
                     )
                 )
                 continue
-            before = self._node(group[0].value - beside, beside)
-            after = self._node(group[-1].value + beside, beside)
+            sides = (group[0].value - beside, group[-1].value + beside)
+            before, after = self._nodes(sides, beside)
             plain.append((last, before))
             self.spans.append(self._around(before, after, group))
             last = after

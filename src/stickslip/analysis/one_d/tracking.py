@@ -218,12 +218,16 @@ class End:
 
 @dataclass(eq=False)
 class Way:
-    """An orbit's way from a node: samples in the order of travel, and the end."""
+    """An orbit's way from a node: samples in the order of travel, and the end.
+
+    ``last`` is the orbit at the last sample.
+    """
 
     values: list[float] = field(default_factory=list)
     points: list[Floats] = field(default_factory=list)
     multipliers: list[float] = field(default_factory=list)
     end: End | None = None
+    last: OrbitBundle | None = None
 
     def piece(self, left: int | None, right: int | None) -> Piece:
         """Return the samples in ascending order."""
@@ -237,7 +241,9 @@ class Way:
         )
 
 
-def follow(node: Node, place: int, goal: float, family: Family, words: Words) -> Way:
+def follow(
+    node: Node, place: int, goal: float, family: Family, words: Words, known: Way | None = None
+) -> Way:
     """Follow an orbit of a node towards another value of the parameter, its word kept.
 
     Parameters
@@ -248,13 +254,19 @@ def follow(node: Node, place: int, goal: float, family: Family, words: Words) ->
     goal : float
     family : Family
     words : Words
+    known : Way, optional
+        Of the same orbit, to a goal further on: the new way starts where that one ended.
 
     Returns
     -------
     Way
     """
     traveller = _Traveller(node, place, goal, family, words)
-    return traveller.go(min(FIRST * abs(goal - node.q), node.beside))
+    first = min(FIRST * abs(goal - node.q), node.beside)
+    if known is not None and traveller.resume(known):
+        assert known.end is not None
+        first = min(first, abs(known.end.step))
+    return traveller.go(first)
 
 
 class _Traveller:
@@ -269,6 +281,18 @@ class _Traveller:
         self.apart = self._apart()
         self.way = Way()
         self._note()
+
+    def resume(self, known: Way) -> bool:
+        """Go on from where another way ended, if that is before the goal."""
+        q = known.values[-1]
+        if known.last is None or not (q - self.q) * self.length > 0:
+            return False
+        if not (self.goal - q) * self.length > 0:
+            return False
+        self.way = Way(list(known.values), list(known.points), list(known.multipliers))
+        self.q, self.f, self.bundle = q, self.family.at(q), known.last
+        self.speed = velocity(self.bundle, self.f, self.family.name)
+        return True
 
     def go(self, first: float) -> Way:
         """Step towards the goal, as far as it goes."""
@@ -318,6 +342,7 @@ class _Traveller:
         self.way.values.append(self.q)
         self.way.points.append(self.bundle.orbit_points(0))
         self.way.multipliers.append(float(self.bundle.multipliers[0]))
+        self.way.last = self.bundle
 
     def _apart(self) -> float:
         """Distance between an orbit and itself half a period later."""
