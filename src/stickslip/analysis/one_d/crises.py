@@ -58,9 +58,10 @@ FINEST: Final = 1e-3  # of a grid interval: parts of it are halved down to this 
 UNLIKELY: Final = 16.0  # ... or this many times that, towards windows of long period
 JUMP: Final = 1.2  # growth of the bands' total length at an interior crisis, at least
 SUSPECT: Final = 1.5  # growth from one value to the next that asks for a closer look
-MEETINGS: Final = 12  # of edges with orbits beside them that are tried, the closest first
+MEETINGS: Final = 8  # of edges with orbits beside them that are tried, the closest first
 LOOKS: Final = 32  # values between two of the grid at which attractors are found, about
 MAX_STEPS: Final = 5376  # of orbits there: three growing blocks
+MAX_PERIOD: Final = 64  # of stable cycles there
 MOST_BANDS: Final = 32  # of attractors whose changes are searched thoroughly
 GLANCE: Final = 1e-4  # of an interval: step that tells where an edge and an orbit move
 OVERSHOOT: Final = 3.0  # intervals: meetings foretold further away are not tried
@@ -131,7 +132,7 @@ def parameter_point(
     orbits: Iterable[PeriodicOrbit] = (),
     table: BranchTable | None = None,
     *,
-    max_steps: int | None = None,
+    quick: bool = False,
 ) -> ParameterPoint:
     """Find the attractors of a map at one parameter value.
 
@@ -144,8 +145,8 @@ def parameter_point(
         Known at this value: the stable ones are attractors even if no seed reaches them.
     table : BranchTable, optional
         Of the map there; made if it is not given.
-    max_steps : int, optional
-        Steps after which an orbit counts as undecided; as in `attractors` by default.
+    quick : bool
+        Whether to give up sooner on orbits that do not settle, and on long periods.
 
     Returns
     -------
@@ -154,8 +155,8 @@ def parameter_point(
     f = at(value) if table is None else table.f
     table = branch_table(f) if table is None else table
     fast = interpolated_map(table)
-    steps = {} if max_steps is None else {"max_steps": max_steps}
-    found = attractors_of(f, table, orbits, fast=fast, **steps)
+    limits = {"max_steps": MAX_STEPS, "max_period": MAX_PERIOD} if quick else {}
+    found = attractors_of(f, table, orbits, fast=fast, **limits)
     return ParameterPoint(float(value), f, table, found, fast)
 
 
@@ -255,7 +256,7 @@ class _Search:
 
     def _look(self, value: float) -> ParameterPoint:
         self.looks_left -= 1
-        return parameter_point(self.at, value, max_steps=MAX_STEPS)
+        return parameter_point(self.at, value, quick=True)
 
     def interval(self, left: ParameterPoint, right: ParameterPoint, finest: float) -> None:
         """Search between two values of the grid."""
@@ -399,9 +400,7 @@ class _Search:
         periods = {*range(1, self.max_period + 1), attractor.period}
         if attractor.period % 2 == 0:
             periods.add(attractor.period // 2)
-        found = meetings(
-            point.f, point.fast, edges_of(attractor, point.table), tuple(sorted(periods))
-        )
+        found = meetings(point.fast, edges_of(attractor, point.table), tuple(sorted(periods)))
         return [
             Connection(item.edge.critical, item.edge.side, item.edge.k, item.points)
             for item in islice(found, MEETINGS)

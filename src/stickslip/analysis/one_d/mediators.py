@@ -18,14 +18,15 @@ if TYPE_CHECKING:
     from stickslip.analysis.one_d.borders import Critical
     from stickslip.analysis.one_d.interpolated import InterpolatedMap
     from stickslip.analysis.one_d.table import BranchTable
-    from stickslip.analysis.protocol import Floats, Map1D
+    from stickslip.analysis.protocol import Floats
 
 __all__ = ["Edge", "Meeting", "edges_of", "meetings"]
 
 SAMPLES: Final = 128  # points on either half of a gap, closer and closer towards its ends
 NEAREST: Final = 1e-7  # of the gap: the first point's distance from an end
 SLACK: Final = 1e-9  # of the domain's width: an orbit this close to another is the same
-NEIGHBOURS: Final = 3  # unstable orbits beside an edge that are worth trying
+HALVINGS: Final = 12
+NEIGHBOURS: Final = 2  # unstable orbits beside an edge that are worth trying
 
 
 @dataclass(frozen=True)
@@ -96,15 +97,14 @@ class Meeting:
 
 
 def meetings(
-    f: Map1D, fast: InterpolatedMap, edges: Iterable[Edge], periods: tuple[int, ...]
+    fast: InterpolatedMap, edges: Iterable[Edge], periods: tuple[int, ...]
 ) -> Iterator[Meeting]:
     """Find the unstable orbits with a point in the gap beside an edge.
 
     Parameters
     ----------
-    f : Map1D
     fast : InterpolatedMap
-        Of `f`: shows where the orbits are.
+        Shows where the orbits are, to nine digits.
     edges : iterable of Edge
     periods : tuple of int
         That are searched.
@@ -115,14 +115,14 @@ def meetings(
         The closest first, distances taken in units of the band behind the edge; at most
         ``NEIGHBOURS`` for each edge. Orbits start with their point in the gap.
     """
-    same = SLACK * domain_width(f)
+    same = SLACK * domain_width(fast)
     places = [place for edge in edges for place in _places(fast, edge, periods, same)]
     found: dict[float, list[float]] = {}
     for place in sorted(places, key=lambda place: place.distance):
         known = found.setdefault(place.edge.x, [])
         if len(known) >= NEIGHBOURS:
             continue
-        points = _polished(f, fast, place, same)
+        points = _polished(fast, place, same)
         if points is not None and all(abs(points[0] - x) > same for x in known):
             known.append(points[0])
             yield Meeting(place.edge, points)
@@ -161,12 +161,10 @@ def _places(
     return sorted(places, key=lambda place: place.distance)[: 2 * NEIGHBOURS]
 
 
-def _polished(
-    f: Map1D, fast: InterpolatedMap, place: _Place, same: float
-) -> tuple[float, ...] | None:
-    """Solve for the orbit on the map itself; None if it is stable or elsewhere."""
+def _polished(fast: InterpolatedMap, place: _Place, same: float) -> tuple[float, ...] | None:
+    """Solve for the orbit on the interpolated map; None if it is stable or elsewhere."""
     guess = fast.iterate(_halved(fast, *place.bracket, place.period), place.period - 1)
-    cycle = confirmed(f, guess) if np.all(np.isfinite(guess)) else None
+    cycle = confirmed(fast, guess) if np.all(np.isfinite(guess)) else None
     if cycle is None or cycle.stable:
         return None
     lo, hi = place.edge.gap
@@ -180,9 +178,9 @@ def _graded(lo: float, hi: float) -> Floats:
 
 
 def _halved(fast: InterpolatedMap, a: float, b: float, period: int) -> float:
-    """Halve a bracket of a zero of f^p(x) - x; cheap on the interpolated map."""
+    """Halve a bracket of a zero of f^p(x) - x until Newton's method can take over."""
     at_a = float(fast.iterate(a, period)[-1]) - a
-    for _ in range(60):
+    for _ in range(HALVINGS):
         middle = 0.5 * (a + b)
         off = float(fast.iterate(middle, period)[-1]) - middle
         if (off < 0) == (at_a < 0):
