@@ -1,9 +1,8 @@
 """Where and why a bifurcation curve ends inside its range.
 
-The walk along a curve stops where no further step succeeds. From there on the end is closed in
-on by halving, then what stops the curve is looked for just beyond: a break that a point of the
-orbit meets, or that meets the border itself. Its distance, a smooth function on this side, is
-extrapolated to zero: closer than the resolution two breaks cannot be told apart.
+Once the end is closed in on, what stops the curve is looked for just beyond: a break that a
+point of the orbit meets, or that meets the border itself. Its distance, a smooth function on
+this side, is extrapolated to zero: closer than the resolution two breaks cannot be told apart.
 """
 
 from __future__ import annotations
@@ -19,12 +18,10 @@ from stickslip.analysis.one_d.borders import Border, ConditionLost
 from stickslip.analysis.one_d.curve_events import (
     Event,
     break_beside,
-    changed_labels,
     map_at,
     meeting,
 )
-from stickslip.analysis.one_d.locate import solve_near
-from stickslip.analysis.protocol import domain_width
+from stickslip.analysis.one_d.curve_steps import CLOSE, changed_labels, moved, replaced_sides
 from stickslip.numerics.continuation import LeavesRegion
 
 if TYPE_CHECKING:
@@ -37,82 +34,12 @@ if TYPE_CHECKING:
     Equations: TypeAlias = PlaneEquations | FoldEquations
     Distance: TypeAlias = Callable[[CurvePoint], float]
 
-__all__ = ["closest_to_end", "end_event"]
+__all__ = ["end_event"]
 
-CLOSE: Final = 1e-9  # scaled: how far the end of a curve is closed in on
-ASIDE: Final = 1e-2  # of such a step: how far the curve may be from its tangent
-NEAR: Final = 1e-3  # of the domain: the orbit moves less than that on the way
 LOOK_AHEAD: Final = tuple(CLOSE * 4.0**k for k in range(10))  # scaled lengths, beyond the end
 LOOK_BACK: Final = (-4e-6, -8e-6, -12e-6)  # where distances are extrapolated from, before it
 LOOK_ON: Final = (4e-6, 8e-6, 12e-6)  # ... and beyond
 BELIEVED: Final = 1e-5  # scaled: how far that may move the end
-
-
-def closest_to_end(equations: Equations, last: CurvePoint, step: float) -> CurvePoint:
-    """Go on from the last point of a walk as far as there are points, by halving.
-
-    Parameters
-    ----------
-    equations : PlaneEquations or FoldEquations
-    last : CurvePoint
-    step : float
-        Scaled length of a step that is too long.
-    """
-    while step > CLOSE:
-        step *= 0.5
-        try:
-            last = _moved(equations, last, step)
-        except (ConditionLost, ValueError):
-            continue
-    return last
-
-
-def _moved(equations: Equations, last: CurvePoint, length: float) -> CurvePoint:
-    """Solve for a point of the curve a short way from one, along its tangent.
-
-    Raises
-    ------
-    ConditionLost
-        The orbit there is not the same one, a little moved.
-    """
-    plane, (scale_q, scale_s) = equations.plane, equations.scale[-2:]
-    along_q, along_s = last.tangent[-2:]
-    q, s = equations.parameters(last.y + length * equations.scale * last.tangent)
-    # Orthogonal to the curve in the scaled plane.
-    normal = np.array([along_s * scale_q, -along_q * scale_s]) / math.hypot(along_q, along_s)
-    near = NEAR * domain_width(plane.system)
-    first = last.note.condition.at(plane.map_at(q, s))
-    if not _same(last.note, first, near):
-        raise ConditionLost("another orbit")
-    found = solve_near(
-        first.condition,
-        lambda t: plane.map_at(q + t * normal[0], s + t * normal[1]),
-        0.0,
-        step=ASIDE * abs(length),
-    )
-    if found.quality != "located" or not _same(last.note, found.reading, near):
-        raise ConditionLost("another orbit")
-    where = (q + found.value * normal[0], s + found.value * normal[1])
-    return replace(last, y=equations.unknowns(found.reading, *where), note=found.reading)
-
-
-def _same(a: Reading, b: Reading, near: float) -> bool:
-    moved = float(np.max(np.abs(np.subtract(a.points, b.points))))
-    return moved <= near and not changed_labels(a, b) and not _replaced(a, b)
-
-
-def _replaced(a: Reading, b: Reading) -> list[str]:
-    """Sides of a border on which there is another branch than before."""
-    if a.critical is None or b.critical is None:
-        return []
-    old, new = a.critical.critical, b.critical.critical
-    if not (isinstance(old, Border) and isinstance(new, Border)):
-        return []
-    same = {
-        "left": old.left_label == new.left_label,
-        "right": old.right_label == new.right_label,
-    }
-    return [side for side in same if not same[side]]
 
 
 def end_event(equations: Equations, last: CurvePoint) -> tuple[Event | None, str]:
@@ -133,7 +60,7 @@ def end_event(equations: Equations, last: CurvePoint) -> tuple[Event | None, str
             # Of a long message, what is not allowed.
             reason = str(lost.cause).split(". ")[0]
             break
-        replaced = _replaced(last.note, beyond)
+        replaced = replaced_sides(last.note, beyond)
         if replaced:
             return _other_break(equations, last, beyond, replaced[0])
         changed = changed_labels(last.note, beyond)
@@ -205,7 +132,7 @@ def _extrapolated(
     The distance is measured before the end, or beyond it on the curve's continuation.
     """
     try:
-        before = [_moved(equations, last, length) for length in LOOK_BACK]
+        before = [moved(equations, last, length) for length in LOOK_BACK]
         nodes = before
         if lengths is not LOOK_BACK:
             ways = [_lagrange(LOOK_BACK, before, length) for length in lengths]

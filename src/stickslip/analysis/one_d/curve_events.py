@@ -11,8 +11,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
+import numpy as np
+
 from stickslip.analysis.one_d.borders import Border, ConditionLost
 from stickslip.analysis.one_d.conditions import Collision, Connection, Flip, Fold
+from stickslip.analysis.one_d.curve_steps import changed_labels, closest_to_end
 from stickslip.analysis.one_d.normal_forms import flip_coefficient
 from stickslip.numerics.continuation import LeavesRegion, StepTooLong
 
@@ -25,7 +28,7 @@ if TYPE_CHECKING:
 
     Equations: TypeAlias = PlaneEquations | FoldEquations
 
-__all__ = ["Event", "Watch", "break_beside", "changed_labels", "map_at", "meeting"]
+__all__ = ["Event", "Watch", "break_beside", "map_at", "meeting"]
 
 REMAINDER: Final = 1e-3  # of the values around: a change of sign that leaves more is a pole
 SIDES: Final = {-1: "left", 1: "right"}
@@ -88,6 +91,8 @@ class Watch:
                 continue
             if abs(quantity.of(node)) <= REMAINDER * max(abs(first), abs(second)):
                 yield Event(quantity.kind, quantity.what, node)
+        if _kind(a.note) != _kind(b.note):
+            yield _changed_kind(self.equations, a, b)
         for i in changed_labels(a.note, b.note):
             event = _crossing(self.curve, self.equations, a, b, i)
             if event is not None:
@@ -124,10 +129,11 @@ def _collision_quantities(condition: Collision) -> Iterator[_Quantity]:
             for at, meaning in MEANINGS.items():
                 what = f"the multiplier on the {SIDES[side]} of the border passes {at}: {meaning}"
                 yield _Quantity(f"multiplier {at}", what, _less(index, at))
-    if continuous:
+    # Of a smooth break both are rounding.
+    if condition.border.kind == "corner":
         what = "the slopes on both sides of the corner agree: the map is smooth there"
         yield _Quantity("kind of border", what, _bend)
-    else:
+    if condition.border.kind == "jump":
         what = "the jump closes: the map is continuous there"
         yield _Quantity("kind of border", what, _jump)
 
@@ -149,6 +155,20 @@ def _jump(node: CurvePoint) -> float:
     return border.right - border.left
 
 
+def _kind(reading: Reading) -> str:
+    return "" if reading.critical is None else reading.critical.kind
+
+
+def _changed_kind(equations: Equations, a: CurvePoint, b: CurvePoint) -> Event:
+    """Find where the break that an orbit collides with becomes one of another kind."""
+    old, new = _kind(a.note), _kind(b.note)
+    what = f"the {old} becomes a {new}"
+    if new == "smooth":
+        what = f"the {old} is smoothed out: beyond, nothing happens to the orbit"
+    step = float(np.linalg.norm((b.y - a.y) / equations.scale))
+    return Event("kind of border", what, closest_to_end(equations, a, step), new == "smooth")
+
+
 def _coefficient(equations: Equations, node: CurvePoint) -> float:
     found = flip_coefficient(map_at(equations, node), node.note.points)
     return found.value if found.criticality is not None else 0.0
@@ -160,12 +180,6 @@ def map_at(equations: Equations, node: CurvePoint) -> MapFamily:
 
 
 # ---------------------------------------------------------------- other breaks on the way
-
-
-def changed_labels(a: Reading, b: Reading) -> list[int]:
-    """Return which of the points that a test function depends on have changed their branch."""
-    pairs = zip(a.labels, b.labels, strict=False)
-    return [i for i, (first, second) in enumerate(pairs) if first != second]
 
 
 def _crossing(

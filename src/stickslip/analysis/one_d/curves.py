@@ -17,8 +17,9 @@ import numpy as np
 from stickslip.analysis.bifurcation_curve import BifurcationCurve, CodimensionTwo
 from stickslip.analysis.one_d.borders import ConditionLost
 from stickslip.analysis.one_d.conditions import Fold
-from stickslip.analysis.one_d.curve_ends import closest_to_end, end_event
+from stickslip.analysis.one_d.curve_ends import end_event
 from stickslip.analysis.one_d.curve_events import Watch
+from stickslip.analysis.one_d.curve_steps import closest_to_end
 from stickslip.analysis.one_d.locate import solve_near
 from stickslip.analysis.one_d.plane_equations import FoldEquations, Plane, PlaneEquations
 from stickslip.analysis.protocol import domain_width
@@ -105,6 +106,7 @@ def continue_bifurcation(
     back = _Walk(curve, equations).go(first.reversed())
     on = _Walk(curve, equations, [first], reason=back.reason)
     if not back.closed:
+        equations.restart(first.y)
         on = _Walk(curve, equations).go(first)
     return _assembled(b, plane, equations, first, back, on)
 

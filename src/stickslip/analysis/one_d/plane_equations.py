@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
@@ -23,6 +24,7 @@ __all__ = ["FoldEquations", "Plane", "PlaneEquations"]
 DIFFERENCE: Final = 1e-5  # of a parameter's scale: first derivatives of a test function
 FOLD_DIFFERENCE: Final = 1e-6  # of a parameter's scale: derivatives of values and slopes
 REMEMBERED: Final = 1e-7  # scaled: a shorter step tells nothing about the slopes
+MOST_DOUBTS: Final = 3  # such changes in a row, after which the gradient is taken anew
 UNBELIEVABLE: Final = 1.0  # relative change of a gradient from one reading to the next
 SMALLEST: Final = 0.25  # of the parameter solved for: its smallest scale
 FLAT: Final = 1e-3  # ... and of the range of the other one, likewise, where it is about 0
@@ -66,6 +68,7 @@ class PlaneEquations:
     scale: Floats
     gradient: Floats
     last: tuple[Floats, float] | None = None
+    doubts: int = 0
 
     @classmethod
     def at(cls, plane: Plane, start: Reading, q: float, s: float, width: float) -> PlaneEquations:
@@ -80,10 +83,8 @@ class PlaneEquations:
         width : float
             Of the range of ``along``.
         """
-        step_q = DIFFERENCE * max(abs(q), FLAT * width)
-        step_s = DIFFERENCE * width
-        by_q = _difference(plane, start.condition, (q, s), (step_q, 0.0))
-        by_s = _difference(plane, start.condition, (q, s), (0.0, step_s))
+        steps = (DIFFERENCE * max(abs(q), FLAT * width), DIFFERENCE * width)
+        by_q, by_s = _gradient(plane, start.condition, (q, s), steps)
         steep = width * abs(by_s / by_q) if by_q != 0 else math.inf
         scale = np.array([_scale_between(steep, q, width), width])
         here = np.array([q, s])
@@ -91,6 +92,8 @@ class PlaneEquations:
 
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Reading]:
         """Return the test function, its gradient and the reading."""
+        if self.doubts > MOST_DOUBTS:
+            self.restart()
         reading = self.read(y)
         self._learn(y, reading.value)
         return np.array([reading.value]), self.gradient[None, :].copy(), reading
@@ -109,6 +112,18 @@ class PlaneEquations:
             return condition.at(self.plane.map_at(float(y[0]), float(y[1])))
         except ConditionLost as lost:
             raise LeavesRegion(lost.reason) from lost
+
+    def restart(self, y: Floats | None = None) -> None:
+        """Take the gradient by differences, at an accepted point or the last one of these."""
+        if y is None:
+            here, condition = self.accepted[-1]
+        else:
+            here, condition = min(self.accepted, key=lambda at: float(np.abs(at[0] - y).max()))
+        where = (float(here[0]), float(here[1]))
+        steps = (DIFFERENCE * float(self.scale[0]), DIFFERENCE * float(self.scale[1]))
+        with contextlib.suppress(ConditionLost):
+            self.gradient = np.array(_gradient(self.plane, condition, where, steps))
+        self.last, self.doubts = None, 0
 
     def accept(self, y: Floats, reading: Reading) -> None:
         """Let later readings start from this one."""
@@ -129,9 +144,13 @@ class PlaneEquations:
             if length > REMEMBERED**2:
                 slopes = self.gradient * self.scale
                 change = (value - self.last[1] - slopes @ step) / length * step
-                # More than that comes from a jump, and the point will be rejected.
+                # More than that comes from a jump, and the point will be rejected; or else the
+                # gradient is wrong.
                 if float(change @ change) <= UNBELIEVABLE**2 * float(slopes @ slopes):
                     self.gradient = (slopes + change) / self.scale
+                    self.doubts = 0
+                else:
+                    self.doubts += 1
         self.last = (y.copy(), value)
 
 
@@ -139,6 +158,14 @@ def _scale_between(steep: float, q: float, width: float) -> float:
     """Bound the scale of the parameter solved for, known from the slope of the curve's start."""
     smallest = max(SMALLEST * abs(q), FLAT * width)
     return min(max(steep, smallest), LARGEST * max(abs(q), width))
+
+
+def _gradient(
+    plane: Plane, condition: Condition, at: tuple[float, float], steps: tuple[float, float]
+) -> tuple[float, float]:
+    """Differentiate a test function with respect to solve_for and along."""
+    by_q = _difference(plane, condition, at, (steps[0], 0.0))
+    return by_q, _difference(plane, condition, at, (0.0, steps[1]))
 
 
 def _difference(
@@ -208,6 +235,9 @@ class FoldEquations:
             curvature=curvature,
         )
         return np.array([value, slope - 1.0]), jacobian, reading
+
+    def restart(self, y: Floats | None = None) -> None:
+        """Nothing to take anew: the Jacobian is exact everywhere."""
 
     def accept(self, y: Floats, reading: Reading) -> None:
         """Nothing to remember: x is an unknown."""
