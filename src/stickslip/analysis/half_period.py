@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.protocol import sample
 from stickslip.analysis.shooting import EPS, solve_orbit
 
 if TYPE_CHECKING:
@@ -19,6 +18,7 @@ __all__ = ["flip_of_half", "shrinks_to_half"]
 MAX_SECANT: Final = 30
 FIRST_CHANGE: Final = 1e-5  # of the parameter's range: for the first secant
 ROUNDING: Final = 4 * EPS
+NOISE: Final = 1e-9  # of multiplier + 1: steps that do not shrink below it are rounding
 
 
 def shrinks_to_half(before: Floats, after: Floats) -> bool:
@@ -60,35 +60,28 @@ def flip_of_half(
         The orbit of half the period, in the order of ``points``; None if there is none.
     """
     half = 0.5 * (points[: len(points) // 2] + points[len(points) // 2 :])
-
-    def distance(q: float, guess: Floats) -> tuple[float, Floats]:
-        found, slopes = _solved(at(q), guess)
-        return float(slopes.prod()) + 1.0, found
-
     aside = FIRST_CHANGE * (high - low)
     old = value + aside if value + aside <= high else value - aside
-    g_old, half = distance(old, half)
-    g, half = distance(value, half)
+    half, g_old = _off_flip(at(old), half)
+    half, g = _off_flip(at(value), half)
     last = np.inf
     for _ in range(MAX_SECANT):
-        if g == g_old or not np.isfinite(g):
+        step = -g * (value - old) / (g - g_old) if g != g_old else 0.0
+        if not np.isfinite(step):
+            return None
+        smallest = ROUNDING * max(abs(value), high - low)
+        if abs(step) <= smallest or (abs(g) < NOISE and abs(step) >= 0.5 * last):
             break
-        step = -g * (value - old) / (g - g_old)
-        if abs(step) <= ROUNDING * max(abs(value), high - low) or (
-            abs(g) < 1e-9 and abs(step) >= 0.5 * last
-        ):
-            return value, half
         old, g_old, last = value, g, abs(step)
         value = min(max(value + step, low), high)
-        g, half = distance(value, half)
-    return (value, half) if abs(g) < 1e-9 else None
+        half, g = _off_flip(at(value), half)
+    return (value, half) if abs(g) < NOISE else None
 
 
-def _solved(f: Map1D, guess: Floats) -> tuple[Floats, Floats]:
-    """Solve for an orbit, points in the order of the guess, and its slopes."""
+def _off_flip(f: Map1D, guess: Floats) -> tuple[Floats, float]:
+    """Solve for an orbit, points in the order of the guess; how far its multiplier is from -1."""
     orbit = solve_orbit(f, guess)
     if orbit.quality != "located":
-        return guess, np.full(len(guess), np.nan)
+        return guess, np.nan
     shift = int(np.argmin(np.abs(orbit.points - guess[0])))
-    points = np.roll(orbit.points, -shift)
-    return points, sample(f, points).derivative
+    return np.roll(orbit.points, -shift), orbit.multiplier + 1.0

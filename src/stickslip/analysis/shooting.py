@@ -127,9 +127,9 @@ def solve_orbit(f: Map1D, guess: Floats) -> PeriodicOrbit:
     p = len(guess)
     ends = np.full((1, p), lo), np.full((1, p), hi)
     found = polish(evaluate, guess[None], *ends, max(abs(lo), abs(hi)))
-    points = np.roll(found.points[0], -int(np.argmin(found.points[0])))
+    smallest = int(np.argmin(found.points[0]))
+    points, error = np.roll(found.points[0], -smallest), np.roll(found.error[0], -smallest)
     values = sample(f, points)
-    error = np.roll(found.error[0], -int(np.argmin(found.points[0])))
     multiplier = float(values.derivative.prod())
     return PeriodicOrbit(
         points=points,
