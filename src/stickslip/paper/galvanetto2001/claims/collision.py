@@ -36,6 +36,7 @@ class Facts:
     before: Side
     after: Side
     start: Side
+    end: Side
     fixed_points: tuple[NDArray[np.float64], NDArray[np.float64]]
     numbers: dict[str, Value]
 
@@ -48,6 +49,7 @@ def facts() -> Facts:
         before=side(at - BESIDE),
         after=side(at + BESIDE),
         start=side(RANGE[0]),
+        end=side(RANGE[1]),
         fixed_points=(_fixed_points(RANGE[0]), _fixed_points(RANGE[1])),
         numbers=numbers,
     )
@@ -143,7 +145,7 @@ def _words(periods: list[int]) -> str:
 
 
 def _fold(facts: Facts) -> Claim:
-    before, after = facts.before, facts.after
+    before, after, end = facts.before, facts.after, facts.end
     apart = [
         float(np.abs(side.s4 - side.u4).max()) if side.s4.size and side.u4.size else np.nan
         for side in (facts.start, before)
@@ -162,14 +164,17 @@ def _fold(facts: Facts) -> Claim:
                 bool(apart[1] < 100 * BESIDE < apart[0]),
             ),
             Finding(
-                "neither exists above",
-                f"above: {int(after.s4.size > 0)} stable orbits of period 4, "
-                f"{int(after.u4.size > 0)} infinitely unstable ones through this jump",
-                after.s4.size == after.u4.size == 0,
+                "neither exists above, nor at V = 0.0372 (figure 8(c))",
+                f"above: {_present(after)}; at V = {end.V}: {_present(end)}",
+                all(side.s4.size == side.u4.size == 0 for side in (after, end)),
             ),
         ),
-        note="Figure 8(c), V = 0.0372, shows the consequence: no intersection is left there.",
     )
+
+
+def _present(one: Side) -> str:
+    stable, crossing = int(one.s4.size > 0), int(one.u4.size > 0)
+    return f"{stable} stable orbits of period 4, {crossing} infinitely unstable ones at the jump"
 
 
 def _multiplier(facts: Facts) -> Claim:
@@ -206,7 +211,9 @@ def _multiplier(facts: Facts) -> Claim:
                 essential=False,
             ),
         ),
-        note="So linear stability gives no warning: S4 is lost while it still attracts well.",
+        note="So linear stability gives no warning: S4 is lost while it still attracts well."
+        if abs(last) < 1.0 - CLOSE_TO_ONE
+        else "",
     )
 
 

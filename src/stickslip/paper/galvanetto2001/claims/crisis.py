@@ -311,7 +311,7 @@ def _doublings(facts: Facts) -> Claim:
                 len(facts.cascade) == FLIPS and doubles and bool((gaps > 0.0).all()),
             ),
             Finding(
-                "each flip is supercritical and smooth",
+                "each flip is supercritical",
                 ", ".join(f"{one.criticality}" for one in facts.cascade),
                 all(one.criticality == "super" for one in facts.cascade),
             ),

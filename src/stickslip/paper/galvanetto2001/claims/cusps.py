@@ -145,7 +145,7 @@ def _p1(facts: Facts) -> Claim:
         (
             Finding(
                 "one stable fixed point in the range of d",
-                f"{len(fixed)} fixed points there, multipliers "
+                f"fixed points there: {len(fixed)}, multiplier "
                 + ", ".join(f"{o.multiplier:.6f}" for o in fixed),
                 sum(o.stable for o in fixed) == 1,
             ),
@@ -168,10 +168,10 @@ def _cusps(facts: Facts) -> Claim:
         (
             Finding(
                 "one corner of f where the slope changes its sign",
-                f"{len(one)} corners of f",
+                f"corners of f in the range: {len(one)}",
                 len(one) == 1 and one[0].left_slope > 0.0 > one[0].right_slope,
             ),
-            Finding("two corners of f^2", f"{len(two)} corners of f^2: {slopes}", len(two) == 2),
+            Finding("two corners of f^2", f"corners of f and f^2: {slopes}", len(two) == 2),
         ),
         note="The second cusp of f^2 lies where f has the first one's d as its value.",
     )

@@ -188,9 +188,8 @@ def _without_global_stick(facts: Facts) -> Claim:
                 essential=False,
             ),
         ),
-        note="With Coulomb friction steady slip is neutrally stable, so that such motions fill an "
-        "open set of initial states; no start in global stick reaches them at V = 0.0366. With law "
-        "(9) the falling force makes steady slip unstable, and a cycle takes its place.",
+        note="With Coulomb friction steady slip is neutrally stable: such motions fill an open set "
+        "of initial states. With law (9) the falling force makes steady slip unstable.",
     )
 
 
