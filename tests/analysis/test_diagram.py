@@ -140,6 +140,13 @@ class TestAttractors:
         np.testing.assert_array_equal(kept, values[values > -3.0])
         assert set(table.kind) == {"chaotic"}
 
+    def test_as_few_iterates_are_kept_as_are_asked_for(self):
+        diagram = bifurcation_diagram(
+            tent(1.5), "slope", np.linspace(1.5, 1.9, 9), max_period=1, iterates=3
+        )
+        assert diagram.attractors.points.shape == (9, 3)
+        np.testing.assert_allclose(diagram.attractors.lyapunov, np.log(diagram.values))
+
     def test_the_search_can_be_left_out(self):
         diagram = bifurcation_diagram(
             logistic(), "r", np.linspace(3.5, 3.6, 21), max_period=1, attractors=False

@@ -20,7 +20,7 @@ from stickslip.plot.bifurcations import (
     draw_curve,
     parameter_label,
 )
-from stickslip.plot.diagram import draw_diagram
+from stickslip.plot.diagram import draw_attractors, draw_diagram
 from stickslip.plot.style import new_figure, save, style
 
 VALUES = np.linspace(0.0, 1.0, 11)
@@ -107,6 +107,10 @@ class TestDiagram:
         draw_diagram(diagram(), ax, dots=1)
         (dots,) = [line for line in ax.lines if line.get_marker() == ","]
         assert sorted(dots.get_ydata().tolist()) == [0.4, 0.5, 0.51, 0.52]
+
+    def test_kinds_of_attractors_can_be_chosen(self, ax):
+        draw_attractors(diagram(), ax, kinds=["periodic"])
+        assert sorted(ax.lines[0].get_ydata().tolist()) == [0.5, 0.51, 0.52]
 
     def test_breakpoints_are_dashed_and_can_be_left_out(self, ax):
         draw_diagram(diagram(), ax)

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 __all__ = ["AttractorTable", "BreakLine", "Diagram", "OrbitCurve", "bifurcation_diagram"]
 
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
+FEWEST: Final = 48  # iterates by which a motion that is no cycle can be recognised
 SMALLEST_CHUNK: Final = 64  # values that are worth a thread
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
 SHOWN: Final = 40  # orbits in a diagram's table
@@ -439,7 +440,7 @@ def _attractor_table(
     near_lists = set(np.searchsorted(values, [node.q for node in anchors]).tolist())
 
     def task(chunk: slice) -> list[list[Motion]]:
-        settler, rows = Settler(iterates), []
+        settler, rows = Settler(max(iterates, FEWEST)), []
         for k in range(chunk.start, chunk.stop):
             known = _stable_cycles(orbits, k)
             rows.append(known)
@@ -454,7 +455,7 @@ def _attractor_table(
     chunks = _chunks(len(values))
     with ThreadPoolExecutor(len(chunks)) as pool:
         rows = [row for part in pool.map(task, chunks) for row in part]
-    return _as_table(rows)
+    return _as_table(rows, iterates)
 
 
 def _stable_cycles(orbits: Sequence[OrbitCurve], k: int) -> list[Motion]:
@@ -476,12 +477,16 @@ def _spread(f: MapFamily) -> Floats:
     return np.asarray(f.domain[0] + domain_width(f) * cells / SPREAD)
 
 
-def _as_table(rows: Sequence[Sequence[Motion]]) -> AttractorTable:
+def _as_table(rows: Sequence[Sequence[Motion]], iterates: int) -> AttractorTable:
+    """Arrange motions in rows, with all points of cycles and some of the others."""
     motions = [(k, motion) for k, row in enumerate(rows) for motion in row]
-    longest = max((len(motion.points) for _, motion in motions), default=1)
-    points = np.full((len(motions), longest), np.nan)
-    for line, (_, motion) in zip(points, motions, strict=True):
-        line[: len(motion.points)] = motion.points
+    kept = [
+        motion.points if motion.kind == "periodic" else motion.points[-iterates:]
+        for _, motion in motions
+    ]
+    points = np.full((len(motions), max(map(len, kept), default=1)), np.nan)
+    for line, some in zip(points, kept, strict=True):
+        line[: len(some)] = some
     return AttractorTable(
         where=np.array([k for k, _ in motions], dtype=np.intp),
         kind=np.array([motion.kind for _, motion in motions], dtype=np.str_),

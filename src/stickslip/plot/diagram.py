@@ -116,7 +116,9 @@ def _with_ends(
     return values, points, np.concatenate([beside[:1], middle, beside[1:]])
 
 
-def draw_attractors(diagram: Any, ax: Axes, *, dots: int = 64, **style: Any) -> None:
+def draw_attractors(
+    diagram: Any, ax: Axes, *, dots: int = 64, kinds: Iterable[str] | None = None, **style: Any
+) -> None:
     """Draw attractors that are none of the diagram's orbits as dots.
 
     Parameters
@@ -126,6 +128,8 @@ def draw_attractors(diagram: Any, ax: Axes, *, dots: int = 64, **style: Any) -> 
         Where to draw.
     dots : int
         Points drawn of an attractor at each value; cycles are drawn whole.
+    kinds : iterable of {"periodic", "chaotic", "undecided"}, optional
+        Which attractors; by default all.
     **style
         Passed on to ``Axes.plot``.
     """
@@ -133,6 +137,8 @@ def draw_attractors(diagram: Any, ax: Axes, *, dots: int = 64, **style: Any) -> 
     if not len(table):
         return
     others = (table.kind != "periodic") | (table.period > diagram.max_period)
+    if kinds is not None:
+        others &= np.isin(table.kind, list(kinds))
     points = table.points[others]
     last = np.where(table.kind[others] == "periodic", points.shape[1], dots)
     points = np.where(np.arange(points.shape[1]) < last[:, None], points, np.nan)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from stickslip import examples
 from stickslip.paper.galvanetto2001.orbits import WINDOW
-from stickslip.plot.diagram import draw_diagram
+from stickslip.plot.bifurcations import STABLE
+from stickslip.plot.diagram import draw_attractors, draw_diagram
 from stickslip.study.diagram import bifurcation_diagram
 
 if TYPE_CHECKING:
@@ -65,6 +66,8 @@ def draw(data: Data, figure: Figure) -> None:
     """Draw the diagram; thick attracting and thin unstable periodic motions, as in the paper."""
     ax = figure.add_subplot()
     draw_diagram(data.diagram, ax, breakpoints=False, dots=128)
+    looks: dict[str, Any] = {"marker": ".", "ms": 1.6, "mew": 0.0, "color": STABLE["color"]}
+    draw_attractors(data.diagram, ax, kinds=("periodic",), **looks)
     _names(ax, data)
 
 
@@ -107,8 +110,8 @@ def caption(data: Data) -> str:
     cascade = next(o for o in data.diagram.of_period(2) if o.ends[0].reason == "flip")
     return (
         f"Bifurcation diagram for {others} in the window {WINDOW[0]:g} < d < {WINDOW[1]:g}. "
-        "Heavy: periodic attractors, thin: unstable orbits, both up to period 2 and complete; "
-        "dots: other attractors (chaotic ones, and cycles of longer periods). A and B are born "
+        "Heavy: stable, thin: unstable orbits up to period 2, all of them; dots: other attractors, "
+        "black for cycles of longer periods, blue for chaotic ones. A and B are born "
         f"on the cusps of f^2 at alpha = {orbits['A'].ends[0].value:.12f}; A dies at the flip of "
         f"P1, {orbits['A'].ends[1].value:.12f}; S1 and U1 are born in a fold at "
         f"{orbits['S1'].ends[0].value:.12f}; S1 doubles at {cascade.ends[0].value:.12f}; P1, U1 "
