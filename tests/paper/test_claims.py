@@ -11,6 +11,7 @@ import json
 import numpy as np
 import pytest
 
+from stickslip.paper import figures
 from stickslip.paper.claim import VERDICTS, Claim, Finding
 from stickslip.paper.galvanetto2001 import claims, printed
 from stickslip.paper.report import Report
@@ -149,6 +150,12 @@ def test_what_follows_the_collision_is_foretold():
     family = facts("aftermath").predicted.after
     assert (family.kind, family.base, family.offset) == ("period-incrementing", 4, 3)
     assert {a.period for a in facts("aftermath").past[0.0370]} == {1, 83}
+
+
+def test_every_claim_stands_beside_a_figure_that_is_drawn():
+    beside = {figure for name in claims.TOPICS for figure in claims.topic(name).FIGURES}
+    assert beside <= set(figures.available())
+    assert {value.figure for value in printed.compute()} <= set(figures.available())
 
 
 def test_some_figures_only():

@@ -2,7 +2,7 @@
 
 from stickslip.paper.claim import Claim
 from stickslip.paper.report import Report
-from stickslip.paper.reproduction import Reproduction, reproduce
+from stickslip.paper.reproduction import Reproduction, check, reproduce
 from stickslip.paper.values import Value
 
-__all__ = ["Claim", "Report", "Reproduction", "Value", "reproduce"]
+__all__ = ["Claim", "Report", "Reproduction", "Value", "check", "reproduce"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ from stickslip.plot.style import FORMATS, check_formats, new_figure, save, style
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-__all__ = ["Reproduction", "reproduce"]
+__all__ = ["Reproduction", "check", "reproduce"]
 
 
 @dataclass(frozen=True)
@@ -81,19 +81,45 @@ def reproduce(
         captions[number], written = _figure(number, folder, formats)
         pictures[number] = min(written, key=_for_pages).name
         files += written
-    # All of them at once also include those beside figures that cannot be drawn.
-    chosen = wanted if set(wanted) < set(figures.available()) else None
-    values = printed.compute(chosen)
-    report = Report(claims.compute(chosen), values, captions, pictures)
+    report = replace(check(wanted), captions=captions, pictures=pictures)
     texts = {
-        "values.json": as_json(values, captions),
-        "values.md": as_markdown(values, captions),
+        "values.json": as_json(report.values, captions),
+        "values.md": as_markdown(report.values, captions),
         "report.json": report.as_json(),
         "report.md": report.as_markdown(),
     }
     for name, text in texts.items():
         write_text(folder / name, text)
-    return Reproduction((*files, *(folder / name for name in texts)), values, report)
+    return Reproduction((*files, *(folder / name for name in texts)), report.values, report)
+
+
+def check(numbers: Iterable[int] | None = None) -> Report:
+    """Check the numbers and claims of the paper, without drawing its figures.
+
+    Parameters
+    ----------
+    numbers : iterable of int, optional
+        Figures beside which they stand: 4 to 10 belong to the system with Coulomb friction, 11 to
+        17 to law (9). All by default.
+
+    Returns
+    -------
+    Report
+        Without captions and pictures.
+
+    Raises
+    ------
+    ValueError
+        A figure does not exist.
+
+    Examples
+    --------
+    >>> from stickslip import paper
+    >>> [claim.verdict for claim in paper.check([9]).claims]
+    ['holds', 'holds']
+    """
+    wanted = figures.select(numbers)
+    return Report(claims.compute(wanted), printed.compute(wanted))
 
 
 def _for_pages(path: Path) -> int:
