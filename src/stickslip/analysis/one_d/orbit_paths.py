@@ -31,7 +31,10 @@ __all__ = [
 
 EPS: Final = float(np.finfo(np.float64).eps)
 ROUNDINGS: Final = 4.0  # of a value of the map, for one that does not tell its accuracy
-STEP: Final = 1e-5  # of the domain: second derivatives are differences of slopes this far apart
+STEP: Final = 1e-7  # of the domain: second derivatives are differences of slopes this far apart
+FINEST: Final = 1e-9  # of the domain: ... or at least this far, where that is needed
+SLOW: Final = 0.1  # reduction of the error by one step that tells of a good second derivative
+SHARP: Final = 1e-15  # of the domain: what a last step may still add to f^p(x) - x
 SETTLED: Final = 1e-7  # of the domain: what a step this short changes, Taylor's formula tells
 MAX_NEWTON: Final = 20
 FARTHEST: Final = 0.02  # of the domain: longest step of Newton's method
@@ -212,12 +215,17 @@ def slope_one(f: Map1D, p: int, x: float) -> tuple[Path, float, float]:
         There is no such point nearby.
     """
     scale = domain_width(getattr(f, "whole", f))
+    h, last = STEP * scale, math.inf
     for _ in range(MAX_NEWTON):
-        path, slope, curvature = bend(f, p, x, STEP * scale)
+        path, slope, curvature = bend(f, p, x, h)
+        if abs(1.0 - slope) > SLOW * last:
+            h = max(0.1 * h, FINEST * scale)  # f^p bends on a smaller scale than that
+        last = abs(1.0 - slope)
         step = (1.0 - slope) / curvature if curvature != 0 else math.inf
         if not abs(step) < FARTHEST * scale:
             break
-        if abs(step) <= SETTLED * scale:
+        # Where f^p bends sharply even a small step matters to the value.
+        if abs(step) <= SETTLED * scale and abs((1.0 - slope) * step) <= SHARP * scale:
             value = path.points[-1] - path.points[0] - 0.5 * (1.0 - slope) * step
             return _shifted(path, step), curvature, value
         x += step
