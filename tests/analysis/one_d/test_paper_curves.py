@@ -148,10 +148,12 @@ def test_the_jump_is_smoothed_out_at_the_other_end(coulomb, grazing):
     assert curve.end_reasons[0] == end.what
     V, alpha = end.parameters["V"], end.parameters["alpha"]
     assert (V, alpha) == pytest.approx((0.02554373, 0.8593246), abs=1e-7)
-    # Complete tables agree: a jump on one side, a harmless change of itinerary on the other.
+    # Complete tables agree: a jump on one side, a harmless change of itinerary on the other
+    # (beside which the jump lives on for a while, between branches of one itinerary).
     for shift, kind in ((2e-6, "smooth"), (-2e-6, "jump")):
         found = breakpoints(coulomb.replace(V=V + shift, alpha=alpha - 7.7 * shift))
-        (b,) = [b for b in found if abs(b.d - end.points[0]) < 1e-4]
+        near = [b for b in found if abs(b.d - end.points[0]) < 1e-4]
+        (b,) = [b for b in near if b.left_label != b.right_label]
         assert b.kind == kind
 
 

@@ -164,7 +164,7 @@ def _changed_kind(equations: Equations, a: CurvePoint, b: CurvePoint) -> Event:
     old, new = _kind(a.note), _kind(b.note)
     what = f"the {old} becomes a {new}"
     if new == "smooth":
-        what = f"the {old} is smoothed out: beyond, nothing happens to the orbit"
+        what = f"the {old} between these two branches becomes smooth: nothing happens there beyond"
     step = float(np.linalg.norm((b.y - a.y) / equations.scale))
     return Event("kind of border", what, closest_to_end(equations, a, step), new == "smooth")
 
