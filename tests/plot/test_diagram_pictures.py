@@ -94,6 +94,7 @@ class TestDiagram:
         draw_diagram(diagram(), ax)
         born = drawn(ax, STABLE)
         born = born[born[:, 1] > 0.5]
+        assert len(born)
         assert [0.45, 0.7] in born.tolist()
         assert born[:, 0].min() == 0.45
 
@@ -117,6 +118,14 @@ class TestDiagram:
         np.testing.assert_array_equal(drawn(ax, BREAK)[:, 1], 0.9 - 0.1 * VALUES)
         bare = draw_diagram(diagram(), new_figure().add_subplot(), breakpoints=False)
         assert not len(drawn(bare, BREAK))
+
+    def test_ends_of_orbits_are_marked_by_their_kind(self, ax):
+        draw_diagram(diagram(), ax)
+        (flip,) = [line for line in ax.lines if line.get_marker() == MARKS["flip"][0]]
+        assert flip.get_xydata().tolist() == [[0.45, 0.7], [0.45, 0.7]]
+        assert ax.get_legend_handles_labels()[1] == ["flip"]
+        bare = draw_diagram(diagram(), new_figure().add_subplot(), marks=False)
+        assert bare.get_legend_handles_labels()[1] == []
 
     def test_periods_can_be_chosen(self, ax):
         draw_diagram(diagram(), ax, periods=[2])

@@ -24,6 +24,7 @@ __all__ = [
     "draw_breakpoint_curve",
     "draw_curve",
     "draw_stretches",
+    "mark",
     "parameter_label",
 ]
 
@@ -68,7 +69,7 @@ def draw_branch(branch: Any, ax: Axes | None = None, **style: Any) -> Axes:
     draw_stretches(ax, values, branch.points, branch.multipliers, **style)
     for item in branch.bifurcations:
         if hasattr(item, "points"):
-            _mark(ax, item.kind, np.full(len(item.points), item.value), item.points)
+            mark(ax, item.kind, np.full(len(item.points), item.value), item.points)
     _name_axes(ax, name, "$d$")
     return ax
 
@@ -156,7 +157,7 @@ def draw_bifurcation(item: Any, ax: Axes | None = None, **style: Any) -> Axes:
     new = ax is None
     ax = axes_or_new(ax)
     points = np.asarray(item.points)
-    _mark(ax, item.kind, np.full(len(points), item.value), points, **style)
+    mark(ax, item.kind, np.full(len(points), item.value), points, **style)
     if new:
         _name_axes(ax, item.parameter, "$d$")
     return ax
@@ -235,9 +236,19 @@ def parameter_label(name: str) -> str:
     return symbol(name) if known else name
 
 
-def _mark(
-    ax: Axes, kind: str, x: NDArray[np.float64], y: NDArray[np.float64], **style: Any
-) -> None:
+def mark(ax: Axes, kind: str, x: NDArray[np.float64], y: NDArray[np.float64], **style: Any) -> None:
+    """Draw the mark of a kind of bifurcation; its label, for a legend, once per axes.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        Where to draw.
+    kind : str
+        A key of `MARKS`; anything else gets a star.
+    x, y : ndarray of float, shape (n,)
+    **style
+        Passed on to ``Axes.plot``.
+    """
     marker, color = MARKS.get(kind, _OTHER)
     label = _words(kind)
     known = ax.get_legend_handles_labels()[1]

@@ -8,8 +8,10 @@ import numpy as np
 
 from stickslip.plot.bifurcations import (
     BREAK,
+    MARKS,
     draw_bifurcation,
     draw_stretches,
+    mark,
     parameter_label,
 )
 from stickslip.plot.style import PALETTE, axes_or_new
@@ -38,6 +40,7 @@ def draw_diagram(
     window: tuple[float, float] | None = None,
     periods: Iterable[int] | None = None,
     breakpoints: bool = True,
+    marks: bool = True,
     bifurcations: Any = None,
     dots: int = 64,
 ) -> Axes:
@@ -55,8 +58,10 @@ def draw_diagram(
         Periods of the orbits to draw; by default all.
     breakpoints : bool
         Whether to draw the lines on which the map breaks.
+    marks : bool
+        Whether to mark where orbits begin and end: folds, flips, border collisions.
     bifurcations : BifurcationList, optional
-        Marked, if given.
+        Marked instead, if given: crises are among them.
     dots : int
         Points drawn of an attractor at each value.
 
@@ -64,6 +69,7 @@ def draw_diagram(
     -------
     matplotlib.axes.Axes
         Stable orbits heavy, unstable ones thin, other attractors as dots, breakpoints dashed.
+        Kinds of bifurcations are labels of their marks: ``ax.legend()`` explains them.
     """
     ax = axes_or_new(ax)
     chosen = None if periods is None else set(periods)
@@ -76,6 +82,8 @@ def draw_diagram(
     if bifurcations is not None:
         for item in bifurcations:
             draw_bifurcation(item, ax)
+    elif marks:
+        _mark_ends(diagram, ax, chosen)
     ax.set_xlim(diagram.values[0], diagram.values[-1])
     if window is None and diagram.window is not None:
         window = diagram.window
@@ -84,6 +92,13 @@ def draw_diagram(
     ax.set_xlabel(parameter_label(diagram.parameter))
     ax.set_ylabel("$d$")
     return ax
+
+
+def _mark_ends(diagram: Any, ax: Axes, periods: set[int] | None) -> None:
+    for orbit in diagram.orbits:
+        for end in orbit.ends:
+            if end.reason in MARKS and (periods is None or orbit.period in periods):
+                mark(ax, end.reason, np.full(len(end.points), end.value), end.points, ms=3.5)
 
 
 def draw_orbit_curve(diagram: Any, orbit: Any, ax: Axes, **style: Any) -> None:

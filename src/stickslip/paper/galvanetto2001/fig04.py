@@ -80,7 +80,7 @@ def compute() -> Data:
 def draw(data: Data, figure: Figure) -> None:
     """Draw all motions, and enlarged the branch of S4 that meets the discontinuity."""
     whole, enlarged = figure.subplots(1, 2)
-    draw_diagram(data.diagram, whole, breakpoints=False)
+    draw_diagram(data.diagram, whole, breakpoints=False, marks=False)
     whole.set_ylim(-0.56, 0.56)
     _name_motions(whole, data)
     _draw_enlarged(enlarged, data)

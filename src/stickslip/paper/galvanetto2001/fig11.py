@@ -65,7 +65,7 @@ def compute() -> Data:
 def draw(data: Data, figure: Figure) -> None:
     """Draw the diagram; thick attracting and thin unstable periodic motions, as in the paper."""
     ax = figure.add_subplot()
-    draw_diagram(data.diagram, ax, breakpoints=False, dots=128)
+    draw_diagram(data.diagram, ax, breakpoints=False, marks=False, dots=128)
     looks: dict[str, Any] = {"marker": ".", "ms": 1.6, "mew": 0.0, "color": STABLE["color"]}
     draw_attractors(data.diagram, ax, kinds=("periodic",), **looks)
     _names(ax, data)

@@ -91,7 +91,7 @@ def draw(data: Data, figure: Figure) -> None:
     values = data.diagram.values
     low, high = np.where(data.chaotic[:, None], data.edges, np.nan).T
     ax.fill_between(values, low, high, color=PALETTE["sky"], alpha=0.6, lw=0.0, zorder=1)
-    draw_diagram(data.diagram, ax, window=WINDOW, breakpoints=False, dots=0)
+    draw_diagram(data.diagram, ax, window=WINDOW, breakpoints=False, marks=False, dots=0)
     grid = np.broadcast_to(values[:, None], data.transients.shape)
     ax.plot(grid, data.transients, ".", color=PALETTE["blue"], ms=0.9, mew=0.0, zorder=2)
     _names(ax, data)
