@@ -33,7 +33,7 @@ EXPLAINED: Final = 1e-9  # of the domain's width: how well an image must meet an
 MAX_STEPS: Final = 2000
 MAX_INTERVALS: Final = 2048
 MAX_PERIOD: Final = 128
-MAX_IMAGES: Final = 64  # images of breakpoints and turning points tried on each edge
+MIN_IMAGES: Final = 64  # of breakpoints and turning points that are tried on each edge
 UNEXPLAINED: Final = "not an early image of a breakpoint or turning point"
 
 
@@ -145,7 +145,7 @@ def _repeats(current: Floats, past: deque[Floats], slack: float) -> int:
 
 
 def _finish(f: Map1D, laps: Laps, union: Floats, period: int, slack: float) -> Bands:
-    intervals, sources = _explain(f, laps, union)
+    intervals, sources = _explain(f, laps, union, max(MIN_IMAGES, 2 * period))
     return _described(f, laps, intervals, sources, period, slack)
 
 
@@ -203,7 +203,7 @@ def _described(
 
 
 def _explain(
-    f: Map1D, laps: Laps, bands: Floats
+    f: Map1D, laps: Laps, bands: Floats, n_images: int
 ) -> tuple[Floats, tuple[tuple[float, int, int], ...]]:
     """Replace each edge by the earliest image of a lap's end that meets it."""
     width = domain_width(f)
@@ -215,7 +215,7 @@ def _explain(
     nothing = (float("nan"), 0, 0)
     if ends.size == 0:
         return bands, (nothing,) * edges.size
-    images = advance(f, values, MAX_IMAGES - 1)
+    images = advance(f, values, n_images - 1)
     with np.errstate(invalid="ignore"):
         close = np.abs(images[:, None, :] - edges[:, None]) <= EXPLAINED * width
     # A break or turning point says more than an end of the domain.
