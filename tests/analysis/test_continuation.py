@@ -15,6 +15,8 @@ from stickslip.analysis.piecewise_map import PiecewiseMap
 from stickslip.analysis.storage import load
 from stickslip.analysis.window import WindowMap
 from stickslip.mechanics.eventmap.event_map import EventMap
+from stickslip.mechanics.friction import Coulomb
+from stickslip.mechanics.model.two_block import TwoBlock
 
 ROUNDING = 1e-13
 LOCATED = 1e-12
@@ -303,6 +305,56 @@ def test_a_break_that_moves_meets_an_orbit_that_stands_still():
     assert branch.end_reasons == ("breakpoint", "end of range")
     assert branch.ends[0].value == pytest.approx(math.sqrt(0.1), abs=1e-14)
     assert branch.ends[0].border.kind == "jump"
+
+
+# ------------------------------------------------------------------ hard cases
+
+
+def followed(model, name, multiplier, ends):
+    f = EventMap(model)
+    (orbit,) = (o for o in periodic_orbits(f) if o.multiplier == pytest.approx(multiplier))
+    return f, continue_orbit(orbit, f, name, ends)
+
+
+def test_a_jump_beside_which_branches_accumulate():
+    # The label beyond the jump is another one at every value of mu.
+    model = TwoBlock(
+        alpha=2.0815320274094455,
+        beta=1.6806454123322014,
+        V=0.06152679641093989,
+        friction=Coulomb(mu=0.7320095369643506),
+    )
+    f, branch = followed(model, "mu", -1.8946445740792683, (0.7, 0.86))
+    assert branch.end_reasons == ("end of range", "breakpoint")
+    end = branch.ends[1]
+    assert end.value == pytest.approx(0.849305583855, abs=1e-11)
+    assert len(branch) < 40  # solved for, not approached step by step
+    c, value = end.border.x, end.points[0]
+    assert value == pytest.approx(c, abs=1e-14)
+    # Others come and go there, but this one is gone.
+    inside, outside = (
+        [o.points[0] for o in periodic_orbits(f.replace(mu=end.value + k * 1e-9))
+         if o.multiplier == pytest.approx(end.multiplier, rel=1e-4)]
+        for k in (-1, 1)
+    )  # fmt: skip
+    assert inside == pytest.approx([value], abs=1e-8)
+    assert outside == []
+
+
+def test_a_harmless_break_that_overtakes_the_orbit():
+    model = TwoBlock(
+        alpha=1.5775380564123773,
+        beta=1.2663333266997996,
+        V=0.22714391127214248,
+        friction=Coulomb(mu=0.17573373041721307),
+    )
+    f, branch = followed(model, "V", -3.879850812132142, (0.22, 0.245))
+    assert branch.values[-1] > 0.23503  # at 0.23502 the break passes
+    assert len(np.unique(branch.labels)) == 2
+    for value in (0.2350, 0.2351):
+        there = branch.at(V=value)
+        listed = periodic_orbits(f.replace(V=value))
+        assert min(abs(o.points[0] - there.points[0]) for o in listed) < 1e-14
 
 
 # ------------------------------------------------------------------ the paper's systems
