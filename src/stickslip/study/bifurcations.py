@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stickslip.analysis.continuation import continue_orbit as _continue_orbit
 from stickslip.analysis.one_d.bifurcations import bifurcations as _bifurcations
 from stickslip.analysis.one_d.borders import Border, ConditionLost
+from stickslip.analysis.one_d.breakpoint_curves import (
+    continue_breakpoint as _continue_breakpoint,
+)
 from stickslip.analysis.one_d.conditions import Collision, Connection
 from stickslip.analysis.one_d.curves import continue_bifurcation as _continue_bifurcation
 from stickslip.analysis.protocol import MapFamily
@@ -21,7 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stickslip.analysis.bifurcation import Bifurcation, BifurcationList
-    from stickslip.analysis.bifurcation_curve import BifurcationCurve
+    from stickslip.analysis.bifurcation_curve import BifurcationCurve, BreakpointCurve
+    from stickslip.analysis.one_d.breakpoints import Breakpoint
     from stickslip.analysis.orbit_branch import OrbitBranch
     from stickslip.analysis.orbits import PeriodicOrbit
 
@@ -29,6 +32,7 @@ __all__ = [
     "as_family",
     "bifurcations",
     "continue_bifurcation",
+    "continue_breakpoint",
     "continue_orbit",
 ]
 
@@ -105,7 +109,7 @@ def bifurcations(
     --------
     >>> import stickslip as ss
     >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.0})
-    >>> found = bifurcations(f, "r", (2.9, 3.5), max_period=2)
+    >>> found = ss.bifurcations(f, "r", (2.9, 3.5), max_period=2)
     >>> [(b.kind, b.criticality, round(b.value, 9)) for b in found]
     [('flip', 'super', 3.0), ('flip', 'super', 3.449489743)]
     """
@@ -167,7 +171,6 @@ def explain_border(item: Bifurcation, f: EventMap) -> Bifurcation:
     return dataclasses.replace(item, mechanism=text, block=found.block)
 
 
-@functools.wraps(_continue_orbit)
 def continue_orbit(
     orbit: PeriodicOrbit | OrbitBranch,
     system: System,
@@ -175,15 +178,104 @@ def continue_orbit(
     range: tuple[float, float],
     **options: Any,
 ) -> OrbitBranch:
-    """Follow a periodic orbit along a parameter; see `analysis.continuation`."""
+    """Follow a periodic orbit along a parameter, both ways, through folds.
+
+    Parameters
+    ----------
+    orbit : PeriodicOrbit or OrbitBranch
+        An orbit of the system with the parameters that it has; or a branch, which goes on from
+        its ends that are ends of its range.
+    system : model or map with parameters
+    name : str
+        Parameter that is varied.
+    range : pair of float
+        Contains the system's own value.
+    **options
+        ``window``: part of the domain, which the orbit may not leave. ``max_step``: longest
+        step, as a share of the range and of the domain. ``max_points``: of either half.
+
+    Returns
+    -------
+    OrbitBranch
+        ``end_reasons`` tell why it ends, ``bifurcations`` the folds and flips on the way;
+        ``branch.at(V=0.037)`` solves for the orbit anew.
+
+    Raises
+    ------
+    ValueError
+        Neither a model nor a map with parameters; an infinitely unstable orbit, or none of the
+        system; an unknown parameter; a range that does not contain the orbit.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> model = ss.examples.coulomb()
+    >>> s4 = ss.periodic_orbits(model, period=4)[0]
+    >>> branch = ss.continue_orbit(s4, model, "V", (0.0366, 0.0372))
+    >>> branch.end_reasons, round(float(branch.values[-1]), 12)
+    (('end of range', 'breakpoint'), 0.03697592352)
+    """
     return _continue_orbit(orbit, as_family(system), name, range, **options)
 
 
-@functools.wraps(_continue_bifurcation)
 def continue_bifurcation(
     b: Bifurcation, system: System, *, along: str, range: tuple[float, float], solve_for: str
 ) -> BifurcationCurve:
-    """Follow a bifurcation in the plane of two parameters; see `analysis.one_d.curves`."""
-    return _continue_bifurcation(
-        b, as_family(system), along=along, range=range, solve_for=solve_for
-    )
+    """Follow a bifurcation in the plane of two parameters.
+
+    Parameters
+    ----------
+    b : Bifurcation
+        One of `bifurcations`, of any kind.
+    system : model or map with parameters
+        Values of all other parameters; they hold all along the curve.
+    along : str
+        Parameter that varies over ``range``.
+    range : pair of float
+        Contains the value of ``along`` at which the bifurcation was found.
+    solve_for : str
+        The other parameter.
+
+    Returns
+    -------
+    BifurcationCurve
+        ``bifurcations`` are the points where its type changes; ``curve.at(alpha=1.2)`` solves
+        for the bifurcation anew.
+
+    Raises
+    ------
+    ValueError
+        Neither a model nor a map with parameters; unknown or equal names; a range that is no
+        interval or does not contain the start.
+    """
+    f = as_family(system)
+    return _continue_bifurcation(b, f, along=along, range=range, solve_for=solve_for)
+
+
+def continue_breakpoint(
+    breakpoint_: Breakpoint | Border, system: System, name: str, range: tuple[float, float]
+) -> BreakpointCurve:
+    """Follow a breakpoint along a parameter, both ways: the paper's discontinuity line D.
+
+    Parameters
+    ----------
+    breakpoint_ : Breakpoint
+        Of the system with the parameters that it has, from `breakpoints`.
+    system : model or map with parameters
+    name : str
+        Parameter that is varied.
+    range : pair of float
+        Contains the system's own value.
+
+    Returns
+    -------
+    BreakpointCurve
+        ``end_reasons`` tell where a branch beside the breakpoint ends inside the range.
+
+    Raises
+    ------
+    ValueError
+        Neither a model nor a map with parameters; an unknown parameter; a range without the
+        system's own value; no breakpoint of this system.
+    """
+    return _continue_breakpoint(breakpoint_, as_family(system), name, range)

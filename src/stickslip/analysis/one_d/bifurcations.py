@@ -14,6 +14,7 @@ from stickslip.analysis.one_d.crises import ParameterPoint, crises, parameter_po
 from stickslip.analysis.one_d.explain import Concerned, concerned_orbits, explained
 from stickslip.analysis.one_d.nodes import Family
 from stickslip.analysis.one_d.survey import Span, Survey
+from stickslip.analysis.shooting import solve_orbit
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.attractor import Attractor
     from stickslip.analysis.one_d.crises import CrisisEvent
+    from stickslip.analysis.orbits import PeriodicOrbit
     from stickslip.analysis.protocol import MapFamily
 
 __all__ = ["N_VALUES", "bifurcations"]
@@ -182,13 +184,16 @@ class _Report:
 
     def _crisis(self, event: CrisisEvent) -> Bifurcation:
         located = event.located
+        below, above = self._room(event.value)
         return Bifurcation(
             kind=event.kind,
             parameter=self.survey.family.name,
-            value=event.value,
-            error=event.error,
+            value=float(event.value),
+            error=float(event.error),
             period=event.period,
             points=np.roll(event.points, -int(np.argmin(event.points))),
+            orbits_before=self._orbit_at(event.value - below, event.points),
+            orbits_after=self._orbit_at(event.value + above, event.points),
             attractors_before=event.attractors_before,
             attractors_after=event.attractors_after,
             quality=located.quality,
@@ -197,3 +202,11 @@ class _Report:
             condition=event.condition,
             multipliers=located.reading.multipliers,
         )
+
+    def _orbit_at(self, q: float, points: tuple[float, ...]) -> tuple[PeriodicOrbit, ...]:
+        """Return the unstable orbit that an attractor meets, at a value beside the crisis."""
+        try:
+            orbit = solve_orbit(self.survey.family.at(q), np.array(points))
+        except ValueError:
+            return ()  # the family ends there
+        return (orbit,) if orbit.quality == "located" else ()
