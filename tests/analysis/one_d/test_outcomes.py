@@ -86,6 +86,19 @@ def test_two_steps_lead_back_over_a_steep_far_branch(a, b):
     assert outcome.after == LocalAttractor("period-adding", base=1, offset=1)
 
 
+@given(a=near, b=way_back, jump=st.sampled_from([-0.1, 0.1]))
+@settings(max_examples=25)
+def test_in_the_normal_form_slopes_alone_say_the_same(a, b, jump):
+    assume(abs(abs(b) - 1) > 0.02)
+    f, border = _jump(a, b, jump)
+    outcome = predicted_at_jump(f, border, -1, 1)
+    alone = outcome.text.rsplit("alone: ", 1)[1]
+    if outcome.after.kind == "none":
+        assert ("settles on the cycle of period 1" in outcome.text) == ("fixed point" in alone)
+    else:
+        assert alone.startswith(outcome.after.kind.replace("-", " "))
+
+
 @pytest.mark.parametrize("n", [6, 8])
 def test_the_way_back_tells_the_periods(n):
     a, b, jump = 0.5, -2.0, 0.9
@@ -295,6 +308,7 @@ def test_what_follows_the_coulomb_cycle_of_period_4():
     predicted = predicted_at_jump(f, jump, -1, 1, period=4)
     assert predicted.orbits == "lost at a jump"
     assert predicted.attractors == "period-incrementing"
+    assert predicted.text.endswith("alone: no attractor: orbits thrown away")
     for velocity, period in ((0.0370, 83), (0.0371, 63), (0.0372, 55)):
         g, moved = _breakpoint(model.replace(V=velocity), "jump", 0.2794)
         mu = float(g.iterate(moved.left, 3)[-1]) - moved.d

@@ -170,16 +170,33 @@ def _left_behind(far: FarImage) -> LocalAttractor:
 def _text_at_jump(far: FarImage) -> str:
     text = f"multiplier {far.multiplier:.6g} on the near side; the far side's image "
     if far.fate == "returns":
-        cycles = f"cycles of period {far.period} n + {far.steps}, n growing like "
-        return (
-            f"{text}comes back after {far.steps} steps, from a height of {far.height:.6g} and "
-            f"with slope {far.slope:.6g}: {cycles}log(distance) / log({far.multiplier:.6g})"
+        text += (
+            f"comes back after {far.steps} steps, from a height of {far.height:.6g} and with "
+            f"slope {far.slope:.6g}: cycles of period {far.period} n + {far.steps}, n growing "
+            f"like log(distance) / log({far.multiplier:.6g})"
         )
-    if far.fate == "settles":
-        return f"{text}settles on the cycle of period {far.cycle} that attracts elsewhere"
-    if far.fate == "leaves":
-        return f"{text}leaves after {far.steps} steps"
-    return f"{text}settles on no cycle"
+    elif far.fate == "settles":
+        text += f"settles on the cycle of period {far.cycle} that attracts elsewhere"
+    elif far.fate == "leaves":
+        text += f"leaves after {far.steps} steps"
+    else:
+        text += "settles on no cycle"
+    alone = _by_slopes_alone(far)
+    return f"{text}. {alone}" if alone else text
+
+
+def _by_slopes_alone(far: FarImage) -> str:
+    """Say what the normal form would make of the one-sided slopes of f^p and the step alone."""
+    a, b, step = far.multiplier, far.local_slope, far.local_height
+    if not 0 < a < 1 or b != b:
+        return ""
+    if step < 0:
+        fate = "period adding" if b > 0 else "period incrementing"
+    elif b < -1:
+        fate = "period adding, over two steps on the far side"
+    else:
+        fate = "orbits on a far fixed point" if b < 1 else "no attractor: orbits thrown away"
+    return f"Slopes {a:.6g}, {b:.6g} of f^{far.period} and the step {step:.6g} alone: {fate}"
 
 
 def predicted_at_gap(slope: float, side: int, direction: int, *, period: int = 1) -> Outcome:
