@@ -317,6 +317,25 @@ def test_what_follows_the_coulomb_cycle_of_period_4():
 
 @pytest.mark.paper
 @pytest.mark.parametrize(
+    ("velocity", "periods"),
+    [
+        (0.0369770, {123}),
+        (0.0370000, {83}),
+        (0.0370690, {63, 67}),  # where windows overlap
+        (0.0371000, {63}),
+        (0.0372120, {51, 55}),
+        (0.0374300, {43, 47}),
+        (0.0376000, {39, 43}),
+    ],
+)
+def test_coulomb_cycles_of_period_4n_plus_3(velocity, periods):
+    found = ss.attractors(ss.examples.coulomb(V=velocity))
+    assert {x.kind for x in found} == {"periodic"}
+    assert {x.period for x in found} == periods | {1}  # and S1
+
+
+@pytest.mark.paper
+@pytest.mark.parametrize(
     ("alpha", "place", "power", "slopes", "after"),
     [
         (1.209121691649, 0.3814, 2, (-3.769111, 1.329872), LocalAttractor("chaotic", 2)),
