@@ -85,6 +85,9 @@ def test_period_three_goes_through_its_fold():
         sorted([one.multiplier, other.multiplier]), rel=1e-10
     )
     assert len(branch.all_at(r=fold.value)) == 1
+    for aside in (1e-2, 1e-4, 1e-6, 1e-8):
+        pair = branch.all_at(r=fold.value + aside)
+        assert sorted(orbit.multiplier > 1 for orbit in pair) == [False, True]
 
 
 def cubic(q=0.0):
@@ -232,7 +235,7 @@ def test_an_infinite_slope_at_the_end_does_no_harm():
             if end.reason == "breakpoint":
                 exact = end.value == pytest.approx(0, abs=1e-10)
                 assert exact or end.points[end.index] == pytest.approx(0, abs=1e-12)
-        for value in (0.05, 0.08):
+        for value in (1e-6, 1e-4, 0.05, 0.08):
             if branch.values.min() < value < branch.values.max():
                 exact_points, exact_multiplier = examples.maximal_orbit(0.2, value, period)
                 found = branch.at(mu=value)

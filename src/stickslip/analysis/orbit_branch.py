@@ -35,6 +35,7 @@ EndReason: TypeAlias = Literal[
 
 SHOWN: Final = 8  # rows of a branch in its repr, besides ends and bifurcations
 POINTS_SHOWN: Final = 4  # of an orbit, in a line of it
+APPROACHES: Final = 16  # steps towards an orbit that a straight line does not lead to
 SAME: Final = 1e-13  # of the points: orbits that coincide
 
 
@@ -204,10 +205,9 @@ class OrbitBranch:
             raise ValueError(
                 "the branch was loaded without its system: load(path, system=...) gives it back."
             )
-        f = self.f.replace(**{self.parameter: number})
         found: list[PeriodicOrbit] = []
-        for row, guess in self._guesses(number):
-            orbit = solve_orbit(f, guess) if row is None else self._orbit_of_row(f, row)
+        for row, between in self._places(number):
+            orbit = self._orbit_between(row, number) if between else self._orbit_of_row(row)
             # At a fold both neighbours lead to the same orbit.
             if not any(_same(orbit, other) for other in found):
                 found.append(orbit)
@@ -228,20 +228,50 @@ class OrbitBranch:
             )
         return number
 
-    def _guesses(self, number: float) -> list[tuple[int | None, Floats]]:
-        """Rows with a parameter value, and points between rows that enclose it."""
-        q = self.values
-        found: list[tuple[int | None, Floats]] = []
-        for i in range(len(q)):
-            if q[i] == number:
-                found.append((i, self.points[i]))
-            elif i + 1 < len(q) and (q[i] - number) * (q[i + 1] - number) < 0:
-                share = (number - q[i]) / (q[i + 1] - q[i])
-                found.append((None, self.points[i] + share * (self.points[i + 1] - self.points[i])))
-        return found
+    def _places(self, number: float) -> list[tuple[int, bool]]:
+        """Rows with a parameter value, and rows after which it is passed (True)."""
+        off = self.values - number
+        passed = np.append(off[:-1] * off[1:] < 0, False)
+        rows = np.flatnonzero((off == 0) | passed)
+        return [(int(row), bool(passed[row])) for row in rows]
 
-    def _orbit_of_row(self, f: MapFamily, row: int) -> PeriodicOrbit:
+    def _orbit_between(self, row: int, number: float) -> PeriodicOrbit:
+        """Solve for the orbit between a row and the next, from a straight line through both.
+
+        Beside a fold, or an end with an infinite slope, that may be too far off: then the orbit
+        is approached from either row in steps that shrink towards the other.
+        """
+        ends = (row, row + 1)
+        (q, r), (x, y) = self.values[list(ends)], self.points[list(ends)]
+        orbit = self._solved(number, x + (number - q) / (r - q) * (y - x))
+        for start, goal in (ends[::-1], ends):
+            if orbit.quality == "located":
+                break
+            orbit = self._approached(start, goal, number)
+        return orbit
+
+    def _approached(self, start: int, goal: int, number: float) -> PeriodicOrbit:
+        q, r = self.values[start], self.values[goal]
+        share = (abs(number - r) / abs(q - r)) ** (np.arange(1, APPROACHES + 1) / APPROACHES)
+        now, x = q, self.points[start]
+        speed = np.zeros_like(x)
+        for value in [*(r + share[:-1] * (q - r)).tolist(), number]:
+            orbit = self._solved(value, x + (value - now) * speed)
+            if orbit.quality != "located":
+                break
+            shift = int(np.argmin(np.abs(orbit.points - x[0])))
+            points = np.roll(orbit.points, -shift)
+            speed, x, now = (points - x) / (value - now), points, value
+        return orbit
+
+    def _solved(self, number: float, guess: Floats) -> PeriodicOrbit:
+        assert self.f is not None
+        return solve_orbit(self.f.replace(**{self.parameter: number}), guess)
+
+    def _orbit_of_row(self, row: int) -> PeriodicOrbit:
         """Return the orbit of a row as it was solved: at an end, a one-sided limit."""
+        assert self.f is not None
+        f = self.f.replace(**{self.parameter: float(self.values[row])})
         start = int(np.argmin(self.points[row]))
         points, labels = np.roll(self.points[row], -start), np.roll(self.labels[row], -start)
         multiplier = float(self.multipliers[row])
