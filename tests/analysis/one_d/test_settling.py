@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.analysis.examples import doubling, logistic, tent
+from stickslip.analysis.examples import doubling, logistic, square_root, tent
 from stickslip.analysis.one_d.settling import Motion, Settler
 from stickslip.analysis.piecewise_map import PiecewiseMap
 
@@ -77,6 +77,20 @@ def test_a_chaotic_motion_whose_critical_orbit_leaves_is_dropped():
     (kept,) = settler.at(over.replace(slope=1.9999), [], CORNER, NOTHING)
     assert kept.kind == "chaotic"
     assert settler.at(over.replace(slope=2.0001), [], CORNER, NOTHING) == []
+
+
+def test_orbits_beside_a_neutral_cycle_are_not_called_chaotic():
+    """Nordmark's map: the 2-cycle flips at mu = 0.025; orbits beside it neither come nor go."""
+    low, high = -0.075, 0.01
+    motions = settle(square_root(mu=0.025), cycles=[np.array([low, high])], spread=SPREAD / 100)
+    kinds = [(motion.kind, motion.period) for motion in motions]
+    assert ("periodic", 3) in kinds
+    assert set(kinds) <= {("periodic", 3), ("undecided", 0)}
+
+
+def test_a_slow_approach_is_no_chaos():
+    """At its flip the fixed point of the logistic map attracts like 1 / sqrt(n)."""
+    assert settle(logistic(3.0), cycles=[np.array([2 / 3])], spread=SPREAD) == []
 
 
 def test_holes_between_bands_do_not_hold():

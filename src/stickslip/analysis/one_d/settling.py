@@ -43,6 +43,7 @@ CREEPING: Final = 48  # last steps of an orbit, all in one direction: it is stil
 SHORT_PERIODS: Final = 4  # ... for a period up to this
 SLOPES: Final = 48  # at least, in the mean of log |f'|
 SIGMAS: Final = 3.0  # errors by which the mean of log |f'| must exceed 0 at first
+FLAT: Final = 1e-3  # a smaller mean is none
 LONGEST: Final = 512  # period that is recognised
 TRIES: Final = 6  # periods proposed by an orbit that Newton's method tries
 MOST_MOTIONS: Final = 8  # at one value
@@ -252,11 +253,14 @@ class _Look:
             near = RECURRING if exponent <= 0.0 else SETTLED
             if self._settled(tail[0], near * self.width):
                 return number if len(self.found) > number else CYCLE
-            if exponent > (0.0 if was_chaotic else SIGMAS * error) and not _creeps(tail[0]):
+            least = FLAT if was_chaotic else max(FLAT, SIGMAS * error)
+            if exponent > least and not _creeps(tail[0]):
+                kind: Kind = "chaotic"
                 break
-        kind: Kind = "chaotic" if exponent > 0.0 else "undecided"
-        if kind == "undecided" and self._crawls(tail[0]):
-            return CYCLE
+        else:
+            if self._crawls(tail[0]):
+                return CYCLE
+            kind = "undecided"
         self.found.append(Motion(kind, tail[0, -self.iterates :], exponent))
         return number
 
