@@ -531,6 +531,15 @@ def test_wrong_names_and_ranges(stable, name, ends, said):
         continue_orbit(orbit, f, name, ends)
 
 
+@pytest.mark.parametrize(
+    "option", [{"max_step": 0}, {"max_step": math.nan}, {"max_points": 0}, {"max_points": 2.5}]
+)
+def test_wrong_options(stable, option):
+    f, orbit = stable
+    with pytest.raises(ValueError, match=next(iter(option))):
+        continue_orbit(orbit, f, "r", (2, 3), **option)
+
+
 def test_ranges_that_the_model_does_not_allow(coulomb):
     orbit = periodic_orbits(coulomb)[0]
     with pytest.raises(ValueError, match="V"):

@@ -65,7 +65,8 @@ def continue_orbit(
     ------
     ValueError
         The orbit is infinitely unstable or none of ``f``; the parameter is unknown; the range
-        is not an interval, not allowed for the map, or does not contain the orbit.
+        is not an interval, not allowed for the map, or does not contain the orbit; a step or
+        a number of points that is not positive.
 
     Notes
     -----
@@ -84,6 +85,10 @@ def continue_orbit(
     [('fold', 3.828427125), ('flip', 3.841499008)]
     """
     low, high = _checked_range(f, name, range)
+    if not 0 < max_step <= 1:
+        raise ValueError(f"max_step = {max_step!r}: a share of the range is needed, 0 to 1.")
+    if isinstance(max_points, bool) or int(max_points) != max_points or max_points < 1:
+        raise ValueError(f"max_points = {max_points!r}: a whole number >= 1 is needed.")
     if isinstance(orbit, OrbitBranch):
         return _continued(orbit, f, name, low, high, window, max_step, max_points)
     f = windowed(f, window)
