@@ -243,9 +243,8 @@ class AttractorSearch:
             cycle, theirs = item.cycle, item.attractor.bands
             if cycle is not None and cycle.stable and np.any(bands.contain(cycle.points)):
                 return f"a stable cycle of period {cycle.period} hides in the bands"
-            if item.attractor.kind == "chaotic" and theirs.shape == bands.intervals.shape:
-                if np.all(np.abs(theirs - bands.intervals) <= slack):
-                    return "comes to its attractor late"
+            if item.attractor.kind == "chaotic" and np.all(bands.contain(theirs, slack)):
+                return "comes to its attractor late, or its bands hold those of another"
         return ""
 
     def _why_no_trap(self, bands: Bands) -> str:

@@ -49,6 +49,7 @@ __all__ = ["FIT", "InterpolatedMap", "interpolated_map"]
 
 FIT: Final = 1e-9  # of the range of values: cells are halved until their polynomials err less
 HALVES: Final = 4.0  # factor by which halving a cell reduces its error at least (16 if smooth)
+TILT: Final = 0.15  # of a cell's width times the wrong slope in its middle: error beside it
 SAFETY: Final = 4.0  # by which errors predicted from neighbouring nodes are taken larger
 MAX_ROUNDS: Final = 16  # of halving
 MAX_CELLS: Final = 20_000
@@ -232,7 +233,7 @@ class _Construction:
         x = 0.5 * (cells.x0 + cells.x1)
         got = sample(self.f, x)
         self.n_evaluations += len(k)
-        kind, off, plain = self._better_kind(k, cells, x, got.value)
+        kind, off, plain = self._better_kind(k, cells, x, got)
         hidden = (got.status != OK) | (got.label != self.label[k])
         left = replace(cells, x1=x, v1=got.value, s1=got.derivative)
         right = replace(cells, x0=x, v0=got.value, s0=got.derivative)
@@ -261,18 +262,21 @@ class _Construction:
         ]
 
     def _better_kind(
-        self, k: NDArray[np.intp], cells: Cells, x: Floats, value: Floats
+        self, k: NDArray[np.intp], cells: Cells, x: Floats, true: PointValues
     ) -> tuple[Integers, Floats, Floats]:
         """Choose the polynomials that predict the middles best, cubics if in doubt.
 
         Returns kinds, errors in the middle, and those of cubics.
         """
         best = self.kind[k].copy()
-        off = np.abs(_values(cells, best, x) - value)
-        plain = np.abs(_cubic(cells, x) - value)
+        plain = np.abs(_cubic(cells, x) - true.value)
+        # Where f'''' vanishes in the middle, so does the error, but not its slope.
+        tilt = np.abs(_middle_slopes(cells) - true.derivative) * (cells.x1 - cells.x0)
+        plain = np.maximum(plain, TILT * tilt)
+        off = np.where(best == 0, plain, np.abs(_values(cells, best, x) - true.value))
         for kind in (SQUARE_ROOT_LEFT, SQUARE_ROOT_RIGHT):
             trial = np.where(best == 0, kind, best)
-            other = np.abs(_values(cells, trial, x) - value)
+            other = np.abs(_values(cells, trial, x) - true.value)
             better = (other < BETTER * off) & (off > self.allowed)
             best, off = np.where(better, trial, best), np.where(better, other, off)
         return best, off, plain
@@ -348,15 +352,22 @@ def _cubic(cells: Cells, x: Floats) -> Floats:
     return _values(cells, np.zeros(len(x), dtype=np.int64), x)
 
 
+def _middle_slopes(cells: Cells) -> Floats:
+    """Slope of each cell's cubic in the middle."""
+    with np.errstate(all="ignore"):
+        mean = (cells.v1 - cells.v0) / (cells.x1 - cells.x0)
+        return np.asarray(1.5 * mean - 0.25 * (cells.s0 + cells.s1))
+
+
 def _values(cells: Cells, kind: Integers, x: Floats) -> Floats:
     """Polynomial of each cell at one point of it."""
     with np.errstate(all="ignore"):
         t = (x - cells.x0) / (cells.x1 - cells.x0)
         u = np.where(kind == SQUARE_ROOT_LEFT, np.sqrt(t), t)
         u = np.where(kind == SQUARE_ROOT_RIGHT, np.sqrt(1 - t), u)
-    value = np.zeros(x.shape)
-    for column in _coefficients(cells, kind).T[::-1]:
-        value = value * u + column
+        value = np.zeros(x.shape)
+        for column in _coefficients(cells, kind).T[::-1]:
+            value = value * u + column
     return value
 
 
@@ -376,7 +387,10 @@ def _coefficients(cells: Cells, kind: Integers) -> Floats:
         # An infinite one: a u + b u^2 from the other end.
         root = (start, 2 * (rise - last), 2 * last - rise, zero, zero)
     regular = np.where((kind > 0)[:, None], np.column_stack(quartic), np.column_stack(cubic))
-    return np.where(np.isfinite(first)[:, None], regular, np.column_stack(root))
+    found = np.where(np.isfinite(first)[:, None], regular, np.column_stack(root))
+    # Infinite slopes at both ends: a straight line in u.
+    line = np.column_stack((start, rise, zero, zero, zero))
+    return np.where(np.all(np.isfinite(found), axis=1, keepdims=True), found, line)
 
 
 def _polynomials(cells: Cells, kind: Integers) -> CellPolynomials:
