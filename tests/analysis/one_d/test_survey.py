@@ -159,6 +159,24 @@ def test_a_pair_born_and_lost_on_a_corner_within_one_step_of_the_grid_is_found()
     assert [event.value for event in survey.events] == pytest.approx(expected, abs=1e-12)
 
 
+def test_orbits_pass_a_corner_that_no_label_shows():
+    f = ss.PiecewiseMap(
+        lambda x, mu: np.where(x < 0, 0.5 * x, 0.8 * x) + mu, (-2, 2), parameters={"mu": 0.1}
+    )
+    survey = surveyed(f, "mu", -0.11, 0.13, max_period=2)
+    (event,) = survey.events
+    assert (event.kind, event.period) == ("border_collision", 1)
+    assert event.value == pytest.approx(0, abs=1e-12)
+    assert not survey.unresolved
+
+
+def test_an_event_at_the_end_of_the_range():
+    survey = surveyed(examples.logistic(3.0), "r", 3.0, 3.2, max_period=2)
+    (event,) = survey.events
+    assert (event.kind, event.value) == ("flip", pytest.approx(3.0, abs=1e-14))
+    assert not survey.unresolved
+
+
 def test_orbits_that_leave_the_window_are_no_events():
     # The fixed point 1 - 1/r passes 0.7 at r = 10/3.
     survey = surveyed(examples.logistic(3.2), "r", 3.1, 3.4, max_period=1, window=(0.5, 0.7))

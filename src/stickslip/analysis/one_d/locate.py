@@ -160,6 +160,7 @@ class Readings:
             for s in sorted(self.known, key=lambda s: abs(s - t))
             if abs(s - t) >= apart and abs(self.known[s].value - zero.value) > enough
         ]
+        span = max(span, apart)  # or t + span may be t itself
         for s in [*fit, t + span, t - span]:
             try:
                 return (self(s) - zero.value) / (s - t)

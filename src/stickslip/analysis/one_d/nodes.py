@@ -145,6 +145,17 @@ class Node:
         """
         return velocity(self.bundle, self.f, self.name)
 
+    @cached_property
+    def breaks(self) -> Floats:
+        """Places of the breaks that matter, ascending."""
+        return np.array([item.d for item in self.table.breakpoints if item.kind != "smooth"])
+
+    @cached_property
+    def segments(self) -> Labels:
+        """Number of breaks left of each point, padded as the bundle is: labels of its own."""
+        counts = np.searchsorted(self.breaks, self.bundle.points, side="right")
+        return np.where(self.bundle.used, counts, 0).astype(np.uint64)
+
     def find(self, points: Floats, tolerance: float) -> int | None:
         """Place in the list of the orbit with these points, smallest first; None if absent."""
         for k, orbit in enumerate(self.orbits):

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from bisect import insort
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 __all__ = ["Ending", "Span", "Survey"]
 
 BESIDE: Final = 1e-5  # of the range: how far from an event the lists beside it are made
+SPLIT: Final = 1e-9  # of the range: closer to each other no lists are made
 CLEAR: Final = 0.2  # share of the way to the next event that these may take up
 FOUND: Final = 1e-7  # of the domain's width: an orbit that arrives is looked up in the list
 NARROWEST: Final = 1e-4  # of the range: an unexplained change is not narrowed down further
@@ -259,8 +260,30 @@ class Survey:
         start, goal = (span.left, span.right) if side < 0 else (span.right, span.left)
         key = self._key(span, side, k)
         way = follow(start, k, goal.q, self.family, self.words, self._known.get(key))
+        if not self.words.telling:
+            self._end_at_passed_border(way, start, k, goal)
         self._known[key] = way
         return way
+
+    def _end_at_passed_border(self, way: Way, start: Node, k: int, goal: Node) -> None:
+        """Where labels do not tell branches apart, an orbit may have passed a break unnoticed."""
+        there = self._arrival(way, goal)
+        if there is None or way.end is None:
+            return
+        passed = np.flatnonzero(start.segments[k] != goal.segments[there])
+        if not passed.size or not len(goal.breaks):
+            return
+        place = int(passed[0])
+        x, speed = goal.bundle.points[there, place], goal.velocity[there, place]
+        border = goal.breaks[np.argmin(np.abs(goal.breaks - x))]
+        way.end = replace(
+            way.end,
+            reason="border",
+            points=goal.orbits[there].points,
+            velocity=goal.velocity[there, : way.end.points.size],
+            step=float((border - x) / speed),
+            place=place,
+        )
 
     def _arrival(self, way: Way, node: Node) -> int | None:
         """Place of an orbit that has arrived in the list there."""
@@ -304,25 +327,21 @@ class Survey:
         plain: list[tuple[Node, Node]] = []
         last = span.left
         for k, group in enumerate(groups):
-            room = CLEAR * min(bounds[k + 1] - bounds[k], bounds[k + 2] - bounds[k + 1])
-            beside = min(BESIDE * self.scale, room)
-            if beside <= 0:
-                self.unresolved.append(
-                    UnresolvedChange(
-                        f"a {group[0].kind} exactly at the value of a list",
-                        span.left.q,
-                        span.right.q,
-                        group[0].period,
-                        float(group[0].points[0]),
-                    )
-                )
-                continue
-            sides = (group[0].value - beside, group[-1].value + beside)
-            before, after = self._nodes(sides, beside)
-            plain.append((last, before))
+            rooms = bounds[k + 1] - bounds[k], bounds[k + 2] - bounds[k + 1]
+            open_sides = [room for room in rooms if room > SPLIT * self.scale]
+            beside = min(BESIDE * self.scale, *(CLEAR * room for room in open_sides))
+            # An event at the value of a list, as at an end of the range, has its list already.
+            before = last if rooms[0] <= SPLIT * self.scale else None
+            after = span.right if rooms[1] <= SPLIT * self.scale else None
+            if before is None:
+                (before,) = self._nodes([group[0].value - beside], beside)
+                plain.append((last, before))
+            if after is None:
+                (after,) = self._nodes([group[-1].value + beside], beside)
             self.spans.append(self._around(before, after, group))
             last = after
-        plain.append((last, span.right))
+        if last is not span.right:
+            plain.append((last, span.right))
         return plain
 
     def _groups(self, fresh: list[Event]) -> list[list[Event]]:

@@ -122,7 +122,7 @@ def _candidates(left: Node, right: Node, words: Words) -> tuple[NDArray[np.intp]
         ahead = (left.bundle.points + half * left.velocity)[i, :period]
         back = (right.bundle.points - half * right.velocity)[j, :period]
         cost = np.abs(ahead[:, None] - back[None]).max(axis=2)
-        one, other = words.of(left.bundle.labels[i]), words.of(right.bundle.labels[j])
+        one, other = _names(left, words)[i], _names(right, words)[j]
         agree = (one[:, None, :period] == other[None, :, :period]).all(axis=2)
         cost = np.where(agree & np.isfinite(cost), cost, np.inf)
         best, back_best = cost.argmin(axis=1), cost.argmin(axis=0)
@@ -130,6 +130,11 @@ def _candidates(left: Node, right: Node, words: Words) -> tuple[NDArray[np.intp]
         rows += i[mutual].tolist()
         columns += j[best[mutual]].tolist()
     return np.array(rows, dtype=np.intp), np.array(columns, dtype=np.intp)
+
+
+def _names(node: Node, words: Words) -> NDArray[np.uint64]:
+    """Name the branches of all points; by their order, where labels do not tell them apart."""
+    return words.of(node.bundle.labels) if words.telling else node.segments
 
 
 def _proved(
