@@ -215,6 +215,7 @@ class _Construction:
         self.kind = _singular_ends(self.cells)
         self.error = _predicted_errors(self.cells, _lap_of_cell(table.laps)[wide])
         self.label = table.labels_at(0.5 * (self.cells.x0 + self.cells.x1))
+        self.breaks = np.array([b.d for b in table.breakpoints if b.kind != "smooth"])
         self.n_evaluations = 0
         for _ in range(MAX_ROUNDS):
             open_cells = (self.error > self.allowed) & self._wide()
@@ -237,7 +238,6 @@ class _Construction:
         hidden = (got.status != OK) | (got.label != self.label[k])
         left = replace(cells, x1=x, v1=got.value, s1=got.derivative)
         right = replace(cells, x0=x, v0=got.value, s0=got.derivative)
-        # A branch that the table missed is nothing that halving could mend.
         # The half away from a root gets a cubic again.
         at_left = np.where(kind == SQUARE_ROOT_LEFT, kind, 0)
         at_right = np.where(kind == SQUARE_ROOT_RIGHT, kind, 0)
@@ -245,6 +245,7 @@ class _Construction:
             [np.where(half == kind, off, plain)[~hidden] / HALVES for half in (at_left, at_right)]
         )
         error = np.where(np.isfinite(error), error, np.inf)
+        # A branch that the table missed is nothing that halving could mend.
         self.error[k[hidden]] = np.inf
         keep = np.ones(len(self.kind), dtype=np.bool_)
         keep[k] = hidden
@@ -274,10 +275,10 @@ class _Construction:
         tilt = np.abs(_middle_slopes(cells) - true.derivative) * (cells.x1 - cells.x0)
         plain = np.maximum(plain, TILT * tilt)
         off = np.where(best == 0, plain, np.abs(_values(cells, best, x) - true.value))
-        for kind in (SQUARE_ROOT_LEFT, SQUARE_ROOT_RIGHT):
+        for kind, ends in ((SQUARE_ROOT_LEFT, cells.x0), (SQUARE_ROOT_RIGHT, cells.x1)):
             trial = np.where(best == 0, kind, best)
             other = np.abs(_values(cells, trial, x) - true.value)
-            better = (other < BETTER * off) & (off > self.allowed)
+            better = (other < BETTER * off) & (off > self.allowed) & np.isin(ends, self.breaks)
             best, off = np.where(better, trial, best), np.where(better, other, off)
         return best, off, plain
 
