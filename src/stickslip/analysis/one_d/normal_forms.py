@@ -22,7 +22,7 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from stickslip.analysis.protocol import Floats, Map1D, MapFamily
+    from stickslip.analysis.protocol import Floats, Map1D, MapFamily, PointValues
 
 __all__ = ["FlipCoefficient", "FoldCoefficient", "flip_coefficient", "fold_coefficient"]
 
@@ -171,15 +171,26 @@ def _derivatives(
 ) -> tuple[Floats, tuple[Floats, Floats], tuple[Floats, Floats]]:
     """Return f', and f'' and f''' with errors, from values of f' on the branch of each point."""
 
+    at_x = sample(f, x)
+    seen: dict[bytes, PointValues] = {}
+
+    def values(points: Floats) -> PointValues:
+        # First and second differences ask for the same points, once for slopes, once for labels.
+        key = points.tobytes()
+        if key not in seen:
+            seen[key] = at_x if key == x.tobytes() else sample(f, points)
+        return seen[key]
+
     def slopes(points: Floats) -> Floats:
-        return sample(f, points).derivative
+        return values(points).derivative
 
     def same_branch(here: Floats, points: Floats) -> NDArray[np.bool_]:
-        there = sample(f, points)
-        same: NDArray[np.bool_] = (there.status == OK) & (sample(f, here).label == there.label)
+        there = values(points)
+        labels = np.resize(at_x.label, here.shape)  # here is x again and again
+        same: NDArray[np.bool_] = (there.status == OK) & (labels == there.label)
         return same
 
     width = domain_width(f)
     second = extrapolated_difference(slopes, x, width, same_branch)
     third = extrapolated_second_difference(slopes, x, width, same_branch)
-    return slopes(x), second, third
+    return at_x.derivative, second, third
