@@ -170,7 +170,6 @@ def _derivatives(
     f: Map1D, x: Floats
 ) -> tuple[Floats, tuple[Floats, Floats], tuple[Floats, Floats]]:
     """Return f', and f'' and f''' with errors, from values of f' on the branch of each point."""
-
     at_x = sample(f, x)
     seen: dict[bytes, PointValues] = {}
 
