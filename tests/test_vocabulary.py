@@ -44,3 +44,5 @@ def test_unknown_names_are_errors():
 def test_did_you_mean():
     assert did_you_mean("alhpa", ["alpha", "beta"]) == "Known: alpha, beta. Did you mean 'alpha'?"
     assert did_you_mean("zzz", ["alpha"]) == "Known: alpha."
+    assert did_you_mean("v", ["alpha", "V"]) == "Known: alpha, V. Did you mean 'V'?"
+    assert did_you_mean("v", ["v_dr", "v", "V"]) == "Known: v_dr, v, V. Did you mean 'v'?"

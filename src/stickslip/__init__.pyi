@@ -16,6 +16,10 @@ from .mechanics.model.chain import Oscillator as Oscillator
 from .mechanics.model.harmonic import Harmonic as Harmonic
 from .mechanics.model.two_block import TwoBlock as TwoBlock
 from .mechanics.model.units import Units as Units
+from .study.bifurcations import bifurcations as bifurcations
+from .study.bifurcations import continue_bifurcation as continue_bifurcation
+from .study.bifurcations import continue_orbit as continue_orbit
+from .study.diagram import bifurcation_diagram as bifurcation_diagram
 from .study.event_map import event_map as event_map
 from .study.maps import attractors as attractors
 from .study.maps import basins as basins
@@ -24,5 +28,8 @@ from .study.maps import breakpoints as breakpoints
 from .study.maps import invariant_density as invariant_density
 from .study.maps import lyapunov_exponent as lyapunov_exponent
 from .study.maps import periodic_orbits as periodic_orbits
+from .study.model_file import read_model as read_model
+from .study.model_file import write_model as write_model
+from .study.storage import load as load
 
 __version__: str

@@ -130,7 +130,7 @@ def label(name: str, index: int | str | None = None) -> str:
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Sentence that lists what exists and names the closest.
+    """Sentence that lists what exists and names the closest, if need be in other letter case.
 
     Parameters
     ----------
@@ -147,5 +147,11 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     """
     known = list(known)
     listing = f"Known: {', '.join(known)}."
-    close = get_close_matches(name, known, n=1)
+    close = get_close_matches(name, known, n=1) or _close_but_for_case(name, known)
     return f"{listing} Did you mean {close[0]!r}?" if close else listing
+
+
+def _close_but_for_case(name: str, known: list[str]) -> list[str]:
+    """Like `get_close_matches`, which finds no V for v."""
+    folded = {item.casefold(): item for item in known}
+    return [folded[item] for item in get_close_matches(name.casefold(), folded, n=1)]

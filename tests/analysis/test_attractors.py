@@ -7,17 +7,25 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stickslip.analysis.attractors import attractors
+from stickslip import Coulomb, TwoBlock, examples
+from stickslip.analysis.attractors import attractors, attractors_of
 from stickslip.analysis.examples import (
     border_collision,
+    doubling,
     logistic,
     maximal_orbit,
     square_root,
     tent,
     tent_with_hole,
 )
+from stickslip.analysis.one_d.interpolated import interpolated_map
+from stickslip.analysis.one_d.periodic import periodic_orbits
+from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.piecewise_map import PiecewiseMap
+from stickslip.analysis.window import WindowMap
+from stickslip.mechanics.eventmap.event_map import EventMap
 
+SHARES = 0.15  # chaotic transients of two almost equal maps end differently
 EDGE = 1e-10  # band edges are images of breakpoints and turning points: far better than 1e-8
 
 
@@ -205,6 +213,126 @@ def test_everything_leaves_through_the_gap():
     assert len(found) == 0
     assert found.left == 1
     assert sum(found.statuses.values()) >= found.n_seeds
+
+
+# --- on the interpolated table ------------------------------------------------------------------
+
+
+def same_place(one, other):
+    return one.bands.shape == other.bands.shape and np.allclose(one.bands, other.bands, atol=EDGE)
+
+
+def check_both_ways(f):
+    fast, plain = attractors(f), attractors(f, interpolate=False)
+    fast_ones, plain_ones = ([a for a in found if a.basin_share > 0] for found in (fast, plain))
+    assert sorted((a.kind, a.period) for a in fast_ones) == sorted(
+        (a.kind, a.period) for a in plain_ones
+    )
+    for a in (a for a in fast_ones if a.kind != "undecided"):
+        (b,) = (b for b in plain_ones if b.kind == a.kind and same_place(a, b))
+        assert a.edges == b.edges
+        (value, error), (other, doubt) = a.lyapunov, b.lyapunov
+        assert abs(value - other) <= 5 * np.hypot(error, doubt) + 1e-9
+        assert abs(a.basin_share - b.basin_share) <= SHARES
+    assert abs(fast.left - plain.left) <= SHARES
+
+
+@pytest.mark.parametrize(
+    "f",
+    [
+        *(logistic(r) for r in (2.9, 3.5, 3.55, 3.6, 3.678, 3.7, 3.83, 3.845, 3.8284, 3.9603, 4.0)),
+        *(tent(slope) for slope in (1.05, 1.2, 2**0.5, 1.9)),
+        *(cubic(a) for a in (1.5, 2.5)),
+        *(square_root(0.3, mu) for mu in (0.5, 0.05, 0.001)),
+        border_collision(a=0.5, b=0.5, mu=-0.5, jump=1.0),
+        border_collision(a=0.85, b=-1.19),
+        doubling(2.5),
+        tent_with_hole(3.0),
+        *(EventMap(examples.coulomb(V=V)) for V in (0.0366, 0.03698, 0.0370, 0.0371, 0.0372)),
+    ],
+    ids=repr,
+)
+def test_interpolation_shows_what_the_map_shows(f):
+    check_both_ways(f)
+
+
+@settings(max_examples=15)
+@given(
+    alpha=st.floats(0.1, 3),
+    beta=st.floats(0.5, 2),
+    mu=st.floats(0.05, 0.9),
+    V=st.floats(0.01, 0.3),
+)
+def test_interpolation_shows_what_event_maps_show(alpha, beta, mu, V):
+    check_both_ways(EventMap(TwoBlock(alpha=alpha, beta=beta, V=V, friction=Coulomb(mu=mu))))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("alpha", [1.2085, 1.211, 1.2155])
+def test_interpolation_shows_what_law_9_shows(alpha):
+    check_both_ways(WindowMap(EventMap(examples.law9(alpha=alpha)), (0.379, 0.390)))
+
+
+class Counted:
+    """A map that counts how often it is evaluated."""
+
+    def __init__(self, f):
+        self.f, self.count = f, 0
+        self.domain = f.domain
+
+    def evaluate(self, x):
+        self.count += np.size(x)
+        return self.f.evaluate(x)
+
+
+@pytest.mark.parametrize(("r", "most"), [(3.5, 1000), (3.6, 1000), (3.7, 1000), (3.84, 1000)])
+def test_few_evaluations_are_enough(r, most):
+    f = Counted(logistic(r))
+    table = branch_table(f)
+    f.count = 0
+    attractors_of(f, table)
+    assert f.count < most
+
+
+def test_table_and_orbits_at_hand_are_used():
+    f = cubic(1.5)
+    found = attractors_of(f, branch_table(f), periodic_orbits(f, 2))
+    assert sorted(a.orbit.points[0] for a in found) == pytest.approx([-np.sqrt(0.5), np.sqrt(0.5)])
+    with pytest.raises(ValueError, match="n_seeds = 0"):
+        attractors_of(f, branch_table(f), n_seeds=0)
+
+
+def test_stand_in_that_the_map_does_not_confirm_is_dropped():
+    wrong = interpolated_map(branch_table(logistic(3.5)))  # a cycle of period 4
+    f = logistic(3.7)
+    (found,) = attractors_of(f, branch_table(f), fast=wrong)
+    assert (found.kind, found.period) == ("chaotic", 1)
+
+
+def test_edges_know_where_they_come_from():
+    f = tent(1.2)
+    (found,) = attractors(f)
+    for edge, (x, side, order) in zip(found.bands.ravel(), found.sources, strict=True):
+        assert x == 0.5
+        assert side in (-1, 1)
+        assert f.iterate(x, order)[-1] == pytest.approx(edge, abs=1e-14)
+
+
+def test_edges_of_many_bands_are_explained():
+    (found,) = attractors(logistic(3.56998))
+    assert found.period == len(found.bands) == 64
+    assert {order for _, _, order in found.sources} == set(range(1, 129))
+
+
+def test_bands_that_hold_an_attractor_are_none():
+    assert len(attractors(tent(1.01))) == 1
+
+
+def test_orbit_that_comes_late_is_no_second_attractor():
+    # Just past the flip of P1 orbits spiral away from it for thousands of steps.
+    f = WindowMap(EventMap(examples.law9(alpha=1.209875)), (0.379, 0.390))
+    (found,) = attractors(f)
+    assert (found.kind, found.period) == ("chaotic", 2)
 
 
 # --- interface --------------------------------------------------------------------------------

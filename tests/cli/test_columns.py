@@ -46,3 +46,15 @@ def test_csv_has_a_header_and_reads_back_exactly():
         "nan,0,NEVER_CYCLE",
         "-inf,7,OK",
     ]
+
+
+def test_csv_writes_lists_into_one_cell_and_nothing_for_none():
+    stream = io.StringIO()
+    write_csv(
+        stream, {"points": [[0.1 + 0.2, 1.0], []], "block": [None, 2], "x": [np.float64(1)] * 2}
+    )
+    assert stream.getvalue().splitlines() == [
+        "points,block,x",
+        "0.30000000000000004 1.0,,1.0",
+        ",2,1.0",
+    ]

@@ -6,7 +6,7 @@ import stat
 import pytest
 
 from stickslip.cli.failure import REFUSED, RefusalError, UsageError
-from stickslip.cli.files import new_file
+from stickslip.cli.files import new_file, new_files, new_folder
 
 
 def listing(folder):
@@ -72,3 +72,71 @@ def test_the_file_is_as_readable_as_others(tmp_path):
     finally:
         os.umask(previous)
     assert stat.S_IMODE((tmp_path / "map.csv").stat().st_mode) == 0o644
+
+
+# --- several files ----------------------------------------------------------------------------
+
+
+def test_several_files_appear_together(tmp_path):
+    first, second = tmp_path / "fig.svg", tmp_path / "points.csv"
+    with new_files([first, second], force=False) as (one, two):
+        assert (one.name, two.name) == (first.name, second.name)
+        one.write_text("picture")
+        two.write_text("points")
+        assert not first.exists()
+    assert (first.read_text(), second.read_text()) == ("picture", "points")
+    assert listing(tmp_path) == ["fig.svg", "points.csv"]
+
+
+def test_none_of_several_is_touched_where_one_is_in_the_way(tmp_path):
+    (tmp_path / "points.csv").write_text("precious")
+    paths = [tmp_path / "fig.svg", tmp_path / "points.csv"]
+    with pytest.raises(RefusalError, match="points"), new_files(paths, force=False):
+        pytest.fail("the work began")
+    assert listing(tmp_path) == ["points.csv"]
+
+
+def test_a_folder_is_made_and_filled_at_the_end(tmp_path):
+    folder = tmp_path / "new" / "out"
+    with new_folder(folder, ["a", "b"], force=False) as (a, b):
+        a.write_text("1")
+        b.write_text("2")
+        assert [path.is_dir() for path in folder.iterdir()] == [True, True]
+    assert listing(folder) == ["a", "b"]
+
+
+@pytest.mark.parametrize("failure", [ValueError, KeyboardInterrupt])
+def test_a_folder_made_for_failed_work_goes_again(tmp_path, failure):
+    def work():
+        with new_folder(tmp_path / "new" / "out", ["a"], force=False) as (a,):
+            a.write_text("half")
+            raise failure
+
+    with pytest.raises(failure):
+        work()
+    assert listing(tmp_path) == []
+
+
+def test_a_folder_keeps_what_else_is_in_it(tmp_path):
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "mine").write_text("precious")
+    (folder / "a").write_text("old")
+    with pytest.raises(RefusalError, match="--force"), new_folder(folder, ["a"], force=False):
+        pytest.fail("the work began")
+    with pytest.raises(ZeroDivisionError), new_folder(folder, ["a", "b"], force=True) as (a, _):
+        a.write_text(f"new {1 // 0}")
+    assert (folder / "a").read_text() == "old"
+    assert listing(folder) == ["a", "mine"]
+    with new_folder(folder, ["a"], force=True) as (a,):
+        a.write_text("new")
+    assert (folder / "a").read_text() == "new"
+    assert (folder / "mine").read_text() == "precious"
+
+
+def test_a_file_is_no_folder(tmp_path):
+    (tmp_path / "out").write_text("precious")
+    with pytest.raises(UsageError, match="is a file"):
+        with new_folder(tmp_path / "out", ["a"], force=True):
+            pytest.fail("the work began")
+    assert (tmp_path / "out").read_text() == "precious"

@@ -134,9 +134,9 @@ class Bifurcation:
             before, after = self.attractors_before, self.attractors_after
             lines.append(f"  attractors: {_attractors(before)}  ->  {_attractors(after)}")
         if self.outcome is not None:
-            lines.append(f"  outcome:    {self.outcome}")
+            lines.append(f"  outcome:    {_outcome(self.outcome)}")
         if self.predicted_outcome is not None:
-            lines.append(f"  predicted:  {self.predicted_outcome}")
+            lines.append(f"  predicted:  {_outcome(self.predicted_outcome)}")
         lines += [f"  {text}" for text in (self.mechanism, self.note) if text]
         return "\n".join(lines)
 
@@ -159,10 +159,8 @@ class Bifurcation:
             "orbits_after": len(self.orbits_after),
             "attractors_before": len(self.attractors_before),
             "attractors_after": len(self.attractors_after),
-            "outcome": None if self.outcome is None else str(self.outcome),
-            "predicted_outcome": (
-                None if self.predicted_outcome is None else str(self.predicted_outcome)
-            ),
+            "outcome": _outcome(self.outcome),
+            "predicted_outcome": _outcome(self.predicted_outcome),
             "mechanism": self.mechanism,
             "block": self.block,
             "quality": self.quality,
@@ -237,12 +235,18 @@ class Cascade:
         """Parameter values of the flips."""
         return tuple(flip.value for flip in self.flips)
 
+    @property
+    def where(self) -> str:
+        """Say where the flips accumulate, as far as that is known."""
+        if math.isnan(self.accumulation):
+            return "too few inside the range to tell where they accumulate"
+        return f"accumulation at {self.accumulation:.13g} ± {self.error:.1g}"
+
     def __repr__(self) -> str:
-        """Flips with their ratios, then the accumulation."""
+        """Accumulation, then the flips with their ratios."""
         name = self.flips[0].parameter
         lines = [
-            f"Cascade: {len(self.flips)} flips, accumulation at {name} = "
-            f"{self.accumulation:.13g} ± {self.error:.1g}",
+            f"Cascade: {len(self.flips)} flips along {name}, {self.where}",
             "  period  value                ratio",
         ]
         # The ratio stands beside the flip that ends its second gap.
@@ -332,7 +336,8 @@ class BifurcationList(Sequence[Bifurcation]):
         lines = [
             f"BifurcationList: {len(self)} bifurcations, {self.parameter} in "
             f"({lo:.10g}, {hi:.10g}), periods to {self.max_period}{where}",
-            f"  {self.parameter:<19s} error    kind              period  orbits   attractors  points",
+            f"  {self.parameter:<19s} error    kind              period  orbits   attractors  "
+            "points",
         ]
         lines += [_line(item) for item in self.bifurcations[:SHOWN]]
         if len(self) > SHOWN:
@@ -340,7 +345,7 @@ class BifurcationList(Sequence[Bifurcation]):
         for cascade in self.cascades:
             lines.append(
                 f"  cascade of {len(cascade.flips)} flips from {cascade.flips[0].value:.10g}, "
-                f"accumulation at {cascade.accumulation:.13g} ± {cascade.error:.1g}"
+                f"{cascade.where}"
             )
         lines += [f"  unresolved: {item}" for item in self.unresolved]
         return "\n".join(lines)
@@ -387,3 +392,10 @@ def _orbits(orbits: tuple[PeriodicOrbit, ...]) -> str:
 
 def _attractors(attractors: tuple[Attractor, ...]) -> str:
     return ", ".join(f"{a.kind} period {a.period}" for a in attractors) or "none"
+
+
+def _outcome(outcome: Outcome | None) -> str | None:
+    if outcome is None:
+        return None
+    text = f"orbits: {outcome.orbits}; attractors: {outcome.attractors}"
+    return f"{text} ({outcome.text})" if outcome.text else text

@@ -1,49 +1,43 @@
-"""Bifurcation diagrams: every periodic orbit, the attractors and the breakpoints over a parameter."""
+"""Bifurcation diagrams: periodic orbits, attractors and breakpoints over a parameter."""
 
 from __future__ import annotations
 
 import importlib
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from stickslip.analysis.one_d.break_lines import BreakLine, follow_breaks
+from stickslip.analysis.one_d.filling import fill
+from stickslip.analysis.one_d.nodes import Family
+from stickslip.analysis.one_d.settling import Motion, Settler
+from stickslip.analysis.one_d.strands import StrandEnd, trace_strands
+from stickslip.analysis.one_d.survey import Survey
+from stickslip.analysis.protocol import domain_width
+from stickslip.numerics.targets import available_threads
+from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
+    import os
+    from collections.abc import Callable, Sequence
 
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
+    from stickslip.analysis.one_d.nodes import Node
+    from stickslip.analysis.one_d.strands import Traced
     from stickslip.analysis.protocol import Floats, MapFamily
 
-__all__ = [
-    "AttractorTable",
-    "BreakLine",
-    "CurveEnd",
-    "Diagram",
-    "OrbitCurve",
-    "bifurcation_diagram",
-]
+__all__ = ["AttractorTable", "BreakLine", "Diagram", "OrbitCurve", "bifurcation_diagram"]
 
-AttractorKind: TypeAlias = Literal["periodic", "chaotic", "undecided"]
-
-
-@dataclass(frozen=True, eq=False)
-class CurveEnd:
-    """Where a curve of orbits ends.
-
-    Attributes
-    ----------
-    value : float
-        Of the parameter, located.
-    points : ndarray of float, shape (p,)
-        The orbit there.
-    reason : str
-        "end of range", or what happens: "fold", "flip", "breakpoint", "gap", ...
-    """
-
-    value: float
-    points: Floats
-    reason: str
+SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
+FEWEST: Final = 48  # iterates by which a motion that is no cycle can be recognised
+SMALLEST_CHUNK: Final = 64  # values that are worth a thread
+AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
+SHOWN: Final = 40  # orbits in a diagram's table
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,17 +49,27 @@ class OrbitCurve:
     period : int
         Minimal.
     points : ndarray of float, shape (n, p)
-        In the map's order; NaN at values without the orbit.
+        In the map's order, each column following one point; NaN at values without the orbit.
     multipliers : ndarray of float, shape (n,)
         NaN at values without the orbit.
-    ends : tuple of CurveEnd
-        The lower and the upper one.
+    ends : tuple of StrandEnd
+        Where the orbit begins and ends, located between the values, and why.
     """
 
     period: int
     points: Floats
     multipliers: Floats
-    ends: tuple[CurveEnd, CurveEnd]
+    ends: tuple[StrandEnd, StrandEnd]
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Where the multiplier is inside (-1, 1), shape (n,); False without the orbit."""
+        return np.asarray(np.abs(self.multipliers) < 1)
+
+    @property
+    def exists(self) -> NDArray[np.bool_]:
+        """Where there is the orbit, shape (n,)."""
+        return np.asarray(np.isfinite(self.multipliers))
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,41 +81,29 @@ class AttractorTable:
     where : ndarray of int
         Place of the parameter in the diagram's ``values``; ascending.
     kind : ndarray of str
-        "periodic", "chaotic" or "undecided".
+        "periodic", "chaotic" (the mean of log |f'| is positive; not proved) or "undecided".
     period : ndarray of int
         Of a periodic attractor, else 0.
     lyapunov : ndarray of float
-        Mean of log |f'| per step.
+        Mean of log |f'| per step: exact for a cycle, else over the points kept.
     points : ndarray of float, shape (m, k)
         The cycle, or successive iterates; NaN fills the rest of a row.
     """
 
-    where: NDArray[Any]
-    kind: NDArray[Any]
-    period: NDArray[Any]
+    where: NDArray[np.intp]
+    kind: NDArray[np.str_]
+    period: NDArray[np.intp]
     lyapunov: Floats
     points: Floats
 
-
-@dataclass(frozen=True, eq=False)
-class BreakLine:
-    """A breakpoint of the map over the values at which it exists.
-
-    Attributes
-    ----------
-    kind : str
-        "jump", "corner" or "edge".
-    d : ndarray of float, shape (n,)
-        NaN at values without it.
-    """
-
-    kind: str
-    d: Floats
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.where)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagram:
-    """What a map does over a range of one parameter.
+    """What a map of the line does over a range of one parameter.
 
     Attributes
     ----------
@@ -122,19 +114,31 @@ class Diagram:
         All orbits up to this period are in `orbits`.
     window : tuple of float or None
         Part of the domain that was looked at.
+    parameters : dict
+        The other parameters by name.
     orbits : tuple of OrbitCurve
-        By period, then by lowest value.
+        By period, then by lowest value and place.
     attractors : AttractorTable
+        Stable orbits among `orbits` included.
     breakpoints : tuple of BreakLine
+        Jumps, corners and edges of gaps.
+    unresolved : tuple of str
+        What could not be settled, a sentence each.
     """
 
     parameter: str
     values: Floats
     max_period: int
     window: tuple[float, float] | None
+    parameters: dict[str, float]
     orbits: tuple[OrbitCurve, ...]
     attractors: AttractorTable
     breakpoints: tuple[BreakLine, ...]
+    unresolved: tuple[str, ...] = ()
+
+    def of_period(self, p: int) -> tuple[OrbitCurve, ...]:
+        """Return the orbits of minimal period p."""
+        return tuple(orbit for orbit in self.orbits if orbit.period == p)
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
         """Draw the diagram; see `stickslip.plot.diagram.draw_diagram`."""
@@ -142,17 +146,87 @@ class Diagram:
         axes: Axes = module.draw_diagram(self, ax, **style)
         return axes
 
-    def table(self) -> str:
-        """Say which orbits exist where, and how they begin and end, as text."""
-        raise NotImplementedError
+    def table(self) -> list[dict[str, Any]]:
+        """Return a row of plain values per orbit: where it exists, how it begins and ends."""
+        rows = []
+        for orbit in self.orbits:
+            low, high = orbit.ends
+            stable = self.values[orbit.stable]
+            rows.append(
+                {
+                    "period": orbit.period,
+                    "from": low.value,
+                    "begins": low.reason,
+                    "to": high.value,
+                    "ends": high.reason,
+                    "first_points": low.points.tolist(),
+                    "last_points": high.points.tolist(),
+                    "stable_share": float(orbit.stable.sum() / max(1, orbit.exists.sum())),
+                    "stable_from": float(stable[0]) if stable.size else None,
+                    "stable_to": float(stable[-1]) if stable.size else None,
+                }
+            )
+        return rows
+
+    def __repr__(self) -> str:
+        """Table of the orbits, and how many attractors of which kind there are."""
+        n, low, high = len(self.values), self.values[0], self.values[-1]
+        lines = [
+            f"Diagram: {self.parameter} = {low:.10g} ... {high:.10g}, {n} values; "
+            f"{len(self.orbits)} orbits up to period {self.max_period}",
+            f"  period  {'from':15s}  {'begins':16s}  {'to':15s}  {'ends':16s}  stable",
+        ]
+        for row in self.table()[:SHOWN]:
+            lines.append(
+                f"  {row['period']:6d}  {row['from']:<15.11g}  {row['begins']:16s}  "
+                f"{row['to']:<15.11g}  {row['ends']:16s}  {row['stable_share']:.0%}"
+            )
+        if len(self.orbits) > SHOWN:
+            lines.append(f"  ... {len(self.orbits) - SHOWN} more")
+        for kind in np.unique(self.attractors.kind):
+            rows = self.attractors.kind == kind
+            lines.append(
+                f"  {kind} attractors at {len(np.unique(self.attractors.where[rows]))} values"
+            )
+        return "\n".join([*lines, *(f"  unresolved: {text}" for text in self.unresolved)])
 
     def to_xarray(self) -> Any:
-        """Return the diagram as an ``xarray.Dataset`` (needs the extra ``sweep``)."""
-        raise NotImplementedError
+        """Return the diagram as an ``xarray.Dataset`` (needs the extra ``sweep``).
 
-    def save(self, path: str | Path) -> Path:
-        """Write the diagram to a file that `stickslip.load` reads."""
-        raise NotImplementedError
+        Orbits are padded with NaN to ``max_period`` points, and attractors to the longest row.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            xarray is not installed.
+        """
+        xarray = importlib.import_module("xarray")
+        name, n = self.parameter, len(self.values)
+        points = np.full((len(self.orbits), n, self.max_period), np.nan)
+        for row, orbit in zip(points, self.orbits, strict=True):
+            row[:, : orbit.period] = orbit.points
+        multipliers = [orbit.multipliers for orbit in self.orbits]
+        breaks = [line.d for line in self.breakpoints]
+        variables = {
+            "orbit": (("branch", name, "point"), points),
+            "multiplier": (("branch", name), np.array(multipliers).reshape(-1, n)),
+            "period": (("branch",), np.array([orbit.period for orbit in self.orbits])),
+            "attractor": (("row", "iterate"), self.attractors.points),
+            "attractor_at": (("row",), self.values[self.attractors.where]),
+            "attractor_kind": (("row",), self.attractors.kind),
+            "attractor_period": (("row",), self.attractors.period),
+            "lyapunov": (("row",), self.attractors.lyapunov),
+            "breakpoint": (("line", name), np.array(breaks).reshape(-1, n)),
+            "breakpoint_kind": (("line",), np.array([line.kind for line in self.breakpoints])),
+        }
+        attributes: dict[str, Any] = {**self.parameters, "max_period": self.max_period}
+        if self.window is not None:
+            attributes["window"] = list(self.window)
+        return xarray.Dataset(variables, coords={name: self.values}, attrs=attributes)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to a file that `stickslip.load` reads."""
+        importlib.import_module("stickslip.analysis.storage").save(self, path)
 
 
 def bifurcation_diagram(
@@ -164,30 +238,259 @@ def bifurcation_diagram(
     window: tuple[float, float] | None = None,
     iterates: int = 64,
     attractors: bool = True,
+    lists: int = 24,
     progress: Callable[[float], None] | None = None,
 ) -> Diagram:
-    """Follow all periodic orbits, attractors and breakpoints of a map over a parameter.
+    """Follow all periodic orbits, the attractors and the breakpoints of a map over a parameter.
 
     Parameters
     ----------
     family : map with parameters
+        An event map, a `PiecewiseMap`, or anything else that offers `MapFamily`.
     name : str
-        Parameter that varies.
+        The parameter that varies.
     values : array_like of float, shape (n,)
-        Its values, ascending.
+        Its values, at least two, strictly ascending.
     max_period : int
-        All orbits up to this period are followed.
+        All orbits up to this period are followed, stable or not.
     window : tuple of float, optional
         Part of the domain to look at; orbits that leave it have left.
     iterates : int
-        Points kept of an attractor that is no short cycle.
+        Points kept of an attractor that is no cycle.
     attractors : bool
-        Whether to look for attractors other than the stable ones among the orbits.
+        Whether to look for attractors besides the stable ones among the orbits.
+    lists : int
+        Complete lists of orbits that are made over the range, besides those next to every
+        bifurcation; two orbits born and lost between neighbouring ones stay unseen.
     progress : callable, optional
-        Told the share of the work that is done.
+        Called with the share of the work that is done, from 0 to 1.
 
     Returns
     -------
     Diagram
+
+    Raises
+    ------
+    ValueError
+        The values are not numbers in ascending order, `name` is not a parameter, or a count
+        is below 1.
+
+    Notes
+    -----
+    Orbits: complete lists at some tens of values, all changes between them located, and
+    every orbit solved for at every value from where it begins to where it ends. Attractors:
+    handed on from value to value, with the orbits of all critical points followed at each;
+    "chaotic" rests on a finite number of iterates, `attractors` gives proof. One that holds
+    no image of a break or turning point is looked for near the lists only.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.0})
+    >>> diagram = bifurcation_diagram(f, "r", np.linspace(2.8, 3.5, 71), max_period=2)
+    >>> [(curve.period, curve.ends[0].reason) for curve in diagram.orbits]
+    [(1, 'end of range'), (1, 'end of range'), (2, 'flip')]
     """
-    raise NotImplementedError
+    grid = _checked_values(values)
+    _check(family, name, max_period=max_period, iterates=iterates, lists=lists)
+    report = progress or (lambda share: None)
+    survey = Survey(
+        Family(family, name, window),
+        float(grid[0]),
+        float(grid[-1]),
+        max_period,
+        lambda share: report(0.4 * share),
+    )
+    survey.run(lists)
+    traced = trace_strands(survey)
+    maps = [survey.family.at(q) for q in grid]
+    anchors = _anchors(survey)
+    breaks = follow_breaks(maps, grid, [(node.q, node.table) for node in anchors])
+    report(0.5)
+    orbits = _orbit_curves(maps, grid, traced)
+    report(0.7)
+    critical = _critical_points(grid, breaks, anchors)
+    table = _attractor_table(maps, grid, orbits, critical, anchors, iterates, attractors)
+    report(1.0)
+    return Diagram(
+        parameter=name,
+        values=grid,
+        max_period=max_period,
+        window=window,
+        parameters={key: v for key, v in family.parameters.items() if key != name},
+        orbits=orbits,
+        attractors=table,
+        breakpoints=breaks,
+        unresolved=tuple(map(str, survey.unresolved)) + _missing(grid, traced, orbits),
+    )
+
+
+def _checked_values(values: ArrayLike) -> Floats:
+    grid = np.array(values, dtype=np.float64)
+    if grid.ndim != 1 or grid.size < 2 or not np.isfinite(grid).all() or (np.diff(grid) <= 0).any():
+        raise ValueError(
+            f"values of shape {grid.shape}: at least two finite numbers in ascending order are "
+            "needed, such as np.linspace(low, high, n)."
+        )
+    return grid
+
+
+def _check(family: MapFamily, name: str, **counts: int) -> None:
+    if name not in family.parameters:
+        raise ValueError(
+            f"name = {name!r} is not a parameter. {did_you_mean(name, family.parameters)}"
+        )
+    for word, count in counts.items():
+        least = 2 if word == "lists" else 1
+        if int(count) != count or count < least:
+            raise ValueError(f"{word} = {count!r}: a whole number >= {least} is needed.")
+
+
+def _anchors(survey: Survey) -> list[Node]:
+    """All values at which the survey has a complete list, ascending."""
+    nodes = {node.q: node for span in survey.spans for node in (span.left, span.right)}
+    return [nodes[q] for q in sorted(nodes)]
+
+
+# ------------------------------------------------------------------ orbits
+
+
+def _orbit_curves(
+    maps: list[MapFamily], values: Floats, traced: Sequence[Traced]
+) -> tuple[OrbitCurve, ...]:
+    """Solve for every strand at every value; chunks of values on threads of their own."""
+    chunks = _chunks(len(values))
+    strands = [item.strand for item in traced]
+
+    def task(chunk: slice) -> list[tuple[Floats, Floats]]:
+        return fill(maps[chunk], values[chunk], strands)
+
+    with ThreadPoolExecutor(len(chunks)) as pool:
+        parts = list(pool.map(task, chunks))
+    return tuple(
+        OrbitCurve(
+            period=item.strand.period,
+            points=np.concatenate([part[k][0] for part in parts]),
+            multipliers=np.concatenate([part[k][1] for part in parts]),
+            ends=item.ends,
+        )
+        for k, item in enumerate(traced)
+    )
+
+
+def _chunks(n: int) -> list[slice]:
+    """Cut n values into one stretch per processor core, if they are worth it."""
+    pieces = max(1, min(available_threads(), n // SMALLEST_CHUNK))
+    edges = [n * k // pieces for k in range(pieces + 1)]
+    return [slice(a, b) for a, b in pairwise(edges)]
+
+
+def _missing(
+    values: Floats, traced: Sequence[Traced], orbits: Sequence[OrbitCurve]
+) -> tuple[str, ...]:
+    """Say which orbits were not found at values where they exist."""
+    texts = []
+    for item, orbit in zip(traced, orbits, strict=True):
+        low, high = (end.value for end in item.ends)
+        slack = AT_END * (values[-1] - values[0])
+        absent = (values > low + slack) & (values < high - slack) & ~orbit.exists
+        if absent.any():
+            where = ", ".join(f"{value:.12g}" for value in values[absent][:3])
+            more = " ..." if absent.sum() > 3 else ""
+            texts.append(
+                f"an orbit of period {orbit.period} was not found at {absent.sum()} of its "
+                f"values: {where}{more}"
+            )
+    return tuple(texts)
+
+
+# ------------------------------------------------------------------ attractors
+
+
+def _critical_points(
+    values: Floats, breaks: Sequence[BreakLine], anchors: Sequence[Node]
+) -> list[Floats]:
+    """Gather breaks and turning points of the map at each value.
+
+    Turning points are interpolated: the map's value there is wrong by the square of that error.
+    """
+    lines = [line.d for line in breaks]
+    for left, right in pairwise(anchors):
+        one, other = left.table.turning_points, right.table.turning_points
+        inside = (values >= left.q) & (values <= right.q)
+        if len(one) != len(other):
+            one = other = one if len(one) > len(other) else other
+        share = (values - left.q) / (right.q - left.q)
+        for a, b in zip(one, other, strict=True):
+            lines.append(np.where(inside, a + (b - a) * share, np.nan))
+    stacked = np.array(lines).reshape(-1, len(values)).T
+    return [np.unique(row[np.isfinite(row)]) for row in stacked]
+
+
+def _attractor_table(
+    maps: list[MapFamily],
+    values: Floats,
+    orbits: Sequence[OrbitCurve],
+    critical: list[Floats],
+    anchors: Sequence[Node],
+    iterates: int,
+    search: bool,
+) -> AttractorTable:
+    """Gather the stable orbits, and what else orbits settle on, at every value."""
+    near_lists = set(np.searchsorted(values, [node.q for node in anchors]).tolist())
+
+    def task(chunk: slice) -> list[list[Motion]]:
+        settler, rows = Settler(max(iterates, FEWEST)), []
+        for k in range(chunk.start, chunk.stop):
+            known = _stable_cycles(orbits, k)
+            rows.append(known)
+            if search:
+                spread = np.empty(0)
+                if k == chunk.start or k in near_lists:
+                    spread = _spread(maps[k])
+                cycles = [motion.points for motion in known]
+                rows[-1] = known + settler.at(maps[k], cycles, critical[k], spread)
+        return rows
+
+    chunks = _chunks(len(values))
+    with ThreadPoolExecutor(len(chunks)) as pool:
+        rows = [row for part in pool.map(task, chunks) for row in part]
+    return _as_table(rows, iterates)
+
+
+def _stable_cycles(orbits: Sequence[OrbitCurve], k: int) -> list[Motion]:
+    """Return the stable orbits of one value."""
+    found = []
+    for orbit in orbits:
+        multiplier = abs(orbit.multipliers[k])
+        if multiplier < 1:
+            with np.errstate(divide="ignore"):
+                exponent = float(np.log(multiplier)) / orbit.period
+            found.append(Motion("periodic", orbit.points[k], exponent))
+    return found
+
+
+def _spread(f: MapFamily) -> Floats:
+    """One random point in each of equal cells of the domain."""
+    rng = np.random.default_rng(0)
+    cells = np.arange(SPREAD) + rng.random(SPREAD)
+    return np.asarray(f.domain[0] + domain_width(f) * cells / SPREAD)
+
+
+def _as_table(rows: Sequence[Sequence[Motion]], iterates: int) -> AttractorTable:
+    """Arrange motions in rows, with all points of cycles and some of the others."""
+    motions = [(k, motion) for k, row in enumerate(rows) for motion in row]
+    kept = [
+        motion.points if motion.kind == "periodic" else motion.points[-iterates:]
+        for _, motion in motions
+    ]
+    points = np.full((len(motions), max(map(len, kept), default=1)), np.nan)
+    for line, some in zip(points, kept, strict=True):
+        line[: len(some)] = some
+    return AttractorTable(
+        where=np.array([k for k, _ in motions], dtype=np.intp),
+        kind=np.array([motion.kind for _, motion in motions], dtype=np.str_),
+        period=np.array([motion.period for _, motion in motions], dtype=np.intp),
+        lyapunov=np.array([motion.lyapunov for _, motion in motions], dtype=np.float64),
+        points=points,
+    )

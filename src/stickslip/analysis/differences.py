@@ -14,8 +14,9 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.protocol import Floats
 
-__all__ = ["complex_step", "extrapolated_difference"]
+__all__ = ["complex_step", "extrapolated_difference", "extrapolated_second_difference"]
 
+EPS: Final = float(np.finfo(np.float64).eps)
 COMPLEX_STEP: Final = 1e-30  # small enough that its square is nothing beside any real part
 FIRST_STEP: Final = 1 / 64  # of the scale
 N_STEPS: Final = 28  # halvings: down to 1e-10 of the scale, for points close to a singularity
@@ -90,12 +91,38 @@ def extrapolated_difference(
         _sides_meet(ahead, behind, centre, h), (forward - backward) / (2 * h), np.nan
     )
     candidates = [(central, 2), (ahead, 1), (behind, 1)]
+    rounding = EPS * np.abs(centre) / h
     slope, error = np.full(x.shape, np.nan), np.full(x.shape, np.inf)
     for column, power in candidates:
-        found, doubt = _best_entry(column, power)
+        found, doubt = _best_entry(column, power, rounding)
         better = doubt < error
         slope, error = np.where(better, found, slope), np.where(better, doubt, error)
     return slope, error
+
+
+def extrapolated_second_difference(
+    func: Callable[[Floats], Floats],
+    x: Floats,
+    scale: float,
+    usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None = None,
+) -> tuple[Floats, Floats]:
+    """Differentiate twice: central second differences, extrapolated like the first ones.
+
+    Parameters and returned values as in `extrapolated_difference`. Both neighbours must lie
+    on the branch of ``x``; a step that reaches across an unmarked break disagrees with the
+    others and loses.
+    """
+    steps: Floats = np.asarray(scale * FIRST_STEP * 0.5 ** np.arange(N_STEPS), dtype=np.float64)
+    points = np.stack([x + sign * h for h in steps for sign in (1.0, -1.0)])
+    here = np.broadcast_to(x, points.shape)
+    values = func(points.ravel()).reshape(points.shape)
+    if usable is not None:
+        values = np.where(
+            usable(here.ravel(), points.ravel()).reshape(points.shape), values, np.nan
+        )
+    centre, h = func(x), steps[:, None]
+    second = (values[0::2] - 2 * centre + values[1::2]) / h**2
+    return _best_entry(second, 2, 4 * EPS * np.abs(centre) / h**2)
 
 
 def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> NDArray[np.bool_]:
@@ -106,22 +133,27 @@ def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> NDA
     """
     with np.errstate(invalid="ignore"):
         split = np.abs(ahead - behind)
-        noise = NOISE * np.finfo(np.float64).eps * np.abs(centre) / h
+        noise = NOISE * EPS * np.abs(centre) / h
         approach = split[1:] <= APPROACH * split[:-1]
     last = np.zeros((1, *split.shape[1:]), dtype=bool)
     meets: NDArray[np.bool_] = np.concatenate([approach, last]) | (split <= noise)
     return meets
 
 
-def _best_entry(column: Floats, power: int) -> tuple[Floats, Floats]:
-    """Extrapolate a column of differences whose error starts at h**power; pick by agreement."""
+def _best_entry(column: Floats, power: int, rounding: Floats) -> tuple[Floats, Floats]:
+    """Extrapolate a column of differences whose error starts at h**power; pick by agreement.
+
+    Values are multiples of their last bit: differences over tiny steps may agree by accident,
+    so that what rounding may do to each of them counts as well.
+    """
     best = np.full(column.shape[1:], np.nan)
     error = np.full(column.shape[1:], np.inf)
     # Central differences err in even powers of h only, one-sided ones in all.
     for order in range(ORDER):
         factor = 2.0 ** (power * (order + 1))
         finer = (factor * column[1:] - column[:-1]) / (factor - 1)
-        doubt = np.abs(finer - column[1:]) + np.abs(finer - column[:-1])
+        rounding = rounding[1:]
+        doubt = np.abs(finer - column[1:]) + np.abs(finer - column[:-1]) + rounding
         doubt = np.where(np.isnan(doubt), np.inf, doubt)
         row = np.argmin(doubt, axis=0)
         found, least = (np.take_along_axis(a, row[None], axis=0)[0] for a in (finer, doubt))

@@ -18,6 +18,7 @@ __all__ = [
     "logistic",
     "logistic_points",
     "maximal_orbit",
+    "maximal_window",
     "square_root",
     "tent",
     "tent_points",
@@ -178,6 +179,38 @@ def border_collision(
 
 def _border_collision(x: Any, a: float, b: float, mu: float, jump: float) -> Any:
     return np.where(x < 0, a * x + mu, b * x + mu + jump)
+
+
+def maximal_window(a: float, b: float, n: int) -> tuple[float, float]:
+    """Return where `border_collision` with jump -1 has the cycle L^n R.
+
+    That is the cycle with n points left of the border and one right of it.
+
+    Parameters
+    ----------
+    a, b : float
+        Slopes, 0 < a < 1 and b < 1.
+    n : int
+        At least 1.
+
+    Returns
+    -------
+    low, high : float
+        The cycle exists for low < mu <= high; its multiplier is a^n b.
+
+    Notes
+    -----
+    At ``low`` the positive point, at ``high`` the last negative one is on the border.
+    For 0 < b < 1 the windows are disjoint, and between those of n and n + 1 lie the cycles
+    of period adding; those with n points right of the border exist for
+    ``low < 1 - mu <= high`` with the slopes exchanged. For b < 0 neighbouring windows
+    overlap (period incrementing, both cycles attract), for b = 0 they touch. Avrutin and
+    Schanz, Nonlinearity 19, 531 (2006); Avrutin, Gardini, Sushko and Tramontana, Continuous
+    and Discontinuous Piecewise-Smooth One-Dimensional Maps (2019), chapter 3.
+    """
+    low = a**n * (1 - a) / (1 - a ** (n + 1))
+    bottom = (a ** (1 - n) - a) / (1 - a) + b  # without bound if a falling branch is that steep
+    return low, 1 / bottom if bottom > 0 else math.inf
 
 
 def square_root(lam: float = 0.2, mu: float = 0.1) -> PiecewiseMap:

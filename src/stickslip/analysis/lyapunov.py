@@ -219,8 +219,13 @@ def _stretch(f: Map1D, x: Floats, n: int) -> tuple[Floats, Floats]:
     """Points (m, n + 1) and slopes (m, n) along orbits.
 
     Many orbits are evaluated together, step by step, for value and slope at once; a few are
-    iterated first, which saves the overhead of calls and costs each map twice.
+    iterated first, which saves the overhead of calls and costs each map twice. A map that
+    iterates values and slopes by itself does.
     """
+    native = getattr(f, "iterate_with_slopes", None)
+    if native is not None and np.all(clip_to_domain(f.domain, x)[1]):
+        values, slopes = native(x, n)
+        return values, slopes
     if len(x) < TOGETHER:
         piece = advance(f, x, n)
         return piece, sample(f, piece[:, :-1]).derivative

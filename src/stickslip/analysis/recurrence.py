@@ -19,12 +19,14 @@ from stickslip.analysis.orbits import PeriodicOrbit
 from stickslip.analysis.protocol import domain_width, sample
 
 if TYPE_CHECKING:
+    from stickslip.analysis.one_d.table import BranchTable
     from stickslip.analysis.protocol import Floats, Labels, Map1D
 
 REPEATS: Final = 10  # periods over which values and labels must recur
 MOVED: Final = 1e-3  # of the domain's width: Newton may not move a settled orbit further
 NEUTRAL: Final = 1e-5  # multipliers this close to the unit circle decide nothing
 SAME_POINT: Final = 1e-7  # of the domain's width: points of one orbit closer than this coincide
+SEARCHED: Final = 1 << 15  # points of orbits that are searched for hidden cycles
 NEWTON_STEPS: Final = 30
 ROUNDING: Final = 64 * np.finfo(np.float64).eps
 
@@ -73,11 +75,14 @@ class Cycle:
         return bool(np.all(gap <= tolerance))
 
 
-def as_orbit(f: Map1D, cycle: Cycle) -> PeriodicOrbit:
-    """Turn a confirmed cycle into the public type, the smallest point first."""
+def as_orbit(f: Map1D, cycle: Cycle, table: BranchTable | None = None) -> PeriodicOrbit:
+    """Turn a confirmed cycle into the public type, the smallest point first.
+
+    The table of `f`, if at hand, is not made again.
+    """
     start = int(np.argmin(cycle.points))
     points, labels = np.roll(cycle.points, -start), np.roll(cycle.labels, -start)
-    table = branch_table(f)
+    table = branch_table(f) if table is None else table
     size = np.max(np.abs(points)) + domain_width(f)
     # A residual moves the points of a stable orbit by its sum over all further rounds.
     error = (cycle.residual + 4 * np.finfo(np.float64).eps * size) * cycle.period
@@ -226,25 +231,35 @@ def capture_radius(f: Map1D, cycle: Cycle) -> float:
 
 
 def hidden_cycles(
-    f: Map1D, values: Floats, slopes: Floats, max_period: int, tries: int = 3
+    f: Map1D,
+    values: Floats,
+    slopes: Floats,
+    max_period: int,
+    tries: int = 3,
+    multiples_of: int = 1,
 ) -> list[Cycle]:
     """Search the contracting passages of a seemingly chaotic orbit for stable cycles.
 
     Parameters
     ----------
     values, slopes : ndarray (m, n)
-        Orbits and the slopes of the map along them.
+        Orbits and the slopes of the map along them; their ends are searched.
     max_period : int
         Periods that are searched.
     tries : int
         Newton starts per period: the closest returns among passages of p steps whose slopes
         multiply to less than 1.
+    multiples_of : int
+        Only such periods are possible: the number of bands that are visited in turn.
     """
+    last = max(SEARCHED // len(values), REPEATS)
+    values, slopes = values[:, -last:], slopes[:, -last:]
     with np.errstate(divide="ignore"):
         climb = np.cumsum(np.log(np.maximum(np.abs(slopes), 1e-300)), axis=1)
     width = domain_width(f)
     found: list[Cycle] = []
-    for period in range(1, min(max_period, values.shape[1] - 1) + 1):
+    longest = min(max_period, values.shape[1] - 1)
+    for period in range(multiples_of, longest + 1, multiples_of):
         gain = climb[:, period - 1 :].copy()
         gain[:, 1:] -= climb[:, : gain.shape[1] - 1]
         gain = gain[:, : values.shape[1] - period]

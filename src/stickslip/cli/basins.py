@@ -4,16 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stickslip.cli import columns
 from stickslip.cli.failure import COMPUTATION_FAILED, DONE
-from stickslip.cli.options import (
-    EngineOptions,
-    FileOptions,
-    ModelOptions,
-    OutputOptions,
-    described,
-)
 from stickslip.cli.progress import note
+from stickslip.cli.table import TableOptions
 
 if TYPE_CHECKING:
     from stickslip.analysis.one_d.basins import Basins
@@ -27,14 +20,7 @@ stickslip basins --preset law9 --alpha 1.208 --out basins.csv
 FATES = {-1: "undecided", -2: "leaves"}
 
 
-def command(
-    *,
-    model: ModelOptions = ModelOptions(),
-    resolution: float = 1e-5,
-    engine: EngineOptions = EngineOptions(),
-    file: FileOptions = FileOptions(),
-    output: OutputOptions = OutputOptions(),
-) -> int:
+def command(*, table: TableOptions = TableOptions(), resolution: float = 1e-5) -> int:
     """Divide the domain of the event map into basins of attraction.
 
     One row for each interval, from left to right. Columns: its ends; its share of the
@@ -50,16 +36,15 @@ def command(
     """
     import stickslip as ss
 
-    f = ss.event_map(model.model(), **engine.settings())
+    f = table.event_map()
     answer: list[Basins] = []
 
     def compute() -> dict[str, Any]:
         answer.append(ss.basins(f, resolution=resolution))
         return _rows(answer[0])
 
-    asked = described(f.model) | engine.settings() | {"resolution": resolution}
-    columns.deliver("basins", asked, compute, file, output)
-    return _ending(answer[0], quiet=output.quiet)
+    table.deliver("basins", f.model, {"resolution": resolution}, compute)
+    return _ending(answer[0], quiet=table.quiet)
 
 
 def _rows(found: Basins) -> dict[str, Any]:

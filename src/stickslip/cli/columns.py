@@ -5,14 +5,9 @@ from __future__ import annotations
 import csv
 import sys
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
 import msgspec
-
-from stickslip.cli.files import new_file
-
-if TYPE_CHECKING:
-    from stickslip.cli.options import FileOptions, OutputOptions
 
 SCHEMA = 1
 TABLE_ROWS = 40
@@ -20,34 +15,11 @@ TABLE_ROWS = 40
 MACHINE_ONLY = {"label", "status"}
 
 
-def deliver(
-    command: str,
-    parameters: Mapping[str, Any],
-    compute: Callable[[], dict[str, Any]],
-    file: FileOptions,
-    output: OutputOptions,
-) -> dict[str, Any]:
-    """Compute a table and send it where the options say: a file, stdout, as JSON or CSV.
-
-    The file is opened before the computation: one that cannot be written is said at once.
-    """
-    if file.out is None:
-        table = compute()
-    else:
-        with new_file(file.out, force=file.force) as stream:
-            table = compute()
-            write_csv(stream, table)
-    if output.json:
-        print(document(command, parameters, table), end="")
-    elif file.out is None:
-        show(table)
-    else:
-        print(file.out)
-    return table
-
-
 def document(command: str, parameters: Mapping[str, Any], result: Mapping[str, Any]) -> str:
-    """Write one JSON document; numbers keep every digit, NaN and infinities become null."""
+    """Write one JSON document; numbers keep every digit, NaN and infinities become null.
+
+    `result` holds columns by name, or what JSON can say as it is.
+    """
     lists = {name: _as_list(column) for name, column in result.items()}
     content = {"schema": SCHEMA, "command": command, "parameters": parameters, "result": lists}
     return msgspec.json.encode(content).decode() + "\n"
@@ -61,10 +33,15 @@ def error_document(command: str, error: BaseException) -> str:
 
 
 def write_csv(stream: TextIO, columns: Mapping[str, Any]) -> None:
-    """Write a header and one line per row; floats keep every digit, NaN is ``nan``."""
+    """Write a header and one line per row.
+
+    Floats keep every digit, NaN is ``nan``; numbers of a list stand in one cell with spaces
+    between them; None is an empty cell.
+    """
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows(zip(*map(_as_list, columns.values()), strict=True))
+    cells = ([_flat(cell, _exact) for cell in _as_list(column)] for column in columns.values())
+    writer.writerows(zip(*cells, strict=True))
 
 
 def show(columns: Mapping[str, Any]) -> None:
@@ -84,13 +61,31 @@ def show(columns: Mapping[str, Any]) -> None:
         )
     rows = list(zip(*shown.values(), strict=True))
     for row in rows[:TABLE_ROWS]:
-        table.add_row(*(f"{cell:.6g}" if isinstance(cell, float) else str(cell) for cell in row))
+        table.add_row(*(str(_flat(cell, _short)) for cell in row))
     console = Console(highlight=False)
     console.print(table)
     if len(rows) > TABLE_ROWS:
-        console.print(f"... {len(rows) - TABLE_ROWS} more rows: --out FILE.csv writes all")
+        console.print(f"... {len(rows) - TABLE_ROWS} more rows; a pipe or a file gets all")
 
 
 def _as_list(column: Any) -> list[Any]:
     """Turn an array or any sequence into a list of Python's own numbers and strings."""
     return list(column.tolist() if hasattr(column, "tolist") else column)
+
+
+def _flat(cell: Any, text: Callable[[float], str]) -> Any:
+    """Write floats and lists of them by `text`; leave anything else as it is."""
+    if isinstance(cell, list):
+        return " ".join(text(item) for item in cell)
+    if cell is None:
+        return ""
+    return text(cell) if isinstance(cell, float) else cell
+
+
+def _exact(number: float) -> str:
+    """Write every digit, of a NumPy float as of Python's."""
+    return repr(float(number))
+
+
+def _short(number: float) -> str:
+    return f"{number:.6g}"

@@ -1,52 +1,88 @@
-"""Files that are whole or not there: written under a temporary name, then renamed."""
+"""Files that a command writes: never over others unasked, and whole or not there.
+
+They are opened before the computation, so that a file that cannot be written is said at once
+and not after an hour.
+"""
 
 from __future__ import annotations
 
-import os
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TextIO
 
 from stickslip.cli.failure import RefusalError, UsageError
+from stickslip.files import whole_file
 
 
 @contextmanager
 def new_file(path: Path, *, force: bool) -> Iterator[TextIO]:
-    """Open `path` for writing; it appears under its name when the block ends well.
+    """Open a text file for writing; see `new_files`."""
+    with new_files([path], force=force) as (temporary,):
+        with temporary.open("w", encoding="utf-8", newline="") as stream:
+            yield stream
 
-    Entered before the computation, so that a file that cannot be written is said at once
-    and not after an hour.
+
+@contextmanager
+def new_files(paths: Sequence[Path], *, force: bool) -> Iterator[list[Path]]:
+    """Give files to write; they appear under their names when the block ends well.
 
     Parameters
     ----------
-    path : pathlib.Path
-        Where the file is to appear. Its folder must exist.
+    paths : sequence of pathlib.Path
+        Where the files are to appear. Their folders must exist.
     force : bool
-        Whether a file of that name may be replaced.
+        Whether files of those names may be replaced.
+
+    Yields
+    ------
+    list of pathlib.Path
+        Paths to write instead, of the same names.
     """
-    if path.is_dir():
-        raise UsageError(f"--out {path} is a folder; give the name of a file")
-    if path.exists() and not force:
-        raise RefusalError(f"{path} exists; --force replaces it")
-    temporary = _temporary_beside(path)
-    try:
-        with temporary.open("w", encoding="utf-8", newline="") as stream:
-            yield stream
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    for path in paths:
+        if path.is_dir():
+            raise UsageError(f"{path} is a folder; give the name of a file")
+        if path.exists() and not force:
+            raise RefusalError(f"{path} exists; --force replaces it")
+    with ExitStack() as stack:
+        yield [_entered(stack, path) for path in paths]
 
 
-def _temporary_beside(path: Path) -> Path:
+def _entered(stack: ExitStack, path: Path) -> Path:
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".partial")
+        return stack.enter_context(whole_file(path))
     except OSError as error:
-        raise UsageError(f"cannot write {path}: {error.strerror} ({path.parent})") from error
-    # mkstemp makes private files; a result is as readable as any new file of this user.
-    umask = os.umask(0)
-    os.umask(umask)
-    Path(name).chmod(0o666 & ~umask)
-    os.close(handle)
-    return Path(name)
+        reason = f"cannot write {path}: {error.strerror} ({path.parent})"
+        raise UsageError(reason) from error
+
+
+@contextmanager
+def new_folder(folder: Path, names: Sequence[str], *, force: bool) -> Iterator[list[Path]]:
+    """Give files of a folder to write, as `new_files`; other files in the folder stay.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Made if it is not there, with those above it; taken away again if the block fails.
+    names : sequence of str
+        The files.
+    force : bool
+        Whether files of those names may be replaced.
+
+    Yields
+    ------
+    list of pathlib.Path
+        Paths to write instead, of the same names.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"{folder} is a file; give the name of a folder")
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with new_files([folder / name for name in names], force=force) as paths:
+            yield paths
+    except BaseException:
+        for each in missing:
+            with suppress(OSError):  # not made, or somebody else uses it by now
+                each.rmdir()
+        raise

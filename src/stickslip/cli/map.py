@@ -6,19 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from stickslip.cli import columns
 from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
-from stickslip.cli.options import (
-    ENGINE,
-    EngineOptions,
-    FileOptions,
-    Flag,
-    ModelOptions,
-    OutputOptions,
-    Whole,
-    described,
-)
+from stickslip.cli.options import ENGINE, Flag, Whole
 from stickslip.cli.progress import note, tracked
+from stickslip.cli.table import TableOptions
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,18 +31,15 @@ PIECE = 20_000  # points between two steps of the progress bar
 
 def command(
     *,
-    model: ModelOptions = ModelOptions(),
+    table: TableOptions = TableOptions(),
     d: Annotated[
         tuple[float, ...], Parameter(name=["--d", "-d"], negative=(), show_default=False)
     ] = (),
     grid: Whole | None = None,
     window: Annotated[tuple[float, float] | None, Parameter(negative=())] = None,
     itinerary: Flag = False,
-    engine: EngineOptions = EngineOptions(),
     max_time: Annotated[float | None, Parameter(group=ENGINE)] = None,
     threads: Annotated[Whole | None, Parameter(group=ENGINE)] = None,
-    file: FileOptions = FileOptions(),
-    output: OutputOptions = OutputOptions(),
 ) -> int:
     """Carry d = X_2 - X_1 from one global stick phase to the next.
 
@@ -74,18 +62,15 @@ def command(
     threads
         Threads for large arrays; all cores if not given.
     """
-    import stickslip as ss
-
-    settings = engine.settings() | ({} if max_time is None else {"max_time": max_time})
-    f = ss.event_map(model.model(), threads=threads, **settings)
+    asked = {} if max_time is None else {"max_time": max_time}
+    f = table.event_map(threads=threads, **asked)
     points = _points(f, d, grid, window)
-    asked = described(f.model) | settings
 
     def compute() -> dict[str, Any]:
-        return _evaluated(f, points, itinerary=itinerary, quiet=output.quiet)
+        return _evaluated(f, points, itinerary=itinerary, quiet=table.quiet)
 
-    table = columns.deliver("map", asked, compute, file, output)
-    return _ending(table, quiet=output.quiet)
+    result = table.deliver("map", f.model, asked, compute)
+    return _ending(result, quiet=table.quiet)
 
 
 def _points(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from stickslip.mechanics.model.two_block import TwoBlock
 
 MODEL = Group.create_ordered("Model")
+SWEEP = Group.create_ordered("Parameter and range")
 ENGINE = Group.create_ordered("Engine")
 OUTPUT = Group.create_ordered("Output")
 
@@ -36,10 +38,12 @@ Whole = Annotated[int, Parameter(converter=_whole)]
 @Parameter(name="*", group=MODEL)
 @dataclass(frozen=True, kw_only=True)
 class ModelOptions:
-    """The two-block model: a preset, its parameters, or a preset with some changed."""
+    """The two-block model: a file, a preset or parameters; parameters change the former two."""
 
+    path: Annotated[Path | None, Parameter(name="--model", metavar="FILE")] = None
+    """Model file in TOML; the options below change it."""
     preset: Literal["coulomb", "law9"] | None = None
-    """One of the paper's two systems; the options below change it."""
+    """One of the paper's two systems instead of a file."""
     alpha: float | None = None
     """Coupling ratio k12 / k, at least 0."""
     beta: float | None = None
@@ -55,22 +59,65 @@ class ModelOptions:
         """Build the model; says which options are missing."""
         import stickslip as ss
 
-        given: dict[str, Any] = {
-            name: value
-            for name in ("alpha", "beta", "V")
-            if (value := getattr(self, name)) is not None
-        }
-        if self.friction is not None:
-            given["friction"] = _friction(self.friction)
-        if self.preset is not None:
-            preset: TwoBlock = getattr(ss.examples, self.preset)()
-            return preset.replace(**given) if given else preset
+        given = self._given()
+        if (base := self._base()) is not None:
+            return base.replace(**given) if given else base
         if missing := [name for name in ("alpha", "beta", "V", "friction") if name not in given]:
             raise UsageError(
                 f"the model lacks {', '.join('--' + name for name in missing)}; "
-                "give them, or start from --preset coulomb or --preset law9"
+                "give them, or start from --model FILE, --preset coulomb or --preset law9"
             )
         return ss.TwoBlock(**given)
+
+    def _base(self) -> TwoBlock | None:
+        """Return the model to start from, if one is named."""
+        if self.path is not None and self.preset is not None:
+            raise UsageError("give either --model or --preset")
+        if self.path is not None:
+            from stickslip.study.model_file import read_model
+
+            return read_model(self.path)
+        if self.preset is not None:
+            import stickslip as ss
+
+            preset: TwoBlock = getattr(ss.examples, self.preset)()
+            return preset
+        return None
+
+    def _given(self) -> dict[str, Any]:
+        names = ("alpha", "beta", "V")
+        given: dict[str, Any] = {name: getattr(self, name) for name in names}
+        if self.friction is not None:
+            given["friction"] = _friction(self.friction)
+        return {name: value for name, value in given.items() if value is not None}
+
+
+@Parameter(name="*", group=SWEEP)
+@dataclass(frozen=True, kw_only=True)
+class SweepOptions:
+    """A parameter of the model over a range of its values."""
+
+    parameter: Annotated[str, Parameter(metavar="NAME")]
+    """Parameter that varies, such as alpha, beta, V, mu; its own value does not matter."""
+    range: Annotated[tuple[float, float], Parameter(negative=())]
+    """Its lowest and highest value."""
+    window: Annotated[tuple[float, float] | None, Parameter(negative=())] = None
+    """Part of the domain to look at; orbits that leave it have left."""
+    max_period: Whole = 4
+    """Longest period of the orbits that are searched."""
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The range, checked."""
+        low, high = self.range
+        if -inf < low < high < inf:
+            return self.range
+        raise UsageError(f"--range {low} {high}: finite ends are needed, the lower one first")
+
+    def asked(self) -> dict[str, Any]:
+        """Return them as they stand in a document."""
+        names = ("parameter", "range", "window", "max_period")
+        return {name: getattr(self, name) for name in names}
 
 
 @Parameter(name="*", group=ENGINE)

@@ -4,18 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stickslip.cli import columns
 from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
-from stickslip.cli.options import (
-    EngineOptions,
-    FileOptions,
-    Flag,
-    ModelOptions,
-    OutputOptions,
-    Whole,
-    described,
-)
-from stickslip.cli.progress import note
+from stickslip.cli.options import Flag, Whole
+from stickslip.cli.progress import notes
+from stickslip.cli.table import TableOptions
 
 if TYPE_CHECKING:
     from stickslip.analysis.orbits import OrbitList
@@ -26,19 +18,14 @@ stickslip orbits --preset coulomb --period 4 --infinitely-unstable --json
 stickslip orbits --preset law9 --alpha 1.211 --max-period 6 --out orbits.csv
 """
 
-MOST_NOTES = 20
-
 
 def command(
     *,
-    model: ModelOptions = ModelOptions(),
+    table: TableOptions = TableOptions(),
     max_period: Whole | None = None,
     period: Whole | None = None,
     infinitely_unstable: Flag = False,
     resolution: float = 1e-9,
-    engine: EngineOptions = EngineOptions(),
-    file: FileOptions = FileOptions(),
-    output: OutputOptions = OutputOptions(),
 ) -> int:
     """List the periodic orbits of the event map, stable and unstable, each once.
 
@@ -63,7 +50,7 @@ def command(
     if period is not None and max_period is not None:
         raise UsageError("give either --max-period or --period")
     highest = 1 if max_period is None else max_period
-    f = ss.event_map(model.model(), **engine.settings())
+    f = table.event_map()
     answer: list[OrbitList] = []
 
     def compute() -> dict[str, Any]:
@@ -77,11 +64,10 @@ def command(
         answer.append(found)
         return _rows(found)
 
-    wanted: dict[str, Any] = {"max_period": highest} if period is None else {"period": period}
-    wanted |= {"infinitely_unstable": infinitely_unstable, "resolution": resolution}
-    asked = described(f.model) | engine.settings() | wanted
-    columns.deliver("orbits", asked, compute, file, output)
-    return _ending(answer[0], quiet=output.quiet)
+    asked: dict[str, Any] = {"max_period": highest} if period is None else {"period": period}
+    asked |= {"infinitely_unstable": infinitely_unstable, "resolution": resolution}
+    table.deliver("orbits", f.model, asked, compute)
+    return _ending(answer[0], quiet=table.quiet)
 
 
 def _rows(found: OrbitList) -> dict[str, Any]:
@@ -110,8 +96,5 @@ def _ending(found: OrbitList, *, quiet: bool) -> int:
         for item in near
     ]
     reasons += [str(item) for item in found.unresolved]
-    for reason in reasons[:MOST_NOTES]:
-        note(reason, quiet=quiet)
-    if len(reasons) > MOST_NOTES:
-        note(f"{len(reasons) - MOST_NOTES} more undecided places", quiet=quiet)
+    notes(reasons, "undecided places", quiet=quiet)
     return DONE if found.complete >= found.max_period else COMPUTATION_FAILED

@@ -3,16 +3,30 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
+import threading
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from cyclopts import App, CycloptsError
 
 from stickslip import __version__
-from stickslip.cli import basins, doctor, map, orbits, reproduce, simulate, warmup
+from stickslip.cli import (
+    basins,
+    bifurcations,
+    diagram,
+    doctor,
+    map,
+    orbits,
+    reproduce,
+    simulate,
+    warmup,
+)
 from stickslip.cli.failure import BAD_USAGE, DONE, INTERRUPTED, exit_code_of
 
-COMMANDS = (map, orbits, basins, simulate, reproduce, doctor, warmup)
+COMMANDS = (map, orbits, basins, bifurcations, diagram, simulate, reproduce, doctor, warmup)
 
 
 def application() -> App:
@@ -40,9 +54,10 @@ def _examples(commands: str) -> str:
 def run(tokens: list[str]) -> int:
     """Parse, run, and turn every ending into an exit code and a message without traceback."""
     try:
-        code = application()(
-            tokens, exit_on_error=False, print_error=False, result_action="return_value"
-        )
+        with _termination_interrupts():
+            code = application()(
+                tokens, exit_on_error=False, print_error=False, result_action="return_value"
+            )
         sys.stdout.flush()
         return DONE if code is None else int(code)
     except CycloptsError as error:
@@ -51,6 +66,19 @@ def run(tokens: list[str]) -> int:
         return _reader_left()
     except (Exception, KeyboardInterrupt) as error:
         return _tell(tokens, error, exit_code_of(error))
+
+
+@contextmanager
+def _termination_interrupts() -> Iterator[None]:
+    """Let a termination end the work as an interrupt does: no file stays half-written."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    previous = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, previous)
 
 
 def _tell(tokens: list[str], error: BaseException, code: int) -> int:

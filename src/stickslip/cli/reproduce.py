@@ -1,4 +1,4 @@
-"""``stickslip reproduce``: the paper's figures and the table of its numbers."""
+"""``stickslip reproduce``: the paper's figures, numbers and claims, checked."""
 
 from __future__ import annotations
 
@@ -9,25 +9,31 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from stickslip.cli import columns
-from stickslip.cli.failure import UsageError
-from stickslip.cli.options import OUTPUT, OutputOptions
+from stickslip.cli.failure import CLAIM_FAILED, DONE, UsageError
+from stickslip.cli.options import OUTPUT, Flag, OutputOptions
 from stickslip.cli.progress import tracked
 
 EXAMPLES = """\
 stickslip reproduce
 stickslip reproduce 5 17 --out figures
+stickslip reproduce --check
 """
+
+CLAIM_FIELDS = ("key", "figure", "statement", "verdict", "evidence")
+STANDS = {"holds", "holds with a correction"}
 
 
 def command(
     *figures: int,
     out: Annotated[Path, Parameter(group=OUTPUT)] = Path("out"),
+    check: Flag = False,
     output: OutputOptions = OutputOptions(),
-) -> None:
-    """Compute figures of Galvanetto (2001) and compare the numbers that the paper prints.
+) -> int:
+    """Compute figures of Galvanetto (2001), and check what the paper prints and claims.
 
-    Writes figNN.svg, .pdf and .png, and values.json and values.md, and replaces those of
-    an earlier run; other files in the folder stay.
+    Writes figNN.svg, .pdf and .png, values.json and values.md, report.json and report.md,
+    and replaces those of an earlier run; other files in the folder stay. Prints their names,
+    then a line for each claim that belongs to the figures: does it hold, and if not, why.
 
     Parameters
     ----------
@@ -35,6 +41,8 @@ def command(
         Numbers of figures; all that there are if not given.
     out
         Folder to write to; made if it is not there.
+    check
+        Exit with code 4 unless every claim holds, as it is printed or with a correction.
     """
     from stickslip import paper
 
@@ -44,9 +52,16 @@ def command(
     def track(numbers: Sequence[int]) -> Iterator[int]:
         return tracked(numbers, len(numbers), "figures", quiet=output.quiet)
 
-    written = [str(path) for path in paper.reproduce(figures or None, out, track=track).files]
+    done = paper.reproduce(figures or None, out, track=track)
+    written = [str(path) for path in done.files]
+    claims = done.report.claims
     if output.json:
-        print(columns.document("reproduce", {"figures": figures}, {"file": written}), end="")
-        return
-    for path in written:
-        print(path)
+        result = {"file": written}
+        result |= {name: [getattr(claim, name) for claim in claims] for name in CLAIM_FIELDS}
+        print(columns.document("reproduce", {"figures": figures}, result), end="")
+    else:
+        print("\n".join(written))
+        if claims:
+            print(f"\n{done.report.text()}", end="")
+    failed = any(claim.verdict not in STANDS for claim in claims)
+    return CLAIM_FAILED if check and failed else DONE

@@ -6,18 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from stickslip.cli import columns
 from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
-from stickslip.cli.options import (
-    EngineOptions,
-    FileOptions,
-    Flag,
-    ModelOptions,
-    OutputOptions,
-    Whole,
-    described,
-)
+from stickslip.cli.options import Flag, Whole
 from stickslip.cli.progress import note
+from stickslip.cli.table import TableOptions
 
 if TYPE_CHECKING:
     from stickslip.mechanics.flow.trajectory import Trajectory
@@ -32,7 +24,7 @@ stickslip simulate --preset coulomb --x 0.5 --x 0.6 --v 0 --v 0.0366 \\
 
 def command(
     *,
-    model: ModelOptions = ModelOptions(),
+    table: TableOptions = TableOptions(),
     d: Annotated[float | None, Parameter(name=["--d", "-d"])] = None,
     x: Annotated[tuple[float, ...], Parameter(negative=(), show_default=False)] = (),
     v: Annotated[tuple[float, ...], Parameter(name="--v", negative=(), show_default=False)] = (),
@@ -40,9 +32,6 @@ def command(
     samples: Whole = 2001,
     events: Flag = False,
     energy: Flag = False,
-    engine: EngineOptions = EngineOptions(),
-    file: FileOptions = FileOptions(),
-    output: OutputOptions = OutputOptions(),
 ) -> int:
     """Follow the two blocks in time, from a global stick phase or from any state.
 
@@ -74,21 +63,20 @@ def command(
         raise UsageError(f"--samples {samples}: both ends are samples, so at least 2")
     if (d is None) == (not x and not v):
         raise UsageError("give a start: either -d 0.1, or --x and --v once for each block")
-    system = model.model()
+    model = table.model()
     start: dict[str, Any] = {"d": d} if d is not None else {"x": x, "v": v}
     ended = status.OK
 
     def compute() -> dict[str, Any]:
         nonlocal ended
-        motion = ss.simulate(system, **start, t_end=t_end, **engine.settings())
+        motion = ss.simulate(model, **start, t_end=t_end, **table.engine.settings())
         ended = motion.status
         return _events(motion) if events else _samples(motion, samples, energy=energy)
 
-    asked = described(system) | start | {"t_end": t_end} | engine.settings()
-    columns.deliver("simulate", asked, compute, file, output)
+    table.deliver("simulate", model, start | {"t_end": t_end}, compute)
     if ended == status.OK:
         return DONE
-    note(f"ended before t_end: {status.MESSAGES[ended]}", quiet=output.quiet)
+    note(f"ended before t_end: {status.MESSAGES[ended]}", quiet=table.quiet)
     return COMPUTATION_FAILED
 
 

@@ -1,6 +1,8 @@
-"""Figures and printed numbers of source papers, computed anew."""
+"""Figures, printed numbers and claims of source papers, computed anew."""
 
-from stickslip.paper.reproduction import Reproduction, reproduce
+from stickslip.paper.claim import Claim
+from stickslip.paper.report import Report
+from stickslip.paper.reproduction import Reproduction, check, reproduce
 from stickslip.paper.values import Value
 
-__all__ = ["Reproduction", "Value", "reproduce"]
+__all__ = ["Claim", "Report", "Reproduction", "Value", "check", "reproduce"]

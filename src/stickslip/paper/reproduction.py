@@ -1,21 +1,23 @@
-"""Write the paper's figures and the table of its numbers."""
+"""Write the paper's figures, the table of its numbers and the report on its claims."""
 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stickslip.files import write_text
 from stickslip.paper import figures
-from stickslip.paper.galvanetto2001 import printed
+from stickslip.paper.galvanetto2001 import claims, printed
+from stickslip.paper.report import Report
 from stickslip.paper.values import Value, as_json, as_markdown
 from stickslip.plot.style import FORMATS, check_formats, new_figure, save, style
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-__all__ = ["Reproduction", "reproduce"]
+__all__ = ["Reproduction", "check", "reproduce"]
 
 
 @dataclass(frozen=True)
@@ -25,13 +27,16 @@ class Reproduction:
     Attributes
     ----------
     files : tuple of pathlib.Path
-        Figures first, then ``values.json`` and ``values.md``.
+        Figures first, then ``values.json``, ``values.md``, ``report.json`` and ``report.md``.
     values : tuple of Value
         The numbers of the table.
+    report : Report
+        The claims that belong to the figures, each with its verdict and the evidence.
     """
 
     files: tuple[Path, ...]
     values: tuple[Value, ...]
+    report: Report
 
 
 def reproduce(
@@ -41,7 +46,7 @@ def reproduce(
     *,
     track: Callable[[Sequence[int]], Iterable[int]] = iter,
 ) -> Reproduction:
-    """Compute and draw figures of the paper, and the numbers that belong to them.
+    """Compute and draw figures of the paper, and check the numbers and claims beside them.
 
     Parameters
     ----------
@@ -57,7 +62,7 @@ def reproduce(
     Returns
     -------
     Reproduction
-        Paths and values.
+        Paths, values and report.
 
     Raises
     ------
@@ -71,14 +76,55 @@ def reproduce(
     folder = _writable(Path(out))
     files: list[Path] = []
     captions: dict[int, str] = {}
+    pictures: dict[int, str] = {}
     for number in track(wanted):
         captions[number], written = _figure(number, folder, formats)
+        pictures[number] = min(written, key=_for_pages).name
         files += written
-    # Some printed numbers belong to figures that cannot be drawn yet.
-    values = printed.compute(wanted if set(wanted) < set(figures.available()) else None)
-    files.append(_write(folder / "values.json", as_json(values, captions)))
-    files.append(_write(folder / "values.md", as_markdown(values, captions)))
-    return Reproduction(tuple(files), values)
+    report = replace(check(wanted), captions=captions, pictures=pictures)
+    texts = {
+        "values.json": as_json(report.values, captions),
+        "values.md": as_markdown(report.values, captions),
+        "report.json": report.as_json(),
+        "report.md": report.as_markdown(),
+    }
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    return Reproduction((*files, *(folder / name for name in texts)), report.values, report)
+
+
+def check(numbers: Iterable[int] | None = None) -> Report:
+    """Check the numbers and claims of the paper, without drawing its figures.
+
+    Parameters
+    ----------
+    numbers : iterable of int, optional
+        Figures beside which they stand: 4 to 10 belong to the system with Coulomb friction, 11 to
+        17 to law (9). All by default.
+
+    Returns
+    -------
+    Report
+        Without captions and pictures.
+
+    Raises
+    ------
+    ValueError
+        A figure does not exist.
+
+    Examples
+    --------
+    >>> from stickslip import paper
+    >>> [claim.verdict for claim in paper.check([9]).claims]
+    ['holds', 'holds']
+    """
+    wanted = figures.select(numbers)
+    return Report(claims.compute(wanted), printed.compute(wanted))
+
+
+def _for_pages(path: Path) -> int:
+    """Rank a picture's formats: a page embeds a vector image if there is one."""
+    return (".svg", ".png").index(path.suffix) if path.suffix in (".svg", ".png") else 2
 
 
 def _figure(number: int, folder: Path, formats: tuple[str, ...]) -> tuple[str, tuple[Path, ...]]:
@@ -96,13 +142,3 @@ def _writable(folder: Path) -> Path:
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(f"cannot write to the output folder {folder}")
     return folder
-
-
-def _write(path: Path, text: str) -> Path:
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
-    return path

@@ -8,10 +8,12 @@ from dataclasses import asdict, dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
+from stickslip.study.digits import digits
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Value", "as_json", "as_markdown"]
+__all__ = ["Value", "as_json", "as_markdown", "value_rows", "value_table"]
 
 SCHEMA = 1
 
@@ -59,6 +61,11 @@ class Value:
         unit = 10.0 ** int(printed.as_tuple().exponent)
         return abs(self.computed - float(printed)) <= unit + self.error
 
+    @property
+    def text(self) -> str:
+        """The computed number, to the decimal place of its error."""
+        return digits(self.computed, self.error)
+
 
 def as_json(values: Sequence[Value], captions: dict[int, str]) -> str:
     """Document for programs.
@@ -75,14 +82,11 @@ def as_json(values: Sequence[Value], captions: dict[int, str]) -> str:
     str
         JSON; numbers in full precision, NaN as null.
     """
-    rows = [{**asdict(value), "agrees": value.agrees} for value in values]
-    for row in rows:
-        row |= {key: None for key in ("computed", "error") if not math.isfinite(row[key])}
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "source": "Galvanetto (2001)",
         "figures": {str(number): caption for number, caption in captions.items()},
-        "values": rows,
+        "values": value_rows(values),
     }
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
@@ -104,27 +108,55 @@ def as_markdown(values: Sequence[Value], captions: dict[int, str]) -> str:
     """
     lines = ["# Values of Galvanetto (2001), computed", ""]
     if values:
-        lines += ["| figure | value | printed | computed | error | agrees | how |"]
-        lines += ["|---|---|---|---|---|---|---|"]
-        lines += [_row(value) for value in values]
-        notes = [f"- {value.name}: {value.note}" for value in values if value.note]
-        lines += ["", "Notes", "", *notes] if notes else []
-        lines += ["", 'A printed number "agrees" within one unit of its last digit.', ""]
+        lines += [*value_table(values), ""]
     lines += ["## Figures", ""]
     lines += [f"**Figure {number}.** {caption}\n" for number, caption in captions.items()]
     return "\n".join(lines)
 
 
+def value_rows(values: Sequence[Value]) -> list[dict[str, Any]]:
+    """Turn values into plain data for a document; numbers that are not finite become None.
+
+    Parameters
+    ----------
+    values : sequence of Value
+        In the order to be written.
+
+    Returns
+    -------
+    list of dict
+        The fields of each, and whether it agrees with the printed number.
+    """
+    rows = [{**asdict(value), "agrees": value.agrees} for value in values]
+    for row in rows:
+        row |= {key: None for key in ("computed", "error") if not math.isfinite(row[key])}
+    return rows
+
+
+def value_table(values: Sequence[Value]) -> list[str]:
+    """Write values as lines of a Markdown table, with the notes below it.
+
+    Parameters
+    ----------
+    values : sequence of Value
+        In the order to be written; at least one.
+
+    Returns
+    -------
+    list of str
+    """
+    lines = ["| figure | value | printed | computed | error | agrees | how |"]
+    lines += ["|---|---|---|---|---|---|---|"]
+    lines += [_row(value) for value in values]
+    notes = [f"- {value.name}: {value.note}" for value in values if value.note]
+    lines += ["", "Notes", "", *notes] if notes else []
+    if any(value.printed for value in values):
+        lines += ["", 'A printed number "agrees" within one unit of its last digit.']
+    return lines
+
+
 def _row(value: Value) -> str:
     agrees = {True: "yes", False: "**no**", None: ""}[value.agrees]
-    number = _digits(value.computed, value.error)
-    cells = [value.figure, value.name, value.printed, number, f"{value.error:.0e}", agrees]
+    error = f"{value.error:.0e}"
+    cells = [value.figure, value.name, value.printed, value.text, error, agrees]
     return "| " + " | ".join(map(str, [*cells, value.how])) + " |"
-
-
-def _digits(number: float, error: float) -> str:
-    """Write a number to the decimal place of its error."""
-    if not math.isfinite(number) or not math.isfinite(error):
-        return f"{number:.17g}"
-    places = 17 if error <= 0.0 else min(17, max(0, math.ceil(-math.log10(error))))
-    return f"{number:.{places}f}"

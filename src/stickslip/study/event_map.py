@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Final, overload
 
 from stickslip.analysis.one_d.preimages import preimages
 from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.power import PowerMap
+from stickslip.analysis.storage import register_map
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.study.model_values import model_of_values, model_values
 
 if TYPE_CHECKING:
+    from typing import Any
+
     import numpy as np
     from numpy.typing import NDArray
 
     from stickslip.mechanics.flow.engine import EngineName
 
 __all__ = ["EventMap", "event_map"]
+
+NOT_KEPT: Final = ("device", "threads")  # of the machine, not of the result
 
 
 class EventMap(mechanics.EventMap):
@@ -143,3 +149,16 @@ def event_map(
         device=device,
         threads=threads,
     )
+
+
+def _values_of(f: mechanics.EventMap) -> dict[str, Any]:
+    """Describe an event map for files of results, apart from the machine it runs on."""
+    settings = {name: value for name, value in f.settings.items() if name not in NOT_KEPT}
+    return {"model": model_values(f.model), "settings": settings}
+
+
+def _event_map_of(values: dict[str, Any]) -> EventMap:
+    return EventMap(model_of_values(values["model"]), **values["settings"])
+
+
+register_map("event map", mechanics.EventMap, _values_of, _event_map_of)

@@ -229,3 +229,11 @@ def test_a_single_point_at_the_end_of_the_domain_is_no_branch():
     assert table[-1].right == np.nextafter(1, 0)
     (item,) = table.unresolved
     assert item.lo == item.hi == 1
+
+
+def test_stretches_flat_to_the_last_digit_end_the_search():
+    # The slope is not 0, but the value does not change: its sign is no question of resolution.
+    gauss = PiecewiseMap(lambda x: 0.3 + np.exp(-50 * x * x), (-5, 5))
+    assert len(branches(gauss)) == 1
+    assert branches(gauss).n_evaluations < 5000
+    assert len(branches(examples.border_collision(1e-200, 2.0))) == 2

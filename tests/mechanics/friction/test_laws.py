@@ -24,7 +24,8 @@ def test_popp_stelter_is_both_lines_of_eq_9(w, gamma, delta, eta):
         paper = (1 - delta) / (1 - gamma * w) + delta + eta * w**2
     else:
         paper = -(1 - delta) / (1 + gamma * w) - delta - eta * w**2
-    force = -np.copysign(1.0, w) * PoppStelter(gamma, delta, eta).force(abs(w))
+    sign = -1.0 if w < 0 else 1.0  # of -0.0 as of 0.0, like in the equation
+    force = -sign * PoppStelter(gamma, delta, eta).force(abs(w))
     assert force == pytest.approx(paper, rel=1e-15)
 
 

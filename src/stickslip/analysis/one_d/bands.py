@@ -14,7 +14,7 @@ inside a chaotic attractor grows under the map until it fills the attractor's ba
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -33,7 +33,8 @@ EXPLAINED: Final = 1e-9  # of the domain's width: how well an image must meet an
 MAX_STEPS: Final = 2000
 MAX_INTERVALS: Final = 2048
 MAX_PERIOD: Final = 128
-MAX_IMAGES: Final = 64  # images of breakpoints and turning points tried on each edge
+MIN_IMAGES: Final = 64  # of breakpoints and turning points that are tried on each edge
+UNEXPLAINED: Final = "not an early image of a breakpoint or turning point"
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,9 @@ class Bands:
         For each edge, in the order of ``intervals.ravel()``, what it is an image of.
     reason : str
         Empty for a trapping region, else why there is none.
+    sources : tuple of (float, int, int)
+        For each edge the end of a lap, the side it is approached from (-1 left, 1 right) and
+        the number of maps after which its image is the edge, 0 if none is known.
     """
 
     intervals: Floats
@@ -59,6 +63,7 @@ class Bands:
     residual: float
     causes: tuple[str, ...]
     reason: str = ""
+    sources: tuple[tuple[float, int, int], ...] = ()
 
     def contain(self, x: Floats, slack: float = 0.0) -> NDArray[np.bool_]:
         """Tell which points lie in a band, with `slack` on both sides."""
@@ -140,35 +145,90 @@ def _repeats(current: Floats, past: deque[Floats], slack: float) -> int:
 
 
 def _finish(f: Map1D, laps: Laps, union: Floats, period: int, slack: float) -> Bands:
-    intervals, causes = _explain(f, laps, union)
+    intervals, sources = _explain(f, laps, union, max(MIN_IMAGES, 2 * period))
+    return _described(f, laps, intervals, sources, period, slack)
+
+
+def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:
+    """Take bands that were found on a stand-in of a map over to the map itself.
+
+    Parameters
+    ----------
+    f : Map1D
+    laps : Laps
+        Of `f`.
+    bands : Bands
+        Of a map that is almost `f`.
+
+    Returns
+    -------
+    Bands
+        Edges are images under `f` of the same ends of laps; the residual is that of `f`. An
+        edge without such a source stays where it is.
+    """
+    edges = bands.intervals.ravel().copy()
+    for i, (x, side, order) in enumerate(bands.sources):
+        if order:
+            value = _one_sided(laps, x, side)
+            edges[i] = advance(f, np.array([value]), order - 1)[0, -1]
+    intervals = edges.reshape(-1, 2)
+    if not np.all(np.isfinite(edges)) or np.any(np.diff(edges) < 0):
+        return replace(bands, reason="edges of the bands do not keep their order")
+    slack = SAME * domain_width(f)
+    return _described(f, laps, intervals, bands.sources, bands.period, slack)
+
+
+def _one_sided(laps: Laps, x: float, side: int) -> float:
+    if side > 0:
+        return float(laps.value_left[np.searchsorted(laps.left, x)])
+    return float(laps.value_right[np.searchsorted(laps.right, x)])
+
+
+def _described(
+    f: Map1D,
+    laps: Laps,
+    intervals: Floats,
+    sources: tuple[tuple[float, int, int], ...],
+    period: int,
+    slack: float,
+) -> Bands:
     again, lost = image(f, laps, intervals, slack)
     distance = np.abs(again.ravel()[:, None] - intervals.ravel())
     residual = float(max(distance.min(axis=0).max(), distance.min(axis=1).max()))
-    return Bands(
-        intervals, period, residual, causes, "part of the bands has no image" if lost else ""
+    causes = tuple(
+        f"image {order} of {x:.10g}" if order else UNEXPLAINED for x, _, order in sources
     )
+    reason = "part of the bands has no image" if lost else ""
+    return Bands(intervals, period, residual, causes, reason, sources)
 
 
-def _explain(f: Map1D, laps: Laps, bands: Floats) -> tuple[Floats, tuple[str, ...]]:
+def _explain(
+    f: Map1D, laps: Laps, bands: Floats, n_images: int
+) -> tuple[Floats, tuple[tuple[float, int, int], ...]]:
     """Replace each edge by the earliest image of a lap's end that meets it."""
     width = domain_width(f)
     ends, values = np.append(laps.left, laps.right), np.append(laps.value_left, laps.value_right)
+    sides = np.repeat([1, -1], len(laps))
     within = inside(bands, ends, SAME * width) & np.isfinite(values)
-    ends, values = ends[within], values[within]
+    ends, values, sides = ends[within], values[within], sides[within]
     edges = bands.ravel().copy()
+    nothing = (float("nan"), 0, 0)
     if ends.size == 0:
-        return bands, ("",) * edges.size
-    images = advance(f, values, MAX_IMAGES - 1)
-    causes = []
-    for i, edge in enumerate(edges):
-        with np.errstate(invalid="ignore"):
-            close = np.abs(images - edge) <= EXPLAINED * width
-        orders = np.flatnonzero(close.any(axis=0))
-        if orders.size == 0:
-            causes.append("not an early image of a breakpoint or turning point")
+        return bands, (nothing,) * edges.size
+    images = advance(f, values, n_images - 1)
+    with np.errstate(invalid="ignore"):
+        close = np.abs(images[:, None, :] - edges[:, None]) <= EXPLAINED * width
+    # A break or turning point says more than an end of the domain.
+    own = (ends > f.domain[0]) & (ends < f.domain[1])
+    sources = []
+    for i in range(edges.size):
+        near = close[:, i] & own[:, None]
+        near = near if near.any() else close[:, i]
+        if not near.any():
+            sources.append(nothing)
             continue
-        order = int(orders[0])
-        source = int(np.flatnonzero(close[:, order])[0])
+        order = int(np.flatnonzero(near.any(axis=0))[0])
+        source = int(np.flatnonzero(near[:, order])[0])
         edges[i] = images[source, order]
-        causes.append(f"image {order + 1} of {ends[source]:.10g}")
-    return edges.reshape(-1, 2), tuple(causes)
+        sources.append((float(ends[source]), int(sides[source]), order + 1))
+    return edges.reshape(-1, 2), tuple(sources)

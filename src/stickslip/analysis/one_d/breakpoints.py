@@ -13,7 +13,7 @@ from stickslip.analysis.one_d.limits import limits_inside
 if TYPE_CHECKING:
     from stickslip.analysis.one_d.changes import Cuts
     from stickslip.analysis.one_d.limits import Limits
-    from stickslip.analysis.one_d.mesh import Mesh
+    from stickslip.analysis.one_d.mesh import Mesh, Prober
     from stickslip.analysis.protocol import Floats
 
 __all__ = ["Breakpoint", "Kind", "kind_of", "limits_at_cuts"]
@@ -87,12 +87,12 @@ def limits_at_cuts(mesh: Mesh, cuts: Cuts) -> tuple[Limits, Limits]:
     return limits_inside(mesh, starts, ones, room), limits_inside(mesh, ends, -ones, room)
 
 
-def kind_of(mesh: Mesh, left: Limits, right: Limits, width: Floats) -> list[Kind]:
+def kind_of(mesh: Prober, left: Limits, right: Limits, width: Floats) -> list[Kind]:
     """Classify breaks by their limits from both sides.
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : Mesh or other Prober
         Knows the scales.
     left, right : Limits, shapes (n,)
     width : ndarray of float, shape (n,)

@@ -15,7 +15,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.one_d.mesh import Mesh, Nodes
+    from stickslip.analysis.one_d.mesh import Nodes, Prober
     from stickslip.analysis.protocol import Floats
 
 __all__ = ["Limits", "limits_inside"]
@@ -46,12 +46,12 @@ class Limits:
         return Limits(self.value[index], self.slope[index])
 
 
-def limits_inside(mesh: Mesh, ends: Nodes, inward: Floats, room: Floats) -> Limits:
+def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Limits:
     """Extrapolate value and slope to points where a branch ends.
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : Mesh or other Prober
         Evaluates and knows the scales.
     ends : Nodes, n of them
         Last points of branches.
@@ -88,7 +88,7 @@ def limits_inside(mesh: Mesh, ends: Nodes, inward: Floats, room: Floats) -> Limi
     return Limits(value, slope)
 
 
-def _beside_gaps(mesh: Mesh, ends: Nodes, inward: Floats, room: Floats) -> Limits:
+def _beside_gaps(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Limits:
     """Take limits where there are any; in gaps nothing is evaluated."""
     ok = ends.ok
     known = limits_inside(mesh, ends.take(ok), inward[ok], room[ok])
@@ -109,7 +109,7 @@ def _slope(near: Nodes, far: Nodes, farther: Nodes) -> Floats:
     return slope
 
 
-def _diverges(mesh: Mesh, close: Nodes, near: Nodes, far: Nodes, h: Floats) -> NDArray[np.bool_]:
+def _diverges(mesh: Prober, close: Nodes, near: Nodes, far: Nodes, h: Floats) -> NDArray[np.bool_]:
     """Tell where the slope grows without bound, like the derivative of a root."""
     steepens = (np.abs(near.slope) > STEEPENS * np.abs(far.slope)) & (
         np.abs(close.slope) > STEEPENS**3 * np.abs(near.slope)

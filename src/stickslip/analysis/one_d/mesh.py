@@ -9,7 +9,7 @@ test at every width, so they are met even where no label tells of them.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     Bools = NDArray[np.bool_]
     Indices = NDArray[np.intp]
 
-__all__ = ["Mesh", "Nodes", "hermite", "hermite_slope", "slope_extremes"]
+__all__ = ["Mesh", "Nodes", "Prober", "hermite", "hermite_slope", "slope_extremes"]
 
 N_START: Final = 101  # nodes of the first grid; ten times as many found nothing more
 GOLDEN: Final = 0.6180339887498949
@@ -35,6 +35,7 @@ VALUE_FIT: Final = 1e-7  # of the range of values: a prediction this good passes
 SLOPE_FIT: Final = 1e-4  # of the slopes: likewise
 CURVE_FIT: Final = 1e-3  # of the slopes: change of slope that neighbours may disagree about
 SIGN_MARGIN: Final = 4.0  # errors of prediction that a slope must stay away from 0
+EPS: Final = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True)
@@ -94,6 +95,29 @@ class Nodes:
         """Tell for each cell whether its two nodes have the same label, or both no value."""
         same: Bools = (self.ok[1:] == self.ok[:-1]) & (self.label[1:] == self.label[:-1])
         return same
+
+
+class Prober(Protocol):
+    """What limits are taken from: a map that can be evaluated, and its scales."""
+
+    @property
+    def f(self) -> Map1D:
+        """The map."""
+
+    @property
+    def resolution(self) -> float:
+        """Distance from a break at which its limits are taken."""
+
+    @property
+    def value_scale(self) -> float:
+        """Range of the map's values."""
+
+    @property
+    def slope_scale(self) -> float:
+        """Mean steepness."""
+
+    def probe(self, x: Floats) -> Nodes:
+        """Evaluate the map at points."""
 
 
 @dataclass
@@ -255,9 +279,11 @@ class Mesh:
         off_slope = np.abs(middle.slope - hermite_slope(left, right, middle.x))
         typical = np.abs(left.slope) + np.abs(right.slope) + 0.1 * self.slope_scale
         close = (off_value <= VALUE_FIT * self.value_scale) & (off_slope <= SLOPE_FIT * typical)
-        return (
-            close & _sign_is_sure(left, middle, off_slope) & _sign_is_sure(middle, right, off_slope)
-        )
+        # Where the value does not change in any digit, turning points have no consequence.
+        rise = np.maximum(np.abs(left.slope), np.abs(right.slope)) * (right.x - left.x)
+        flat = rise <= EPS * self.value_scale
+        sure = _sign_is_sure(left, middle, off_slope) & _sign_is_sure(middle, right, off_slope)
+        return close & (flat | sure)
 
 
 def _wobble(k: Indices) -> Floats:

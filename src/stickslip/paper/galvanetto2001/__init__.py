@@ -1,8 +1,6 @@
 """Galvanetto (2001), Some discontinuous bifurcations in a two-block stick-slip system.
 
-One module per figure, ``figNN.py``, found by its name; figures 4, 11, 13 and 15
-(bifurcation diagrams, the magnified cusps and the crisis) need the analysis of
-bifurcations and take their places here once that exists.
+One module per figure, ``figNN.py``, found by its name.
 
 A figure module offers ``TITLE``, ``COLUMNS``, ``HEIGHT`` (inches), ``compute()``
 (all numbers, as a frozen dataclass), ``draw(data, figure)`` and ``caption(data)``,

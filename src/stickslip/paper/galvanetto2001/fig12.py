@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
-from stickslip.paper.galvanetto2001.orbits import WINDOW, Window, cusp_of, fixed_points
+from stickslip.paper.galvanetto2001.orbits import WINDOW, cusp_of, fixed_points, in_window
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
 from stickslip.plot.style import panel_letter
@@ -38,12 +38,13 @@ def compute() -> Data:
     """Trace both maps over the paper's window and solve for P1, right of the cusp."""
     model = examples.law9()
     f = event_map(model)
-    (p1,) = fixed_points(Window(f))
+    window = in_window(model.alpha)
+    (p1,) = fixed_points(window)
     return Data(
         model,
         trace(f, WINDOW),
         trace(f.power(2), WINDOW),
-        cusp_of(Window(f)),
+        cusp_of(window).d,
         float(p1.points[0]),
         p1.multiplier,
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.paper.galvanetto2001.orbits import WINDOW, Window, cusp_of, fixed_points
+from stickslip.paper.galvanetto2001.orbits import WINDOW, cusp_of, fixed_points, in_window
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
 from stickslip.plot.style import PALETTE, panel_letter
@@ -41,9 +41,9 @@ def compute() -> Data:
     """Trace both maps and identify the attractor."""
     model = examples.law9(alpha=1.211)
     f = event_map(model)
-    window = Window(f)
+    window = in_window(model.alpha)
     (p1,) = fixed_points(window)
-    (attractor,) = attractors(window, seeds=[cusp_of(window)])
+    (attractor,) = attractors(window, seeds=[cusp_of(window).d])
     first, second = trace(f, WINDOW), trace(f.power(2), WINDOW)
     return Data(model, first, second, attractor, float(p1.points[0]))
 

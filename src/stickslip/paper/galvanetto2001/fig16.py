@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
-from stickslip.paper.galvanetto2001.orbits import Window, cusp_of, fixed_points
+from stickslip.analysis.window import WindowMap
+from stickslip.paper.galvanetto2001.orbits import cusp_of, fixed_points
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
 from stickslip.plot.style import panel_letter
@@ -42,9 +43,9 @@ def compute() -> Data:
     """Trace the map; U1 is on the rising side of the cusp, S1 and P1 on falling ones."""
     model = examples.law9(alpha=1.2182)
     f = event_map(model)
-    window = Window(f, WINDOW)
+    window = WindowMap(f, WINDOW)
     s1, u1, p1 = (float(orbit.points[0]) for orbit in fixed_points(window))
-    return Data(model, trace(f, WINDOW), cusp_of(window), s1, u1, p1)
+    return Data(model, trace(f, WINDOW), cusp_of(window).d, s1, u1, p1)
 
 
 def draw(data: Data, figure: Figure) -> None:

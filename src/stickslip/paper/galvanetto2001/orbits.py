@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip import examples
+from stickslip.analysis.window import WindowMap
+from stickslip.study.event_map import event_map
 from stickslip.study.maps import attractors, breakpoints, periodic_orbits
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
     from stickslip.analysis.one_d.breakpoints import Breakpoint
     from stickslip.analysis.orbits import PeriodicOrbit
@@ -19,12 +21,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "WINDOW",
-    "Window",
     "attracting_orbits",
     "coulomb_orbits",
     "cusp_of",
     "fixed_points",
     "from_point_1",
+    "in_window",
     "jump_of_s4",
     "u4",
 ]
@@ -33,16 +35,20 @@ WINDOW: Final = (0.379, 0.390)
 """Range of d in which section 4 studies law (9)."""
 
 
-@dataclass(frozen=True)
-class Window:
-    """A map on a part of its domain, which is all that section 4 looks at of law (9)."""
+@lru_cache(maxsize=64)  # conditions and claims ask for the same tables
+def in_window(alpha: float) -> WindowMap:
+    """Make the map of law (9) on the range of d that section 4 studies.
 
-    f: EventMap
-    domain: tuple[float, float] = WINDOW
+    Parameters
+    ----------
+    alpha : float
+        Coupling ratio; the other parameters are the paper's.
 
-    def evaluate(self, d: ArrayLike, /) -> Any:
-        """Evaluate the map."""
-        return self.f.evaluate(d)
+    Returns
+    -------
+    WindowMap
+    """
+    return WindowMap(event_map(examples.law9(alpha=alpha)), WINDOW)
 
 
 @lru_cache(maxsize=8)  # figures 5, 8 and 10 and the table of values ask for the same
@@ -135,29 +141,29 @@ def from_point_1(orbit: PeriodicOrbit, jump: float) -> NDArray[np.float64]:
     return np.asarray(np.roll(orbit.points, -first))
 
 
-def cusp_of(window: Window) -> float:
+def cusp_of(f: WindowMap) -> Breakpoint:
     """Find the first maximum of a map at a corner.
 
     Parameters
     ----------
-    window : Window
+    f : WindowMap
         Part of a map of law (9).
 
     Returns
     -------
-    float
-        One of the adjacent floats between which the slope changes its sign.
+    Breakpoint
+        Its ``interval`` are the adjacent floats between which the slope changes its sign.
     """
-    corners = breakpoints(window).of_kind("corner")
-    return next(item.d for item in corners if item.left_slope > 0.0 > item.right_slope)
+    corners = breakpoints(f).of_kind("corner")
+    return next(item for item in corners if item.left_slope > 0.0 > item.right_slope)
 
 
-def fixed_points(window: Window) -> tuple[PeriodicOrbit, ...]:
+def fixed_points(f: WindowMap) -> tuple[PeriodicOrbit, ...]:
     """All fixed points in a part of a map.
 
     Parameters
     ----------
-    window : Window
+    f : WindowMap
         Part of a map of law (9).
 
     Returns
@@ -165,4 +171,4 @@ def fixed_points(window: Window) -> tuple[PeriodicOrbit, ...]:
     tuple of PeriodicOrbit
         Ascending.
     """
-    return periodic_orbits(window).orbits
+    return periodic_orbits(f).orbits

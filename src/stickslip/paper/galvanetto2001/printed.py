@@ -1,50 +1,47 @@
 """The numbers that the paper prints, computed: one function per number or family of numbers.
 
-Each is the root of a scalar condition; the bracket comes from the paper's figure or text.
+Bifurcations are zeros of conditions on the map (`stickslip.analysis.one_d.conditions`); their
+brackets come from the paper's figures or text.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from stickslip import examples
+from stickslip.analysis.one_d.borders import Border
+from stickslip.analysis.one_d.conditions import Collision, Connection, Flip, Fold
+from stickslip.analysis.one_d.locate import solve
 from stickslip.paper.galvanetto2001.orbits import (
-    WINDOW,
-    Window,
     coulomb_orbits,
     cusp_of,
     fixed_points,
     from_point_1,
+    in_window,
     jump_of_s4,
     u4,
 )
-from stickslip.paper.galvanetto2001.roots import ACCURACY, cusp, fixed_point, jump, root
 from stickslip.paper.values import Value
-from stickslip.study.event_map import EventMap, event_map
+from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
+    from stickslip.analysis.one_d.conditions import Condition
+    from stickslip.analysis.one_d.locate import MapAt
     from stickslip.analysis.orbits import PeriodicOrbit
+    from stickslip.study.event_map import EventMap
 
-EXACT: Final = ACCURACY["exact"]
-ADAPTIVE: Final = ACCURACY["adaptive"]
-
-AT_CUSP: Final = 10 * ADAPTIVE
-"""Error of f(c): that of the cusp's place, times the steeper slope beside it (about 7)."""
+EXACT: Final = 1e-14
+ADAPTIVE: Final = 1e-13
+"""Error of one map value by engine (docs/design.md, section 3), for well-conditioned motions."""
 
 SLOPE: Final = 1e-10
 """Error of a multiplier of law (9), relative to max(1, abs(multiplier)); Coulomb's is smaller."""
-
-JUMP_OF_S4: Final = (0.2785, 0.285)
-"""Around the jump that S4 meets, for every V of figure 4."""
-
-INSIDE: Final = 1e-6
-"""How far from the cusp slopes are taken: at the last float they may be the other branch's."""
 
 
 def orbits_of_figure_5() -> Iterator[Value]:
@@ -78,78 +75,19 @@ def infinitely_unstable_orbit() -> Iterator[Value]:
         yield Value(name, float(d), error, 10, how, text, note if number == 2 else "")
 
 
-def collision_of_s4() -> Iterator[Value]:
-    """V at which S4 meets the jump of the map: f^4(c-) = c."""
-
-    def gap(V: float) -> float:
-        f = event_map(examples.coulomb(V=V))
-        left, _ = jump(f, *JUMP_OF_S4)
-        return float(f.power(4)(left)) - left
-
-    found = root(gap, 0.0366, 0.0372, noise=EXACT)
-    yield Value("V where S4 meets the jump", found.value, found.error, 4, "f^4(c-) = c", "0.03698")
-
-
 def cusp_of_figure_17() -> Iterator[Value]:
     """Cusp of f for alpha = 1.208."""
-    left = cusp_of(Window(event_map(examples.law9())))
+    cusp = cusp_of(in_window(1.208))
     how = "f' changes sign between adjacent floats"
-    yield Value("d of the cusp, alpha = 1.208", left, 1e-13, 17, how, "0.3815")
+    yield Value("d of the cusp, alpha = 1.208", cusp.d, ADAPTIVE, 17, how, "0.3815")
 
 
 def fixed_point_p1() -> Iterator[Value]:
     """P1 for alpha = 1.208, with its multiplier."""
-    p1 = fixed_points(Window(event_map(examples.law9())))[-1]
+    p1 = fixed_points(in_window(1.208))[-1]
     d, error = float(p1.points[0]), _error(p1, ADAPTIVE)
     yield Value("d of P1, alpha = 1.208", d, error, 12, "f(d) = d")
     yield _multiplier("P1, alpha = 1.208", p1, 12)
-
-
-def _over_alpha(condition: Callable[[EventMap], float], alpha: float) -> float:
-    return condition(event_map(examples.law9(alpha=alpha)))
-
-
-def _cusp_of_square(f: EventMap) -> float:
-    """f(f(c)) = c, c the cusp of f."""
-    left, _ = cusp(f, WINDOW)
-    return float(f(f(left)) - left)
-
-
-def _cusp_on_diagonal(f: EventMap) -> float:
-    """f(c) = c, c the cusp of f."""
-    left, _ = cusp(f, WINDOW)
-    return float(f(left) - left)
-
-
-def _flip(f: EventMap) -> float:
-    """f'(P1) = -1."""
-    p1 = fixed_point(f, *_right_of_cusp(f), noise=ADAPTIVE)
-    return float(f.derivative(p1.value)) + 1.0
-
-
-def _fold(f: EventMap) -> float:
-    """f(d) = d where f' = 1, left of the cusp."""
-    d = _unit_slope(f)
-    return float(f(d) - d)
-
-
-def _crisis(f: EventMap) -> float:
-    """f(f(c)) = U1, c the cusp of f."""
-    left, _ = cusp(f, WINDOW)
-    u1 = fixed_point(f, _unit_slope(f), left, noise=ADAPTIVE)
-    return float(f(f(left)) - u1.value)
-
-
-def _unit_slope(f: EventMap) -> float:
-    """Point of the lobe left of the cusp at which f' = 1: there f(d) - d is smallest."""
-    left, _ = cusp(f, WINDOW)
-    end = left - INSIDE
-    return root(lambda d: float(f.derivative(d)) - 1.0, WINDOW[0], end, noise=ADAPTIVE).value
-
-
-def _right_of_cusp(f: EventMap) -> tuple[float, float]:
-    _, right = cusp(f, WINDOW)
-    return right, WINDOW[1]
 
 
 def _error(orbit: PeriodicOrbit, noise: float) -> float:
@@ -167,50 +105,107 @@ def _multiplier(name: str, orbit: PeriodicOrbit, figure: int) -> Value:
 
 
 @dataclass(frozen=True)
-class _Bifurcation:
-    """A value of alpha that the paper prints: where a condition on the map changes its sign."""
+class Bifurcation:
+    """A parameter value that section 4 speaks of: where a condition on the map holds.
+
+    ``start`` makes the condition for one parameter value inside the bracket, near which it is
+    solved for by following it.
+    """
 
     name: str
-    condition: Callable[[EventMap], float]
+    how: str
+    start: Callable[[], Condition]
     bracket: tuple[float, float]
-    printed: str
-    noise: float
+    printed: str = ""
     note: str = ""
+    family: MapAt = in_window
 
     def value(self, figure: int) -> Value:
-        found = root(partial(_over_alpha, self.condition), *self.bracket, noise=self.noise)
-        how = (self.condition.__doc__ or "").rstrip(".")
-        name = f"alpha of the {self.name}"
-        return Value(name, found.value, found.error, figure, how, self.printed, self.note)
+        """Solve for it."""
+        found = solve(self.start(), self.family, *self.bracket)
+        return Value(self.name, found.value, found.error, figure, self.how, self.printed, self.note)
 
 
-_OVER_ALPHA: Final = {
-    11: _Bifurcation("flip of P1", _flip, (1.209, 1.2105), "1.2099", SLOPE),
-    13: _Bifurcation(
-        "cusps of f^2 on the diagonal",
-        _cusp_of_square,
+def _coulomb(V: float) -> EventMap:
+    return event_map(examples.coulomb(V=V))
+
+
+def _s4_at_the_jump() -> Condition:
+    return Collision(4, Border.of(jump_of_s4(_coulomb(0.0366))), side=-1)
+
+
+def _cusp_returns(alpha: float, period: int) -> Condition:
+    return Collision(period, Border.of(cusp_of(in_window(alpha))), side=-1)
+
+
+def _cusp_meets(alpha: float, images: int, which: int) -> Condition:
+    """Make the condition that an image of the cusp is on a fixed point, counted from the left."""
+    f = in_window(alpha)
+    point = fixed_points(f)[which].points
+    return Connection(Border.of(cusp_of(f)), -1, images, tuple(point.tolist()))
+
+
+def _p1_flips() -> Condition:
+    return Flip(1, tuple(fixed_points(in_window(1.209))[-1].points.tolist()))
+
+
+def _lobe_touches() -> Condition:
+    s1, u1, _ = fixed_points(in_window(1.2152))
+    return Fold(1, (float(s1.points[0] + u1.points[0]) / 2.0,))
+
+
+_BIFURCATIONS: Final = {
+    4: Bifurcation(
+        "V where S4 meets the jump",
+        "f^4(c-) = c",
+        _s4_at_the_jump,
+        (0.0366, 0.0372),
+        "0.03698",
+        family=_coulomb,
+    ),
+    11: Bifurcation("alpha of the flip of P1", "f'(P1) = -1", _p1_flips, (1.209, 1.2105), "1.2099"),
+    13: Bifurcation(
+        "alpha of the cusps of f^2 on the diagonal",
+        "f(f(c)) = c, c the cusp of f",
+        partial(_cusp_returns, 1.2085, 2),
         (1.2085, 1.2095),
         "1.20915",
-        AT_CUSP,
         'the paper says "approximately" and draws its figure 13 at 1.20915 "just after" the '
         "bifurcation, which fits the computed value",
     ),
-    14: _Bifurcation("fold of S1 and U1", _fold, (1.2145, 1.2155), "1.2151", ADAPTIVE),
-    15: _Bifurcation(
-        "collision of the chaotic attractor with U1", _crisis, (1.2152, 1.2155), "1.2153", AT_CUSP
+    14: Bifurcation(
+        "alpha of the fold of S1 and U1",
+        "f(d) = d where f' = 1, left of the cusp",
+        _lobe_touches,
+        (1.2145, 1.2155),
+        "1.2151",
     ),
-    16: _Bifurcation(
-        "cusp of f on the diagonal",
-        _cusp_on_diagonal,
+    15: Bifurcation(
+        "alpha of the collision of the chaotic attractor with U1",
+        "f(f(c)) = U1, c the cusp of f",
+        partial(_cusp_meets, 1.2152, 2, 1),
+        (1.2152, 1.2155),
+        "1.2153",
+    ),
+    16: Bifurcation(
+        "alpha of the cusp of f on the diagonal",
+        "f(c) = c, c the cusp of f",
+        partial(_cusp_returns, 1.2180, 1),
         (1.2180, 1.2190),
         "1.21865",
-        AT_CUSP,
         'the paper says "close to"; its last digit does not stand',
     ),
 }
 
+BANDS_MERGE: Final = Bifurcation(
+    "alpha where the two bands merge",
+    "f(f(f(c))) = P1, c the cusp of f",
+    partial(_cusp_meets, 1.2120, 3, 0),
+    (1.2120, 1.2135),
+)
+"""Of the chaotic attractor; the paper does not mention it."""
+
 _OTHERS: Final[dict[int, Callable[[], Iterator[Value]]]] = {
-    4: collision_of_s4,
     5: orbits_of_figure_5,
     10: infinitely_unstable_orbit,
     12: fixed_point_p1,
@@ -231,11 +226,29 @@ def compute(figures: Iterable[int] | None = None) -> tuple[Value, ...]:
     tuple of Value
         Ordered by figure.
     """
-    numbered = {*_OVER_ALPHA, *_OTHERS}
-    values: list[Value] = []
-    for figure in sorted(numbered if figures is None else numbered & set(figures)):
-        if figure in _OVER_ALPHA:
-            values.append(_OVER_ALPHA[figure].value(figure))
-        else:
-            values += _OTHERS[figure]()
-    return tuple(values)
+    numbered = {*_BIFURCATIONS, *_OTHERS}
+    wanted = numbered if figures is None else numbered & set(figures)
+    return tuple(value for figure in sorted(wanted) for value in _of_figure(figure))
+
+
+def numbers(*figures: int) -> dict[str, Value]:
+    """Compute the numbers that belong to some figures.
+
+    Parameters
+    ----------
+    *figures : int
+        Figures to which they belong.
+
+    Returns
+    -------
+    dict of str to Value
+        By name.
+    """
+    return {value.name: value for value in compute(figures)}
+
+
+@lru_cache(maxsize=len(_BIFURCATIONS) + len(_OTHERS))  # claims and table ask for the same
+def _of_figure(figure: int) -> tuple[Value, ...]:
+    if figure in _BIFURCATIONS:
+        return (_BIFURCATIONS[figure].value(figure),)
+    return tuple(_OTHERS[figure]())

@@ -1,0 +1,212 @@
+"""Every bifurcation of a family of maps over a range of a parameter, from one call."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from stickslip.analysis.bifurcation import Bifurcation, BifurcationList, UnresolvedChange
+from stickslip.analysis.one_d.cascades import cascades
+from stickslip.analysis.one_d.chains import orbit_branches
+from stickslip.analysis.one_d.crises import ParameterPoint, crises, parameter_point
+from stickslip.analysis.one_d.explain import Concerned, concerned_orbits, explained
+from stickslip.analysis.one_d.nodes import Family
+from stickslip.analysis.one_d.survey import Span, Survey
+from stickslip.analysis.shooting import solve_orbit
+from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from stickslip.analysis.attractor import Attractor
+    from stickslip.analysis.one_d.crises import CrisisEvent
+    from stickslip.analysis.orbits import PeriodicOrbit
+    from stickslip.analysis.protocol import MapFamily
+
+__all__ = ["N_VALUES", "bifurcations"]
+
+N_VALUES: Final = 24
+BESIDE: Final = 2e-3  # of the range: how far from an event attractors are looked at
+SAME_VALUE: Final = 1e-11  # of the range, beside its error: a crisis is part of another event
+CLEAR: Final = 0.25  # share of the way to the next event that this may take up
+
+
+def bifurcations(
+    f: MapFamily,
+    name: str,
+    range: tuple[float, float],
+    *,
+    max_period: int = 4,
+    window: tuple[float, float] | None = None,
+    n_values: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> BifurcationList:
+    """Find, locate and explain every bifurcation of a family of maps along a parameter.
+
+    Parameters
+    ----------
+    f : MapFamily
+        A map with named parameters.
+    name : str
+        Of the parameter that is varied.
+    range : pair of float
+        ``lo < hi``, both allowed for the map.
+    max_period : int
+        Longest period of the orbits that are searched for. Cascades are followed beyond.
+    window : pair of float, optional
+        Part of the domain that is searched; orbits that leave it have left.
+    n_values : int, optional
+        Values of the parameter at which complete lists of orbits are made to begin with, 24
+        by default; more are added where something happens.
+    progress : callable, optional
+        Called now and then with the share of the work that is done, 0 to 1.
+
+    Returns
+    -------
+    BifurcationList
+        Ascending; ``unresolved`` names changes that no located bifurcation explains.
+
+    Raises
+    ------
+    ValueError
+        The parameter is unknown, the range is not an interval or not allowed for the map, a
+        period or number of values is not a whole number, or the window is not an interval.
+
+    Notes
+    -----
+    How it works, and what it can miss: docs/theory/bifurcations.md.
+    """
+    lo, hi = _checked_range(f, name, range)
+    family = Family(f, name, window)
+    survey = Survey(family, lo, hi, _whole("max_period", max_period, 1), progress)
+    survey.run(_whole("n_values", N_VALUES if n_values is None else n_values, 3))
+    return _Report(survey, f).made()
+
+
+def _checked_range(f: MapFamily, name: str, ends: Any) -> tuple[float, float]:
+    if name not in f.parameters:
+        raise ValueError(f"{name!r} is not a parameter. {did_you_mean(name, f.parameters)}")
+    try:
+        lo, hi = (float(end) for end in ends)
+    except (TypeError, ValueError) as reason:
+        raise ValueError(f"range = {ends!r}: a pair of numbers (lo, hi) is needed.") from reason
+    if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi):
+        raise ValueError(f"range = ({lo:.12g}, {hi:.12g}): finite ends with lo < hi are needed.")
+    for end in (lo, hi):
+        f.replace(**{name: end})
+    return lo, hi
+
+
+def _whole(name: str, value: Any, least: int) -> int:
+    if isinstance(value, bool) or int(value) != value or value < least:
+        raise ValueError(f"{name} = {value!r}: a whole number >= {least} is needed.")
+    return int(value)
+
+
+class _Report:
+    """A survey turned into a list of bifurcations."""
+
+    def __init__(self, survey: Survey, f: MapFamily) -> None:
+        self.survey, self.f = survey, f
+        self.unresolved: list[UnresolvedChange] = list(survey.unresolved)
+        self.values = sorted(event.value for event in survey.events)
+
+    def made(self) -> BifurcationList:
+        """Return the list."""
+        survey = self.survey
+        concerned: dict[int, list[Concerned]] = {}
+        for k, span in enumerate(survey.spans):
+            if span.events:
+                concerned[k], left_open = concerned_orbits(span)
+                self.unresolved += left_open
+        found = [item for k, shares in concerned.items() for item in self._bifurcations(k, shares)]
+        branches = orbit_branches(survey, concerned)
+        chains = cascades(found, branches, survey.family, (survey.lo, survey.hi), survey.max_period)
+        found += [flip for chain in chains for flip in chain.flips if flip.in_cascade]
+        found += [self._crisis(event) for event in self._crises()]
+        found.sort(key=lambda item: item.value)
+        return BifurcationList(
+            bifurcations=tuple(found),
+            parameter=survey.family.name,
+            range=(survey.lo, survey.hi),
+            parameters=dict(self.f.parameters),
+            max_period=survey.max_period,
+            window=survey.family.window,
+            branches=branches,
+            cascades=tuple(chains),
+            unresolved=tuple(sorted(self.unresolved, key=lambda item: item.lo)),
+            n_values=survey.n_nodes,
+        )
+
+    def _bifurcations(self, k: int, shares: list[Concerned]) -> list[Bifurcation]:
+        span: Span = self.survey.spans[k]
+        family = self.survey.family
+        return [
+            explained(event, span, share, family, self._attractors)
+            for event, share in zip(span.events, shares, strict=True)
+        ]
+
+    def _attractors(self, value: float) -> tuple[tuple[Attractor, ...], tuple[Attractor, ...]]:
+        """Attractors just below and just above a value, away from the next events."""
+        below, above = self._room(value)
+        return self._attractors_at(value - below), self._attractors_at(value + above)
+
+    def _attractors_at(self, q: float) -> tuple[Attractor, ...]:
+        point = parameter_point(self.survey.family.at, q)
+        return point.attractors.attractors
+
+    def _room(self, value: float) -> tuple[float, float]:
+        """How far below and above a value attractors are looked at."""
+        survey = self.survey
+        stops = [survey.lo, *self.values, survey.hi]
+        apart = 1e-12 * survey.scale
+        below = min((value - q for q in stops if q < value - apart), default=survey.scale)
+        above = min((q - value for q in stops if q > value + apart), default=survey.scale)
+        widest = BESIDE * survey.scale
+        return min(widest, CLEAR * below), min(widest, CLEAR * above)
+
+    # ------------------------------------------------------------------ crises
+
+    def _crises(self) -> list[CrisisEvent]:
+        survey = self.survey
+        points: list[ParameterPoint] = []
+        for node in survey.grid_nodes:
+            points.append(parameter_point(survey.family.at, node.q, node.orbits, node.table))
+        found = crises(survey.family.at, points, breaks=self.values, max_period=survey.max_period)
+        return [event for event in found if not self._explained(event)]
+
+    def _explained(self, event: CrisisEvent) -> bool:
+        """Whether a collision makes or ends the chaos, and the orbits that it meets there too."""
+        same = event.error + SAME_VALUE * self.survey.scale
+        return any(abs(event.value - value) <= same for value in self.values)
+
+    def _crisis(self, event: CrisisEvent) -> Bifurcation:
+        located = event.located
+        below, above = self._room(event.value)
+        return Bifurcation(
+            kind=event.kind,
+            parameter=self.survey.family.name,
+            value=float(event.value),
+            error=float(event.error),
+            period=event.period,
+            points=np.roll(event.points, -int(np.argmin(event.points))),
+            orbits_before=self._orbit_at(event.value - below, event.points),
+            orbits_after=self._orbit_at(event.value + above, event.points),
+            attractors_before=event.attractors_before,
+            attractors_after=event.attractors_after,
+            quality=located.quality,
+            interval=located.interval,
+            residual=located.residual,
+            condition=event.condition,
+            multipliers=located.reading.multipliers,
+        )
+
+    def _orbit_at(self, q: float, points: tuple[float, ...]) -> tuple[PeriodicOrbit, ...]:
+        """Return the unstable orbit that an attractor meets, at a value beside the crisis."""
+        try:
+            orbit = solve_orbit(self.survey.family.at(q), np.array(points))
+        except ValueError:
+            return ()  # the family ends there
+        return (orbit,) if orbit.quality == "located" else ()

@@ -1,0 +1,339 @@
+"""Results in files: JSON with a version, every float exact, written whole or not at all.
+
+A result is written field by field; `TYPES` lists the classes that a file may hold. Maps are
+written by a description that whoever makes them supplies (`register_map`): this layer does not
+know what they stand for. A map that has none, such as a Python function, is left out, and
+`load` is given it again.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import json
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from stickslip import __version__
+from stickslip.analysis.protocol import Map1D, MapFamily
+from stickslip.analysis.window import WindowMap
+from stickslip.files import write_text
+
+if TYPE_CHECKING:
+    import os
+
+__all__ = ["FORMAT", "TYPES", "VERSION", "load", "register_map", "save"]
+
+FORMAT: Final = "stickslip result"
+VERSION: Final = 1  # raised when older programs would misread a file
+KIND: Final = "is"  # key that tells what an object stands for
+NOT_FINITE: Final = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
+
+# What a file may hold: class and the module of this package that it is in.
+TYPES: Final[dict[str, str]] = {
+    "Attractor": "analysis.attractor",
+    "AttractorList": "analysis.attractor",
+    "AttractorTable": "analysis.diagram",
+    "Bifurcation": "analysis.bifurcation",
+    "BifurcationCurve": "analysis.bifurcation_curve",
+    "BifurcationList": "analysis.bifurcation",
+    "Border": "analysis.one_d.borders",
+    "BorderReading": "analysis.one_d.borders",
+    "BranchEnd": "analysis.orbit_branch",
+    "BreakLine": "analysis.one_d.break_lines",
+    "Breakpoint": "analysis.one_d.breakpoints",
+    "BreakpointCurve": "analysis.bifurcation_curve",
+    "BreakpointList": "analysis.one_d.branches",
+    "Cascade": "analysis.bifurcation",
+    "CodimensionTwo": "analysis.bifurcation_curve",
+    "Collision": "analysis.one_d.conditions",
+    "Connection": "analysis.one_d.conditions",
+    "Diagram": "analysis.diagram",
+    "Flip": "analysis.one_d.conditions",
+    "Fold": "analysis.one_d.conditions",
+    "JumpCrossing": "analysis.orbits",
+    "LocalAttractor": "analysis.outcome",
+    "LyapunovExponent": "analysis.lyapunov",
+    "NearFold": "analysis.orbits",
+    "OrbitBranch": "analysis.orbit_branch",
+    "OrbitCurve": "analysis.diagram",
+    "OrbitList": "analysis.orbits",
+    "Outcome": "analysis.outcome",
+    "PassedBifurcation": "analysis.orbit_branch",
+    "PeriodicOrbit": "analysis.orbits",
+    "Reading": "analysis.one_d.conditions",
+    "StrandEnd": "analysis.one_d.strands",
+    "TurningPoint": "analysis.one_d.borders",
+    "Unresolved": "analysis.one_d.changes",
+    "UnresolvedChange": "analysis.bifurcation",
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class _Kind:
+    """How maps of a class are described, and made again."""
+
+    cls: type
+    describe: Callable[[Any], Mapping[str, Any]]
+    rebuild: Callable[[dict[str, Any]], Any]
+
+
+_kinds: dict[str, _Kind] = {}
+
+
+def register_map(
+    kind: str,
+    cls: type,
+    describe: Callable[[Any], Mapping[str, Any]],
+    rebuild: Callable[[dict[str, Any]], Any],
+) -> None:
+    """Tell how maps of a class are written into files and made again.
+
+    Parameters
+    ----------
+    kind : str
+        The word for them in files.
+    cls : type
+    describe : callable
+        ``describe(f)``: numbers, texts, lists and dicts by name; ValueError if there is
+        something in the map that a file cannot hold.
+    rebuild : callable
+        ``rebuild(description)``: an equal map.
+    """
+    _kinds[kind] = _Kind(cls, describe, rebuild)
+
+
+def save(result: Any, path: str | os.PathLike[str]) -> None:
+    """Write a result to a file.
+
+    Parameters
+    ----------
+    result : branch, curve, list of bifurcations, diagram, orbit ...
+        Or a tuple, list or dict of such.
+    path : str or path
+        A file of that name is replaced; it is whole at any time.
+
+    Raises
+    ------
+    ValueError
+        It holds something that cannot be saved.
+    OSError
+        The file cannot be written.
+    """
+    document = {
+        "format": FORMAT,
+        "version": VERSION,
+        "program": __version__,
+        "result": _written(result),
+    }
+    write_text(Path(path), json.dumps(document, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def load(path: str | os.PathLike[str], system: MapFamily | None = None) -> Any:
+    """Read a result from a file that `save` has written.
+
+    Parameters
+    ----------
+    path : str or path
+    system : MapFamily, optional
+        The map, for a result of one that no file can hold: a `PiecewiseMap`, or a model
+        with a friction law of the user's own. Parameter values are taken from the file.
+
+    Returns
+    -------
+    object
+        Equal to what was saved, except that a map that the file does not hold and that is
+        not given is None: then nothing can be solved anew.
+
+    Raises
+    ------
+    ValueError
+        The file is none of this program's, or of a newer version of it; or ``system`` has
+        other parameters than the map in the file.
+    OSError
+        The file cannot be read.
+    """
+    path = Path(path)
+    document = _document(path)
+    try:
+        return _Reader(system).value(document["result"])
+    except _DamagedError as reason:
+        raise ValueError(f"{path} is damaged: {reason}") from reason
+
+
+class _DamagedError(Exception):
+    """The content of a file makes no sense."""
+
+
+def _document(path: Path) -> dict[str, Any]:
+    """Read a file and check that it is one of this program's, of a version known here."""
+    text = path.read_bytes()
+    try:
+        document = json.loads(text)
+    except (UnicodeDecodeError, json.JSONDecodeError) as reason:
+        raise ValueError(f"{path} is not a {FORMAT}: {reason}") from reason
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        raise ValueError(f"{path} is not a {FORMAT}, but some other JSON file.")
+    version = document.get("version")
+    if not isinstance(version, int) or "result" not in document:
+        raise ValueError(f"{path} is damaged: it says no version, or has no result.")
+    if version > VERSION:
+        raise ValueError(
+            f"{path} was written by stickslip {document.get('program')} in version {version} of "
+            f"the format; this is stickslip {__version__}, which reads up to version {VERSION}. "
+            "Update stickslip."
+        )
+    return document
+
+
+# ------------------------------------------------------------------ writing
+
+
+def _written(value: Any) -> Any:
+    """Turn a value into what JSON knows; exactly what `_Reader` needs to undo it."""
+    match value:
+        case np.generic():
+            return _written(value.item())
+        case None | bool() | int() | str():
+            return value
+        case float():
+            return value if math.isfinite(value) else {KIND: "float", "of": repr(value)}
+        case tuple():
+            return {KIND: "tuple", "of": [_written(item) for item in value]}
+        case list():
+            return [_written(item) for item in value]
+        case dict():
+            return _written_dict(value)
+        case np.ndarray():
+            return _written_array(value)
+    if isinstance(value, WindowMap):
+        return {KIND: "window", "of": _written(value.f), "window": list(value.window)}
+    if TYPES.get(type(value).__name__) == type(value).__module__.partition(".")[2]:
+        names = [item.name for item in dataclasses.fields(value) if item.init]
+        return {
+            KIND: type(value).__name__,
+            **{name: _written(getattr(value, name)) for name in names},
+        }
+    if isinstance(value, Map1D):
+        return _written_map(value)
+    raise ValueError(f"{value!r} cannot be saved: a {type(value).__name__} is no result.")
+
+
+def _written_dict(value: dict[Any, Any]) -> dict[str, Any]:
+    if KIND not in value and all(isinstance(key, str) for key in value):
+        return {key: _written(item) for key, item in value.items()}
+    pairs = [[_written(key), _written(item)] for key, item in value.items()]
+    return {KIND: "dict", "of": pairs}
+
+
+def _written_array(value: np.ndarray[Any, Any]) -> dict[str, Any]:
+    kind = value.dtype.kind
+    if kind not in "fiubU":
+        raise ValueError(f"an array of {value.dtype} cannot be saved.")
+    items = value.ravel().tolist()
+    if kind == "f":
+        items = [x if math.isfinite(x) else repr(x) for x in items]
+    dtype = "str" if kind == "U" else value.dtype.name
+    return {KIND: "array", "dtype": dtype, "shape": list(value.shape), "of": items}
+
+
+def _written_map(f: Map1D) -> dict[str, Any]:
+    """Describe a map, as far as a file can hold it."""
+    written: dict[str, Any] = {KIND: "map", "text": repr(f)}
+    if isinstance(f, MapFamily):
+        written["parameters"] = _written(dict(f.parameters))
+    for name, kind in _kinds.items():
+        if isinstance(f, kind.cls):
+            try:
+                return {**written, "kind": name, "description": _written(dict(kind.describe(f)))}
+            except ValueError as reason:
+                return {**written, "kind": None, "why": str(reason)}
+    return {**written, "kind": None, "why": "Python functions cannot be saved."}
+
+
+# ------------------------------------------------------------------ reading
+
+
+class _Reader:
+    """Undoes `_written`; equal maps become one."""
+
+    def __init__(self, system: MapFamily | None) -> None:
+        self.system = system
+        self.maps: dict[str, Any] = {}
+
+    def value(self, written: Any) -> Any:
+        if isinstance(written, list):
+            return [self.value(item) for item in written]
+        if not isinstance(written, dict):
+            return written
+        if KIND not in written:
+            return {key: self.value(item) for key, item in written.items()}
+        try:
+            return self._object(written[KIND], written)
+        except (KeyError, TypeError, IndexError, ValueError) as reason:
+            if isinstance(reason, _SystemError):
+                raise
+            raise _DamagedError(f"{written[KIND]}: {reason}") from reason
+
+    def _object(self, kind: str, written: dict[str, Any]) -> Any:
+        match kind:
+            case "float":
+                return NOT_FINITE[written["of"]]
+            case "tuple":
+                return tuple(self.value(item) for item in written["of"])
+            case "dict":
+                return {self.value(key): self.value(item) for key, item in written["of"]}
+            case "array":
+                return self._array(written)
+            case "window":
+                inner = self.value(written["of"])
+                low, high = written["window"]
+                return None if inner is None else WindowMap(inner, (low, high))
+            case "map":
+                return self._map(written)
+        module = importlib.import_module(f"stickslip.{TYPES[kind]}")
+        fields = {name: self.value(item) for name, item in written.items() if name != KIND}
+        return getattr(module, kind)(**fields)
+
+    def _array(self, written: dict[str, Any]) -> np.ndarray[Any, Any]:
+        items = [NOT_FINITE.get(x, x) for x in written["of"]]
+        array = np.array(items, dtype=written["dtype"])
+        return array.reshape(written["shape"])
+
+    def _map(self, written: dict[str, Any]) -> Any:
+        text = json.dumps(written, sort_keys=True)
+        if text not in self.maps:
+            self.maps[text] = self._new_map(written)
+        return self.maps[text]
+
+    def _new_map(self, written: dict[str, Any]) -> Any:
+        if self.system is not None:
+            return self._given(self.value(written.get("parameters", {})))
+        kind = written["kind"]
+        if kind is None:
+            return None
+        if kind not in _kinds:
+            raise _SystemError(
+                f"the result is one of {written['text']}, and how to make that is not known "
+                f"here (kind {kind!r}; known: {', '.join(_kinds) or 'none'}). Give system=."
+            )
+        return _kinds[kind].rebuild(self.value(written["description"]))
+
+    def _given(self, parameters: dict[str, float]) -> Any:
+        """Use the caller's map at the parameter values of the file."""
+        system: Any = getattr(self.system, "whole", self.system)  # the file knows the window
+        own = system.parameters
+        if set(own) != set(parameters):
+            raise _SystemError(
+                f"system has the parameters {', '.join(own) or 'none'}; the result is one of a "
+                f"system with {', '.join(parameters) or 'none'}."
+            )
+        return system.replace(**parameters)
+
+
+class _SystemError(ValueError):
+    """The map given is not that of the file, or one is missing."""

@@ -1,0 +1,97 @@
+"""What the commands share that ask one model and answer with one table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from cyclopts import Parameter
+
+from stickslip.cli import columns
+from stickslip.cli.files import new_file
+from stickslip.cli.options import (
+    EngineOptions,
+    FileOptions,
+    ModelOptions,
+    OutputOptions,
+    described,
+)
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.study.event_map import EventMap
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class SystemOptions:
+    """A model and how its motions are followed."""
+
+    system: ModelOptions = ModelOptions()
+    engine: EngineOptions = EngineOptions()
+
+    def model(self) -> TwoBlock:
+        """Build the model."""
+        return self.system.model()
+
+    def event_map(self, **more: Any) -> EventMap:
+        """Build the model's event map, with further settings."""
+        import stickslip as ss
+
+        return ss.event_map(self.model(), **self.engine.settings(), **more)
+
+    def described(self, model: TwoBlock) -> dict[str, Any]:
+        """Everything that was asked for: enough to ask again."""
+        return described(model) | self.engine.settings()
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class TableOptions(SystemOptions):
+    """A question that one table answers, and where that goes."""
+
+    file: FileOptions = FileOptions()
+    output: OutputOptions = OutputOptions()
+
+    @property
+    def quiet(self) -> bool:
+        """Whether nothing is to be said beside the result."""
+        return self.output.quiet
+
+    def deliver(
+        self,
+        command: str,
+        model: TwoBlock,
+        asked: dict[str, Any],
+        compute: Callable[[], dict[str, Any]],
+    ) -> dict[str, Any]:
+        """Compute the table and send it where the options say: a file, stdout, as JSON or CSV.
+
+        The file is opened before the computation: one that cannot be written is said at once.
+
+        Parameters
+        ----------
+        command : str
+            The subcommand.
+        model : TwoBlock
+            What it asks about.
+        asked : dict
+            Its own options; they stand in the document beside those shared.
+        compute : callable
+            Returns the columns by name.
+        """
+        if self.file.out is None:
+            table = compute()
+        else:
+            with new_file(self.file.out, force=self.file.force) as stream:
+                table = compute()
+                columns.write_csv(stream, table)
+        if self.output.json:
+            parameters = self.described(model) | asked
+            print(columns.document(command, parameters, table), end="")
+        elif self.file.out is None:
+            columns.show(table)
+        else:
+            print(self.file.out)
+        return table

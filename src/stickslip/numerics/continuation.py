@@ -1,0 +1,433 @@
+"""Curves F(y) = 0, one unknown more than equations, followed by pseudo-arclength.
+
+The last unknown is the parameter. Lengths and angles are those of ``y / scale``, so that the
+caller decides what is far. Knows neither maps nor blocks.
+
+Keller (1977); Allgower and Georg, Introduction to Numerical Continuation Methods (2003),
+chapters 2 and 6; Seydel, Practical Bifurcation and Stability Analysis (2010), chapter 4.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "Curve",
+    "CurvePoint",
+    "Equations",
+    "LeavesRegion",
+    "StepControl",
+    "StepTooLong",
+    "WalkEnd",
+    "turns_back",
+    "zero_between",
+]
+
+Floats: TypeAlias = NDArray[np.float64]
+Equations: TypeAlias = Callable[[Floats], tuple[Floats, Floats, Any]]
+
+CLOSE_ENOUGH: Final = 1e-13  # scaled Newton step: the next would be its square
+STALLED: Final = 1e-8  # scaled Newton steps this small that do not shrink are rounding
+CONTRACTS: Final = 0.5  # each Newton step at most this share of the one before
+FIRST_SHARE: Final = 0.5  # of the step along the curve: a longer correction mistrusts the guess
+CALM: Final = 4  # steps in a row after which one that left the region is forgotten
+MAX_ZERO: Final = 60  # evaluations for a zero on the curve
+ZERO_WIDTH: Final = 4 * float(np.finfo(np.float64).eps)
+
+
+class StepTooLong(Exception):
+    """A step that has to be tried again at half its length: no convergence, or a sharp bend."""
+
+
+class LeavesRegion(Exception):
+    """Raised by equations where F is not the smooth function any more that is followed.
+
+    Attributes
+    ----------
+    cause : object
+        Whatever the equations have to say about it.
+    """
+
+    def __init__(self, cause: Any = None) -> None:
+        super().__init__(cause)
+        self.cause = cause
+
+
+class _BeyondRangeError(StepTooLong):
+    """A point outside the range of the parameter, where F is never evaluated."""
+
+
+@dataclass(frozen=True, eq=False)
+class CurvePoint:
+    """A point of the curve.
+
+    Attributes
+    ----------
+    y : ndarray of float, shape (n + 1,)
+        The parameter last.
+    tangent : ndarray of float, shape (n + 1,)
+        Of ``y / scale``, length 1, in the direction of travel.
+    residual : float
+        Largest abs(F) before the last Newton step, which was no longer than rounding: an upper
+        bound.
+    corrections : int
+        Newton steps from the guess.
+    note : object
+        What the equations returned as their third result.
+    step : float
+        Scaled length of the step to be tried from here.
+    """
+
+    y: Floats
+    tangent: Floats
+    residual: float
+    corrections: int
+    note: Any
+    step: float
+
+    @property
+    def parameter(self) -> float:
+        """The last component of y."""
+        return float(self.y[-1])
+
+    def reversed(self) -> CurvePoint:
+        """Return the same point, about to be left in the other direction."""
+        return replace(self, tangent=-self.tangent)
+
+    def along(self, direction: Floats) -> CurvePoint:
+        """Return the same point, about to be left to the side of a vector."""
+        return self if self.tangent @ direction >= 0 else self.reversed()
+
+
+@dataclass(frozen=True)
+class StepControl:
+    """Lengths are scaled ones.
+
+    Attributes
+    ----------
+    first, smallest, largest : float
+        Length of a step.
+    angle : float
+        The tangent turns at most so much in one step, radians.
+    corrections : int
+        Newton steps per point at most; with fewer than half of them the step grows.
+    patience : int
+        Steps out of the region that are halved before `Curve.walk` ends there.
+    """
+
+    first: float = 0.01
+    smallest: float = 1e-9
+    largest: float = 1 / 32
+    angle: float = 0.25
+    corrections: int = 7
+    patience: int = 2
+
+
+@dataclass(frozen=True, eq=False)
+class WalkEnd:
+    """How a walk along a curve ended.
+
+    Attributes
+    ----------
+    reason : {"end of range", "region", "step limit"}
+        ``region``: every step that was tried met `LeavesRegion`. ``step limit``: the smallest
+        step was still too long.
+    last : CurvePoint
+        The last point.
+    cause : object
+        Of the last `LeavesRegion`.
+    """
+
+    reason: Literal["end of range", "region", "step limit"]
+    last: CurvePoint
+    cause: Any = None
+
+
+def _accept_all(previous: CurvePoint, new: CurvePoint) -> None:
+    """Have nothing against any step."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """The curve F(y) = 0 and how to walk on it.
+
+    Parameters
+    ----------
+    equations : callable
+        ``equations(y)``: F(y), shape (n,); its Jacobian, shape (n, n + 1); and a note that
+        points of the curve carry. May raise `LeavesRegion`, or `StepTooLong` to ask for a
+        point nearby.
+    scale : ndarray of float, shape (n + 1,)
+        Size of each unknown.
+    low, high : float
+        Range of the parameter; nothing is evaluated outside.
+    control : StepControl
+    accept : callable, optional
+        ``accept(previous, new)`` looks at each new point before it is taken and may raise
+        `StepTooLong` or `LeavesRegion`.
+    """
+
+    equations: Equations
+    scale: Floats
+    low: float = -math.inf
+    high: float = math.inf
+    control: StepControl = field(default_factory=StepControl)
+    accept: Callable[[CurvePoint, CurvePoint], None] = _accept_all
+
+    # ------------------------------------------------------------------ points
+
+    def point(self, guess: Floats) -> CurvePoint:
+        """Return the point of the curve with the parameter of a guess, parameter rising.
+
+        Where the curve turns back just there, the nearest point of the curve.
+
+        Raises
+        ------
+        StepTooLong
+            Newton's method does not converge.
+        LeavesRegion
+            From the equations.
+        """
+        rising = np.zeros(len(guess))
+        rising[-1] = 1.0
+        try:
+            return self._corrected(guess, rising, rising, math.inf)
+        except StepTooLong:
+            normal = self._tangent(self.equations(guess)[1], rising)
+            return self._corrected(guess, normal, rising, math.inf)
+
+    def _corrected(
+        self, guess: Floats, normal: Floats, ahead: Floats, longest: float
+    ) -> CurvePoint:
+        """Newton's method in the plane through a guess; bounded, and it has to contract."""
+        y, before = guess.copy(), longest / CONTRACTS
+        for count in range(self.control.corrections + 1):
+            if not self.low <= y[-1] <= self.high:
+                raise _BeyondRangeError
+            residual, jacobian, note = self.equations(y)
+            step = self._newton_step(residual, jacobian, normal)
+            length = float(np.linalg.norm(step))
+            rounding = length > CONTRACTS * before and length <= STALLED
+            if length <= CLOSE_ENOUGH or rounding:
+                # The last step is not worth another evaluation, but is taken if it is one.
+                new = y if rounding else y + self.scale * step
+                new[-1] = min(max(new[-1], self.low), self.high)
+                tangent = self._tangent(jacobian, ahead)
+                largest = float(np.abs(residual).max())
+                return CurvePoint(new, tangent, largest, count, note, self.control.first)
+            if not length <= CONTRACTS * before:
+                break
+            y, before = y + self.scale * step, length
+        raise StepTooLong("Newton's method does not converge")
+
+    def _newton_step(self, residual: Floats, jacobian: Floats, normal: Floats) -> Floats:
+        """Scaled step to F = 0 orthogonal to a vector."""
+        matrix = np.vstack([jacobian * self.scale, normal])
+        try:
+            step: Floats = np.linalg.solve(matrix, np.append(-residual, 0.0))
+        except np.linalg.LinAlgError as reason:
+            raise StepTooLong("singular equations") from reason
+        return step
+
+    def _tangent(self, jacobian: Floats, ahead: Floats) -> Floats:
+        """Null vector of the scaled Jacobian, on the side of another vector."""
+        q, _ = np.linalg.qr((jacobian * self.scale).T, mode="complete")
+        tangent: Floats = q[:, -1]
+        return tangent if tangent @ ahead >= 0 else -tangent
+
+    # ------------------------------------------------------------------ steps
+
+    def walk(self, start: CurvePoint) -> Generator[CurvePoint, None, WalkEnd]:
+        """Yield points from a start in the direction of its tangent, without the start.
+
+        Lands exactly on the ends of the parameter's range.
+
+        Returns
+        -------
+        WalkEnd
+            The generator's return value.
+        """
+        here, step, retreats, calm = start, start.step, 0, 0
+        while not self._at_end(here):
+            try:
+                new, landed = self._step(here, step)
+            except StepTooLong:
+                step *= 0.5
+            except LeavesRegion as left:
+                step *= 0.5
+                retreats, calm = retreats + 1, 0
+                if retreats > self.control.patience:
+                    return WalkEnd("region", replace(here, step=step), left.cause)
+            else:
+                calm += 1
+                retreats = 0 if calm > CALM else retreats
+                # Before a border steps that grow again would only approach it.
+                grown = self._next_step(here, new, step) if not retreats else step
+                step = min(grown, self.control.largest)
+                here = replace(new, step=step)
+                yield here
+                if landed:
+                    break
+            if step < self.control.smallest:
+                return WalkEnd("step limit", here)
+        return WalkEnd("end of range", here)
+
+    def _at_end(self, point: CurvePoint) -> bool:
+        """Tell whether the way on leads out of the range at once."""
+        rate = point.tangent[-1]
+        return (point.y[-1] >= self.high and rate > 0) or (point.y[-1] <= self.low and rate < 0)
+
+    def _step(self, here: CurvePoint, step: float) -> tuple[CurvePoint, bool]:
+        """Make one step along the tangent, or onto the end of the range if that is closer."""
+        rate = float(here.tangent[-1])
+        end = self.high if rate > 0 else self.low
+        to_end = (end - here.y[-1]) / self.scale[-1] / rate if rate else math.inf
+        if to_end <= step:
+            return self._landed(here, to_end, end), True
+        try:
+            guess = here.y + step * self.scale * here.tangent
+            new = self._corrected(guess, here.tangent, here.tangent, FIRST_SHARE * step)
+        except _BeyondRangeError:
+            if to_end > 2 * step:
+                raise
+            return self._landed(here, to_end, end), True
+        self._check(here, new)
+        return new, False
+
+    def _landed(self, here: CurvePoint, length: float, end: float) -> CurvePoint:
+        """Solve for the point with the parameter at the end of its range."""
+        guess = here.y + length * self.scale * here.tangent
+        guess[-1] = end
+        normal = np.zeros(len(guess))
+        normal[-1] = 1.0
+        new = self._corrected(guess, normal, here.tangent, FIRST_SHARE * max(length, CLOSE_ENOUGH))
+        self._check(here, new)
+        new.y[-1] = end
+        return new
+
+    def _check(self, here: CurvePoint, new: CurvePoint) -> None:
+        if _angle(here.tangent, new.tangent) > self.control.angle:
+            raise StepTooLong("the curve bends")
+        self.accept(here, new)
+
+    def _next_step(self, here: CurvePoint, new: CurvePoint, step: float) -> float:
+        """Choose the length of the next step from how hard this one was."""
+        turned = _angle(here.tangent, new.tangent) / self.control.angle
+        if turned > 0.7 or new.corrections > 0.7 * self.control.corrections:
+            return 0.6 * step
+        if turned < 0.4 and new.corrections < 0.5 * self.control.corrections:
+            return 1.6 * step
+        return step
+
+    # ------------------------------------------------------------------ between points
+
+    def between(
+        self, a: CurvePoint, b: CurvePoint, test: Callable[[CurvePoint], float]
+    ) -> CurvePoint:
+        """Find the point between two neighbours where a function along the curve vanishes.
+
+        Parameters
+        ----------
+        a, b : CurvePoint
+            Successive points of a walk.
+        test : callable
+            Has different signs at ``a`` and ``b``.
+
+        Raises
+        ------
+        StepTooLong, LeavesRegion
+            The curve cannot be solved for on the way.
+        """
+        chord = (b.y - a.y) / self.scale
+        length = float(np.linalg.norm(chord))
+        chord = chord / length
+        best: list[CurvePoint] = []
+
+        def value(share: float) -> float:
+            guess = a.y + self.scale * _hermite(a, b, share, length, self.scale)
+            best[:] = [self._corrected(guess, chord, a.tangent, length)]
+            return test(best[0])
+
+        share = zero_between(value, 0.0, 1.0, test(a), test(b))
+        if not best or share in (0.0, 1.0):
+            return a if share == 0.0 else b
+        value(share)
+        return replace(best[0], step=a.step)
+
+    def turning_point(self, a: CurvePoint, b: CurvePoint) -> CurvePoint:
+        """Find the point between two neighbours where the parameter turns back."""
+        return self.between(a, b, lambda point: float(point.tangent[-1]))
+
+
+def turns_back(a: CurvePoint, b: CurvePoint) -> bool:
+    """Tell whether the parameter turns back between two neighbours."""
+    return bool(a.tangent[-1] * b.tangent[-1] < 0)
+
+
+def _angle(a: Floats, b: Floats) -> float:
+    """Angle between unit vectors, exact also where it is small."""
+    return 2 * math.asin(min(1.0, 0.5 * float(np.linalg.norm(a - b))))
+
+
+def _hermite(a: CurvePoint, b: CurvePoint, t: float, length: float, scale: Floats) -> Floats:
+    """Scaled way from a along the cubic through both points and tangents."""
+    rise = (b.y - a.y) / scale
+    start, end = length * a.tangent - rise, rise - length * b.tangent
+    way: Floats = t * rise + t * (1 - t) * (start * (1 - t) + end * t)
+    return way
+
+
+def zero_between(g: Callable[[float], float], a: float, b: float, g_a: float, g_b: float) -> float:
+    """Find a zero of a continuous function between two points where its signs differ.
+
+    Parameters
+    ----------
+    g : callable
+    a, b : float
+    g_a, g_b : float
+        Values there, of different signs or zero.
+
+    Returns
+    -------
+    float
+        Of the last bracket the end with the smaller value.
+
+    Notes
+    -----
+    Inverse quadratic interpolation where that is safe, else halving: Chandrupatla, Advances
+    in Engineering Software 28, 145 (1997).
+    """
+    if g_a == 0:
+        return a
+    if g_b == 0:
+        return b
+    c, g_c, share = a, g_a, 0.5
+    for _ in range(MAX_ZERO):
+        x = a + share * (b - a)
+        value = g(x)
+        if np.sign(value) == np.sign(g_a):
+            c, g_c, a, g_a = a, g_a, x, value
+        else:
+            c, b, a, g_c, g_b, g_a = b, a, x, g_b, g_a, value
+        best = a if abs(g_a) < abs(g_b) else b
+        width = ZERO_WIDTH * max(abs(a), abs(b), 1e-3) / abs(b - a) if b != a else 1.0
+        if g_a == 0 or width >= 0.5:
+            break
+        share = min(max(_share(a, b, c, g_a, g_b, g_c), width), 1 - width)
+    return best
+
+
+def _share(a: float, b: float, c: float, g_a: float, g_b: float, g_c: float) -> float:
+    """Place of the next trial between a and b."""
+    x, y = (a - b) / (c - b), (g_a - g_b) / (g_c - g_b) if g_c != g_b else 0.0
+    if not (y * y < x and (1 - y) ** 2 < 1 - x):
+        return 0.5
+    first = g_a / (g_b - g_a) * g_c / (g_b - g_c)
+    second = (c - a) / (b - a) * g_a / (g_c - g_a) * g_b / (g_c - g_b)
+    return first + second

@@ -1,0 +1,274 @@
+"""Branches of orbits, bifurcations on them, and curves of bifurcations in two parameters."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from stickslip.plot.style import PALETTE, axes_or_new
+from stickslip.vocabulary import TERMS, symbol
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+__all__ = [
+    "BREAK",
+    "MARKS",
+    "STABLE",
+    "UNSTABLE",
+    "draw_bifurcation",
+    "draw_bifurcations",
+    "draw_branch",
+    "draw_breakpoint_curve",
+    "draw_curve",
+    "draw_stretches",
+    "mark",
+    "parameter_label",
+]
+
+STABLE: Final[dict[str, Any]] = {"color": "black", "lw": 1.6, "zorder": 4}
+UNSTABLE: Final[dict[str, Any]] = {"color": PALETTE["vermillion"], "lw": 0.6, "zorder": 3}
+BREAK: Final[dict[str, Any]] = {"color": PALETTE["grey"], "lw": 0.7, "ls": (0, (5, 3)), "zorder": 1}
+
+MARKS: Final[dict[str, tuple[str, str]]] = {
+    "fold": (">", PALETTE["blue"]),
+    "flip": ("o", PALETTE["green"]),
+    "border_collision": ("s", PALETTE["purple"]),
+    "boundary_crisis": ("X", PALETTE["orange"]),
+    "interior_crisis": ("P", PALETTE["orange"]),
+    "band_merging": ("D", PALETTE["sky"]),
+    "enters_gap": ("v", PALETTE["grey"]),
+}
+"""Marker and colour of each kind of bifurcation; markers alone tell them apart."""
+
+_OTHER: Final = ("*", PALETTE["black"])
+
+
+def draw_branch(branch: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Draw a periodic orbit along a parameter.
+
+    Parameters
+    ----------
+    branch : OrbitBranch
+        From `stickslip.continue_orbit`.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+    **style
+        Passed on to ``Axes.plot``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Heavy where the orbit is stable, thin where not; folds and flips are marked.
+    """
+    ax = axes_or_new(ax)
+    (name,) = branch.parameters
+    values = np.asarray(branch.parameters[name])
+    draw_stretches(ax, values, branch.points, branch.multipliers, **style)
+    for item in branch.bifurcations:
+        if hasattr(item, "points"):
+            mark(ax, item.kind, np.full(len(item.points), item.value), item.points)
+    _name_axes(ax, name, "$d$")
+    return ax
+
+
+def draw_stretches(
+    ax: Axes,
+    values: NDArray[np.float64],
+    points: NDArray[np.float64],
+    multipliers: NDArray[np.float64],
+    **style: Any,
+) -> None:
+    """Draw the points of an orbit over a parameter, heavy where it is stable.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        Where to draw.
+    values : ndarray of float, shape (n,)
+    points : ndarray of float, shape (n, p)
+    multipliers : ndarray of float, shape (n,)
+    **style
+        Passed on to ``Axes.plot``, for both parts.
+    """
+    stable = np.abs(multipliers) < 1
+    # Thin lines reach to where heavy ones begin.
+    unstable = ~stable
+    unstable[1:] |= ~stable[:-1]
+    unstable[:-1] |= ~stable[1:]
+    for shown, looks in ((stable, STABLE), (unstable, UNSTABLE)):
+        lines = np.where(shown[:, None], points, np.nan)
+        if np.isfinite(lines).any():
+            ax.plot(values, lines, **{**looks, **style})
+
+
+def draw_bifurcations(bifurcations: Any, ax: Axes | None = None, *, legend: bool = True) -> Axes:
+    """Draw the orbits of a range and the bifurcations between them.
+
+    Parameters
+    ----------
+    bifurcations : BifurcationList
+        From `stickslip.bifurcations`.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+    legend : bool
+        Whether to say which mark is which kind.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Stable orbits heavy, unstable ones thin, a mark per bifurcation on its orbit.
+    """
+    ax = axes_or_new(ax)
+    for branch in bifurcations.branches:
+        (name,) = branch.parameters
+        values = np.asarray(branch.parameters[name])
+        draw_stretches(ax, values, branch.points, branch.multipliers)
+    for item in bifurcations:
+        draw_bifurcation(item, ax)
+    _name_axes(ax, bifurcations.parameter, "$d$")
+    ax.set_xlim(bifurcations.range)
+    if bifurcations.window is not None:
+        ax.set_ylim(bifurcations.window)
+    if legend and ax.get_legend_handles_labels()[1]:
+        ax.legend(loc="best", handletextpad=0.2)
+    return ax
+
+
+def draw_bifurcation(item: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Mark a bifurcation at its parameter value, on the orbit concerned.
+
+    Parameters
+    ----------
+    item : Bifurcation
+        One of a `BifurcationList`.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+    **style
+        Passed on to ``Axes.plot``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The kind is the mark's label, for a legend, once per kind.
+    """
+    new = ax is None
+    ax = axes_or_new(ax)
+    points = np.asarray(item.points)
+    mark(ax, item.kind, np.full(len(points), item.value), points, **style)
+    if new:
+        _name_axes(ax, item.parameter, "$d$")
+    return ax
+
+
+def draw_curve(curve: Any, ax: Axes | None = None, *, names: bool = True, **style: Any) -> Axes:
+    """Draw a bifurcation in the plane of two parameters.
+
+    Parameters
+    ----------
+    curve : BifurcationCurve
+        From `stickslip.continue_bifurcation`.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+    names : bool
+        Whether to write the kind of each codimension-two point beside it.
+    **style
+        Passed on to ``Axes.plot``, for the curve.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Points at which the bifurcation changes its type are open circles.
+    """
+    ax = axes_or_new(ax)
+    x, y = (np.asarray(curve.parameters[name]) for name in (curve.along, curve.solve_for))
+    _, color = MARKS.get(curve.kind, _OTHER)
+    label = f"{_words(curve.kind)}, period {curve.period}"
+    ax.plot(x, y, **{"color": color, "lw": 1.2, "label": label, **style})
+    for item in curve.bifurcations:
+        where = (item.parameters[curve.along], item.parameters[curve.solve_for])
+        ax.plot(*where, "o", mfc="white", mec=color, ms=4.5, zorder=5)
+        if names:
+            ax.annotate(item.kind, where, (5, 4), textcoords="offset points", fontsize=7.0)
+    _name_axes(ax, curve.along, parameter_label(curve.solve_for))
+    return ax
+
+
+def draw_breakpoint_curve(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Draw a breakpoint of a map along a parameter: a dashed line, as D in the paper.
+
+    Parameters
+    ----------
+    curve : BreakpointCurve
+        From following a breakpoint.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+    **style
+        Passed on to ``Axes.plot``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes.
+    """
+    ax = axes_or_new(ax)
+    ax.plot(curve.values, curve.d, **{**BREAK, **style})
+    _name_axes(ax, curve.parameter, "$d$")
+    return ax
+
+
+def parameter_label(name: str) -> str:
+    """Axis label of a parameter: its symbol, or its name where it has none.
+
+    Parameters
+    ----------
+    name : str
+        As in ``parameters`` of a model or map; a user's own map may have any.
+
+    Returns
+    -------
+    str
+    """
+    base, _, block = name.rpartition("_")
+    known = name in TERMS or (base in TERMS and block.isdigit())
+    return symbol(name) if known else name
+
+
+def mark(ax: Axes, kind: str, x: NDArray[np.float64], y: NDArray[np.float64], **style: Any) -> None:
+    """Draw the mark of a kind of bifurcation; its label, for a legend, once per axes.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        Where to draw.
+    kind : str
+        A key of `MARKS`; anything else gets a star.
+    x, y : ndarray of float, shape (n,)
+    **style
+        Passed on to ``Axes.plot``.
+    """
+    marker, color = MARKS.get(kind, _OTHER)
+    label = _words(kind)
+    known = ax.get_legend_handles_labels()[1]
+    looks: dict[str, Any] = {
+        "ls": "none",
+        "marker": marker,
+        "ms": 4.5,
+        "mfc": color,
+        "mec": "white",
+        "mew": 0.4,
+        "zorder": 6,
+        "label": "_nolegend_" if label in known else label,
+    }
+    ax.plot(x, y, **{**looks, **style})
+
+
+def _words(kind: str) -> str:
+    return kind.replace("_", " ")
+
+
+def _name_axes(ax: Axes, name: str, vertical: str) -> None:
+    ax.set_xlabel(parameter_label(name))
+    ax.set_ylabel(vertical)

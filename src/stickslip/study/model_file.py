@@ -1,0 +1,118 @@
+"""Models as TOML files: written by hand, or by `write_model`, which keeps every digit."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stickslip.files import write_text
+from stickslip.study.model_values import model_of_values, model_values, within
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from stickslip.mechanics.model.two_block import TwoBlock
+
+__all__ = ["model_text", "read_model", "write_model"]
+
+
+def read_model(path: str | PathLike[str]) -> TwoBlock:
+    """Read a model from a TOML file.
+
+    Parameters
+    ----------
+    path : str or path
+        The file: ``kind = "two_block"``, numbers ``alpha``, ``beta`` and ``V`` or a table
+        ``[physical]``, and ``[friction]`` with a ``law`` and its parameters. The page
+        "Model files" of the documentation shows every form.
+
+    Returns
+    -------
+    TwoBlock
+        The model.
+
+    Raises
+    ------
+    ValueError
+        The file is not TOML; a key is unknown or missing; a value is of the wrong type or
+        out of its range. The message names file and key, and what is allowed.
+    OSError
+        The file cannot be read.
+    """
+    path = Path(path)
+    with within(f"{path}: "):
+        return model_of_values(_toml(path.read_bytes()))
+
+
+def write_model(model: TwoBlock, path: str | PathLike[str]) -> None:
+    """Write a model to a TOML file, which `read_model` turns into an equal model.
+
+    Parameters
+    ----------
+    model : TwoBlock
+        With built-in friction laws; numbers are written with every digit.
+    path : str or path
+        A file of that name is replaced; it is whole at any time.
+
+    Raises
+    ------
+    ValueError
+        A friction law is a Python function, which a file cannot hold.
+    OSError
+        The file cannot be written.
+    """
+    write_text(Path(path), model_text(model))
+
+
+def model_text(model: TwoBlock) -> str:
+    """Return what `write_model` writes.
+
+    Parameters
+    ----------
+    model : TwoBlock
+        With built-in friction laws.
+
+    Returns
+    -------
+    str
+        A TOML document.
+
+    Raises
+    ------
+    ValueError
+        A friction law is a Python function, which a file cannot hold.
+    """
+    lines = []
+    for key, value in model_values(model).items():  # numbers come before tables
+        if isinstance(value, dict):
+            lines += ["", f"[{key}]", *_lines(value)]
+        elif isinstance(value, list):
+            lines += [line for table in value for line in ("", f"[[{key}]]", *_lines(table))]
+        else:
+            lines += _lines({key: value})
+    return "\n".join(lines) + "\n"
+
+
+def _lines(values: Mapping[str, str | float]) -> list[str]:
+    """Write values; Python's shortest exact form of a finite number is TOML too."""
+    return [
+        f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value!r}"
+        for name, value in values.items()
+    ]
+
+
+def _toml(content: bytes) -> dict[str, Any]:
+    try:
+        return tomllib.loads(content.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ValueError(
+            f"not UTF-8 text: byte {content[error.start]:#x} in line {line}. "
+            "Save the file as UTF-8."
+        ) from None
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"not TOML: {error}") from None
+    except RecursionError:
+        raise ValueError("not a model: its arrays or tables are nested too deeply") from None

@@ -1,0 +1,42 @@
+"""Results in files, of models and of maps."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from stickslip.analysis.storage import load as _load
+from stickslip.analysis.storage import save
+from stickslip.study.maps import as_map
+
+if TYPE_CHECKING:
+    import os
+
+__all__ = ["load", "save"]
+
+
+def load(path: str | os.PathLike[str], system: Any = None) -> Any:
+    """Read a result from a file that `save`, or the ``save`` of a result, has written.
+
+    Parameters
+    ----------
+    path : str or path
+    system : model or map, optional
+        What the result is one of, where no file can hold that: a `PiecewiseMap`, or a model
+        with a friction law of the user's own. Parameter values are taken from the file.
+
+    Returns
+    -------
+    object
+        Equal to what was saved. A map that the file does not hold and that is not given
+        is None: the numbers are there, but nothing can be solved anew.
+
+    Raises
+    ------
+    ValueError
+        The file is none of this program's, or of a newer version of it; or ``system`` has
+        other parameters than that of the file.
+    OSError
+        The file cannot be read.
+    """
+    f: Any = None if system is None else as_map(system)
+    return _load(path, f)

@@ -1,0 +1,231 @@
+"""Results written to files and read again."""
+
+import dataclasses
+import importlib
+import json
+import math
+
+import numpy as np
+import pytest
+
+from stickslip import examples as models
+from stickslip.analysis import examples
+from stickslip.analysis.continuation import continue_orbit
+from stickslip.analysis.one_d.borders import Border
+from stickslip.analysis.one_d.branches import breakpoints
+from stickslip.analysis.one_d.periodic import periodic_orbits
+from stickslip.analysis.storage import TYPES, VERSION, load, save
+from stickslip.analysis.window import WindowMap
+from stickslip.mechanics.friction import Coulomb, PoppStelter, Stribeck, friction_law
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.mechanics.model.units import Units
+from stickslip.study import storage as study
+from stickslip.study.event_map import EventMap, event_map
+
+
+def same(a, b):
+    """Equal, arrays and NaN included."""
+    if type(a) is not type(b):
+        return False
+    if dataclasses.is_dataclass(a):
+        return all(
+            same(getattr(a, item.name), getattr(b, item.name)) for item in dataclasses.fields(a)
+        )
+    if isinstance(a, np.ndarray):
+        equal_nan = a.dtype.kind == "f"
+        return a.dtype == b.dtype and np.array_equal(a, b, equal_nan=equal_nan)
+    if isinstance(a, tuple | list):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(same(a[k], b[k]) for k in a)
+    return a == b or (a != a and b != b)
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "result.json"
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        None,
+        True,
+        -3,
+        2**64 - 1,
+        "text with ü and \n",
+        0.1 + 0.2,
+        5e-324,
+        -0.0,
+        math.nan,
+        math.inf,
+        -math.inf,
+        (1, (2.5, None), ()),
+        [1, [2]],
+        {"a": 1, "b": {"c": (1.0,)}},
+        {"is": "what is not meant"},
+        {(1, 2): "key", None: 0},
+        np.array([[1.0, math.nan], [-math.inf, 1 / 3]]),
+        np.array([], dtype=np.float64).reshape(0, 4),
+        np.array([2**64 - 1, 0, 2**63], dtype=np.uint64),
+        np.array([True, False]),
+        np.array([1, -1]),
+        np.array(["periodic", "chaotic"]),
+        Border(2**64 - 1, None, 0.1, "jump", 1e-300),
+    ],
+    ids=repr,
+)
+def test_values_come_back_exactly(path, value):
+    save(value, path)
+    assert same(load(path), value)
+
+
+def test_negative_zero_keeps_its_sign(path):
+    save(-0.0, path)
+    assert math.copysign(1, load(path)) == -1
+
+
+def test_random_floats_come_back_bit_by_bit(path):
+    rng = np.random.default_rng(1)
+    x = rng.integers(0, 2**64, 2000, dtype=np.uint64).view(np.float64)
+    x = x[np.isfinite(x)]
+    save(x, path)
+    assert np.array_equal(load(path).view(np.uint64), x.view(np.uint64))
+
+
+def test_every_listed_type_exists():
+    for name, module in TYPES.items():
+        cls = getattr(importlib.import_module(f"stickslip.{module}"), name)
+        assert dataclasses.is_dataclass(cls)
+        assert cls.__module__ == f"stickslip.{module}"
+
+
+def test_orbits_and_breakpoints(path):
+    f = examples.tent_with_hole()
+    result = (periodic_orbits(f, 3, infinitely_unstable=True), breakpoints(f))
+    save(result, path)
+    assert same(load(path), result)
+
+
+@pytest.fixture(scope="module")
+def branch():
+    f = examples.logistic(3.3)
+    return continue_orbit(periodic_orbits(f, period=2)[0], f, "r", (2.9, 3.4))
+
+
+def test_a_branch_of_the_users_own_map_is_given_its_map_again(path, branch):
+    branch.save(path)
+    alone = load(path)
+    assert alone.f is None
+    assert same(dataclasses.replace(branch, f=None), alone)
+    assert repr(alone) == repr(branch)
+    with pytest.raises(ValueError, match=r"load\(path, system"):
+        alone.at(r=3.2)
+    again = load(path, examples.logistic(2.0))
+    assert again.f.parameters == {"r": 3.3}
+    assert np.array_equal(again.at(r=3.2).points, branch.at(r=3.2).points)
+    assert again.at(r=3.2).multiplier == branch.at(r=3.2).multiplier
+
+
+def test_a_system_with_other_parameters_is_refused(path, branch):
+    branch.save(path)
+    with pytest.raises(ValueError, match="a, b, mu, jump; the result is one of a system with r"):
+        load(path, examples.border_collision())
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        models.coulomb(),
+        models.law9(),
+        TwoBlock(alpha=1.0, beta=0.9, V=0.1, friction=(Coulomb(0.3, 0.01), PoppStelter(2.0))),
+        TwoBlock(alpha=1 / 3, beta=0.9, V=0.1, friction=Stribeck(0.3, 0.2, exponent=2)),
+        TwoBlock(
+            alpha=1.0, beta=1.1, V=0.1, friction=Coulomb(0.3), units=Units(m=2.0, k=3.0, fs1=4.0)
+        ),
+    ],
+    ids=lambda model: str(model.friction),
+)
+def test_event_maps_are_made_again(path, model):
+    f = event_map(model, rtol=1e-13, max_events=500)
+    save({"whole": f, "part": WindowMap(f, (-0.1, 0.2))}, path)
+    again = load(path)
+    assert again["whole"] == f
+    assert isinstance(again["whole"], EventMap)
+    assert again["part"] == WindowMap(f, (-0.1, 0.2))
+    assert again["part"].f is again["whole"]  # equal maps are one
+
+
+def test_branches_of_models_need_no_system(path):
+    f = event_map(models.coulomb())
+    branch = continue_orbit(periodic_orbits(f, period=4)[0], f, "V", (0.0366, 0.0372))
+    branch.save(path)
+    again = study.load(path)
+    assert again.f == f
+    assert again.ends[1].border == branch.ends[1].border
+    assert np.array_equal(again.at(V=0.0368).points, branch.at(V=0.0368).points)
+
+
+def test_laws_of_the_users_own_need_the_model(path):
+    law = friction_law(lambda s, a: a / (1 + s), parameters={"a": 0.9})
+    model = TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=law)
+    save(event_map(model), path)
+    assert load(path) is None
+    assert "is a Python function" in json.loads(path.read_text())["result"]["why"]
+    again = study.load(path, system=model.replace(V=0.2, a=0.8))
+    assert again.model == model
+
+
+def test_files_of_others_are_refused(path):
+    for text, said in [
+        ("not JSON", "is not a stickslip result"),
+        ("[1, 2]", "some other JSON"),
+        ('{"format": "something"}', "some other JSON"),
+        ('{"format": "stickslip result"}', "damaged"),
+        ('{"format": "stickslip result", "version": 1}', "damaged"),
+    ]:
+        path.write_text(text)
+        with pytest.raises(ValueError, match=said) as error:
+            load(path)
+        assert str(path) in str(error.value)
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ValueError, match="is not a stickslip result"):
+        load(path)
+
+
+def test_newer_files_are_refused(path):
+    save(1.0, path)
+    document = json.loads(path.read_text()) | {"version": VERSION + 1, "program": "9.9"}
+    path.write_text(json.dumps(document))
+    with pytest.raises(ValueError, match=r"9\.9 in version 2 .* Update"):
+        load(path)
+
+
+@pytest.mark.parametrize(
+    "result",
+    [
+        {"is": "NoSuchType"},
+        {"is": "Border", "x": 1.0},
+        {"is": "Border", "left": 1},
+        {"is": "array", "dtype": "float64", "shape": [3], "of": [1.0]},
+        {"is": "array", "dtype": "float64", "shape": [1], "of": ["one"]},
+        {"is": "float", "of": "many"},
+        {"is": "tuple"},
+    ],
+    ids=str,
+)
+def test_damaged_files_are_told(path, result):
+    save(1.0, path)
+    document = json.loads(path.read_text()) | {"result": result}
+    path.write_text(json.dumps(document))
+    with pytest.raises(ValueError, match="is damaged"):
+        load(path)
+
+
+def test_what_is_no_result_is_refused_and_leaves_the_file_alone(path):
+    save("old", path)
+    for value in (object(), lambda x: x, np.array([object()]), {"deep": [(print,)]}):
+        with pytest.raises(ValueError, match="cannot be saved"):
+            save(value, path)
+    assert load(path) == "old"
+    assert list(path.parent.iterdir()) == [path]

@@ -1,0 +1,137 @@
+"""``--model FILE`` in every command that takes a model, through the real program."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+import stickslip as ss
+from stickslip.cli import main
+from stickslip.study.model_file import write_model
+
+QUESTIONS = {
+    "map": "-d 0.1",
+    "simulate": "-d 0.1 --t-end 5 --samples 3",
+    "orbits": "",
+    "basins": "--resolution 1e-3",
+    "diagram": "--parameter mu --range 0.22 0.221 --values 3 --max-period 1",
+}
+
+
+@pytest.fixture
+def file(tmp_path, monkeypatch):
+    """Write a model file into the working folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def writing(model_or_text):
+        if isinstance(model_or_text, str):
+            (tmp_path / "mine.toml").write_text(model_or_text)
+        else:
+            write_model(model_or_text, tmp_path / "mine.toml")
+
+    return writing
+
+
+def answer(capsys, command):
+    assert main([*command.split(), "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize(("command", "options"), QUESTIONS.items(), ids=QUESTIONS)
+def test_a_file_answers_as_the_preset_of_the_same_numbers(command, options, file, capsys):
+    file(ss.examples.coulomb())
+    of_file = answer(capsys, f"{command} --model mine.toml {options}")
+    of_preset = answer(capsys, f"{command} --preset coulomb {options}")
+    assert of_file == of_preset
+
+
+@pytest.mark.parametrize(("command", "options"), QUESTIONS.items(), ids=QUESTIONS)
+def test_options_override_the_file(command, options, file, capsys):
+    file(ss.examples.coulomb())
+    changes = "--alpha 1.201 --V 0.0365 --friction coulomb:mu=0.221"
+    document = answer(capsys, f"{command} --model mine.toml {options} {changes}")
+    parameters = {"alpha": 1.201, "beta": 1.3, "V": 0.0365, "mu": 0.221}
+    assert document["parameters"].items() >= parameters.items()
+
+
+def test_two_laws_and_an_option_for_both(file, capsys):
+    laws = (ss.Coulomb(mu=0.3), ss.PoppStelter(gamma=2.0))
+    file(ss.examples.coulomb().replace(friction=laws))
+    document = answer(capsys, "map --model mine.toml -d 0.1")
+    model = ss.examples.coulomb().replace(friction=laws)
+    assert document["result"]["value"] == [ss.event_map(model)(0.1)]
+    document = answer(capsys, "map --model mine.toml -d 0.1 --friction coulomb:mu=0.22")
+    assert document["result"]["value"] == [ss.event_map(ss.examples.coulomb())(0.1)]
+
+
+def test_through_the_real_program(file, tmp_path):
+    file(ss.examples.coulomb())
+    command = "map --model mine.toml -d 0.1 -d 0.2 --out map.csv"
+    done = subprocess.run(
+        [sys.executable, "-m", "stickslip.cli", *command.split()],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "map.csv\n", "")
+    values = ss.event_map(ss.examples.coulomb())([0.1, 0.2])
+    lines = (tmp_path / "map.csv").read_text().splitlines()
+    assert [float(line.split(",")[1]) for line in lines[1:]] == values.tolist()
+
+
+GOOD = 'kind = "two_block"\nalpha = 1.2\nbeta = 1.3\nV = 0.0366\n[friction]\nlaw = "coulomb"\n'
+GOOD += "mu = 0.22\n"
+BAD = {
+    "not TOML": ("alpha: 1.2", ["mine.toml", "not TOML", "line 1"]),
+    "unknown key": (GOOD.replace("alpha", "alhpa"), ["mine.toml", "'alhpa'", "'alpha'"]),
+    "unknown law": (GOOD.replace("coulomb", "columb"), ["mine.toml", "[friction]", "'coulomb'"]),
+    "unknown kind": (GOOD.replace("two_block", "tow_block"), ["mine.toml", "kind", "'two_block'"]),
+    "wrong type": (GOOD.replace("1.2", '"1.2"'), ["mine.toml", "alpha", "number"]),
+    "out of range": (GOOD.replace("0.22", "2"), ["mine.toml", "[friction]", "mu", "0 <= mu <= 1"]),
+    "NaN": (GOOD.replace("1.3", "nan"), ["mine.toml", "beta", "nan", "> 0"]),
+}
+
+
+@pytest.mark.parametrize(("content", "fragments"), BAD.values(), ids=BAD)
+@pytest.mark.parametrize("as_json", [False, True])
+def test_bad_files_say_what_and_where_and_write_nothing(
+    content, fragments, as_json, file, tmp_path, capsys
+):
+    file(content)
+    command = "orbits --model mine.toml --out orbits.csv".split()
+    refused(command, fragments, as_json, capsys)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.toml"]
+
+
+@pytest.mark.parametrize(
+    ("options", "fragments"),
+    [
+        ("--model missing.toml", ["missing.toml", "No such file"]),
+        ("--model .", ["directory"]),
+        ("--model latin.toml", ["latin.toml", "UTF-8"]),
+        ("--model mine.toml --preset coulomb", ["--model", "--preset"]),
+        ("--model mine.toml --alpha -1", ["alpha = -1", ">= 0"]),
+        ("--model mine.toml --friction coulom:mu=0.2", ["coulom", "coulomb"]),
+        ("--model", ["--model"]),
+    ],
+)
+@pytest.mark.parametrize("as_json", [False, True])
+def test_bad_use_of_files(options, fragments, as_json, file, tmp_path, capsys):
+    file(ss.examples.coulomb())
+    (tmp_path / "latin.toml").write_bytes(b"# caf\xe9\n")
+    refused(f"orbits {options}".split(), fragments, as_json, capsys)
+
+
+def refused(command, fragments, as_json, capsys):
+    assert main(command[:1] + ["--json"] * as_json + command[1:]) == 2
+    captured = capsys.readouterr()
+    if as_json:
+        assert captured.err == ""
+        message = json.loads(captured.out)["error"]["message"]
+    else:
+        assert captured.out == ""
+        message = captured.err
+    assert "Traceback" not in message
+    for fragment in fragments:
+        assert fragment in message
