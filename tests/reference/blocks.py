@@ -7,6 +7,7 @@ samples: for motions that are no near-grazing ones.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -37,7 +38,7 @@ def event_map(
             motion.next_event()
             if not any(motion.mode):
                 x = motion.x
-                return [float(b - a) for a, b in zip(x, x[1:], strict=False)]
+                return [float(b - a) for a, b in itertools.pairwise(x)]
     raise ArithmeticError("no return")
 
 

@@ -155,8 +155,4 @@ def _displacement(trajectory: Trajectory, event: Event) -> float:
 
 
 def _needed_force(trajectory: Trajectory, event: Event) -> float:
-    """Force that the block needs in order to ride."""
-    time = event.time
-    structure = trajectory.model.structure
-    force = structure.needed_force(trajectory.x(time), trajectory.v(time), time)
-    return float(force[event.block - 1])
+    return float(trajectory.needed_force(event.time)[event.block - 1])

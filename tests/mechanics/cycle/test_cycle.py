@@ -15,7 +15,7 @@ COULOMB = ss.examples.coulomb()
 def test_one_block_with_constant_friction() -> None:
     """The arc about mu from (1, V) back to velocity V, then the ride: period in closed form."""
     mu, V = 0.4, 0.2
-    cycle = ss.find_cycle(ss.Oscillator(V=V, friction=ss.Coulomb(mu=mu)), [0.3], [0.0])
+    cycle = ss.find_cycle(ss.Oscillator(V=V, friction=ss.Coulomb(mu=mu)), [0.9], [0.0])
     period = 2 * math.pi - 2 * math.atan2(1 - mu, V) + 2 * (1 - mu) / V
     assert cycle.period == pytest.approx(period, abs=1e-13)
     np.testing.assert_array_equal(cycle.multipliers, [0.0])
@@ -59,19 +59,19 @@ def test_a_motion_of_law_9_without_global_stick() -> None:
     np.testing.assert_allclose(again.final_state.x, cycle.x, atol=1e-12)
 
 
-def test_multipliers_are_those_of_differences() -> None:
-    model = ss.Chain(static=[1, 1.3, 1.1], alpha=1.2, V=0.05, friction=ss.PoppStelter(gamma=3))
-    x = model.structure.sample_sticking(1, 4)[0]
-    cycle = ss.find_cycle(model, x, np.full(3, model.V))
-    if not cycle.d.size:
-        pytest.skip("the cycle has no global stick phase to compare with")
+def test_multipliers_are_those_of_the_event_map() -> None:
+    """Three blocks: the eigenvalues of the product of Jacobians over the orbit."""
+    model = ss.Chain(static=[1, 1.3, 1.1], alpha=1.2, V=0.3, friction=ss.Coulomb(mu=0.22))
     f = ss.event_map(model)
-    jacobian = np.eye(2)
-    for d in cycle.d[: max(1, len(cycle.d) - 1)]:
-        jacobian = f.jacobian(d) @ jacobian
+    cycle = ss.find_cycle(model, model.structure.sample_sticking(1, 5)[0], np.full(3, model.V))
+    assert len(cycle.d) == 2
+    np.testing.assert_allclose(f(cycle.d), np.roll(cycle.d, -1, axis=0), atol=1e-12)
+    jacobian = f.jacobian(cycle.d[1]) @ f.jacobian(cycle.d[0])
     values = np.linalg.eigvals(jacobian)
-    values = values[np.argsort(-np.abs(values))]
+    values = values[np.argsort(-np.abs(values), kind="stable")]
+    assert cycle.stable
     np.testing.assert_allclose(cycle.multipliers[:2], values, rtol=1e-8, atol=1e-10)
+    np.testing.assert_array_equal(cycle.multipliers[2:], 0.0)
 
 
 def test_a_forced_block_repeats_with_its_forcing() -> None:

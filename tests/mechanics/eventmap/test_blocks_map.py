@@ -5,10 +5,10 @@ from __future__ import annotations
 import mpmath
 import numpy as np
 import pytest
+from tests.reference import blocks as reference
 
 import stickslip as ss
 from stickslip import status
-from tests.reference import blocks as reference
 
 K = [[2.5, -1.0, -0.3], [-1.0, 3.0, -1.2], [-0.3, -1.2, 2.8]]
 C = [[0.25, -0.1, 0.0], [-0.1, 0.3, -0.1], [0.0, -0.1, 0.28]]

@@ -74,7 +74,7 @@ def test_samples_are_legal() -> None:
 def test_the_domain_of_two_blocks_is_that_of_the_paper() -> None:
     model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.05, friction=LAW)
     _, end = model.domain
-    inside = model.chain.contains(np.array([[end], [end * (1 + 1e-15)], [end * 1.001]]))
+    inside = model.chain.contains(np.array([[end], [end * (1 + 4e-16)], [end * 1.001]]))
     assert inside.tolist() == [True, True, False]
     with pytest.raises(ValueError, match="belongs to no global stick phase"):
         model.chain.admit([np.nan])

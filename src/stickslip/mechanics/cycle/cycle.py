@@ -181,9 +181,7 @@ class _Search:
             f"onto a cycle, in {max_events} events. Start closer to one, or raise max_events."
         )
 
-    def _returns(
-        self, x: Floats, v: Floats, max_events: int
-    ) -> Iterator[tuple[int, State, float]]:
+    def _returns(self, x: Floats, v: Floats, max_events: int) -> Iterator[tuple[int, State, float]]:
         """Yield close returns: events since then, the state, the distance."""
         state = self.plain.start(x, v)
         seen: dict[bytes, list[tuple[int, State]]] = {}
@@ -317,6 +315,4 @@ def _check(leg: Leg) -> None:
             "with constant friction the motions about it are a neutral family, not a cycle."
         )
     if leg.status != status_codes.OK:
-        raise ValueError(
-            f"no cycle was found from this state: {status_codes.MESSAGES[leg.status]}"
-        )
+        raise ValueError(f"no cycle was found from this state: {status_codes.MESSAGES[leg.status]}")

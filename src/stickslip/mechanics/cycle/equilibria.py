@@ -106,7 +106,7 @@ def equilibria(model: Model) -> tuple[Equilibrium, ...]:
     neutral = abs(largest) <= NEUTRAL * np.abs(values).max()
     return (
         Equilibrium(
-            x=np.linalg.solve(structure.stiffness, friction),
+            x=np.asarray(np.linalg.solve(structure.stiffness, friction), dtype=np.float64),
             V=model.V,
             eigenvalues=values,
             stable=largest < 0.0 and not neutral,

@@ -101,7 +101,8 @@ class Shooter:
         motion.event[:] = 0
         update_needed(engine.system, motion)
         self._identity()
-        t, events = 0.0, []
+        t = 0.0
+        events: list[tuple[float, int, int]] = []
         status = status_codes.OK
         while len(events) < n_events and t < max_time:
             if math.isinf(max_time) and self._slides_for_ever():
@@ -146,6 +147,4 @@ class Shooter:
 
     def _state(self) -> State:
         motion = self.motion
-        return State(
-            motion.x.copy(), motion.w.copy(), motion.mode.copy(), float(motion.phase[0])
-        )
+        return State(motion.x.copy(), motion.w.copy(), motion.mode.copy(), float(motion.phase[0]))

@@ -156,8 +156,9 @@ class Recorder(ABC):
     def _steps(self, t_end: float) -> Iterator[int]:
         while self.t < t_end:
             self._keep()
-            t, status = self._advance(min(LONGEST_STEP, t_end - self.t))
-            self.t += t
+            left = t_end - self.t
+            t, status = self._advance(min(LONGEST_STEP, left))
+            self.t = t_end if t == left else self.t + t
             yield status
 
     def finish(self) -> Recorded:

@@ -215,6 +215,10 @@ class Trajectory:
         _, w, e = self._state(t)
         return self._friction(w, e, self._mode(t))
 
+    def needed_force(self, t: ArrayLike) -> Floats:
+        """Force that each block needs in order to ride, shape (..., N), units of f_s1; as `x`."""
+        return self._state(t)[2]
+
     def energy(self, t: ArrayLike) -> Energy:
         """Energy at given times, with the work done since the start; times as in `x`."""
         times = self._checked(t)

@@ -23,7 +23,7 @@ __all__ = ["BeltModel", "Friction", "laws_of"]
 
 Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, ...]
 
-DOMAIN_SLACK = 4 * np.finfo(np.float64).eps
+DOMAIN_SLACK = 8 * np.finfo(np.float64).eps
 """Of the limits: how far outside the locus a global stick phase may lie and count as its edge."""
 
 
