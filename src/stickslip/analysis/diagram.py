@@ -217,7 +217,10 @@ class Diagram:
             "attractor_period": (("row",), self.attractors.period),
             "lyapunov": (("row",), self.attractors.lyapunov),
             "breakpoint": (("line", name), np.array(breaks).reshape(-1, n)),
-            "breakpoint_kind": (("line",), np.array([line.kind for line in self.breakpoints])),
+            "breakpoint_kind": (
+                ("line",),
+                np.array([line.kind for line in self.breakpoints], dtype=np.str_),
+            ),
         }
         attributes: dict[str, Any] = {**self.parameters, "max_period": self.max_period}
         if self.window is not None:
