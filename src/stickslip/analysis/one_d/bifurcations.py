@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 __all__ = ["N_VALUES", "bifurcations"]
 
 N_VALUES: Final = 24
+HALF: Final = 0.5  # share of the work that the survey is, roughly
 BESIDE: Final = 2e-3  # of the range: how far from an event attractors are looked at
 SAME_VALUE: Final = 1e-11  # of the range, beside its error: a crisis is part of another event
 CLEAR: Final = 0.25  # share of the way to the next event that this may take up
@@ -92,9 +93,16 @@ def bifurcations(
     """
     lo, hi = _checked_range(f, name, range)
     family = Family(f, name, window)
-    survey = Survey(family, lo, hi, _whole("max_period", max_period, 1), progress)
+    tell = progress if progress is not None else _nobody
+    survey = Survey(
+        family, lo, hi, _whole("max_period", max_period, 1), lambda share: tell(HALF * share)
+    )
     survey.run(_whole("n_values", N_VALUES if n_values is None else n_values, 3))
-    return _Report(survey, f).made()
+    return _Report(survey, f, tell).made()
+
+
+def _nobody(_: float) -> None:
+    """Tell nobody of the progress."""
 
 
 def _checked_range(f: MapFamily, name: str, ends: Any) -> tuple[float, float]:
@@ -120,8 +128,8 @@ def _whole(name: str, value: Any, least: int) -> int:
 class _Report:
     """A survey turned into a list of bifurcations."""
 
-    def __init__(self, survey: Survey, f: MapFamily) -> None:
-        self.survey, self.f = survey, f
+    def __init__(self, survey: Survey, f: MapFamily, tell: Callable[[float], None]) -> None:
+        self.survey, self.f, self.tell = survey, f, tell
         self.unresolved: list[UnresolvedChange] = list(survey.unresolved)
         self.values = sorted(event.value for event in survey.events)
 
@@ -138,9 +146,12 @@ class _Report:
         branches = orbit_branches(survey, concerned)
         chains = cascades(found, branches, family, whole, survey.max_period)
         later = [flip for chain in chains for flip in chain.flips if flip.in_cascade]
+        self.tell(0.65)
         crises_found = [self._crisis(event) for event in self._crises()]
         self.values += [item.value for item in (*later, *crises_found)]
+        self.tell(0.8)
         full = {id(item): self._with_attractors(item) for item in found}
+        self.tell(1.0)
         chains = [_with_flips(chain, full) for chain in chains]
         found = sorted([*full.values(), *later, *crises_found], key=lambda item: item.value)
         return BifurcationList(
