@@ -66,7 +66,8 @@ def end_event(equations: Equations, last: CurvePoint) -> tuple[Event | None, str
         changed = changed_labels(last.note, beyond)
         if changed:
             return _other_branch(equations, last, beyond, changed[0])
-    if reason.endswith("is gone"):
+    border = last.note.critical
+    if border is not None and reason.startswith(f"the {border.kind}") and reason.endswith("gone"):
         return Event("end of border", reason, last, True), reason
     return None, reason
 
