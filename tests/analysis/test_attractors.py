@@ -335,6 +335,19 @@ def test_orbit_that_comes_late_is_no_second_attractor():
     assert (found.kind, found.period) == ("chaotic", 2)
 
 
+@pytest.mark.paper
+@pytest.mark.parametrize(
+    ("beyond", "period"), [(-1e-9, 4), (1e-5, 95), (1e-6, 123), (1e-7, 155), (1e-9, 215)]
+)
+def test_long_periods_beside_the_collision_of_s4(beyond, period):
+    f = EventMap(examples.coulomb(V=0.036975923520307 + beyond))
+    (found,) = (a for a in attractors_of(f, branch_table(f)) if a.period != 1)
+    assert (found.kind, found.period) == ("periodic", period)
+    points = found.orbit.points
+    assert np.abs(f.evaluate(points).value - np.roll(points, -1)).max() < 1e-14
+    assert np.diff(np.sort(points)).min() > 1e-12  # minimal: all points differ
+
+
 # --- interface --------------------------------------------------------------------------------
 
 

@@ -254,10 +254,11 @@ class TestResult:
     def test_progress_rises_to_one(self):
         seen = []
         bifurcation_diagram(
-            tent(1.5), "slope", np.linspace(1.4, 1.6, 5), max_period=1, progress=seen.append
+            tent(1.5), "slope", np.linspace(1.4, 1.6, 130), max_period=1, progress=seen.append
         )
         assert seen == sorted(seen)
         assert seen[-1] == 1.0
+        assert len([share for share in seen if 0.6 < share < 1.0]) == 130 // 16
 
     def test_threads_do_not_change_the_orbits(self, monkeypatch, doubling):
         from stickslip.analysis import diagram as module

@@ -35,7 +35,7 @@ def report(tmp_path_factory):
     """One run of the real program on a user's file, with its folder."""
     folder = tmp_path_factory.mktemp("report")
     write_model(ss.examples.coulomb(V=0.05), folder / "mine.toml")  # its V does not matter
-    command = f"bifurcations --model mine.toml {QUESTION} --out new/out"
+    command = f"bifurcations --model mine.toml {QUESTION} --values 9 --out new/out"
     done = subprocess.run(
         [sys.executable, "-m", "stickslip.cli", *command.split()],
         capture_output=True,
@@ -115,6 +115,7 @@ def test_json_is_one_document(found, capsys):
         ("--range 0.03 0.04", ["--parameter"]),
         (f"{QUESTION} --max-period 0", ["max_period", "0", ">= 1"]),
         (f"{QUESTION} --max-period 1.5", ["--max-period", "1.5", "whole number"]),
+        (f"{QUESTION} --values 1", ["--values 1", "at least 2"]),
         (f"{QUESTION} --window 0.2 0.1", ["window", "0.2", "0.1"]),
         (f"{QUESTION} --window nan 0.1", ["window", "nan"]),
         (f"{QUESTION} --preset law9 --model mine.toml", ["--model", "--preset"]),

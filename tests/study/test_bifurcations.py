@@ -79,6 +79,15 @@ def test_an_unknown_parameter_or_an_illegal_range_is_refused():
         ss.bifurcations(model, "V", (-0.1, 0.0372))
 
 
+@pytest.mark.parametrize(("V", "count"), [(0.11993, 4), (0.11996, 4), (0.119987, 4), (0.12, 2)])
+def test_orbits_beside_a_harmless_breakpoint_are_not_missed(V, count):
+    # The map is almost the diagonal where both blocks leave together; the breakpoint there
+    # bends the slope, which no cubic across it foretells.
+    orbits = ss.periodic_orbits(ss.examples.coulomb(V=V))
+    assert len(orbits) == count
+    assert max(orbit.residual for orbit in orbits) < 1e-15
+
+
 # ------------------------------------------------------------------ law (9)
 
 

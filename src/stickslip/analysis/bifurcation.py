@@ -40,6 +40,7 @@ BifurcationKind: TypeAlias = Literal[
 BIFURCATION_KINDS: Final[tuple[str, ...]] = get_args(BifurcationKind)
 
 SHOWN: Final = 40  # bifurcations in a list's repr
+LISTED: Final = 8  # points in a bifurcation's repr
 POINTS_SHOWN: Final = 2  # of an orbit, in a line of a table
 
 
@@ -122,7 +123,9 @@ class Bifurcation:
 
     def __repr__(self) -> str:
         """Where, what, which orbits and attractors, and why: a few short lines."""
-        points = ", ".join(f"{x:.12g}" for x in self.points)
+        points = ", ".join(f"{x:.12g}" for x in self.points[:LISTED])
+        if len(self.points) > LISTED:
+            points += ", ..."
         lines = [
             f"Bifurcation({self._name()} of period {self.period} at "
             f"{self.parameter} = {self.value:.15g} ± {self.error:.1g}: {points})"

@@ -6,6 +6,7 @@ import importlib
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
+from threading import Lock
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -35,6 +36,7 @@ __all__ = ["AttractorTable", "BreakLine", "Diagram", "OrbitCurve", "bifurcation_
 
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
 FEWEST: Final = 48  # iterates by which a motion that is no cycle can be recognised
+REPORTED: Final = 16  # values between two reports of progress
 SMALLEST_CHUNK: Final = 64  # values that are worth a thread
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
 SHOWN: Final = 40  # orbits in a diagram's table
@@ -217,7 +219,10 @@ class Diagram:
             "attractor_period": (("row",), self.attractors.period),
             "lyapunov": (("row",), self.attractors.lyapunov),
             "breakpoint": (("line", name), np.array(breaks).reshape(-1, n)),
-            "breakpoint_kind": (("line",), np.array([line.kind for line in self.breakpoints])),
+            "breakpoint_kind": (
+                ("line",),
+                np.array([line.kind for line in self.breakpoints], dtype=np.str_),
+            ),
         }
         attributes: dict[str, Any] = {**self.parameters, "max_period": self.max_period}
         if self.window is not None:
@@ -308,9 +313,9 @@ def bifurcation_diagram(
     breaks = follow_breaks(maps, grid, [(node.q, node.table) for node in anchors])
     report(0.5)
     orbits = _orbit_curves(maps, grid, traced)
-    report(0.7)
     critical = _critical_points(grid, breaks, anchors)
-    table = _attractor_table(maps, grid, orbits, critical, anchors, iterates, attractors)
+    steps = _Steps(report, 0.6, len(grid))
+    table = _attractor_table(maps, grid, orbits, critical, anchors, iterates, attractors, steps)
     report(1.0)
     return Diagram(
         parameter=name,
@@ -350,6 +355,22 @@ def _anchors(survey: Survey) -> list[Node]:
     """All values at which the survey has a complete list, ascending."""
     nodes = {node.q: node for span in survey.spans for node in (span.left, span.right)}
     return [nodes[q] for q in sorted(nodes)]
+
+
+class _Steps:
+    """Reports the share of the work done from several threads, in rising order."""
+
+    def __init__(self, report: Callable[[float], None], start: float, n: int) -> None:
+        self.report, self.start, self.n = report, start, n
+        self.done = 0
+        self.lock = Lock()
+
+    def count(self) -> None:
+        """Add one of the n steps."""
+        with self.lock:
+            self.done += 1
+            if self.done % REPORTED == 0:
+                self.report(self.start + (1.0 - self.start) * self.done / self.n)
 
 
 # ------------------------------------------------------------------ orbits
@@ -435,6 +456,7 @@ def _attractor_table(
     anchors: Sequence[Node],
     iterates: int,
     search: bool,
+    steps: _Steps,
 ) -> AttractorTable:
     """Gather the stable orbits, and what else orbits settle on, at every value."""
     near_lists = set(np.searchsorted(values, [node.q for node in anchors]).tolist())
@@ -450,6 +472,7 @@ def _attractor_table(
                     spread = _spread(maps[k])
                 cycles = [motion.points for motion in known]
                 rows[-1] = known + settler.at(maps[k], cycles, critical[k], spread)
+            steps.count()
         return rows
 
     chunks = _chunks(len(values))

@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from stickslip.cli import columns, pictures
 from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
 from stickslip.cli.files import new_folder
-from stickslip.cli.options import OUTPUT, Flag, OutputOptions, SweepOptions
+from stickslip.cli.options import OUTPUT, Flag, OutputOptions, SweepOptions, Whole
 from stickslip.cli.progress import notes, shares
 from stickslip.cli.table import SystemOptions
 
@@ -40,7 +40,6 @@ FILES: Final = (
     "model.toml",
     *PICTURES,
 )
-VALUES: Final = 400  # of the parameter, in the diagram
 CSV: Final = (
     "kind",
     "criticality",
@@ -66,6 +65,7 @@ def command(
     *,
     system: SystemOptions = SystemOptions(),
     sweep: SweepOptions,
+    values: Annotated[Whole, Parameter(group=OUTPUT)] = 200,
     out: Annotated[Path | None, Parameter(group=OUTPUT, metavar="FOLDER")] = None,
     force: Annotated[Flag, Parameter(group=OUTPUT)] = False,
     csv: Annotated[Flag, Parameter(group=OUTPUT)] = False,
@@ -80,6 +80,8 @@ def command(
 
     Parameters
     ----------
+    values
+        Number of values of the parameter in the diagram.
     out
         Write to this folder: the report (report.md, report.json), the table
         (bifurcations.csv), all of the result (bifurcations.json, for stickslip.load), the
@@ -93,6 +95,8 @@ def command(
 
     if csv and output.json:
         raise UsageError("give either --csv or --json")
+    if values < 2:
+        raise UsageError(f"--values {values}: both ends are values, so at least 2")
     ends = sweep.ends
     f = system.event_map()
     with ExitStack() as stack:
@@ -108,7 +112,9 @@ def command(
             )
         report = _report(f, found)
         if files:
-            _write(dict(zip(FILES, files, strict=True)), report, f, quiet=output.quiet)
+            named = dict(zip(FILES, files, strict=True))
+            _write(named, report, f)
+            _draw(named, found, f, values, quiet=output.quiet)
     if output.json:
         asked = system.described(f.model) | sweep.asked()
         print(columns.document("bifurcations", asked, _result(report)), end="")
@@ -139,8 +145,8 @@ def _result(report: Report) -> dict[str, Any]:
     return {name: content[name] for name in ("bifurcations", "cascades", "unresolved")}
 
 
-def _write(files: dict[str, Path], report: Report, f: EventMap, *, quiet: bool) -> None:
-    """Fill the folder."""
+def _write(files: dict[str, Path], report: Report, f: EventMap) -> None:
+    """Write everything but the pictures."""
     from stickslip.study.model_file import write_model
 
     files["report.md"].write_text(report.as_markdown(), encoding="utf-8")
@@ -149,10 +155,11 @@ def _write(files: dict[str, Path], report: Report, f: EventMap, *, quiet: bool) 
         columns.write_csv(stream, _table(report.found))
     report.found.save(files["bifurcations.json"])
     write_model(f.model, files["model.toml"])
-    _draw([files[name] for name in PICTURES], report.found, f, quiet=quiet)
 
 
-def _draw(paths: list[Path], found: BifurcationList, f: EventMap, *, quiet: bool) -> None:
+def _draw(
+    files: dict[str, Path], found: BifurcationList, f: EventMap, values: int, *, quiet: bool
+) -> None:
     """Draw the diagram of the same range, the bifurcations marked in it."""
     import numpy as np
 
@@ -162,12 +169,12 @@ def _draw(paths: list[Path], found: BifurcationList, f: EventMap, *, quiet: bool
         diagram = bifurcation_diagram(
             f,
             found.parameter,
-            np.linspace(*found.range, VALUES),
+            np.linspace(*found.range, values),
             max_period=found.max_period,
             window=found.window,
             progress=show,
         )
-    pictures.draw(diagram, paths, bifurcations=found)
+    pictures.draw(diagram, [files[name] for name in PICTURES], bifurcations=found)
 
 
 def _ending(found: BifurcationList, *, quiet: bool) -> int:

@@ -99,7 +99,7 @@ def test_end_of_the_window_of_period_three():
         return x
 
     expected = brentq(off, 3.855, 3.859, xtol=1e-15)
-    (event,) = found(logistic, [3.845, 3.87])[-1:]
+    (event,) = found(logistic, [3.853, 3.86])
     assert event.kind == "interior_crisis"
     assert event.value == pytest.approx(expected, abs=LOCATED)
     assert event.period == 3

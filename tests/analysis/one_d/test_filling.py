@@ -5,6 +5,7 @@ import pytest
 
 from stickslip.analysis.examples import logistic
 from stickslip.analysis.one_d.filling import Strand, fill
+from stickslip.analysis.protocol import PointValues
 
 
 def two_cycle(r):
@@ -81,3 +82,26 @@ def test_an_orbit_far_from_its_guess_is_not_entered():
     shifted = two_cycle(r[[0, -1]]) + np.array([0.02, -0.02])
     _, multipliers = filled(Strand(r[[0, -1]], shifted, np.array([0.1, 0.1])), r)
     assert np.isnan(multipliers).all()
+
+
+class Rough:
+    """Logistic map whose values are off by 1e-14, as those of a map that is integrated."""
+
+    domain = (0.0, 1.0)
+
+    def __init__(self, r):
+        self.f = logistic(r)
+
+    def evaluate(self, x):
+        got = self.f.evaluate(x)
+        off = 1e-14 * np.sin(1e12 * np.asarray(x))
+        return PointValues(got.value + off, got.derivative, got.label, got.status, got.margin)
+
+
+def test_orbits_are_found_where_rounding_hides_small_steps():
+    """At multipliers of 1 - 1e-6 Newton's steps end at 1e-8, not at rounding."""
+    values = 3.0 + np.linspace(4e-7, 2e-6, 15)
+    known = strand([3.0, 3.0000004, 3.0000011, 3.0000021])
+    ((points, multipliers),) = fill([Rough(float(r)) for r in values], values, [known])
+    assert np.isfinite(multipliers).all()
+    np.testing.assert_allclose(points, two_cycle(values), rtol=0, atol=1e-7)

@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcation import Bifurcation, BifurcationList, UnresolvedChange
+from stickslip.analysis.bifurcation import (
+    Bifurcation,
+    BifurcationList,
+    Cascade,
+    UnresolvedChange,
+)
 from stickslip.analysis.one_d.cascades import cascades
 from stickslip.analysis.one_d.chains import orbit_branches
 from stickslip.analysis.one_d.crises import ParameterPoint, crises, parameter_point
-from stickslip.analysis.one_d.explain import Concerned, concerned_orbits, explained
+from stickslip.analysis.one_d.explain import (
+    Concerned,
+    concerned_orbits,
+    explained,
+    with_attractors,
+)
 from stickslip.analysis.one_d.nodes import Family
-from stickslip.analysis.one_d.survey import Span, Survey
+from stickslip.analysis.one_d.survey import THREADS, Survey
 from stickslip.analysis.shooting import solve_orbit
 from stickslip.vocabulary import did_you_mean
 
@@ -28,6 +40,7 @@ if TYPE_CHECKING:
 __all__ = ["N_VALUES", "bifurcations"]
 
 N_VALUES: Final = 24
+HALF: Final = 0.5  # share of the work that the survey is, roughly
 BESIDE: Final = 2e-3  # of the range: how far from an event attractors are looked at
 SAME_VALUE: Final = 1e-11  # of the range, beside its error: a crisis is part of another event
 CLEAR: Final = 0.25  # share of the way to the next event that this may take up
@@ -80,9 +93,16 @@ def bifurcations(
     """
     lo, hi = _checked_range(f, name, range)
     family = Family(f, name, window)
-    survey = Survey(family, lo, hi, _whole("max_period", max_period, 1), progress)
+    tell = progress if progress is not None else _nobody
+    survey = Survey(
+        family, lo, hi, _whole("max_period", max_period, 1), lambda share: tell(HALF * share)
+    )
     survey.run(_whole("n_values", N_VALUES if n_values is None else n_values, 3))
-    return _Report(survey, f).made()
+    return _Report(survey, f, tell).made()
+
+
+def _nobody(_: float) -> None:
+    """Tell nobody of the progress."""
 
 
 def _checked_range(f: MapFamily, name: str, ends: Any) -> tuple[float, float]:
@@ -108,8 +128,8 @@ def _whole(name: str, value: Any, least: int) -> int:
 class _Report:
     """A survey turned into a list of bifurcations."""
 
-    def __init__(self, survey: Survey, f: MapFamily) -> None:
-        self.survey, self.f = survey, f
+    def __init__(self, survey: Survey, f: MapFamily, tell: Callable[[float], None]) -> None:
+        self.survey, self.f, self.tell = survey, f, tell
         self.unresolved: list[UnresolvedChange] = list(survey.unresolved)
         self.values = sorted(event.value for event in survey.events)
 
@@ -121,12 +141,19 @@ class _Report:
             if span.events:
                 concerned[k], left_open = concerned_orbits(span)
                 self.unresolved += left_open
-        found = [item for k, shares in concerned.items() for item in self._bifurcations(k, shares)]
+        family, whole = survey.family, (survey.lo, survey.hi)
+        found = [item for k, shares in concerned.items() for item in self._events(k, shares)]
         branches = orbit_branches(survey, concerned)
-        chains = cascades(found, branches, survey.family, (survey.lo, survey.hi), survey.max_period)
-        found += [flip for chain in chains for flip in chain.flips if flip.in_cascade]
-        found += [self._crisis(event) for event in self._crises()]
-        found.sort(key=lambda item: item.value)
+        chains = cascades(found, branches, family, whole, survey.max_period)
+        later = [flip for chain in chains for flip in chain.flips if flip.in_cascade]
+        self.tell(0.65)
+        crises_found = [self._crisis(event) for event in self._crises()]
+        self.values += [item.value for item in (*later, *crises_found)]
+        self.tell(0.8)
+        full = {id(item): self._with_attractors(item) for item in found}
+        self.tell(1.0)
+        chains = [_with_flips(chain, full) for chain in chains]
+        found = sorted([*full.values(), *later, *crises_found], key=lambda item: item.value)
         return BifurcationList(
             bifurcations=tuple(found),
             parameter=survey.family.name,
@@ -140,18 +167,22 @@ class _Report:
             n_values=survey.n_nodes,
         )
 
-    def _bifurcations(self, k: int, shares: list[Concerned]) -> list[Bifurcation]:
-        span: Span = self.survey.spans[k]
-        family = self.survey.family
+    def _events(self, k: int, shares: list[Concerned]) -> list[Bifurcation]:
+        span, family = self.survey.spans[k], self.survey.family
         return [
-            explained(event, span, share, family, self._attractors)
+            explained(event, span, share, family)
             for event, share in zip(span.events, shares, strict=True)
         ]
+
+    def _with_attractors(self, item: Bifurcation) -> Bifurcation:
+        return with_attractors(item, *self._attractors(item.value), self.survey.width)
 
     def _attractors(self, value: float) -> tuple[tuple[Attractor, ...], tuple[Attractor, ...]]:
         """Attractors just below and just above a value, away from the next events."""
         below, above = self._room(value)
-        return self._attractors_at(value - below), self._attractors_at(value + above)
+        with ThreadPoolExecutor(THREADS) as pool:
+            sides = pool.map(self._attractors_at, (value - below, value + above))
+            return next(sides), next(sides)
 
     def _attractors_at(self, q: float) -> tuple[Attractor, ...]:
         point = parameter_point(self.survey.family.at, q)
@@ -210,3 +241,8 @@ class _Report:
         except ValueError:
             return ()  # the family ends there
         return (orbit,) if orbit.quality == "located" else ()
+
+
+def _with_flips(chain: Cascade, full: dict[int, Bifurcation]) -> Cascade:
+    """Return a cascade of the bifurcations that know their attractors."""
+    return replace(chain, flips=tuple(full.get(id(flip), flip) for flip in chain.flips))

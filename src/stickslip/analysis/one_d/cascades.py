@@ -34,7 +34,8 @@ WAY: Final = 0.45  # a doubled orbit flips where its parent's multiplier has mov
 STARTS: Final = (0.15, 0.05, 0.3, 0.015)  # of that way: where the doubled orbit is solved for
 STRIDES: Final = 5  # from there to where its own flip is expected
 BESIDE: Final = 0.05  # of the way on: where orbits on both sides of a flip are shown
-ENOUGH: Final = 2e-11  # of the value: an accumulation known so well needs no more flips
+ENOUGH: Final = 5e-11  # of the value: an accumulation known so well needs no more flips
+STEADY: Final = 2.0  # factor between two ratios up to which a sequence counts as geometric
 APART: Final = 0.1  # of its expected size: a doubled orbit is further from its parent
 
 
@@ -287,18 +288,39 @@ def accumulation(values: Floats, errors: Floats) -> tuple[float, float]:
     Returns
     -------
     value, error : float
-        Of the estimates from three successive flips each the one that differs least from the
-        one before it; that difference, and what the flips' errors do to it. NaN and infinity
-        for fewer than three flips, an infinite error for three.
+        Each three successive flips make an estimate; where the estimates themselves come
+        closer by a steady ratio, each three of them make a better one. Of the best kind the
+        one that differs least from the one before it; that difference, and what the flips'
+        errors do to it. NaN and infinity for fewer than three flips, an infinite error for
+        three.
     """
     if len(values) < 3:
         return math.nan, math.inf
-    gaps = np.diff(values)
-    ratios = gaps[:-1] / gaps[1:]
-    estimates = values[2:] + gaps[1:] / (ratios - 1)
+    estimates, ratios = _extrapolated(values)
     # d(estimate) is the error of a flip, amplified by at most ratio / (ratio - 1)^2.
     noise = np.array([errors[k : k + 3].sum() for k in range(len(estimates))])
     noise *= np.abs(ratios) / (ratios - 1) ** 2 + 1
+    value, error = _steadiest(estimates, noise)
+    if len(estimates) >= 4:
+        better, ratios = _extrapolated(estimates)
+        if max(ratios[-2:]) < STEADY * min(ratios[-2:]) and min(ratios[-2:]) > 1:
+            second = _steadiest(better, 2 * noise[2:])
+            if second[1] < error:
+                value, error = second
+    return value, error
+
+
+def _extrapolated(values: Floats) -> tuple[Floats, Floats]:
+    """Return Aitken's estimates from each three successive values, and the ratios of gaps."""
+    gaps = np.diff(values)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = gaps[:-1] / gaps[1:]
+        estimates = values[2:] + gaps[1:] / (ratios - 1)
+    return estimates, ratios
+
+
+def _steadiest(estimates: Floats, noise: Floats) -> tuple[float, float]:
+    """Return the estimate that differs least from the one before it, and its error."""
     steps = np.abs(np.diff(estimates, prepend=np.inf)) + noise
-    best = int(np.argmin(steps)) if len(steps) > 1 else 0
+    best = int(np.nanargmin(steps)) if np.isfinite(steps).any() else 0
     return float(estimates[best]), float(steps[best])

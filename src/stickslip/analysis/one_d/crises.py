@@ -13,7 +13,7 @@ attractors on both its sides confirm the change. If there is none, the interval 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
 from itertools import islice, pairwise
@@ -26,7 +26,7 @@ from stickslip.analysis.one_d.borders import ConditionLost
 from stickslip.analysis.one_d.conditions import Connection
 from stickslip.analysis.one_d.interpolated import interpolated_map
 from stickslip.analysis.one_d.locate import solve_near
-from stickslip.analysis.one_d.mediators import edges_of, meetings
+from stickslip.analysis.one_d.mediators import Meeting, edges_of, meetings
 from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.protocol import domain_width
 
@@ -362,9 +362,9 @@ class _Search:
         start, stop = change.start, change.stop
         width = stop.value - start.value
         found = []
-        for condition in self._conditions(change.attractor, start):
+        for item in self._meetings(change.attractor, start):
             try:
-                here = condition.at(start.f)
+                here = item.condition.at(start.f)
                 there = here.condition.at(self.at(start.value + GLANCE * width))
             except (ConditionLost, ValueError):
                 continue
@@ -396,21 +396,21 @@ class _Search:
         above = self._look(located.value + beside)
         return below, above
 
-    def _conditions(self, attractor: Attractor, point: ParameterPoint) -> list[Connection]:
+    def _meetings(self, attractor: Attractor, point: ParameterPoint) -> Iterator[Meeting]:
+        """Yield edges of an attractor with unstable orbits beside them, the closest first."""
         periods = {*range(1, self.max_period + 1), attractor.period}
         if attractor.period % 2 == 0:
             periods.add(attractor.period // 2)
-        found = meetings(point.fast, edges_of(attractor, point.table), tuple(sorted(periods)))
-        return [
-            Connection(item.edge.critical, item.edge.side, item.edge.k, item.points)
-            for item in islice(found, MEETINGS)
-        ]
+        edges = edges_of(attractor, point.table)
+        return islice(meetings(point.fast, edges, tuple(sorted(periods))), MEETINGS)
 
     def at_end(self, point: ParameterPoint, width: float) -> None:
         """Look for an event exactly at the first or last value; outwards is where width points."""
         for attractor in point.chaotic:
-            for condition in self._conditions(attractor, point):
-                event = self._just_here(condition, attractor, point, width)
+            for item in self._meetings(attractor, point):
+                if abs(item.points[0] - item.edge.x) > TOUCHING * domain_width(point.f):
+                    continue
+                event = self._just_here(item.condition, attractor, point, width)
                 if event is not None and not self._known(event):
                     self.events.append(event)
                     return
@@ -420,8 +420,6 @@ class _Search:
     ) -> CrisisEvent | None:
         """Return the event of a condition that holds at a value, if that is one."""
         try:
-            if abs(condition.at(point.f).value) > TOUCHING * domain_width(point.f):
-                return None
             beside = BESIDE * abs(width)
             located = solve_near(condition, self.at, point.value, step=beside)
             if abs(located.value - point.value) > located.error:

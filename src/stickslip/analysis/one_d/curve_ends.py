@@ -39,7 +39,7 @@ __all__ = ["end_event"]
 LOOK_AHEAD: Final = tuple(CLOSE * 4.0**k for k in range(10))  # scaled lengths, beyond the end
 LOOK_BACK: Final = (-4e-6, -8e-6, -12e-6)  # where distances are extrapolated from, before it
 LOOK_ON: Final = (4e-6, 8e-6, 12e-6)  # ... and beyond
-BELIEVED: Final = 1e-5  # scaled: how far that may move the end
+BELIEVED: Final = 1e-7  # scaled: how far that may move the end
 
 
 def end_event(equations: Equations, last: CurvePoint) -> tuple[Event | None, str]:
@@ -66,7 +66,8 @@ def end_event(equations: Equations, last: CurvePoint) -> tuple[Event | None, str
         changed = changed_labels(last.note, beyond)
         if changed:
             return _other_branch(equations, last, beyond, changed[0])
-    if reason.endswith("is gone"):
+    border = last.note.critical
+    if border is not None and reason.startswith(f"the {border.kind}") and reason.endswith("gone"):
         return Event("end of border", reason, last, True), reason
     return None, reason
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypeAlias
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -27,11 +26,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.outcome import Outcome
     from stickslip.analysis.protocol import Floats
 
-__all__ = ["AttractorsBeside", "Concerned", "concerned_orbits", "explained"]
+__all__ = ["Concerned", "concerned_orbits", "explained", "with_attractors"]
 
-AttractorsBeside: TypeAlias = Callable[
-    [float], "tuple[tuple[Attractor, ...], tuple[Attractor, ...]]"
-]
 
 PARENT: Final = 1e-3  # of the domain: how far the orbit that flips may be from where it does
 
@@ -132,10 +128,8 @@ def _adds_up(event: Event, lost: list[int], born: list[int], span: Span) -> bool
 # ------------------------------------------------------------------ a bifurcation
 
 
-def explained(
-    event: Event, span: Span, concerned: Concerned, family: Family, beside: AttractorsBeside
-) -> Bifurcation:
-    """Tell all that is known of an event.
+def explained(event: Event, span: Span, concerned: Concerned, family: Family) -> Bifurcation:
+    """Tell what the lists and the map at an event say of it: all but the attractors.
 
     Parameters
     ----------
@@ -144,32 +138,18 @@ def explained(
         That holds it.
     concerned : Concerned
     family : Family
-    beside : callable
-        Attractors just below and just above a value of the parameter.
 
     Returns
     -------
     Bifurcation
     """
     found, reading = event.located, event.located.reading
-    before, after = span.left.select(concerned.before), span.right.select(concerned.after)
-    attractors_before, attractors_after = beside(found.value)
-    criticality = None
+    criticality = predicted = None
     if event.kind == "flip":
         f = family.whole(found.value)
         criticality = flip_coefficient(f, event.points).criticality
-    predicted = outcome = None
     if isinstance(reading.condition, Collision):
         predicted = _predicted(event, reading.condition, family)
-        outcome = observed(
-            before,
-            after,
-            attractors_before,
-            attractors_after,
-            period=event.period,
-            gap=event.kind == "enters_gap",
-            width=span.left.width,
-        )
     return Bifurcation(
         kind=event.kind,
         parameter=family.name,
@@ -178,11 +158,8 @@ def explained(
         period=event.period,
         points=event.points,
         criticality=criticality,
-        orbits_before=before,
-        orbits_after=after,
-        attractors_before=attractors_before,
-        attractors_after=attractors_after,
-        outcome=outcome,
+        orbits_before=span.left.select(concerned.before),
+        orbits_after=span.right.select(concerned.after),
         predicted_outcome=predicted,
         quality=found.quality,
         interval=(float(found.interval[0]), float(found.interval[1])),
@@ -190,6 +167,27 @@ def explained(
         condition=reading.condition,
         multipliers=reading.multipliers,
     )
+
+
+def with_attractors(
+    item: Bifurcation,
+    before: tuple[Attractor, ...],
+    after: tuple[Attractor, ...],
+    width: float,
+) -> Bifurcation:
+    """Add the attractors on both sides, and the outcome of a border collision that they show."""
+    outcome = None
+    if isinstance(item.condition, Collision):
+        outcome = observed(
+            item.orbits_before,
+            item.orbits_after,
+            before,
+            after,
+            period=item.period,
+            gap=item.kind == "enters_gap",
+            width=width,
+        )
+    return replace(item, attractors_before=before, attractors_after=after, outcome=outcome)
 
 
 def _predicted(event: Event, condition: Collision, family: Family) -> Outcome | None:

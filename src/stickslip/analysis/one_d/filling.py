@@ -32,6 +32,7 @@ NEAR_ROOT: Final = 0.5  # share of a strand that is seen in the square root of t
 ASTRAY: Final = 0.3  # of the way since the last place: how far an orbit may be from its guess
 FLOOR: Final = 1e-6  # of the domain's width: errors of a guess that count for nothing
 TINY: Final = 1e-10  # of the domain's width: after a Newton step this small, points are exact
+STALLED: Final = 1e-7  # of the domain's width: smaller steps must go on shrinking
 MOST_STEPS: Final = 12
 
 
@@ -162,7 +163,8 @@ def _newton(
     points = np.clip(guess, *f.domain)
     multipliers = np.full(len(points), np.nan)
     todo = np.arange(len(points))
-    enough = TINY * domain_width(f)
+    last = np.full(len(points), np.inf)
+    enough, small = TINY * domain_width(f), STALLED * domain_width(f)
     for _ in range(MOST_STEPS):
         slopes, residuals = _slopes_and_residuals(f, points[todo], periods[todo])
         steps = solve_cyclic(slopes, -residuals, periods[todo])
@@ -170,8 +172,11 @@ def _newton(
         with np.errstate(invalid="ignore"):
             size = np.where(used, np.abs(steps), 0.0).max(axis=1)
         points[todo] = np.clip(points[todo] + np.where(used, steps, 0.0), *f.domain)
-        multipliers[todo] = np.where(size <= enough, slopes.prod(axis=1), np.nan)
-        todo = todo[(size > enough) & np.isfinite(size)]
+        # Small steps that shrink no more are the map's rounding over 1 - multiplier.
+        done = (size <= enough) | ((size <= small) & (size >= 0.25 * last[todo]))
+        multipliers[todo] = np.where(done, slopes.prod(axis=1), np.nan)
+        last[todo] = size
+        todo = todo[~done & np.isfinite(size)]
         if not todo.size:
             break
     return points, multipliers

@@ -105,7 +105,7 @@ def _orbit(
         d=jump.d,
         y=float(path[0]),
         share=float((path[0] - jump.left) / (jump.right - jump.left)),
-        rising=bool((jump.right > jump.left) == (table.laps.direction[word].prod() > 0)),
+        rising=bool((jump.right > jump.left) == (table.pieces.direction[word].prod() > 0)),
     )
     start = int(np.argmin(points))
     return PeriodicOrbit(

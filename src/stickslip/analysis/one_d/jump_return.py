@@ -180,6 +180,16 @@ def far_image(
     ------
     ValueError
         ``side`` is not -1 or 1, or ``period`` is below 1.
+
+    Examples
+    --------
+    >>> from stickslip.analysis import examples
+    >>> f = examples.border_collision(a=0.5, b=-0.4, mu=0.0, jump=-1.0)
+    >>> far = far_image(f, ss.breakpoints(f)[0], side=-1, period=1)
+    >>> far.fate, far.steps, round(far.height, 6), round(far.slope, 6)
+    ('returns', 1, 1.0, -0.4)
+    >>> far.periods(0.01)  # distance past the collision
+    (7,)
     """
     if side not in (-1, 1):
         raise ValueError(f"side = {side!r} of a border: -1 (left) or 1 (right) is needed.")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.one_d.borders import Border, TurningPoint
+from stickslip.analysis.one_d.conditions import Connection
 from stickslip.analysis.protocol import domain_width
 from stickslip.analysis.recurrence import confirmed
 
@@ -94,6 +95,11 @@ class Meeting:
 
     edge: Edge
     points: tuple[float, ...]
+
+    @property
+    def condition(self) -> Connection:
+        """That the edge meets the orbit."""
+        return Connection(self.edge.critical, self.edge.side, self.edge.k, self.points)
 
 
 def meetings(

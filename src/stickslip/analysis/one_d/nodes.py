@@ -45,11 +45,12 @@ class Family:
     def whole(self, q: float) -> MapFamily:
         """Return the map at a value of the parameter, on all of its domain."""
         q = float(q)
-        if q not in self._maps:
-            self._maps[q] = self.f.replace(**{self.name: q})
+        found = self._maps.get(q)
+        if found is None:
+            found = self._maps[q] = self.f.replace(**{self.name: q})
             if len(self._maps) > REMEMBERED:
                 self._maps.popitem(last=False)
-        return self._maps[q]
+        return found
 
     def at(self, q: float) -> MapFamily:
         """Return the map at a value of the parameter, restricted to the window."""

@@ -25,6 +25,7 @@ __all__ = [
     "follow_orbit",
     "multiplier_noise",
     "path_from",
+    "path_of",
     "rounding",
     "slope_one",
 ]
@@ -80,7 +81,7 @@ def path_from(f: Map1D, critical: BorderReading, side: int, n: int) -> Path:
     value = critical.value(side)
     if not math.isfinite(value):
         return Path((critical.x,), (), (), False)
-    rest = _path(f, value, n - 1)
+    rest = path_of(f, value, n - 1)
     return Path(
         (critical.x, *rest.points),
         (critical.slope(side), *rest.slopes),
@@ -89,7 +90,8 @@ def path_from(f: Map1D, critical: BorderReading, side: int, n: int) -> Path:
     )
 
 
-def _path(f: Map1D, x: float, n: int) -> Path:
+def path_of(f: Map1D, x: float, n: int) -> Path:
+    """Apply a map ``n`` times to a point, as far as there are values."""
     points: list[float] = [x]
     slopes: list[float] = []
     labels: list[int] = []

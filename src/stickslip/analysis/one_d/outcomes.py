@@ -52,6 +52,14 @@ def predicted_at_corner(
     map that is C1 on both sides and whose slopes are not on a border of the classification.
     Orbits: Feigin (di Bernardo et al., Chaos Solitons Fractals 10, 1881, 1999); attractors:
     `stickslip.analysis.one_d.skew_tent`.
+
+    Examples
+    --------
+    >>> outcome = predicted_at_corner(1.4, -2.2, direction=1)
+    >>> outcome.orbits, outcome.attractors
+    ('born in pairs', 'chaotic')
+    >>> print(predicted_at_corner(1.4, -5.0, direction=1).after)
+    no attractor
     """
     _check_direction(direction)
     a, b = left_slope, right_slope

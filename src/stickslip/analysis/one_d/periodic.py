@@ -120,7 +120,8 @@ class _Search:
     def __init__(self, table: BranchTable) -> None:
         self.table = table
         self.counted = _Counted(table.f)
-        self.laps: Laps = replace(table.laps, f=self.counted)
+        # Cut at harmless breakpoints, too: across them slopes bend, and no cubic foretells that.
+        self.laps: Laps = replace(table.pieces, f=self.counted)
         self.scale = max(abs(end) for end in table.f.domain)
         self.orbits: list[PeriodicOrbit] = []
         self.near_folds: list[NearFold] = []

@@ -11,12 +11,13 @@ import numpy as np
 
 from stickslip.analysis.one_d.borders import ConditionLost
 from stickslip.analysis.one_d.conditions import Fold, Reading
-from stickslip.analysis.one_d.orbit_paths import bend, rounding
-from stickslip.analysis.protocol import domain_width, sample
+from stickslip.analysis.one_d.orbit_paths import bend, path_of, rounding
+from stickslip.analysis.protocol import domain_width
 from stickslip.numerics.continuation import LeavesRegion
 
 if TYPE_CHECKING:
     from stickslip.analysis.one_d.conditions import Condition
+    from stickslip.analysis.one_d.orbit_paths import Path
     from stickslip.analysis.protocol import Floats, MapFamily
 
 __all__ = ["FoldEquations", "Plane", "PlaneEquations"]
@@ -30,6 +31,7 @@ SMALLEST: Final = 0.25  # of the parameter solved for: its smallest scale
 FLAT: Final = 1e-3  # ... and of the range of the other one, likewise, where it is about 0
 LARGEST: Final = 10.0  # of either: its largest scale
 MOVES: Final = 1e-3  # of the domain: smallest scale of an orbit's point
+CLOSER: Final = (1e-2, -1e-2, 1e-4, -1e-4)  # of that, where a break is in the way
 BEND: Final = 1e-5  # of the domain: second derivatives of the map are taken over
 
 
@@ -219,7 +221,7 @@ class FoldEquations:
             path, slope, curvature = bend(f, self.period, x, BEND * domain_width(f))
             value = path.points[-1] - x
             columns = [
-                self._moved(y, k, FOLD_DIFFERENCE * self.scale[k], value, slope) for k in (1, 2)
+                self._moved(y, k, FOLD_DIFFERENCE * self.scale[k], path, slope) for k in (1, 2)
             ]
         except ConditionLost as lost:
             raise LeavesRegion(lost.reason) from lost
@@ -250,23 +252,22 @@ class FoldEquations:
         """Return solve_for and along."""
         return float(y[1]), float(y[2])
 
-    def _moved(
-        self, y: Floats, k: int, step: float, value: float, slope: float
-    ) -> tuple[float, float]:
-        """Differentiate both equations with respect to a parameter, by a difference."""
-        moved = y.copy()
-        moved[k] += step
-        try:
-            f = self.plane.map_at(float(moved[1]), float(moved[2]))
-        except ConditionLost:
-            # The range of the parameters ends here.
-            moved[k] -= 2 * step
-            step = -step
-            f = self.plane.map_at(float(moved[1]), float(moved[2]))
-        x, product = float(y[0]), 1.0
-        for _ in range(self.period):
-            at = sample(f, x)
-            x, product = float(at.value), product * float(at.derivative)
-        if not math.isfinite(x):
-            raise ConditionLost(f"f^{self.period} has no value beside {y[0]:.12g}")
-        return (x - float(y[0]) - value) / step, (product - slope) / step
+    def _moved(self, y: Floats, k: int, step: float, at: Path, slope: float) -> tuple[float, float]:
+        """Differentiate both equations with respect to a parameter, by a difference.
+
+        Taken towards the side, and over the distance, that keeps the orbit on its branches.
+        """
+        x, value = float(y[0]), at.points[-1] - at.points[0]
+        for share in (1.0, -1.0, *CLOSER):
+            moved = y.copy()
+            moved[k] += share * step
+            try:
+                f = self.plane.map_at(float(moved[1]), float(moved[2]))
+            except ConditionLost:
+                # The range of the parameters ends here.
+                continue
+            path = path_of(f, x, self.period)
+            if path.complete and path.labels == at.labels:
+                there = path.points[-1] - x
+                return (there - value) / (share * step), (path.slope - slope) / (share * step)
+        raise ConditionLost(f"f^{self.period} is not smooth in the parameters beside {x:.12g}")

@@ -35,8 +35,8 @@ FIRST_BLOCKS: Final = (24, 48)  # steps after which orbits of critical points ar
 WITH: Final = 16  # last steps of an orbit, most of them inside a motion: it is with that
 SECOND_BLOCK: Final = 256  # ... and the transient of those that were not captured then
 LONG: Final = (1024, 4096)  # steps in which a contracting motion must show its period
-NEAR: Final = 1e-3  # of the domain's width: an orbit this close to a cycle that comes closer ...
-ROUNDS: Final = 4  # ... in each of so many rounds is captured
+NEAR: Final = 5e-3  # of the domain's width: an orbit this close to a cycle that comes closer ...
+ROUNDS: Final = 6  # ... in each of so many rounds is captured
 RECURRING: Final = 0.02  # of the domain's width: a recurrence this close proposes a period ...
 SETTLED: Final = 1e-6  # ... this close, if slopes speak against it
 CREEPING: Final = 48  # last steps of an orbit, all in one direction: it is still on its way ...
@@ -193,9 +193,20 @@ class _Look:
             if moving.size:
                 if len(self.found) == MOST_MOTIONS:
                     break
-                fates[moving[0]] = self._identify(tails[:1], SECOND_BLOCK + self.iterates)
-                moving, tails = moving[1:], tails[1:]
+                fate = self._identify(tails[:1], SECOND_BLOCK + self.iterates)
+                same = self._beside_cycles(tails) if fate == CYCLE else np.zeros(len(tails), bool)
+                same[0] = True
+                fates[moving[same]] = fate
+                moving, tails = moving[~same], tails[~same]
         return fates
+
+    def _beside_cycles(self, tails: Floats) -> NDArray[np.bool_]:
+        """Tell which orbits have lately been close to a known cycle, where some only crawl."""
+        beside = np.zeros(len(tails), dtype=bool)
+        for cycle in (*self.cycles, *(m.points for m in self.found if m.kind == "periodic")):
+            gaps = np.abs(tails[:, -WITH:, None] - cycle).min(axis=2)
+            beside |= gaps.max(axis=1) <= RECURRING * self.width
+        return beside
 
     def _drop(
         self, moving: NDArray[np.intp], tails: Floats, fates: NDArray[np.intp]
@@ -257,9 +268,9 @@ class _Look:
             if exponent > least and not _creeps(tail[0]):
                 kind: Kind = "chaotic"
                 break
-        else:
-            if self._crawls(tail[0]):
+            if more in LONG and exponent <= FLAT and self._crawls(tail[0]):
                 return CYCLE
+        else:
             kind = "undecided"
         self.found.append(Motion(kind, tail[0, -self.iterates :], exponent))
         return number

@@ -28,7 +28,7 @@ from stickslip.analysis.protocol import domain_width
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["Ending", "Span", "Survey"]
+__all__ = ["THREADS", "Ending", "Span", "Survey"]
 
 BESIDE: Final = 1e-5  # of the range: how far from an event the lists beside it are made
 SPLIT: Final = 1e-9  # of the range: closer to each other no lists are made
@@ -160,8 +160,6 @@ class Survey:
 
     def _nodes(self, values: Sequence[float], beside: float = math.inf) -> list[Node]:
         """Make lists at several values, two at a time: most of the work is the map's own."""
-        for q in values:
-            self.family.at(q)  # made here, so that the threads only read
 
         def make(q: float) -> Node:
             return Node.make(self.family, q, self.max_period, beside)
