@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from stickslip.mechanics.model.checks import finite_number
+from stickslip.checks import finite_number
 
 
 def tolerance(rtol: object) -> float:
@@ -17,11 +17,8 @@ def tolerance(rtol: object) -> float:
     ValueError
         Not a number in (0, 1e-3].
     """
-    number = finite_number(
-        "rtol", rtol, above=0.0, why="rtol is the local truncation error of the adaptive engine."
-    )
-    if number > 1e-3:
-        raise ValueError(f"rtol = {number!r} is not allowed: 0 < rtol <= 1e-3.")
+    why = "rtol is the local truncation error of the adaptive engine."
+    number = finite_number("rtol", rtol, above=0.0, at_most=1e-3, why=why)
     return max(number, 1e-16)
 
 

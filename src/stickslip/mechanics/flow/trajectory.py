@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import status as status_codes
+from stickslip.checks import finite_number
 from stickslip.mechanics.flow.blocks.engine import block_engine
 from stickslip.mechanics.flow.blocks.recorder import BlocksRecorder
 from stickslip.mechanics.flow.engine import EngineName, engine_for
@@ -19,7 +20,6 @@ from stickslip.mechanics.flow.recorder import Recorded, Recorder
 from stickslip.mechanics.flow.settings import positive_integer, tolerance
 from stickslip.mechanics.flow.two_block_recorder import TwoBlockRecorder
 from stickslip.mechanics.model.belt_model import BeltModel
-from stickslip.mechanics.model.checks import finite_number
 from stickslip.mechanics.model.two_block import TwoBlock
 
 Floats = NDArray[np.float64]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.mechanics.model.checks import finite_number
+from stickslip.checks import finite_number
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,10 +8,10 @@ from typing import Any, Literal, Self, get_args
 
 import numpy as np
 
+from stickslip.checks import finite_number
 from stickslip.mechanics.model.arrays import belt_velocity, one_per_block
 from stickslip.mechanics.model.belt_model import BeltModel, Friction, laws_of
 from stickslip.mechanics.model.blocks import checked_forcing
-from stickslip.mechanics.model.checks import finite_number
 from stickslip.mechanics.model.harmonic import Harmonic
 from stickslip.mechanics.model.structure import Structure
 from stickslip.vocabulary import did_you_mean

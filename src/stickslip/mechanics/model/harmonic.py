@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.mechanics.model.checks import finite_number
+from stickslip.checks import finite_number
 
 __all__ = ["Harmonic"]
 

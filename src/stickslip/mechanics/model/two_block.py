@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
 
+from stickslip.checks import finite_number
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.chain import Chain
-from stickslip.mechanics.model.checks import finite_number
 from stickslip.mechanics.model.physical import PhysicalTrajectory
 from stickslip.mechanics.model.structure import Structure
 from stickslip.mechanics.model.units import Units
