@@ -280,3 +280,21 @@ def test_crisis_over_belt_velocity(law9, corner):
         return g.iterate(last, 2)[-1] - fixed_point(g, u - 1e-6, u + 1e-6)
 
     assert point.value == pytest.approx(root(above, point.value, 1e-8), abs=1e-11)
+
+
+def test_fold_ends_where_the_orbit_on_the_corner_folds(law9, corner):
+    # One point of codimension two, met along two different curves.
+    fold = follow(
+        law9, Fold(1, (0.38035,)), "alpha", 1.2151058900461,
+        along="V", range=(0.285, 0.2955), solve_for="alpha",
+    )  # fmt: skip
+    cusp = follow(
+        law9, Collision(1, corner, -1), "alpha", 1.218624503830,
+        along="V", range=(0.2865, 0.2955), solve_for="alpha",
+    )  # fmt: skip
+    (end,) = fold.bifurcations
+    (mark,) = cusp.bifurcations
+    assert (end.kind, mark.kind) == ("breakpoint", "multiplier 1")
+    assert fold.end_reasons[0] == end.what
+    for name in ("alpha", "V"):
+        assert end.parameters[name] == pytest.approx(mark.parameters[name], abs=1e-10)

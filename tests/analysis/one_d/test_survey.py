@@ -1,6 +1,7 @@
 """Lists of orbits along a parameter: every change of their number is explained by an event."""
 
 from collections import Counter
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 import stickslip as ss
 from stickslip.analysis import examples
 from stickslip.analysis.one_d.explain import concerned_orbits
-from stickslip.analysis.one_d.nodes import Family
+from stickslip.analysis.one_d.nodes import Family, Words
 from stickslip.analysis.one_d.survey import Survey
 
 MU = (-0.3, 0.3)
@@ -157,6 +158,20 @@ def test_a_pair_born_and_lost_on_a_corner_within_one_step_of_the_grid_is_found()
     assert {event.kind for event in survey.events} == {"border_collision"}
     expected = [where - np.sqrt(height), where + np.sqrt(height)]
     assert [event.value for event in survey.events] == pytest.approx(expected, abs=1e-12)
+
+
+def test_labels_joined_in_a_ring_by_harmless_breakpoints():
+    # Branches 1, 2, 3 with smooth breakpoints between any two of them; 4 beyond a corner.
+    def table(*pairs, kind="smooth"):
+        breaks = [SimpleNamespace(left_label=a, right_label=b, kind=kind) for a, b in pairs]
+        return SimpleNamespace(breakpoints=breaks)
+
+    words = Words()
+    words.learn(table((1, 2), (2, 3), (3, 1)))
+    words.learn(table((3, 4), kind="corner"))
+    labels = np.array([3, 2, 1, 4], dtype=np.uint64)
+    assert words.of(labels).tolist() == [1, 1, 1, 4]
+    assert words.telling
 
 
 def test_orbits_pass_a_corner_that_no_label_shows():

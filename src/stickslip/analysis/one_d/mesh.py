@@ -35,7 +35,7 @@ VALUE_FIT: Final = 1e-7  # of the range of values: a prediction this good passes
 SLOPE_FIT: Final = 1e-4  # of the slopes: likewise
 CURVE_FIT: Final = 1e-3  # of the slopes: change of slope that neighbours may disagree about
 SIGN_MARGIN: Final = 4.0  # errors of prediction that a slope must stay away from 0
-EPS: Final = float(np.finfo(np.float64).eps)
+FLAT: Final = 8 * float(np.finfo(np.float64).eps)  # of a value: smaller changes are rounding
 
 
 @dataclass(frozen=True)
@@ -237,6 +237,8 @@ class Mesh:
             misfit = np.abs(at_left[1:] - at_right[:-1]) * np.maximum(width[1:], width[:-1])
             typical = np.abs(n.slope[:-2]) + np.abs(n.slope[1:-1]) + np.abs(n.slope[2:])
             bent = misfit > CURVE_FIT * (typical + 0.1 * self.slope_scale)
+        flat = self._flat(n.take(slice(None, -1)), n.take(slice(1, None)))
+        bent &= ~(flat[1:] & flat[:-1])
         bent &= same[1:] & same[:-1]
         cells = np.zeros(len(width), dtype=bool)
         cells[1:] |= bent
@@ -279,11 +281,17 @@ class Mesh:
         off_slope = np.abs(middle.slope - hermite_slope(left, right, middle.x))
         typical = np.abs(left.slope) + np.abs(right.slope) + 0.1 * self.slope_scale
         close = (off_value <= VALUE_FIT * self.value_scale) & (off_slope <= SLOPE_FIT * typical)
-        # Where the value does not change in any digit, turning points have no consequence.
-        rise = np.maximum(np.abs(left.slope), np.abs(right.slope)) * (right.x - left.x)
-        flat = rise <= EPS * self.value_scale
         sure = _sign_is_sure(left, middle, off_slope) & _sign_is_sure(middle, right, off_slope)
-        return close & (flat | sure)
+        # Where the value does not change in any digit, slopes have no consequence.
+        flat = self._flat(left, middle) & self._flat(middle, right)
+        rounding = FLAT * np.abs(middle.value)
+        return (close & sure) | (flat & (off_value <= VALUE_FIT * self.value_scale + rounding))
+
+    def _flat(self, left: Nodes, right: Nodes) -> Bools:
+        """Tell for which cells the slopes at the ends change no digit of the value."""
+        steepest = np.maximum(np.abs(left.slope), np.abs(right.slope))
+        rounding = FLAT * np.maximum(np.abs(left.value), np.abs(right.value))
+        return np.asarray(steepest * (right.x - left.x) <= rounding)
 
 
 def _wobble(k: Indices) -> Floats:

@@ -77,7 +77,8 @@ class Words:
         self._first = {}
         for a, b in sorted(self._smooth - self._hard):
             low, high = sorted((self._root(a), self._root(b)))
-            self._first[high] = low
+            if low != high:
+                self._first[high] = low
 
     @property
     def telling(self) -> bool:
