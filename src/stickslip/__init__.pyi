@@ -18,6 +18,7 @@ from .mechanics.model.two_block import TwoBlock as TwoBlock
 from .mechanics.model.units import Units as Units
 from .study.bifurcations import bifurcations as bifurcations
 from .study.bifurcations import continue_bifurcation as continue_bifurcation
+from .study.bifurcations import continue_breakpoint as continue_breakpoint
 from .study.bifurcations import continue_orbit as continue_orbit
 from .study.diagram import bifurcation_diagram as bifurcation_diagram
 from .study.event_map import event_map as event_map
