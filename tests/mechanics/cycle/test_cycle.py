@@ -20,10 +20,10 @@ def test_one_block_with_constant_friction() -> None:
     assert cycle.period == pytest.approx(period, abs=1e-13)
     np.testing.assert_array_equal(cycle.multipliers, [0.0])
     assert cycle.stable
-    assert [(event.block, event.kind) for event in cycle.events] == [
+    assert {(event.block, event.kind) for event in cycle.events} == {
         (1, "slip backward"),
         (1, "stick"),
-    ]
+    }
     energy = cycle.trajectory.energy([0.0, cycle.period])
     assert energy.belt_work[1] == pytest.approx(energy.dissipation[1], abs=1e-12)
 
@@ -64,9 +64,11 @@ def test_multipliers_are_those_of_the_event_map() -> None:
     model = ss.Chain(static=[1, 1.3, 1.1], alpha=1.2, V=0.3, friction=ss.Coulomb(mu=0.22))
     f = ss.event_map(model)
     cycle = ss.find_cycle(model, model.structure.sample_sticking(1, 5)[0], np.full(3, model.V))
-    assert len(cycle.d) == 2
+    assert len(cycle.d) > 1
     np.testing.assert_allclose(f(cycle.d), np.roll(cycle.d, -1, axis=0), atol=1e-12)
-    jacobian = f.jacobian(cycle.d[1]) @ f.jacobian(cycle.d[0])
+    jacobian = np.eye(2)
+    for d in cycle.d:
+        jacobian = f.jacobian(d) @ jacobian
     values = np.linalg.eigvals(jacobian)
     values = values[np.argsort(-np.abs(values), kind="stable")]
     assert cycle.stable

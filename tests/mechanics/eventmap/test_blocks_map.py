@@ -56,11 +56,11 @@ def test_two_blocks_agree_with_their_own_engines(name: str, seed: int) -> None:
 
 
 def short_motions(model: ss.Blocks | ss.Chain, count: int) -> np.ndarray:
-    """Starting points of motions with few events, far from any other itinerary."""
+    """Starting points of short motions of a few events, far from any other itinerary."""
     d = model.sample_domain(200, 7)
     found = ss.event_map(model, max_events=50).evaluate(d)
-    clear = (found.status == status.OK) & (found.margin > 1e-2) & (found.duration < 12)
-    order = np.argsort(-found.n_events[clear], kind="stable")
+    clear = (found.status == status.OK) & (found.margin > 1e-2) & (found.n_events > 2)
+    order = np.argsort(found.duration[clear], kind="stable")
     return d[clear][order[:count]]
 
 
@@ -112,6 +112,8 @@ def test_shapes_labels_and_itineraries() -> None:
         assert len(texts[i].split()) == found.n_events[i] + 1
         same = found.label == found.label[i]
         np.testing.assert_array_equal(same, texts == texts[i])
+    assert len(repr(found).splitlines()) == 8
+    assert f"{found.value[0, 0, 1]:.8g}" in repr(found)
     orbit = f.iterate(d[0, 0], 5)
     np.testing.assert_array_equal(orbit[1:], [f(x) for x in orbit[:-1]])
 

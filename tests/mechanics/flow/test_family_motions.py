@@ -93,10 +93,10 @@ def test_start_on_the_belt() -> None:
 
 
 def test_a_long_chain_is_followed() -> None:
-    """Some 10^4 events of 100 blocks; cost per event is measured in benchmarks."""
+    """Some 3 10^4 events of 100 blocks; cost per event is measured in benchmarks."""
     limits = 1 + 0.3 * np.random.default_rng(1).random(100)
     chain = ss.Chain(static=limits, alpha=1.2, V=0.0366, friction=ss.Coulomb(mu=0.22))
     f = ss.event_map(chain, max_events=100_000)
-    orbit = f.iterate(chain.sample_domain(1, 3), 3)
+    orbit = f.iterate(chain.sample_domain(1, 3), 1)
     assert np.isfinite(orbit).all()
     assert chain.contains(orbit).all()

@@ -60,10 +60,27 @@ class EventMapResult:
             "EventMapResult: "
             + ", ".join(f"{c} {status_codes.NAMES[n]}" for n, c in zip(names, counts, strict=True))
         ]
-        lines.append("       value  derivative    duration  events    margin")
-        columns = (self.value, self.derivative, self.duration, self.n_events, self.margin)
-        rows = zip(*(np.atleast_1d(column).ravel()[:8] for column in columns), strict=True)
-        lines += [f"{v:12.8g}{s:12.5g}{t:12.6g}{n:8d}{m:10.2g}" for v, s, t, n, m in rows]
+        lines += self._rows(statuses.size)
         if statuses.size > 8:
             lines.append(f"... {statuses.size - 8} more")
         return "\n".join(lines)
+
+    def _rows(self, n: int) -> list[str]:
+        """Lines of the first motions; of many blocks the differences and the largest slope."""
+        value, slope = (np.reshape(field, (n, -1))[:8] for field in (self.value, self.derivative))
+        others = (self.duration, self.n_events, self.margin)
+        rest = zip(*(np.atleast_1d(field).ravel()[:8] for field in others), strict=True)
+        if value.shape[1] == 1:
+            head = "       value  derivative    duration  events    margin"
+            cells = [f"{v[0]:12.8g}{s[0]:12.5g}" for v, s in zip(value, slope, strict=True)]
+        else:
+            head = "  max |slope|    duration  events    margin  value"
+            cells = [f"{np.abs(s).max():13.5g}" for s in slope]
+        lines = [
+            f"{cell}{t:12.6g}{k:8d}{m:10.2g}" for cell, (t, k, m) in zip(cells, rest, strict=True)
+        ]
+        if value.shape[1] > 1:
+            shown = (", ".join(f"{x:.8g}" for x in row[:4]) for row in value)
+            more = ", ..." if value.shape[1] > 4 else ""
+            lines = [f"{line}  {text}{more}" for line, text in zip(lines, shown, strict=True)]
+        return [head, *lines]

@@ -24,7 +24,7 @@ __all__ = ["BeltModel", "Friction", "laws_of"]
 Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, ...]
 
 DOMAIN_SLACK = 8 * np.finfo(np.float64).eps
-"""Of the limits: how far outside the locus a global stick phase may lie and count as its edge."""
+"""Of the longest shift that loads a block: how far outside the locus counts as its edge."""
 
 
 class BeltModel(ABC):
@@ -269,7 +269,10 @@ class BeltModel(ABC):
             False for NaN.
         """
         low, high = self._stick_range(d)
-        return np.asarray(low <= high + DOMAIN_SLACK * np.maximum(np.abs(low), np.abs(high)))
+        s = self.structure
+        rate = np.abs(s.stiffness.sum(axis=1))
+        reach = np.max(s.static[rate > 0] / rate[rate > 0], initial=0.0)
+        return np.asarray(low <= high + DOMAIN_SLACK * reach)
 
     def admit(self, d: ArrayLike) -> Floats:
         """Check differences against the domain of the event map.
