@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -25,8 +24,9 @@ from stickslip.analysis.one_d.explain import (
     with_attractors,
 )
 from stickslip.analysis.one_d.nodes import Family
-from stickslip.analysis.one_d.survey import THREADS, Survey
+from stickslip.analysis.one_d.survey import Survey
 from stickslip.analysis.shooting import solve_orbit
+from stickslip.analysis.threads import in_threads
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
@@ -180,9 +180,8 @@ class _Report:
     def _attractors(self, value: float) -> tuple[tuple[Attractor, ...], tuple[Attractor, ...]]:
         """Attractors just below and just above a value, away from the next events."""
         below, above = self._room(value)
-        with ThreadPoolExecutor(THREADS) as pool:
-            sides = pool.map(self._attractors_at, (value - below, value + above))
-            return next(sides), next(sides)
+        before, after = in_threads(self._attractors_at, (value - below, value + above))
+        return before, after
 
     def _attractors_at(self, q: float) -> tuple[Attractor, ...]:
         point = parameter_point(self.survey.family.at, q)

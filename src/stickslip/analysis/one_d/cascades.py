@@ -16,6 +16,7 @@ from stickslip.analysis.one_d.locate import solve_near
 from stickslip.analysis.one_d.normal_forms import FlipCoefficient, flip_coefficient
 from stickslip.analysis.protocol import sample
 from stickslip.analysis.shooting import solve_orbit
+from stickslip.analysis.threads import in_threads
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,18 +68,17 @@ def cascades(
     flips = [b for b in found if b.kind == "flip" and b.criticality == "super"]
     after = {id(flip): _successor(flip, flips, branches) for flip in flips}
     followers = {id(flip) for flip in after.values()}
-    result = []
-    for flip in flips:
-        if id(flip) in followers:
-            continue
+
+    def chain_from(flip: Bifurcation) -> list[Bifurcation]:
         chain = [flip]
         while (successor := after[id(chain[-1])]) is not None:
             chain.append(successor)
         if 2 * chain[-1].period > max_period:
             chain += _beyond(chain, family, range)
-        if len(chain) > 1:
-            result.append(_cascade(chain))
-    return result
+        return chain
+
+    chains = in_threads(chain_from, (flip for flip in flips if id(flip) not in followers))
+    return [_cascade(chain) for chain in chains if len(chain) > 1]
 
 
 def _successor(

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
-from itertools import islice, pairwise
+from itertools import chain, islice, pairwise
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -29,6 +29,7 @@ from stickslip.analysis.one_d.locate import solve_near
 from stickslip.analysis.one_d.mediators import Meeting, edges_of, meetings
 from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.protocol import domain_width
+from stickslip.analysis.threads import in_threads
 
 if TYPE_CHECKING:
     from stickslip.analysis.attractor import Attractor, AttractorList
@@ -217,9 +218,16 @@ def crises(
     values = [point.value for point in grid]
     if len(values) < 2 or any(b <= a for a, b in pairwise(values)):
         raise ValueError("grid: points at two or more ascending values are needed.")
-    search = _Search(at, breaks, max_period)
-    for left, right in pairwise(grid):
-        search.interval(left, right, finest)
+    known = list(breaks)
+
+    def between(ends: tuple[ParameterPoint, ParameterPoint]) -> list[CrisisEvent]:
+        part = _Search(at, known, max_period)
+        part.interval(*ends, finest)
+        return part.events
+
+    search = _Search(at, known, max_period)
+    for event in chain.from_iterable(in_threads(between, pairwise(grid))):
+        search.keep(event)
     search.at_end(grid[0], grid[0].value - grid[1].value)
     search.at_end(grid[-1], grid[-1].value - grid[-2].value)
     return sorted(search.events, key=lambda event: event.value)
@@ -280,8 +288,7 @@ class _Search:
             if found is None:
                 continue
             event, below, above = found
-            if not self._known(event):
-                self.events.append(event)
+            self.keep(event)
             if change.start is left:
                 self._wait(above, right)
             else:
@@ -411,8 +418,7 @@ class _Search:
                 if abs(item.points[0] - item.edge.x) > TOUCHING * domain_width(point.f):
                     continue
                 event = self._just_here(item.condition, attractor, point, width)
-                if event is not None and not self._known(event):
-                    self.events.append(event)
+                if event is not None and self.keep(event):
                     return
 
     def _just_here(
@@ -429,8 +435,12 @@ class _Search:
             return None  # the family may end here, too
         return None if event is None else event[0]
 
-    def _known(self, event: CrisisEvent) -> bool:
-        return any(abs(event.value - e.value) <= event.error + e.error for e in self.events)
+    def keep(self, event: CrisisEvent) -> bool:
+        """Add an event unless it is there already; tell which."""
+        new = all(abs(event.value - e.value) > event.error + e.error for e in self.events)
+        if new:
+            self.events.append(event)
+        return new
 
 
 def _changes(left: ParameterPoint, right: ParameterPoint) -> list[_Change]:

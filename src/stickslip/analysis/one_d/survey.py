@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from bisect import insort
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
@@ -24,11 +23,12 @@ from stickslip.analysis.one_d.hidden import Sighting, hidden_values, sightings
 from stickslip.analysis.one_d.nodes import Family, Node, Words
 from stickslip.analysis.one_d.tracking import Piece, Way, follow, join
 from stickslip.analysis.protocol import domain_width
+from stickslip.analysis.threads import in_threads
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["THREADS", "Ending", "Span", "Survey"]
+__all__ = ["Ending", "Span", "Survey"]
 
 BESIDE: Final = 1e-5  # of the range: how far from an event the lists beside it are made
 SPLIT: Final = 1e-9  # of the range: closer to each other no lists are made
@@ -36,7 +36,6 @@ CLEAR: Final = 0.2  # share of the way to the next event that these may take up
 FOUND: Final = 1e-7  # of the domain's width: an orbit that arrives is looked up in the list
 NARROWEST: Final = 1e-4  # of the range: an unexplained change is not narrowed down further
 SECOND_LOOKS: Final = 2  # rounds of lists added where a pair of events may hide
-THREADS: Final = 2
 MAX_NODES: Final = 1000
 JITTER: Final = 0.11  # of a spacing: values of a grid keep away from round numbers
 GOLDEN: Final = 0.6180339887498949
@@ -164,8 +163,7 @@ class Survey:
         def make(q: float) -> Node:
             return Node.make(self.family, q, self.max_period, beside)
 
-        with ThreadPoolExecutor(THREADS) as pool:
-            nodes = list(pool.map(make, values))
+        nodes = in_threads(make, values)
         for node in nodes:
             self.words.learn(node.table)
         self.n_nodes += len(nodes)
