@@ -195,6 +195,7 @@ def solve(condition: Condition, at: MapAt, low: float, high: float) -> Located:
     Examples
     --------
     >>> from stickslip.analysis.examples import logistic
+    >>> from stickslip.analysis.one_d.conditions import Flip
     >>> f = logistic(3.2)
     >>> solve(Flip(1, (0.6875,)), lambda r: f.replace(r=r), 2.5, 3.5).value
     3.0
