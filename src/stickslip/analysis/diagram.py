@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
 from threading import Lock
@@ -18,6 +17,7 @@ from stickslip.analysis.one_d.settling import Motion, Settler
 from stickslip.analysis.one_d.strands import StrandEnd, trace_strands
 from stickslip.analysis.one_d.survey import Survey
 from stickslip.analysis.protocol import domain_width
+from stickslip.analysis.threads import in_threads
 from stickslip.numerics.targets import available_threads
 from stickslip.vocabulary import did_you_mean
 
@@ -386,8 +386,7 @@ def _orbit_curves(
     def task(chunk: slice) -> list[tuple[Floats, Floats]]:
         return fill(maps[chunk], values[chunk], strands)
 
-    with ThreadPoolExecutor(len(chunks)) as pool:
-        parts = list(pool.map(task, chunks))
+    parts = in_threads(task, chunks, len(chunks))
     return tuple(
         OrbitCurve(
             period=item.strand.period,
@@ -476,8 +475,7 @@ def _attractor_table(
         return rows
 
     chunks = _chunks(len(values))
-    with ThreadPoolExecutor(len(chunks)) as pool:
-        rows = [row for part in pool.map(task, chunks) for row in part]
+    rows = [row for part in in_threads(task, chunks, len(chunks)) for row in part]
     return _as_table(rows, iterates)
 
 
