@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip.analysis.arguments import checked_count, checked_parameter
 from stickslip.analysis.one_d.break_lines import BreakLine, follow_breaks
 from stickslip.analysis.one_d.filling import fill
 from stickslip.analysis.one_d.nodes import Family
@@ -19,7 +20,6 @@ from stickslip.analysis.one_d.survey import Survey
 from stickslip.analysis.protocol import domain_width
 from stickslip.analysis.threads import in_threads
 from stickslip.numerics.targets import available_threads
-from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     import os
@@ -297,7 +297,10 @@ def bifurcation_diagram(
     [(1, 'end of range'), (1, 'end of range'), (2, 'flip')]
     """
     grid = _checked_values(values)
-    _check(family, name, max_period=max_period, iterates=iterates, lists=lists)
+    checked_parameter(family, name)
+    checked_count("max_period", max_period, 1)
+    checked_count("iterates", iterates, 1)
+    checked_count("lists", lists, 2)
     report = progress or (lambda share: None)
     survey = Survey(
         Family(family, name, window),
@@ -338,17 +341,6 @@ def _checked_values(values: ArrayLike) -> Floats:
             "needed, such as np.linspace(low, high, n)."
         )
     return grid
-
-
-def _check(family: MapFamily, name: str, **counts: int) -> None:
-    if name not in family.parameters:
-        raise ValueError(
-            f"name = {name!r} is not a parameter. {did_you_mean(name, family.parameters)}"
-        )
-    for word, count in counts.items():
-        least = 2 if word == "lists" else 1
-        if int(count) != count or count < least:
-            raise ValueError(f"{word} = {count!r}: a whole number >= {least} is needed.")
 
 
 def _anchors(survey: Survey) -> list[Node]:
