@@ -519,7 +519,7 @@ def stable():
     ("name", "ends", "said"),
     [
         ("R", (2, 3), "'R' is not a parameter.*Known: r"),
-        ("r", (3, 2), "low < high"),
+        ("r", (3, 2), "lo < hi"),
         ("r", (2, math.nan), "finite"),
         ("r", 3, "pair of numbers"),
         ("r", (2.6, 3), "does not contain r = 2.5"),

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.arguments import checked_count, checked_range
 from stickslip.analysis.orbit_branch import BranchEnd, OrbitBranch
 from stickslip.analysis.orbit_follower import Half, OrbitFollower, Row
 from stickslip.analysis.window import WindowMap, windowed
-from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -84,11 +83,10 @@ def continue_orbit(
     >>> [(item.kind, round(item.value, 9)) for item in branch.bifurcations]
     [('fold', 3.828427125), ('flip', 3.841499008)]
     """
-    low, high = _checked_range(f, name, range)
+    low, high = checked_range(f, name, range)
     if not 0 < max_step <= 1:
         raise ValueError(f"max_step = {max_step!r}: a share of the range is needed, 0 to 1.")
-    if isinstance(max_points, bool) or int(max_points) != max_points or max_points < 1:
-        raise ValueError(f"max_points = {max_points!r}: a whole number >= 1 is needed.")
+    max_points = checked_count("max_points", max_points, 1)
     if isinstance(orbit, OrbitBranch):
         return _continued(orbit, f, name, low, high, window, max_step, max_points)
     f = windowed(f, window)
@@ -115,21 +113,6 @@ def continue_orbit(
 
 def _is_closed(half: Half) -> bool:
     return half.end is not None and half.end.reason == "closed"
-
-
-def _checked_range(f: MapFamily, name: str, ends: Any) -> tuple[float, float]:
-    """Check the parameter's name and range before anything runs."""
-    if name not in f.parameters:
-        raise ValueError(f"{name!r} is not a parameter. {did_you_mean(name, f.parameters)}")
-    try:
-        low, high = (float(end) for end in ends)
-    except (TypeError, ValueError) as reason:
-        raise ValueError(f"range = {ends!r}: a pair of numbers (low, high) is needed.") from reason
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ValueError(f"range = ({low:.12g}, {high:.12g}): finite ends, low < high, are needed.")
-    for end in (low, high):
-        f.replace(**{name: end})  # says itself what it does not allow
-    return low, high
 
 
 def _continued(

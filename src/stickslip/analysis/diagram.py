@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
 from threading import Lock
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip.analysis.arguments import checked_count, checked_parameter
 from stickslip.analysis.one_d.break_lines import BreakLine, follow_breaks
 from stickslip.analysis.one_d.filling import fill
 from stickslip.analysis.one_d.nodes import Family
@@ -18,8 +18,8 @@ from stickslip.analysis.one_d.settling import Motion, Settler
 from stickslip.analysis.one_d.strands import StrandEnd, trace_strands
 from stickslip.analysis.one_d.survey import Survey
 from stickslip.analysis.protocol import domain_width
+from stickslip.analysis.threads import in_threads
 from stickslip.numerics.targets import available_threads
-from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     import os
@@ -297,7 +297,10 @@ def bifurcation_diagram(
     [(1, 'end of range'), (1, 'end of range'), (2, 'flip')]
     """
     grid = _checked_values(values)
-    _check(family, name, max_period=max_period, iterates=iterates, lists=lists)
+    checked_parameter(family, name)
+    checked_count("max_period", max_period, 1)
+    checked_count("iterates", iterates, 1)
+    checked_count("lists", lists, 2)
     report = progress or (lambda share: None)
     survey = Survey(
         Family(family, name, window),
@@ -340,17 +343,6 @@ def _checked_values(values: ArrayLike) -> Floats:
     return grid
 
 
-def _check(family: MapFamily, name: str, **counts: int) -> None:
-    if name not in family.parameters:
-        raise ValueError(
-            f"name = {name!r} is not a parameter. {did_you_mean(name, family.parameters)}"
-        )
-    for word, count in counts.items():
-        least = 2 if word == "lists" else 1
-        if int(count) != count or count < least:
-            raise ValueError(f"{word} = {count!r}: a whole number >= {least} is needed.")
-
-
 def _anchors(survey: Survey) -> list[Node]:
     """All values at which the survey has a complete list, ascending."""
     nodes = {node.q: node for span in survey.spans for node in (span.left, span.right)}
@@ -386,8 +378,7 @@ def _orbit_curves(
     def task(chunk: slice) -> list[tuple[Floats, Floats]]:
         return fill(maps[chunk], values[chunk], strands)
 
-    with ThreadPoolExecutor(len(chunks)) as pool:
-        parts = list(pool.map(task, chunks))
+    parts = in_threads(task, chunks, len(chunks))
     return tuple(
         OrbitCurve(
             period=item.strand.period,
@@ -476,8 +467,7 @@ def _attractor_table(
         return rows
 
     chunks = _chunks(len(values))
-    with ThreadPoolExecutor(len(chunks)) as pool:
-        rows = [row for part in pool.map(task, chunks) for row in part]
+    rows = [row for part in in_threads(task, chunks, len(chunks)) for row in part]
     return _as_table(rows, iterates)
 
 

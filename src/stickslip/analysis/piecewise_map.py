@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.arguments import checked_interval
 from stickslip.analysis.differences import FIRST_STEP, complex_step, extrapolated_difference
 from stickslip.analysis.one_d.preimages import preimages
 from stickslip.analysis.one_d.table import branch_table
@@ -99,7 +100,7 @@ class PiecewiseMap:
         breakpoints: Breakpoints | None = None,
     ) -> None:
         self._func = func
-        self._domain = _checked_domain(domain)
+        self._domain = checked_interval("domain", domain)
         self._parameters = _checked_parameters(parameters or {})
         self._given_derivative = derivative
         self._given_parameter_derivative = parameter_derivative
@@ -425,16 +426,6 @@ def _apply(func: Function, x: Floats, parameters: Mapping[str, float], in_arrays
         result = np.asarray(func(x, **parameters), dtype=np.float64)
     # A constant branch may come back as one number.
     return np.broadcast_to(result, x.shape).astype(np.float64)
-
-
-def _checked_domain(domain: tuple[float, float]) -> tuple[float, float]:
-    try:
-        lo, hi = (float(end) for end in domain)
-    except (TypeError, ValueError) as reason:
-        raise ValueError(f"domain = {domain!r}: a pair of numbers (lo, hi) is needed.") from reason
-    if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi):
-        raise ValueError(f"domain = ({lo:.12g}, {hi:.12g}): finite ends with lo < hi are needed.")
-    return lo, hi
 
 
 def _checked_parameters(parameters: Mapping[str, float]) -> dict[str, float]:

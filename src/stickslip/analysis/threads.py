@@ -16,7 +16,9 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
-def in_threads(task: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
+def in_threads(
+    task: Callable[[Item], Result], items: Iterable[Item], threads: int = THREADS
+) -> list[Result]:
     """Return ``task(item)`` of each item, in their order, whatever thread worked on which."""
-    with ThreadPoolExecutor(THREADS) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(task, items))

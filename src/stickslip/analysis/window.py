@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.analysis.arguments import checked_interval
 from stickslip.analysis.one_d.preimages import preimages
 from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.power import PowerMap
@@ -63,7 +63,7 @@ class WindowMap:
 
     def __post_init__(self) -> None:
         """Check the window, and that it meets the domain."""
-        object.__setattr__(self, "window", _checked_window(self.window))
+        object.__setattr__(self, "window", checked_interval("window", self.window))
         lo, hi = self.domain
         if not lo < hi:
             (first, last), (start, end) = self.window, self.f.domain
@@ -166,16 +166,6 @@ class WindowMap:
 def windowed(f: Any, window: tuple[float, float] | None) -> Any:
     """Return a map restricted to a window, or as it is for None."""
     return f if window is None else WindowMap(f, window)
-
-
-def _checked_window(window: Any) -> tuple[float, float]:
-    try:
-        lo, hi = (float(end) for end in window)
-    except (TypeError, ValueError) as reason:
-        raise ValueError(f"window = {window!r}: a pair of numbers (lo, hi) is needed.") from reason
-    if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi):
-        raise ValueError(f"window = ({lo:.12g}, {hi:.12g}): finite ends with lo < hi are needed.")
-    return lo, hi
 
 
 def _plain(values: Floats) -> float | Floats:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from stickslip.analysis.diagram import bifurcation_diagram as _bifurcation_diagram
-from stickslip.analysis.protocol import MapFamily
-from stickslip.study.maps import as_map
+from stickslip.study.bifurcations import as_family
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -81,14 +80,8 @@ def bifurcation_diagram(
     >>> [(curve.period, curve.ends[1].reason) for curve in diagram.orbits][-1]
     (4, 'border_collision')
     """
-    family = as_map(system)
-    if not isinstance(family, MapFamily):
-        raise ValueError(
-            f"{system!r} has no parameters to vary. Take a model, ss.event_map(model) or "
-            "ss.PiecewiseMap(..., parameters=...)."
-        )
     return _bifurcation_diagram(
-        family,
+        as_family(system),
         name,
         values,
         max_period=max_period,

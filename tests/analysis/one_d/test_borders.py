@@ -236,7 +236,7 @@ def test_breakpoint_curve_checks_its_arguments():
         continue_breakpoint(b, f, "slop", (1.1, 1.9))
     with pytest.raises(ValueError, match=r"does not contain slope = 1\.5"):
         continue_breakpoint(b, f, "slope", (1.6, 1.9))
-    with pytest.raises(ValueError, match="low < high"):
+    with pytest.raises(ValueError, match="lo < hi"):
         continue_breakpoint(b, f, "slope", (1.9, 1.1))
     with pytest.raises(ValueError, match=r"slope=\.\.\. is needed"):
         continue_breakpoint(b, f, "slope", (1.4, 1.6)).at(r=1)

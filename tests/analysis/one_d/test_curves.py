@@ -259,7 +259,7 @@ def test_arguments_are_checked():
         follow(f, flip, "a", 0.75, along="r", range=(0, 1), solve_for="a")
     with pytest.raises(ValueError, match="two different parameters"):
         follow(f, flip, "a", 0.75, along="a", range=(0, 1), solve_for="a")
-    with pytest.raises(ValueError, match="low < high"):
+    with pytest.raises(ValueError, match="lo < hi"):
         follow(f, flip, "a", 0.75, along="b", range=(1, 0), solve_for="a")
     with pytest.raises(ValueError, match="does not contain b = 0"):
         follow(f, flip, "a", 0.75, along="b", range=(0.5, 1), solve_for="a")

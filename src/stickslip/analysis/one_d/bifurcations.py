@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.arguments import checked_count, checked_range
 from stickslip.analysis.bifurcation import (
     Bifurcation,
     BifurcationList,
@@ -27,7 +27,6 @@ from stickslip.analysis.one_d.nodes import Family
 from stickslip.analysis.one_d.survey import Survey
 from stickslip.analysis.shooting import solve_orbit
 from stickslip.analysis.threads import in_threads
-from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -91,38 +90,18 @@ def bifurcations(
     -----
     How it works, and what it can miss: docs/theory/bifurcations.md.
     """
-    lo, hi = _checked_range(f, name, range)
+    lo, hi = checked_range(f, name, range)
     family = Family(f, name, window)
     tell = progress if progress is not None else _nobody
     survey = Survey(
-        family, lo, hi, _whole("max_period", max_period, 1), lambda share: tell(HALF * share)
+        family, lo, hi, checked_count("max_period", max_period, 1), lambda share: tell(HALF * share)
     )
-    survey.run(_whole("n_values", N_VALUES if n_values is None else n_values, 3))
+    survey.run(checked_count("n_values", N_VALUES if n_values is None else n_values, 3))
     return _Report(survey, f, tell).made()
 
 
 def _nobody(_: float) -> None:
     """Tell nobody of the progress."""
-
-
-def _checked_range(f: MapFamily, name: str, ends: Any) -> tuple[float, float]:
-    if name not in f.parameters:
-        raise ValueError(f"{name!r} is not a parameter. {did_you_mean(name, f.parameters)}")
-    try:
-        lo, hi = (float(end) for end in ends)
-    except (TypeError, ValueError) as reason:
-        raise ValueError(f"range = {ends!r}: a pair of numbers (lo, hi) is needed.") from reason
-    if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi):
-        raise ValueError(f"range = ({lo:.12g}, {hi:.12g}): finite ends with lo < hi are needed.")
-    for end in (lo, hi):
-        f.replace(**{name: end})
-    return lo, hi
-
-
-def _whole(name: str, value: Any, least: int) -> int:
-    if isinstance(value, bool) or int(value) != value or value < least:
-        raise ValueError(f"{name} = {value!r}: a whole number >= {least} is needed.")
-    return int(value)
 
 
 class _Report:

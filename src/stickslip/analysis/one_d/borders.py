@@ -33,6 +33,7 @@ __all__ = [
     "ConditionLost",
     "Critical",
     "CriticalKind",
+    "NearBreak",
     "Side",
     "TurningPoint",
 ]
@@ -231,8 +232,8 @@ Critical: TypeAlias = Border | TurningPoint
 
 
 @dataclass(frozen=True)
-class _Near:
-    """What `limits_inside` asks of a mesh, for one break."""
+class NearBreak:
+    """What limits and kinds of breaks ask of a mesh, for one break (see `mesh.Prober`)."""
 
     f: Map1D
 
@@ -264,7 +265,7 @@ def _by_labels(f: Map1D, border: Border) -> BorderReading | None:
     if found is None:
         return None
     last, first = found
-    near = _Near(f)
+    near = NearBreak(f)
     ends = _nodes(last, first)
     room = np.array([probe.extent(last.x, left, -1), probe.extent(first.x, right, 1)])
     limits = limits_inside(near, ends, np.array([-1.0, 1.0]), room)

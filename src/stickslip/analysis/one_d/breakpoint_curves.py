@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.arguments import checked_interval, checked_parameter
 from stickslip.analysis.bifurcation_curve import BreakpointCurve
 from stickslip.analysis.one_d.borders import Border, ConditionLost
 from stickslip.analysis.protocol import domain_width
-from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from stickslip.analysis.one_d.borders import BorderReading
@@ -92,13 +92,8 @@ def continue_breakpoint(
 def _checked(
     system: MapFamily, name: str, range: tuple[float, float]
 ) -> tuple[float, float, float]:
-    if name not in system.parameters:
-        raise ValueError(
-            f"{name!r} is not a parameter of {system!r}. {did_you_mean(name, system.parameters)}"
-        )
-    low, high = map(float, range)
-    if not low < high:
-        raise ValueError(f"range = ({low:.12g}, {high:.12g}): ends with low < high are needed.")
+    checked_parameter(system, name)
+    low, high = checked_interval("range", range)
     start = float(system.parameters[name])
     if not low <= start <= high:
         raise ValueError(

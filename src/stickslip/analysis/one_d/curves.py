@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.arguments import checked_interval, checked_parameter
 from stickslip.analysis.bifurcation_curve import BifurcationCurve, CodimensionTwo
 from stickslip.analysis.one_d.borders import ConditionLost
 from stickslip.analysis.one_d.conditions import Fold
@@ -24,7 +25,6 @@ from stickslip.analysis.one_d.locate import solve_near
 from stickslip.analysis.one_d.plane_equations import FoldEquations, Plane, PlaneEquations
 from stickslip.analysis.protocol import domain_width
 from stickslip.numerics.continuation import Curve, LeavesRegion, StepControl, StepTooLong
-from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from stickslip.analysis.one_d.conditions import Reading
@@ -116,16 +116,10 @@ def _start(
 ) -> tuple[Plane, float, float]:
     """Check the arguments; return the plane and where the curve starts."""
     for name in (along, solve_for):
-        if name not in system.parameters:
-            raise ValueError(
-                f"{name!r} is not a parameter of {system!r}. "
-                f"{did_you_mean(name, system.parameters)}"
-            )
+        checked_parameter(system, name)
     if along == solve_for:
         raise ValueError(f"along = solve_for = {along!r}: two different parameters are needed.")
-    low, high = range
-    if not low < high:
-        raise ValueError(f"range = ({low:.12g}, {high:.12g}): ends with low < high are needed.")
+    low, high = checked_interval("range", range)
     here = system.replace(**{b.parameter: b.value})
     s, q = here.parameters[along], here.parameters[solve_for]
     if not low <= s <= high:

@@ -11,18 +11,17 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.one_d.borders import Border
+from stickslip.analysis.one_d.borders import Border, NearBreak
 from stickslip.analysis.one_d.breakpoints import kind_of
 from stickslip.analysis.one_d.limits import Limits, limits_inside
 from stickslip.analysis.one_d.mesh import Nodes
-from stickslip.analysis.one_d.table import RESOLUTION
 from stickslip.analysis.protocol import domain_width, sample
 from stickslip.status import OK
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from stickslip.analysis.protocol import Floats, Map1D
+    from stickslip.analysis.protocol import Map1D
 
 __all__ = ["PieceEnd", "piece_end", "piece_end_near"]
 
@@ -55,28 +54,6 @@ class PieceEnd:
     def beyond(self) -> int | None:
         """Label on the other side; None where there is no value."""
         return self.border.right_label if self.side < 0 else self.border.left_label
-
-
-@dataclass(frozen=True)
-class _Beside:
-    """What limits and kinds of breaks ask of a mesh."""
-
-    f: Map1D
-
-    @property
-    def value_scale(self) -> float:
-        return domain_width(self.f)
-
-    @property
-    def slope_scale(self) -> float:
-        return 1.0
-
-    @property
-    def resolution(self) -> float:
-        return RESOLUTION * min(1.0, self.value_scale)
-
-    def probe(self, x: Floats) -> Nodes:
-        return Nodes.at(x, sample(self.f, x))
 
 
 def piece_end(f: Map1D, piece: Collection[int], inside: float, outside: float) -> PieceEnd | None:
@@ -113,10 +90,10 @@ def piece_end(f: Map1D, piece: Collection[int], inside: float, outside: float) -
             break
     if found is None or room is None:
         return None
-    return _described(_Beside(f), found, room)
+    return _described(NearBreak(f), found, room)
 
 
-def _described(mesh: _Beside, pair: Nodes, room: float) -> PieceEnd:
+def _described(mesh: NearBreak, pair: Nodes, room: float) -> PieceEnd:
     """Take limits from the piece, and compare them with what comes next."""
     last, beyond = pair.take(slice(0, 1)), pair.take(slice(1, 2))
     side = -1 if beyond.x[0] > last.x[0] else 1

@@ -1,0 +1,72 @@
+"""Arguments that several functions take, checked alike: intervals, parameter names, counts."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from stickslip.analysis.protocol import MapFamily
+
+__all__ = ["checked_count", "checked_interval", "checked_parameter", "checked_range"]
+
+
+def checked_interval(name: str, ends: Any) -> tuple[float, float]:
+    """Return the ends of an interval as floats.
+
+    Raises
+    ------
+    ValueError
+        Not a pair of finite numbers in ascending order; ``name`` is what the user called it.
+    """
+    try:
+        low, high = (float(end) for end in ends)
+    except (TypeError, ValueError) as reason:
+        raise ValueError(f"{name} = {ends!r}: a pair of numbers (lo, hi) is needed.") from reason
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise ValueError(
+            f"{name} = ({low:.12g}, {high:.12g}): finite ends with lo < hi are needed."
+        )
+    return low, high
+
+
+def checked_parameter(f: MapFamily, name: str) -> None:
+    """Check that a map has a parameter of that name.
+
+    Raises
+    ------
+    ValueError
+        It has none; the closest known name is suggested.
+    """
+    if name not in f.parameters:
+        raise ValueError(f"{name!r} is not a parameter. {did_you_mean(name, f.parameters)}")
+
+
+def checked_range(f: MapFamily, name: str, ends: Any) -> tuple[float, float]:
+    """Return the ends of a parameter's range, both of which the map allows.
+
+    Raises
+    ------
+    ValueError
+        As `checked_parameter` and `checked_interval`, or what the map says of an end.
+    """
+    checked_parameter(f, name)
+    low, high = checked_interval("range", ends)
+    for end in (low, high):
+        f.replace(**{name: end})
+    return low, high
+
+
+def checked_count(name: str, value: Any, least: int) -> int:
+    """Return a whole number that is at least ``least``.
+
+    Raises
+    ------
+    ValueError
+        It is not.
+    """
+    if isinstance(value, bool) or int(value) != value or value < least:
+        raise ValueError(f"{name} = {value!r}: a whole number >= {least} is needed.")
+    return int(value)
