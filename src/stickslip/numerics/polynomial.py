@@ -28,13 +28,25 @@ def value(c: Floats, t: float) -> float:
 
 @kernel(inline=True)
 def jet(c: Floats, t: float) -> tuple[float, float, float]:
-    """Value, slope and second derivative at `t`."""
-    total = slope = half = 0.0
-    for k in range(c.shape[0] - 1, -1, -1):
-        half = half * t + slope
-        slope = slope * t + total
-        total = total * t + c[k]
-    return total, slope, 2.0 * half
+    """Value, slope and second derivative at `t`.
+
+    With u = t^2 the polynomial is E(u) + t O(u): two recurrences, half as long, that need not
+    wait for each other.
+    """
+    u = t * t
+    n = c.shape[0]
+    even = c[n - 1] if n % 2 == 1 else 0.0
+    even_1 = even_2 = odd = odd_1 = odd_2 = 0.0
+    for k in range(n // 2 - 1, -1, -1):
+        even_2 = even_2 * u + even_1
+        even_1 = even_1 * u + even
+        even = even * u + c[2 * k]
+        odd_2 = odd_2 * u + odd_1
+        odd_1 = odd_1 * u + odd
+        odd = odd * u + c[2 * k + 1]
+    slope = odd + 2.0 * (t * even_1 + u * odd_1)
+    curvature = 2.0 * even_1 + 6.0 * t * odd_1 + 8.0 * u * (even_2 + t * odd_2)
+    return even + t * odd, slope, curvature
 
 
 @kernel(inline=True)
@@ -42,8 +54,8 @@ def tail(c: Floats, h: float) -> float:
     """Bound of the terms of degree 3 and more on [0, h]."""
     total = 0.0
     for k in range(c.shape[0] - 1, 2, -1):
-        total = (total + abs(c[k])) * h
-    return total * h * h
+        total = total * h + abs(c[k])
+    return total * h * h * h
 
 
 @kernel(inline=True)
@@ -72,13 +84,14 @@ def search(c: Floats, h: float, leaving: bool, rounding: float) -> float:
         bound_2 = bound_2 * h + k * (k - 1) * abs(c[k])
         bound_3 = bound_3 * h + k * (k - 1) * (k - 2) * abs(c[k])
     bound_2 = bound_2 * h + 2.0 * abs(c[2])
-    t = 0.0
+    t, g, slope, curvature = 0.0, c[0], c[1], 2.0 * c[2]
     if leaving:
-        t = leaving_step(c[1], 2.0 * c[2], bound_3, h)
+        t = leaving_step(slope, curvature, bound_3, h)
         if t == 0.0:
             return 0.0
     for _ in range(MAX_SEARCH):
-        g, slope, curvature = jet(c, t)
+        if t > 0.0:
+            g, slope, curvature = jet(c, t)
         if g <= rounding and slope <= 0.0:
             contact = max(contact_time(t, g, slope, curvature, rounding), 0.0)
             return contact if contact <= h else NO_ROOT  # beyond: the next step's

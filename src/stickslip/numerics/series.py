@@ -13,8 +13,8 @@ of a graph obeys a recurrence (Jorba & Zou, Experimental Mathematics 14, 2005, 9
 
 The last two are all elementary functions, with w or v a node of the graph as well. In each
 sum the terms 0 < j < k need nothing of index k, so the sums of all nodes share one inner loop;
-the terms with index k follow in the order of the graph. Linear nodes cost a term and have a
-row only where a product looks back at it.
+the terms with index k follow in the order of the graph. Linear nodes cost a term. A product
+that looks back at c x + d, with constants c and d, looks at the row of x, and its sum is scaled.
 """
 
 from __future__ import annotations
@@ -147,10 +147,12 @@ class SeriesText:
         for row, number in self.outputs.items():
             if graph.varies[number]:
                 self.rows.setdefault(number, row)
-        for number in self._looked_back_at():
-            if number not in self.rows:
-                self.rows[number] = self.next_row
-                self.next_row += 1
+        looked_back_at = [n for n in self._looked_back_at() if n not in self.rows]
+        for number in sorted({self._source(number)[0] for number in looked_back_at}):
+            self._give_row(number, self.rows)
+        self._first_terms: dict[int, int] = {}  # rows of which only index 0 is filled
+        for number in looked_back_at:
+            self._give_row(number, self._first_terms)
         wanted = [*self._nodes, *self.outputs.values(), *self.known]
         self._names = _names(self.scalars, wanted, f"u_{graph.variable}")
         self.start = self._start()
@@ -199,6 +201,33 @@ class SeriesText:
                 found.add(partner)
         return sorted(found)
 
+    def _give_row(self, number: int, rows: dict[int, int]) -> None:
+        if number not in self.rows:
+            rows[number] = self.next_row
+            self.next_row += 1
+
+    def _source(self, number: int) -> tuple[int, list[str]]:
+        """Return the node x of number = c x + d, and what multiplies it to c."""
+        graph = self.scalars.graph
+        if number in self.rows or number in self.known or self._is_nonlinear(number):
+            return number, []
+        node = graph.nodes[number]
+        varying = [arg for arg in node.args if graph.varies[arg]]
+        if len(varying) != 1:
+            return number, []
+        source, factors = self._source(varying[0])
+        constant = next((arg for arg in node.args if not graph.varies[arg]), None)
+        match node.op:
+            case "negative":
+                return source, [*factors, "* -1.0"]
+            case "subtract" if node.args[1] == varying[0]:
+                return source, [*factors, "* -1.0"]
+            case "multiply" if constant is not None:
+                return source, [*factors, f"* {self.scalars.text(constant)}"]
+            case "divide" if constant is not None:
+                return source, [*factors, f"/ {self.scalars.text(constant)}"]
+        return source, factors
+
     def _is_nonlinear(self, number: int) -> bool:
         graph = self.scalars.graph
         node = graph.nodes[number]
@@ -235,8 +264,9 @@ class SeriesText:
 
     def _assign(self, number: int, index: str, text: str) -> Lines:
         lines = [f"{self._names[number]} = {text}"]
-        if number in self.rows:
-            lines.append(f"rows[{self.rows[number]}, {index}] = {self._names[number]}")
+        rows = self.rows | self._first_terms if index == "0" else self.rows
+        if number in rows:
+            lines.append(f"rows[{rows[number]}, {index}] = {self._names[number]}")
         return lines
 
     def _start(self) -> Lines:
@@ -262,28 +292,30 @@ class SeriesText:
     def _sums(self, numbers: Sequence[int]) -> Lines:
         """Sum the terms 0 < j < k of every node, j and k - j together in one pass of the loop.
 
-        Half the passes, and two partial sums that need not wait for each other: measured an
-        eighth faster for eq. (9) at order 18 than one sum over all j.
+        From the middle outwards: the newest coefficients come last, so that no sum waits for
+        them. Two partial sums need not wait for each other either. (Half the passes and two
+        sums: measured an eighth faster for eq. (9) at order 18 than one sum over all j.)
         """
         if not numbers:
             return []
-        starts, terms, joins, middles = [], [], [], []
+        starts, middles, terms, joins = [], [], [], []
         for number in numbers:
             node = self.scalars.graph.nodes[number]
             square = node.op == "multiply" and node.args[0] == node.args[1]
-            starts += [f"a{number} = 0.0", *([] if square else [f"b{number} = 0.0"])]
+            starts += [f"a{number} = 0.0", f"b{number} = 0.0"]
+            middles.append(f"b{number} = {self._summand(number, 'j', 'j')}")
             terms.append(f"a{number} += {self._summand(number, 'j', 'i')}")
             if not square:
                 terms.append(f"b{number} += {self._summand(number, 'i', 'j')}")
-            joins.append(f"a{number} *= 2.0" if square else f"a{number} += b{number}")
-            middles.append(f"a{number} += {self._summand(number, 'j', 'j')}")
+            joins.append(f"a{number} = {'2.0 * ' if square else ''}a{number} + b{number}")
+            joins += [f"a{number} = a{number} {factor}" for factor in self._factors(number)]
         return [
             *starts,
-            "for j in range(1, (k + 1) // 2):",
-            *indented(["i = k - j", *terms]),
-            *joins,
             "if k % 2 == 0:",
             *indented(["j = k // 2", *middles]),
+            "for j in range((k - 1) // 2, 0, -1):",
+            *indented(["i = k - j", *terms]),
+            *joins,
             *(["share = 1.0 / k"] if any(map(self._is_weighted, numbers)) else []),
         ]
 
@@ -293,25 +325,37 @@ class SeriesText:
         return op == "power" or op in ELEMENTARY
 
     def _row(self, number: int, index: str) -> str:
-        return f"rows[{self.rows[number]}, {index}]"
+        """Element of a row; of a multiple of another row that one's, but for index 0."""
+        if index == "0" and number in self._first_terms:
+            return f"rows[{self._first_terms[number]}, 0]"
+        return f"rows[{self.rows[self._source(number)[0]]}, {index}]"
 
-    def _summand(self, number: int, j: str, i: str) -> str:
-        """Return what 0 < j < k adds to the sum of a node; i stands for k - j."""
+    def _pair(self, number: int) -> tuple[int, int]:
+        """Nodes whose coefficients j and k - j the sum of a node multiplies."""
         node = self.scalars.graph.nodes[number]
         x, y = node.args[0], node.args[-1]
         match node.op:
             case "multiply":
-                return f"{self._row(x, j)} * {self._row(y, i)}"
-            case "reciprocal":
-                return f"{self._row(x, j)} * {self._row(number, i)}"
+                return x, y
+            case "reciprocal" | "power":
+                return x, number
             case "divide":
-                return f"{self._row(y, j)} * {self._row(number, i)}"
-            case "power":
-                weight = f"({self._names[y]} * {j} - {i})"
-                return f"{weight} * {self._row(x, j)} * {self._row(number, i)}"
-        partner = self._partners[number]
+                return y, number
         followed = x if ELEMENTARY[node.op].factor is not None else number
-        return f"{j} * {self._row(followed, j)} * {self._row(partner, i)}"
+        return followed, self._partners[number]
+
+    def _factors(self, number: int) -> list[str]:
+        """What the sum of a node is to be scaled by."""
+        return [factor for node in self._pair(number) for factor in self._source(node)[1]]
+
+    def _summand(self, number: int, j: str, i: str) -> str:
+        """Return what 0 < j < k adds to the sum of a node; i stands for k - j."""
+        one, other = self._pair(number)
+        product = f"{self._row(one, j)} * {self._row(other, i)}"
+        node = self.scalars.graph.nodes[number]
+        if node.op == "power":
+            return f"({self._names[node.args[-1]]} * {j} - {i}) * {product}"
+        return f"{j} * {product}" if node.op in ELEMENTARY else product
 
     def _nonlinear(self, number: int) -> str:
         """Coefficient k of a node, from its sum and the terms that have index k."""
@@ -325,7 +369,9 @@ class SeriesText:
                 return f"{total} + {x_0} * {self._names[y]} + {x_k} * {self._row(y, '0')}"
             case "reciprocal":
                 u_0 = self._row(number, "0")
-                return f"-({total} + {x_k} * {u_0}) * {u_0}"
+                source, factors = self._source(x)  # as short a way from x_k as there is
+                square = " ".join([f"{u_0} * {u_0}", *factors])
+                return f"-{total} * {u_0} - {self._names[source]} * ({square})"
             case "divide":
                 last = f"{self._names[y]} * {self._row(number, '0')}"
                 return f"({x_k} - {total} - {last}) / {self._row(y, '0')}"

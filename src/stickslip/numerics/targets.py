@@ -224,13 +224,18 @@ def instantiate(template: str, key: str, *, cached: bool = True, **bindings: Any
 
 
 def write_module(stem: str, text: str) -> ModuleType:
-    """Import generated kernel `text`, written as a module so that numba can cache it.
+    """Import generated kernel `text`; a module of the same text is written once."""
+    return generated_module(stem, hashlib.sha256(text.encode()).hexdigest()[:16], lambda: text)
 
-    The file lies in the cache folder under a name with the hash of its text; without a
-    writable folder it lives in a temporary one for this process.
+
+def generated_module(stem: str, key: str, make_text: Callable[[], str]) -> ModuleType:
+    """Import generated kernels, written as a module so that numba can cache them.
+
+    The file lies in the cache folder under a name with the `key`, which must identify the text
+    among those that this version of the sources generates; without a writable folder it lives
+    in a temporary one for this process. `make_text` is called if there is no such file.
     """
-    digest = hashlib.sha256(text.encode()).hexdigest()[:16]
-    name = f"stickslip_generated_{stem}_{digest}"
+    name = f"stickslip_generated_{stem}_{key}"
     if name in sys.modules:
         return sys.modules[name]
     folder = (cache_root() or Path(tempfile.mkdtemp(prefix="stickslip-"))) / "generated"
@@ -238,14 +243,14 @@ def write_module(stem: str, text: str) -> ModuleType:
     path = folder / f"{name}.py"
     if not path.exists():
         with tempfile.NamedTemporaryFile("w", dir=folder, suffix=".tmp", delete=False) as file:
-            file.write(text)
+            file.write(make_text())
         Path(file.name).replace(path)
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
-    with _instance(digest, cached=True):
+    with _instance(key, cached=True):
         spec.loader.exec_module(module)
     return module
 

@@ -48,6 +48,46 @@ class Scratch(NamedTuple):
     work: Any
 
 
+class Lanes(NamedTuple):
+    """Three pools of motions (`flow.lanes.layout`), and arrays for the one at an event.
+
+    ``laws``: parameter rows of `friction.series`; ``x`` (3, size): numbers of the motions; ``tags`` (3, places, 4), ``labels`` (3, places): as
+    `LaneTags`; ``counts`` (3,): motions in each pool; ``flagged``, ``rows``: lanes with an event,
+    rows that may go on; ``w``, ``e``, ``signal``: polynomials of the step; ``reciprocals``: 1 / k.
+    """
+
+    laws: Floats
+    x: Floats
+    tags: NDArray[np.int64]
+    labels: NDArray[np.uint64]
+    counts: NDArray[np.int64]
+    flagged: NDArray[np.int64]
+    rows: NDArray[np.int64]
+    motion: Motion
+    w: Floats
+    e: Floats
+    signal: Floats
+    reciprocals: Floats
+
+
+class LaneTags(NamedTuple):
+    """What a motion in a pool is known by: its row, events so far, modes, last event, label."""
+
+    row: int
+    n_events: int
+    code: int
+    before: int
+    label: np.uint64
+
+
+class LaneClock(NamedTuple):
+    """What a motion in a pool adds up: steps, time of its earlier phases, smallest margin."""
+
+    steps: float
+    duration: float
+    margin: float
+
+
 class BlockOutputs(NamedTuple):
     """As `Outputs`, for n blocks; ``value`` (m, n - 1), ``derivative`` (m, n - 1, columns)."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.numerics.calculus import derivative, evaluate, is_analytic, reachable
-from stickslip.numerics.expression import Graph, Node
+from stickslip.numerics.expression import Expression, Graph, Node
 from stickslip.numerics.tracing import trace
 
 Function = Callable[..., Any]
@@ -41,6 +41,19 @@ class TracedFormula:
     def output(self, forward: bool) -> int:
         """Return the node of the force in one direction."""
         return self.forward if forward else self.backward
+
+    def without(self, zero: Collection[str]) -> TracedFormula:
+        """Return the law with some parameters zero; it keeps their names."""
+        graph = Graph("s")
+        symbols = {
+            name: graph.constant(0.0) if name in zero else graph.symbol(name)
+            for name in ("s", *self.parameters)
+        }
+        results = evaluate(self.graph(), [self.backward, self.forward], symbols)
+        backward, forward = (
+            x.number if isinstance(x, Expression) else graph.constant(x).number for x in results
+        )
+        return _pruned(self.parameters, graph, backward, forward)
 
     @cached_property
     def _slopes(self) -> tuple[Graph, int, int]:

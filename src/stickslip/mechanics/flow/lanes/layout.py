@@ -1,0 +1,68 @@
+"""Where a pool of motions keeps its numbers: one array, a row of lanes for each quantity.
+
+A pool holds motions whose modes make the same blocks slip. The *first* block of its rows is
+one that slips; the *second* slips too, or rides. Speeds are s = mode w >= 0, tangents
+likewise. Constants are offsets into the array: a row's offset plus the lane.
+"""
+
+from __future__ import annotations
+
+# Lanes that step together. Two AVX-512 vectors: a single motion costs half of what it would with
+# 32 lanes, a full pool the same.
+LANES = 16
+# With this many motions in three pools at least one pool has its lanes full.
+MOTIONS = 3 * LANES - 2
+# Places in each pool.
+PLACES = 3 * LANES
+
+# Bytes between places where a vector may lie without crossing a line of the cache.
+ALIGNMENT = 64
+
+# Order of the Taylor series.
+ORDER = 18
+# No step is longer, as in the scalar engine.
+LONGEST_STEP = 1.0
+# Steps of one motion in a pool.
+MOST_STEPS = 4000.0
+
+(
+    SPEED_1,
+    SPEED_2,
+    FORCE_1,
+    FORCE_2,
+    SIGN_1,
+    SIGN_2,
+    TIME,
+    STEPS,
+    D_SPEED_1,
+    D_SPEED_2,
+    D_FORCE_1,
+    D_FORCE_2,
+    DURATION,
+    MARGIN,
+    # the step that was taken last
+    LENGTH,
+    FLAG,
+    TIME_BEFORE,
+    FORCE_1_BEFORE,
+    FORCE_2_BEFORE,
+    D_FORCE_1_BEFORE,
+    D_FORCE_2_BEFORE,
+) = range(0, 21 * PLACES, PLACES)
+
+# A motion keeps the rows up to here from step to step.
+KEPT_ROWS = LENGTH // PLACES
+
+# Rows of coefficients: of the speeds, of their tangents, and what the tangents need of the law.
+SERIES_1 = 21 * PLACES
+SERIES_2 = SERIES_1 + (ORDER + 1) * PLACES
+D_SERIES_1 = SERIES_2 + (ORDER + 1) * PLACES
+D_SERIES_2 = D_SERIES_1 + (ORDER + 1) * PLACES
+LAW_ROWS = D_SERIES_2 + (ORDER + 1) * PLACES
+
+# What the screening of a step found: signals that may reach zero, a motion for the scalar
+# engine, an extreme inside the step.
+FIRST_SLIP, SECOND, RIDER_LOWER, DOUBTFUL, EXTREME = 1, 2, 4, 8, 16
+
+# Status of a motion that the lanes leave to the scalar engine.
+HANDED_OVER = -1

@@ -1,0 +1,26 @@
+"""Signatures of the generated steps of lanes, for the type checker alone: see `lanes.text`."""
+
+from __future__ import annotations
+
+from stickslip.mechanics.flow.system import Floats
+
+SIZE: int
+
+
+def step_one(
+    x: Floats,
+    p: Floats,
+    q: Floats,
+    alpha: float,
+    V: float,
+    limit_0: float,
+    limit_1: float,
+    steady_1: float,
+    steady_2: float,
+    log_rtol: float,
+) -> None:
+    """Step lanes of which the first block slips; the second rides."""
+    raise NotImplementedError
+
+
+step_both = tangent_one = tangent_both = step_one

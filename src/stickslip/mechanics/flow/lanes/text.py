@@ -1,0 +1,426 @@
+"""The text of one step of all lanes, generated from a law's formula.
+
+Recurrences are written below as loops over the order and written out by `unrolling`; the loop
+that stays is that over lanes. `step_one` moves motions of which one block slips, `step_both`
+those of which both do; `tangent_one` and `tangent_both` carry derivatives over the same step.
+Derivation: docs/theory/flow.md, "Lanes".
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from textwrap import dedent, indent
+
+from stickslip.mechanics.flow.lanes import layout
+from stickslip.mechanics.friction.series import STATIC_COLUMN
+from stickslip.numerics.series import Lines, SeriesText, indented
+from stickslip.numerics.unrolling import unrolled
+
+HEADER = '''\
+"""One step of many lanes, generated from a law; see stickslip.mechanics.flow.lanes.text."""
+
+import math
+
+from stickslip.numerics.vector import align_stack, bits, from_bits, select
+from stickslip.numerics.targets import kernel
+'''
+
+# Signals nearer zero than this are events: SLACK of `dense`, in units of the last place.
+EPSILON = 2.0**-52
+NUMBERS = {name: value for name, value in vars(layout).items() if isinstance(value, int | float)}
+NUMBERS |= {
+    "STATIC": STATIC_COLUMN,
+    "EPSILON": EPSILON,
+    "SLACK": 4.0 * EPSILON,
+    "LIMIT_SLACK": 64.0 * EPSILON,
+    "FRACTION": 2**52 - 1,
+    "ONE": 1023 << 52,  # exponent of 1.0
+    "TWO_52": 1075 << 52,  # exponent of 2^52, where integers are the last bits
+    "EXPONENT_ZERO": 2.0**52 + 1023.0,
+    "ROUNDER": 1.5 * 2.0**52,
+    "SHORTEST": -40.0,  # log2 of the shortest step
+}
+
+# --- values -------------------------------------------------------------------------------------
+
+LOAD = """
+sign_{i} = x[SIGN_{n} + lane]
+force_{i} = x[FORCE_{n} + lane]
+rows{i}[0, 0] = x[SPEED_{n} + lane]
+"""
+
+# Coefficient k + 1 of a speed: s' = -limit F(s) - sign e; a slip from rest with F(0) = 1 starts
+# with zero acceleration. y_(k+1) = s_k / (k+1) are the coefficients of the integral of s. What
+# does not depend on the newest coefficient is multiplied out beforehand: the recurrence is a
+# chain of operations that wait for each other.
+COEFFICIENT = """
+if k == 0:
+{start}
+    rows{i}[1, 0] = select(rows{i}[0, 0] == 0.0, {law}[STATIC], rows{i}[1, 0])
+    pull = -limit_{i} * rows{i}[1, 0] - sign_{i} * force_{i}
+    at_limit = (rows{i}[0, 0] == 0.0) & (abs(pull) <= SLACK * limit_{i})
+    next_{i} = select(at_limit, 0.0, pull)
+else:
+{advance}
+    loading = {loading}
+    if k == 1:
+        loading = loading + sign_{i} * (0.5 * V)
+    next_{i} = (-limit_{i} * (1.0 / (k + 1))) * rows{i}[1, k] - loading
+"""
+STORE = """
+rows{i}[0, k + 1] = next_{i}
+y{i}[k + 1] = rows{i}[0, k] * (1.0 / (k + 1))
+"""
+
+# log2 of the larger of the last coefficients; within 0.01, which is nothing after the root.
+LOGARITHM = """
+size_s = abs(rows{i}[0, k])
+size_e = stiff * abs(y{i}[k])
+size = select(size_s > size_e, size_s, size_e)
+size_bits = bits(size)
+exponent = from_bits(size_bits >> 52 | TWO_52) - EXPONENT_ZERO
+fraction = from_bits(size_bits & FRACTION | ONE) - 1.0
+root = (log_rtol - exponent - fraction * (1.3465 - 0.3465 * fraction)) * (1.0 / k)
+power = select(root < power, root, power)
+"""
+# h = 2^power
+LENGTH = """
+power = select(power > SHORTEST, power, SHORTEST)
+shifted = power + ROUNDER
+rest = power - (shifted - ROUNDER)
+h = from_bits((bits(shifted) + 1023) << 52) * (1.0 + rest * (0.69315 + rest * (0.2402 + rest * 0.0555)))
+h = select(h < LONGEST_STEP, h, LONGEST_STEP)
+"""
+
+# Terms of degree 3 and more, and whether a speed provably stays above zero: `first_contact`.
+SPEED_SIGNAL = """
+tail_{i} = 0.0
+for k in range(ORDER, 2, -1):
+    tail_{i} = (tail_{i} + abs(rows{i}[0, k])) * h
+tail_{i} = tail_{i} * h * h
+linear = rows{i}[0, 1] * h
+square = rows{i}[0, 2] * h * h
+rounding = SLACK + 2.0 * EPSILON * (abs(rows{i}[0, 0]) + abs(linear) + abs(square) + tail_{i})
+least = select(linear < 0.0, linear, 0.0) + select(square < 0.0, square, 0.0) - tail_{i}
+inside = rows{i}[0, 0] + least > rounding
+leaves = (linear >= 0.0) & (square >= 0.0) & (linear + square > tail_{i})
+at_rest = rows{i}[0, 0] == 0.0
+clear_{i} = (at_rest & leaves) | (not at_rest) & inside
+"""
+SPEED_END = """
+end_{i} = 0.0
+integral_{i} = 0.0
+for k in range(ORDER, 0, -1):
+    end_{i} = (end_{i} + rows{i}[0, k]) * h
+    integral_{i} = (integral_{i} + y{i}[k]) * h
+end_{i} = end_{i} + rows{i}[0, 0]
+"""
+
+# A rider's force e' = V - alpha w: it only grows while the other block slips backward, so its
+# end decides; else both limits are bounded, the terms of degree 3 by those of the speed.
+RIDER_SIGNAL = """
+linear = (V - alpha * sign_0 * rows0[0, 0]) * h
+square = -0.5 * alpha * sign_0 * rows0[0, 1] * h * h
+tail = alpha * h * (abs(rows0[0, 2]) * h * h * 0.3333333333333334 + tail_0 * 0.25)
+near = LIMIT_SLACK * (limit_1 + abs(linear) + abs(square) + tail)
+down = select(linear < 0.0, linear, 0.0) + select(square < 0.0, square, 0.0) - tail
+up = select(linear > 0.0, linear, 0.0) + select(square > 0.0, square, 0.0) + tail
+grows = (sign_0 < 0.0) & clear_0
+highest = select(grows, rider_end, rider + up)
+above = limit_1 - highest > near
+below = (limit_1 + rider + down > near) | grows
+"""
+
+ONE = """
+{load}
+rider = x[FORCE_2 + lane]
+for k in range(ORDER):
+{coefficients}
+power = 0.0
+for k in range(ORDER - 1, ORDER + 1):
+{logarithms}
+{length}
+{signals}
+{ends}
+force_end = force_0 + V * h + sign_0 * (stiff * integral_0)
+rider_end = rider + V * h - alpha * sign_0 * integral_0
+{rider}
+sound = abs(end_0) + abs(force_end) < 1e6
+"""
+ONE_FLAGS = """
+flag = select(clear_0, 0.0, 1.0) + select(above, 0.0, 2.0) + select(below, 0.0, 4.0)
+"""
+
+BOTH = """
+{load}
+cross = alpha * sign_0 * sign_1
+for k in range(ORDER):
+{coefficients}
+power = 0.0
+for k in range(ORDER - 1, ORDER + 1):
+{logarithms}
+{length}
+{signals}
+{ends}
+force_end = force_0 + V * h + sign_0 * (stiff * integral_0) - alpha * sign_1 * integral_1
+rider_end = force_1 + V * h + sign_1 * (stiff * integral_1) - alpha * sign_0 * integral_0
+sound = abs(end_0) + abs(end_1) + abs(force_end) + abs(rider_end) < 1e6
+"""
+# Energy of two blocks that slip backward, as in `energy_reach`: too little to reach the belt?
+BOTH_FLAGS = """
+y_1 = V + sign_0 * rows0[0, 0]
+y_2 = V + sign_1 * rows1[0, 0]
+r_1 = force_0 - steady_1
+r_2 = force_1 - steady_2
+spread = (r_2 - r_1) * (r_2 - r_1) * (1.0 / (1.0 + 2.0 * alpha))
+energy = y_1 * y_1 + y_2 * y_2 + 0.5 * ((r_1 + r_2) * (r_1 + r_2) + spread)
+sound = sound & ((sign_0 > 0.0) | (sign_1 > 0.0) | (energy >= V * V))
+flag = select(clear_0, 0.0, 1.0) + select(clear_1, 0.0, 2.0)
+"""
+FINISH = """
+steps = x[STEPS + lane] + 1.0
+sound = sound & (power > SHORTEST) & (steps < MOST_STEPS)
+time = x[TIME + lane]
+x[STEPS + lane] = steps
+x[FLAG + lane] = flag + select(sound, 0.0, 8.0)
+x[LENGTH + lane] = h
+x[TIME_BEFORE + lane] = time
+x[TIME + lane] = time + h
+x[FORCE_1_BEFORE + lane] = force_0
+x[FORCE_2_BEFORE + lane] = {second}
+x[FORCE_1 + lane] = force_end
+x[FORCE_2 + lane] = rider_end
+"""
+KEEP = """
+x[SPEED_{n} + lane] = end_{i}
+for k in range(ORDER + 1):
+    x[SERIES_{n} + k * PLACES + lane] = rows{i}[0, k]
+"""
+KEEP_ROW = """
+for k in range(ORDER):
+    x[LAW_ROWS + {place} * PLACES + k * PLACES + lane] = rows{i}[{row}, k]
+"""
+
+# --- tangents -----------------------------------------------------------------------------------
+
+KNOWN = """
+sign_{i} = x[SIGN_{n} + lane]
+d_force_{i} = x[D_FORCE_{n} + lane]
+d{i}[0] = x[D_SPEED_{n} + lane]
+for k in range(ORDER):
+    rows{i}[0, k] = x[SERIES_{n} + k * PLACES + lane]
+"""
+KNOWN_ROW = """
+for k in range(ORDER):
+    rows{i}[{row}, k] = x[LAW_ROWS + {place} * PLACES + k * PLACES + lane]
+"""
+D_COEFFICIENT = """
+if k == 0:
+{start}
+else:
+{advance}
+changed = 0.0
+for j in range(k, -1, -1):
+    changed += rows{i}[2, j] * d{i}[k - j]
+if k == 0:
+    loading = sign_{i} * d_force_{i}
+else:
+    loading = {loading}
+next_{i} = (-limit_{i} * (1.0 / (k + 1))) * changed - loading
+"""
+D_STORE = """
+d{i}[k + 1] = next_{i}
+z{i}[k + 1] = d{i}[k] * (1.0 / (k + 1))
+"""
+D_END = """
+end_{i} = 0.0
+integral_{i} = 0.0
+turning_{i} = 0.0
+for k in range(ORDER, 0, -1):
+    end_{i} = (end_{i} + d{i}[k]) * h
+    integral_{i} = (integral_{i} + z{i}[k]) * h
+end_{i} = end_{i} + d{i}[0]
+for k in range(ORDER, 0, -1):
+    turning_{i} = turning_{i} * h + k * x[SERIES_{n} + k * PLACES + lane]
+extreme_{i} = (x[SERIES_{n} + PLACES + lane] < 0.0) & (turning_{i} > 0.0)
+x[D_SPEED_{n} + lane] = end_{i}
+for k in range(ORDER + 1):
+    x[D_SERIES_{n} + k * PLACES + lane] = d{i}[k]
+"""
+D_ONE = """
+{known}
+d_rider = x[D_FORCE_2 + lane]
+h = x[LENGTH + lane]
+for k in range(ORDER):
+{coefficients}
+{ends}
+rate = V - alpha * sign_0 * rows0[0, 0]
+rate_end = V - alpha * sign_0 * x[SPEED_1 + lane]
+extreme = extreme_0 | (rate * rate_end < 0.0)
+x[D_FORCE_1_BEFORE + lane] = d_force_0
+x[D_FORCE_2_BEFORE + lane] = d_rider
+x[D_FORCE_1 + lane] = d_force_0 + sign_0 * (stiff * integral_0)
+x[D_FORCE_2 + lane] = d_rider - alpha * sign_0 * integral_0
+x[FLAG + lane] = x[FLAG + lane] + select(extreme, 16.0, 0.0)
+"""
+D_BOTH = """
+{known}
+cross = alpha * sign_0 * sign_1
+h = x[LENGTH + lane]
+for k in range(ORDER):
+{coefficients}
+{ends}
+x[D_FORCE_1_BEFORE + lane] = d_force_0
+x[D_FORCE_2_BEFORE + lane] = d_force_1
+x[D_FORCE_1 + lane] = d_force_0 + sign_0 * (stiff * integral_0) - alpha * sign_1 * integral_1
+x[D_FORCE_2 + lane] = d_force_1 + sign_1 * (stiff * integral_1) - alpha * sign_0 * integral_0
+x[FLAG + lane] = x[FLAG + lane] + select(extreme_0 | extreme_1, 16.0, 0.0)
+"""
+
+
+ARGUMENTS = "x, p, q, alpha, V, limit_0, limit_1, steady_1, steady_2, log_rtol"
+
+
+def lanes_text(series: SeriesText, tangent: SeriesText) -> str:
+    """Write the module of the four kernels for one law."""
+    writer = _Writer(series, tangent)
+    steps = [writer.step(n) for n in (1, 2)] + [writer.tangent(n) for n in (1, 2)]
+    return "\n".join([HEADER, f"SIZE = {writer.size}\n", *steps])
+
+
+class _Writer:
+    """Fills the templates above with the text of a law's series."""
+
+    def __init__(self, series: SeriesText, tangent: SeriesText) -> None:
+        self.law, self.law_tangent = series, tangent
+        text = "\n".join(tangent.start + tangent.advance)
+        written = set(re.findall(r"^ *rows\[(\d+), [0k]\] =", text, re.MULTILINE))
+        read = set(re.findall(r"rows\[(\d+), ", text))
+        self.kept_rows = sorted(map(int, read - written - {"0"}))
+        self.calls = _calls(series.start) + _calls(tangent.start)
+        self.size = layout.LAW_ROWS + layout.PLACES * 2 * (
+            len(self.kept_rows) * layout.ORDER + len(self.calls)
+        )
+
+    def step(self, n: int) -> str:
+        """Kernel `step_one` or `step_both`."""
+        blocks = range(n)
+        advance = _joined(
+            _filled(
+                COEFFICIENT,
+                i,
+                start=self._start(self.law.start, i),
+                advance=_of_block(self.law.advance, i),
+                loading=_loading("y", i, n),
+            )
+            for i in blocks
+        ) + _joined(_filled(STORE, i) for i in blocks)
+        body = (ONE if n == 1 else BOTH).format(
+            load=_joined(_filled(LOAD, i) for i in blocks),
+            coefficients=indent(advance, "    "),
+            logarithms=indent(_joined(_filled(LOGARITHM, i) for i in blocks), "    "),
+            length=LENGTH,
+            signals=_joined(_filled(SPEED_SIGNAL, i) for i in blocks),
+            ends=_joined(_filled(SPEED_END, i) for i in blocks),
+            rider=RIDER_SIGNAL,
+        )
+        body += ONE_FLAGS if n == 1 else BOTH_FLAGS
+        body += FINISH.format(second="rider" if n == 1 else "force_1")
+        body += _joined(_filled(KEEP, i) for i in blocks)
+        body += self._rows(KEEP_ROW, n)
+        return self._kernel(f"step_{'one' if n == 1 else 'both'}", self.law.start, "SPEED", body, n)
+
+    def tangent(self, n: int) -> str:
+        """Kernel `tangent_one` or `tangent_both`."""
+        blocks = range(n)
+        advance = _joined(
+            _filled(
+                D_COEFFICIENT,
+                i,
+                start=self._start(self.law_tangent.start, i),
+                advance=_of_block(self.law_tangent.advance, i),
+                loading=_loading("z", i, n),
+            )
+            for i in blocks
+        ) + _joined(_filled(D_STORE, i) for i in blocks)
+        body = (D_ONE if n == 1 else D_BOTH).format(
+            known=_joined(_filled(KNOWN, i) for i in blocks) + self._rows(KNOWN_ROW, n),
+            coefficients=indent(advance, "    "),
+            ends=_joined(_filled(D_END, i) for i in blocks),
+        )
+        name = f"tangent_{'one' if n == 1 else 'both'}"
+        return self._kernel(name, self.law_tangent.start, "SERIES", body, n)
+
+    def _rows(self, template: str, n: int) -> str:
+        """Rows of the law that the tangents look at, of every block."""
+        places = [(i, row) for i in range(n) for row in self.kept_rows]
+        return _joined(
+            template.format(i=i, row=row, place=place * layout.ORDER)
+            for place, (i, row) in enumerate(places)
+        )
+
+    def _kernel(self, name: str, start: Lines, speed: str, body: str, n: int) -> str:
+        """A kernel: constants first, calls that stay scalar in a loop of their own."""
+        loops = [self._call_loop(start, i, speed) for i in range(n) if _calls(start)]
+        loops.append(_written_out(body))
+        columns = sorted({name for loop in loops for line in loop for name in _columns(line)})
+        lines = [f"{column} = {column[0]}[{column[2:]}]" for column in columns]
+        lines += ["align_stack()", "stiff = 1.0 + alpha"]
+        for loop in loops:
+            lines += [f"for lane in range({layout.LANES}):", *indented(loop)]
+        return "\n".join(["", "@kernel", f"def {name}({ARGUMENTS}):", *indented(lines), ""])
+
+    def _call_loop(self, start: Lines, i: int, speed: str) -> Lines:
+        load = f"rows{i}[0, 0] = x[{speed}_{i + 1} + lane]"
+        stores = [f"x[{self._place(name, i)} + lane] = {name}" for name in _calls(start)]
+        return _written_out("\n".join([load, dedent(_of_block(start, i)), *stores]))
+
+    def _place(self, name: str, i: int) -> int:
+        """Offset where the result of a call is kept."""
+        calls = 2 * len(self.kept_rows) * layout.ORDER + i * len(self.calls)
+        return layout.LAW_ROWS + layout.PLACES * (calls + self.calls.index(name))
+
+    def _start(self, lines: Lines, i: int) -> str:
+        """Coefficient 0, with what a call gave taken from where it is kept."""
+        changed = [
+            f"{name} = x[{self._place(name, i)} + lane]"
+            if (name := line.split(" = ")[0]) in self.calls and "math." in line
+            else line
+            for line in lines
+        ]
+        return _of_block(changed, i)
+
+
+def _calls(lines: Lines) -> list[str]:
+    """Names that are set by a function which no vector instruction computes."""
+    return [line.split(" = ")[0] for line in lines if re.search(r"= math\.(?!sqrt\b)", line)]
+
+
+def _columns(line: str) -> list[str]:
+    return re.findall(r"\b[pq]_\d+\b", line)
+
+
+def _loading(integral: str, i: int, n: int) -> str:
+    """Coefficient k of sign e over k + 1, from the integrals of the speeds."""
+    own = f"(stiff * (1.0 / (k + 1))) * {integral}{i}[k]"
+    return own if n == 1 else f"{own} - (cross * (1.0 / (k + 1))) * {integral}{1 - i}[k]"
+
+
+def _of_block(lines: Lines, i: int) -> str:
+    """Text of the law for one block, indented below a condition."""
+    text = "\n".join(indented(lines)).replace("rows[", f"rows{i}[")
+    return text if i == 0 else re.sub(r"\bp\[", "q[", text)
+
+
+def _filled(template: str, i: int, **parts: str) -> str:
+    return template.format(i=i, n=i + 1, law="pq"[i], **parts)
+
+
+def _joined(parts: Iterable[str]) -> str:
+    return "\n".join(parts)
+
+
+def _written_out(body: str) -> Lines:
+    local = [f"{name}{i}" for name in ("rows", "y", "d", "z") for i in range(2)]
+    return unrolled(body, NUMBERS, local, fixed=("p", "q"))

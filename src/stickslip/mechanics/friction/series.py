@@ -1,0 +1,72 @@
+"""The series of one law as text, for generated kernels that step many motions at once."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.mechanics.friction._text import FORCE_ROW, SLOPE_ROW, SPEED_ROW
+from stickslip.mechanics.friction.formula import TracedFormula, quietly
+from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.numerics.calculus import derivative, evaluate
+from stickslip.numerics.series import Scalars, SeriesText
+
+# Columns of a parameter row: F(0), the parameters, constants made of them.
+STATIC_COLUMN, PARAMETER_COLUMN = 0, 1
+
+
+@dataclass(frozen=True)
+class LawSeries:
+    """Text of the series of a symmetric law's force, and after it of its slope.
+
+    Attributes
+    ----------
+    key : str
+        Short hash of the text.
+    force, slope : SeriesText
+        Rows: 0 the speed, 1 the force, 2 dF/ds, others as the texts need them.
+    scalars : Scalars
+        Of both; its constants are the last columns of `rows`.
+    """
+
+    key: str
+    force: SeriesText
+    slope: SeriesText
+    scalars: Scalars
+
+    def rows(self, laws: Sequence[FrictionLaw]) -> NDArray[np.float64]:
+        """Return the parameter rows ``p`` of laws with this formula, one for each block."""
+        graph, constants = self.scalars.graph, self.scalars.constants
+        table = []
+        for law in laws:
+            values = {name: np.float64(value) for name, value in law.arguments.items()}
+            more = quietly(evaluate, graph, constants, values)
+            table.append([law.static_value(), *values.values(), *more])
+        return np.array(table, dtype=np.float64)
+
+
+def law_series(laws: Sequence[FrictionLaw]) -> LawSeries | None:
+    """Series of laws that are one formula, the same in both directions; None for others.
+
+    Parameters that are zero in all of them are left out: whole recurrences go with them.
+    """
+    formula, *others = {law.formula for law in laws}
+    if others or not isinstance(formula, TracedFormula) or not formula.symmetric:
+        return None
+    names = formula.parameters
+    zero = [name for name in names if all(law.arguments[name] == 0.0 for law in laws)]
+    formula = formula.without(zero)
+    columns = {name: PARAMETER_COLUMN + j for j, name in enumerate(names)}
+    graph = formula.graph()
+    scalars = Scalars(graph, columns, PARAMETER_COLUMN + len(columns))
+    s = graph.symbol("s")
+    force = graph[formula.backward]
+    slope = derivative(force, s)
+    series = SeriesText(scalars, {FORCE_ROW: force.number}, {s.number: SPEED_ROW}, SLOPE_ROW + 1)
+    tangent = SeriesText(scalars, {SLOPE_ROW: slope.number}, series.rows, series.next_row)
+    text = "\n".join([*series.start, *series.advance, *tangent.start, *tangent.advance])
+    return LawSeries(hashlib.sha256(text.encode()).hexdigest()[:16], series, tangent, scalars)
