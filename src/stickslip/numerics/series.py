@@ -345,7 +345,7 @@ class SeriesText:
         return followed, self._partners[number]
 
     def _factors(self, number: int) -> list[str]:
-        """What the sum of a node is to be scaled by."""
+        """Return what the sum of a node is to be scaled by."""
         return [factor for node in self._pair(number) for factor in self._source(node)[1]]
 
     def _summand(self, number: int, j: str, i: str) -> str:

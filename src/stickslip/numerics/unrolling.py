@@ -2,18 +2,21 @@
 
 A compiler turns a loop over lanes into vector instructions only if nothing in its body loops,
 branches or needs memory of its own. Recurrences are written as loops; here they are executed as
-far as their integers are known, and what is left is a list of assignments of new names.
+far as their integers are known, and what is left is a list of assignments of new names. A sum of
+products, gathered term by term, becomes one call of `vector.products`: what compiling costs is
+the number of statements.
 """
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
+from typing import TypeGuard
 
 Number = int | float
 Place = str | tuple[str, tuple[Number, ...]]
 
-_OPERATIONS = {
+_OPERATIONS: dict[type[ast.operator], Callable[[Number, Number], Number]] = {
     ast.Add: lambda a, b: a + b,
     ast.Sub: lambda a, b: a - b,
     ast.Mult: lambda a, b: a * b,
@@ -21,7 +24,7 @@ _OPERATIONS = {
     ast.FloorDiv: lambda a, b: a // b,
     ast.Mod: lambda a, b: a % b,
 }
-_COMPARISONS = {
+_COMPARISONS: dict[type[ast.cmpop], Callable[[Number, Number], bool]] = {
     ast.Eq: lambda a, b: a == b,
     ast.NotEq: lambda a, b: a != b,
     ast.Lt: lambda a, b: a < b,
@@ -54,7 +57,20 @@ def unrolled(
     """
     writer = _Writer(known, local, fixed)
     writer.block(ast.parse(text).body)
-    return [ast.unparse(line) for line in writer.lines]
+    return [ast.unparse(line) for line in _needed(writer.lines)]
+
+
+def _needed(lines: list[ast.stmt]) -> list[ast.stmt]:
+    """Leave out names that no later line reads."""
+    kept: list[ast.stmt] = []
+    read: set[str] = set()
+    for line in reversed(lines):
+        assert isinstance(line, ast.Assign)
+        target = line.targets[0]
+        if not isinstance(target, ast.Name) or target.id in read:
+            kept.append(line)
+            read.update(node.id for node in ast.walk(line) if isinstance(node, ast.Name))
+    return kept[::-1]
 
 
 class _Writer(ast.NodeTransformer):
@@ -63,9 +79,10 @@ class _Writer(ast.NodeTransformer):
     def __init__(
         self, known: Mapping[str, Number], local: Collection[str], fixed: Collection[str]
     ) -> None:
-        self.values: dict[Place, Number | str] = dict(known)
+        self.values: dict[Place, Number | str] = {name: known[name] for name in known}
         self.local, self.fixed = local, fixed
         self.lines: list[ast.stmt] = []
+        self._sums: dict[Place, list[ast.expr]] = {}  # factors of sums that nobody has read yet
         self._versions: dict[Place, int] = {}
 
     # --- statements -----------------------------------------------------------------------
@@ -82,25 +99,47 @@ class _Writer(ast.NodeTransformer):
                 case ast.Assign(targets=[target], value=value):
                     self._assign(target, self.visit(value))
                 case ast.AugAssign(target=target, op=operation, value=value):
-                    self._assign(target, self._binary(self.visit(target), operation, value))
+                    self._change(target, operation, self.visit(value))
                 case _:
                     raise ValueError(f"cannot write out: {ast.unparse(statement)}")
 
-    def _binary(self, left: ast.expr, operation: ast.operator, right: ast.expr) -> ast.expr:
-        return self.visit(ast.BinOp(left, operation, right))
+    def _change(self, target: ast.expr, operation: ast.operator, value: ast.expr) -> None:
+        place = self._place(target)
+        started = place in self._sums or (place is not None and self.values.get(place) == 0)
+        if started and isinstance(operation, ast.Add) and _is_product(value):
+            assert place is not None
+            self._sums.setdefault(place, []).extend((value.left, value.right))
+            self.values.pop(place, None)
+        else:
+            self._assign(target, self.visit(ast.BinOp(target, operation, value)))
 
     def _assign(self, target: ast.expr, value: ast.expr) -> None:
         place = self._place(target)
         if place is None:  # an element of an array that stays one
             self.lines.append(_assignment(self.visit(target), value))
-        elif isinstance(value, ast.Constant):
-            self.values[place] = value.value
+            return
+        self._sums.pop(place, None)
+        self.values.pop(place, None)
+        if (number := _constant(value)) is not None:
+            self.values[place] = number
         elif isinstance(value, ast.Name):
             self.values[place] = value.id
+        elif _is_product(value):
+            self._sums[place] = [value.left, value.right]
         else:
-            name = self._new_name(place)
-            self.lines.append(_assignment(ast.Name(name, ast.Store()), value))
-            self.values[place] = name
+            self._name(place, value)
+
+    def _name(self, place: Place, value: ast.expr) -> None:
+        name = self._new_name(place)
+        self.lines.append(_assignment(ast.Name(name, ast.Store()), value))
+        self.values[place] = name
+
+    def _finish_sum(self, place: Place) -> None:
+        factors = self._sums.pop(place)
+        if len(factors) == 2:
+            self._name(place, ast.BinOp(factors[0], ast.Mult(), factors[1]))
+        else:
+            self._name(place, ast.Call(ast.Name("products", ast.Load()), factors, []))
 
     def _new_name(self, place: Place) -> str:
         version = self._versions[place] = self._versions.get(place, -1) + 1
@@ -109,43 +148,46 @@ class _Writer(ast.NodeTransformer):
 
     # --- expressions ----------------------------------------------------------------------
 
-    def visit_Name(self, node: ast.Name) -> ast.expr:  # noqa: N802
+    def visit_Name(self, node: ast.Name) -> ast.expr:
         return self._held(node.id, node)
 
-    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:  # noqa: N802
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
         place = self._place(node)
         if place is not None:
-            if place not in self.values:
+            if place not in self.values and place not in self._sums:
                 raise ValueError(f"used before it is set: {ast.unparse(node)}")
             return self._held(place, node)
         if isinstance(node.value, ast.Name) and node.value.id in self.fixed:
             return ast.Name(f"{node.value.id}_{self._number(node.slice)}", ast.Load())
         return ast.Subscript(node.value, self.visit(node.slice), node.ctx)
 
-    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:  # noqa: N802
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
         left, right = self.visit(node.left), self.visit(node.right)
-        if isinstance(left, ast.Constant) and isinstance(right, ast.Constant):
-            return ast.Constant(_OPERATIONS[type(node.op)](left.value, right.value))
-        if isinstance(left, ast.Constant) and left.value == 0:  # a sum without a term yet
+        a, b = _constant(left), _constant(right)
+        if a is not None and b is not None:
+            return ast.Constant(_OPERATIONS[type(node.op)](a, b))
+        if a == 0:  # a sum without a term yet
             if isinstance(node.op, ast.Add):
                 return right
             if isinstance(node.op, ast.Mult | ast.Div):
                 return left
         return ast.BinOp(left, node.op, right)
 
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:  # noqa: N802
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
         operand = self.visit(node.operand)
-        if isinstance(operand, ast.Constant) and isinstance(node.op, ast.USub):
-            return ast.Constant(-operand.value)
+        number = _constant(operand)
+        if number is not None and isinstance(node.op, ast.USub):
+            return ast.Constant(-number)
         return ast.UnaryOp(node.op, operand)
 
-    def visit_Compare(self, node: ast.Compare) -> ast.expr:  # noqa: N802
+    def visit_Compare(self, node: ast.Compare) -> ast.expr:
         left, right = self.visit(node.left), self.visit(node.comparators[0])
-        if isinstance(left, ast.Constant) and isinstance(right, ast.Constant):
-            return ast.Constant(_COMPARISONS[type(node.ops[0])](left.value, right.value))
+        a, b = _constant(left), _constant(right)
+        if a is not None and b is not None:
+            return ast.Constant(_COMPARISONS[type(node.ops[0])](a, b))
         return ast.Compare(left, node.ops, [right])
 
-    def visit_Call(self, node: ast.Call) -> ast.expr:  # noqa: N802
+    def visit_Call(self, node: ast.Call) -> ast.expr:
         return ast.Call(node.func, [self.visit(argument) for argument in node.args], [])
 
     # --- places ---------------------------------------------------------------------------
@@ -161,16 +203,29 @@ class _Writer(ast.NodeTransformer):
         return None
 
     def _held(self, place: Place, node: ast.expr) -> ast.expr:
+        if place in self._sums:
+            self._finish_sum(place)
         value = self.values.get(place)
         if value is None:
             return node
         return ast.Name(value, ast.Load()) if isinstance(value, str) else ast.Constant(value)
 
     def _number(self, node: ast.expr) -> Number:
-        value = self.visit(node)
-        if not isinstance(value, ast.Constant):
+        number = _constant(self.visit(node))
+        if number is None:
             raise ValueError(f"not known: {ast.unparse(node)}")
-        return value.value  # type: ignore[return-value]
+        return number
+
+
+def _is_product(node: ast.expr) -> TypeGuard[ast.BinOp]:
+    return isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult)
+
+
+def _constant(node: ast.expr) -> Number | None:
+    """Return the number that a node is."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
+        return node.value
+    return None
 
 
 def _assignment(target: ast.expr, value: ast.expr) -> ast.stmt:

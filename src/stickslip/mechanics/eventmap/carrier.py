@@ -15,7 +15,8 @@ import numpy as np
 
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
 from stickslip.mechanics.eventmap.itinerary import itinerary_text
-from stickslip.mechanics.eventmap.records import Controls, Lanes, Outputs, Scratch
+from stickslip.mechanics.eventmap.pools import MovingPools
+from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch
 from stickslip.mechanics.flow.engine import (
     Engine,
     EngineName,
@@ -24,11 +25,10 @@ from stickslip.mechanics.flow.engine import (
     parameter_direction,
     start_direction,
 )
-from stickslip.mechanics.flow.lanes.kernels import lane_kernels
-from stickslip.mechanics.flow.lanes.layout import ALIGNMENT, HANDED_OVER, LANES, ORDER, PLACES
+from stickslip.mechanics.flow.lanes.layout import HANDED_OVER
 from stickslip.mechanics.flow.system import new_motion
 from stickslip.mechanics.friction.series import LawSeries, law_series
-from stickslip.numerics.targets import instantiate, launch
+from stickslip.numerics.targets import launch
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
@@ -41,8 +41,7 @@ if TYPE_CHECKING:
 __all__ = ["Carrier", "carrier_for"]
 
 # Fewer motions than this are not worth a thread.
-SMALLEST_TILE = {"exact": 4000, "taylor": 64, "collocation": 16, "lanes": 512}
-STEPS = ("step_one", "step_both", "tangent_one", "tangent_both")
+SMALLEST_TILE = {"exact": 4000, "taylor": 64, "collocation": 16, "pools": 512}
 NO_ITINERARY = np.zeros(0, dtype=np.int8)
 
 
@@ -71,7 +70,7 @@ def carrier_for(model: TwoBlock, engine: EngineName, controls: Controls, threads
     prepared = engine_for(model, engine)
     series = law_series(model.laws) if prepared.name == "taylor" else None
     if series is not None:
-        return _LanesCarrier(model, prepared, controls, threads, series)
+        return _PoolCarrier(model, prepared, controls, threads, series)
     return _PlainCarrier(model, prepared, controls, threads)
 
 
@@ -165,10 +164,10 @@ class _PlainCarrier:
         return scratch
 
 
-class _LanesCarrier(_PlainCarrier):
-    """Two undamped blocks with one formula for both: many motions at once.
+class _PoolCarrier(_PlainCarrier):
+    """Two undamped blocks with one formula for both: many motions at once, in pools.
 
-    What the lanes hand over, and derivatives by parameters, the scalar engine carries. Which of
+    What the pools hand over, and derivatives by parameters, the scalar engine carries. Which of
     the two carries a motion depends on that motion alone, and so do the bits of its value.
     """
 
@@ -186,88 +185,36 @@ class _LanesCarrier(_PlainCarrier):
     def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
         orbits = np.full((d.size, 2), np.nan)
         orbits[:, 0] = d
-        return self._advanced(orbits, slope or watch, watch)._replace(value=orbits[:, 1])
+        outputs = self._advanced(orbits, slope=slope, watch=watch)
+        return outputs._replace(value=orbits[:, 1])
 
     def iterate(self, orbits: Floats) -> None:
-        self._advanced(orbits, tangent=False, watch=False)
+        self._advanced(orbits)
 
-    def _advanced(self, orbits: Floats, tangent: bool, watch: bool) -> Outputs:
-        """Fill the rows of `orbits`; what is known of their last motions."""
-        directions = (start_direction(self.engine),) if tangent else ()
+    def _advanced(self, orbits: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
+        """Fill the rows of `orbits`; return what is known of their last motions."""
+        directions = (start_direction(self.engine),) if slope else ()
         outputs = new_outputs(len(orbits), len(directions))
         filled = np.zeros(len(orbits), dtype=np.int64)
 
         def task(start: int, stop: int) -> None:
-            self._lanes_kernels.advance_orbits(
-                self.engine.system,
-                self.engine.laws,
-                orbits,
-                filled,
-                start,
-                stop,
-                self._lanes(directions),
-                self.controls,
-                watch,
-                outputs,
-            )
+            self._moved.advance(orbits, filled, start, stop, directions, watch, outputs)
 
         steps = max(1, orbits.shape[1] - 1)
         while True:
-            launch(task, len(orbits), self.threads, max(1, SMALLEST_TILE["lanes"] // steps))
+            launch(task, len(orbits), self.threads, max(1, SMALLEST_TILE["pools"] // steps))
             rows = np.flatnonzero(outputs.status == HANDED_OVER)
             if rows.size == 0:
                 return outputs
-            carried = self._carried(orbits[rows, filled[rows]], directions, watch=watch)
+            carried = self._carried(orbits[rows, filled[rows]], directions, watch)
             for field, found in zip(outputs, carried, strict=True):
                 field[rows] = found
             filled[rows] += 1
             orbits[rows, filled[rows]] = carried.value
 
     @cached_property
-    def _lanes_kernels(self) -> ModuleType:
-        """The driver, bound to the law's steps and to the decisions of the scalar engine."""
-        engine, steps, scalar = self.engine, lane_kernels(self.series), self._kernels
-        shared = ("blocks_of_event", "event_margin", "hashed", "mode_code", "value_tangent")
-        return instantiate(
-            "stickslip.mechanics.eventmap._lanes_kernels",
-            f"{engine.key}-{self.series.key}",
-            force=engine.code.force,
-            rate=engine.kernels.rate,
-            **{name: getattr(steps, name) for name in STEPS},
-            **{name: getattr(scalar, name) for name in shared},
-        )
-
-    def _lanes(self, directions: Sequence[Floats]) -> Lanes:
-        """Pools for this thread."""
-        held: dict[int, Lanes] = self._local.__dict__.setdefault("lanes", {})
-        n_columns = len(directions)
-        if n_columns not in held:
-            size = lane_kernels(self.series).SIZE
-            laws = self.series.rows(self.model.laws)
-            held[n_columns] = new_lanes(n_columns, self.engine, laws, size)
-            for column, direction in enumerate(directions):
-                held[n_columns].motion.directions[column] = direction
-        return held[n_columns]
-
-
-def new_lanes(n_columns: int, engine: Engine, laws: Floats, size: int) -> Lanes:
-    """Arrays of empty pools; the pools begin where vectors of any machine may."""
-    bytes_ = np.zeros(8 * 3 * size + ALIGNMENT, dtype=np.uint8)
-    start = -bytes_.ctypes.data % ALIGNMENT
-    return Lanes(
-        laws=laws,
-        x=bytes_[start : start + 8 * 3 * size].view(np.float64).reshape(3, size),
-        tags=np.zeros((3, PLACES, 4), dtype=np.int64),
-        labels=np.zeros((3, PLACES), dtype=np.uint64),
-        counts=np.zeros(3, dtype=np.int64),
-        flagged=np.zeros(LANES + 1, dtype=np.int64),
-        rows=np.zeros(LANES, dtype=np.int64),
-        motion=new_motion(n_columns, engine.n_law_parameters),
-        w=np.zeros((2, ORDER + 1)),
-        e=np.zeros((2, ORDER + 1)),
-        signal=np.zeros(ORDER + 1),
-        reciprocals=1.0 / np.maximum(np.arange(ORDER + 2), 1),
-    )
+    def _moved(self) -> MovingPools:
+        return MovingPools(self.engine, self._kernels, self.series, self.model, self.controls)
 
 
 class _DampedCarrier:

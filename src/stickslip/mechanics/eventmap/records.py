@@ -48,12 +48,13 @@ class Scratch(NamedTuple):
     work: Any
 
 
-class Lanes(NamedTuple):
+class Pools(NamedTuple):
     """Three pools of motions (`flow.lanes.layout`), and arrays for the one at an event.
 
-    ``laws``: parameter rows of `friction.series`; ``x`` (3, size): numbers of the motions; ``tags`` (3, places, 4), ``labels`` (3, places): as
-    `LaneTags`; ``counts`` (3,): motions in each pool; ``flagged``, ``rows``: lanes with an event,
-    rows that may go on; ``w``, ``e``, ``signal``: polynomials of the step; ``reciprocals``: 1 / k.
+    ``laws``: parameter rows of `friction.series`; ``x`` (3, size): numbers of the motions;
+    ``tags`` (3, places, 4), ``labels`` (3, places): `Tags`; ``counts`` (3,): motions in each pool;
+    ``flagged``, ``rows``: lanes with an event, rows that may go on; ``w``, ``e``, ``signal``:
+    polynomials of the step; ``reciprocals``: 1 / k.
     """
 
     laws: Floats
@@ -70,7 +71,7 @@ class Lanes(NamedTuple):
     reciprocals: Floats
 
 
-class LaneTags(NamedTuple):
+class Tags(NamedTuple):
     """What a motion in a pool is known by: its row, events so far, modes, last event, label."""
 
     row: int
@@ -80,7 +81,7 @@ class LaneTags(NamedTuple):
     label: np.uint64
 
 
-class LaneClock(NamedTuple):
+class Clock(NamedTuple):
     """What a motion in a pool adds up: steps, time of its earlier phases, smallest margin."""
 
     steps: float

@@ -10,5 +10,5 @@ from stickslip.numerics.targets import generated_module
 
 
 def lane_kernels(series: LawSeries) -> ModuleType:
-    """Generated ``step_one``, ``step_both``, ``tangent_one``, ``tangent_both`` and ``SIZE``."""
+    """Make ``step_one``, ``step_both``, ``tangent_one``, ``tangent_both`` and ``SIZE``."""
     return generated_module("lanes", series.key, lambda: lanes_text(series.force, series.slope))

@@ -22,7 +22,7 @@ HEADER = '''\
 
 import math
 
-from stickslip.numerics.vector import align_stack, bits, from_bits, select
+from stickslip.numerics.vector import align_stack, bits, from_bits, polynomial, products, select
 from stickslip.numerics.targets import kernel
 '''
 
@@ -89,16 +89,14 @@ LENGTH = """
 power = select(power > SHORTEST, power, SHORTEST)
 shifted = power + ROUNDER
 rest = power - (shifted - ROUNDER)
-h = from_bits((bits(shifted) + 1023) << 52) * (1.0 + rest * (0.69315 + rest * (0.2402 + rest * 0.0555)))
+fraction = 1.0 + rest * (0.69315 + rest * (0.2402 + rest * 0.0555))
+h = from_bits((bits(shifted) + 1023) << 52) * fraction
 h = select(h < LONGEST_STEP, h, LONGEST_STEP)
 """
 
 # Terms of degree 3 and more, and whether a speed provably stays above zero: `first_contact`.
 SPEED_SIGNAL = """
-tail_{i} = 0.0
-for k in range(ORDER, 2, -1):
-    tail_{i} = (tail_{i} + abs(rows{i}[0, k])) * h
-tail_{i} = tail_{i} * h * h
+tail_{i} = polynomial(h, {sizes}) * h * h * h
 linear = rows{i}[0, 1] * h
 square = rows{i}[0, 2] * h * h
 rounding = SLACK + 2.0 * EPSILON * (abs(rows{i}[0, 0]) + abs(linear) + abs(square) + tail_{i})
@@ -109,12 +107,8 @@ at_rest = rows{i}[0, 0] == 0.0
 clear_{i} = (at_rest & leaves) | (not at_rest) & inside
 """
 SPEED_END = """
-end_{i} = 0.0
-integral_{i} = 0.0
-for k in range(ORDER, 0, -1):
-    end_{i} = (end_{i} + rows{i}[0, k]) * h
-    integral_{i} = (integral_{i} + y{i}[k]) * h
-end_{i} = end_{i} + rows{i}[0, 0]
+end_{i} = polynomial(h, {speeds})
+integral_{i} = polynomial(h, {integrals}) * h
 """
 
 # A rider's force e' = V - alpha w: it only grows while the other block slips backward, so its
@@ -234,15 +228,9 @@ d{i}[k + 1] = next_{i}
 z{i}[k + 1] = d{i}[k] * (1.0 / (k + 1))
 """
 D_END = """
-end_{i} = 0.0
-integral_{i} = 0.0
-turning_{i} = 0.0
-for k in range(ORDER, 0, -1):
-    end_{i} = (end_{i} + d{i}[k]) * h
-    integral_{i} = (integral_{i} + z{i}[k]) * h
-end_{i} = end_{i} + d{i}[0]
-for k in range(ORDER, 0, -1):
-    turning_{i} = turning_{i} * h + k * x[SERIES_{n} + k * PLACES + lane]
+end_{i} = polynomial(h, {tangents})
+integral_{i} = polynomial(h, {tangent_integrals}) * h
+turning_{i} = polynomial(h, {slopes})
 extreme_{i} = (x[SERIES_{n} + PLACES + lane] < 0.0) & (turning_{i} > 0.0)
 x[D_SPEED_{n} + lane] = end_{i}
 for k in range(ORDER + 1):
@@ -361,7 +349,7 @@ class _Writer:
         )
 
     def _kernel(self, name: str, start: Lines, speed: str, body: str, n: int) -> str:
-        """A kernel: constants first, calls that stay scalar in a loop of their own."""
+        """Write a kernel: constants first, calls that stay scalar in a loop of their own."""
         loops = [self._call_loop(start, i, speed) for i in range(n) if _calls(start)]
         loops.append(_written_out(body))
         columns = sorted({name for loop in loops for line in loop for name in _columns(line)})
@@ -414,7 +402,24 @@ def _of_block(lines: Lines, i: int) -> str:
 
 
 def _filled(template: str, i: int, **parts: str) -> str:
-    return template.format(i=i, n=i + 1, law="pq"[i], **parts)
+    return template.format(i=i, n=i + 1, law="pq"[i], **_coefficients(i), **parts)
+
+
+def _coefficients(i: int) -> dict[str, str]:
+    """Arguments of `polynomial`, the highest power first."""
+    order = layout.ORDER
+
+    def falling(text: str, first: int, last: int) -> str:
+        return ", ".join(text.format(i=i, n=i + 1, k=k) for k in range(first, last - 1, -1))
+
+    return {
+        "speeds": falling("rows{i}[0, {k}]", order, 0),
+        "sizes": falling("abs(rows{i}[0, {k}])", order, 3),
+        "integrals": falling("y{i}[{k}]", order, 1),
+        "tangents": falling("d{i}[{k}]", order, 0),
+        "tangent_integrals": falling("z{i}[{k}]", order, 1),
+        "slopes": falling("{k} * x[SERIES_{n} + {k} * PLACES + lane]", order, 1),
+    }
 
 
 def _joined(parts: Iterable[str]) -> str:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.eventmap.records import Controls, LaneClock, Lanes, LaneTags, Outputs
+from stickslip.mechanics.eventmap.records import Clock, Controls, Outputs, Pools, Tags
 from stickslip.mechanics.flow.dense import SLACK, keep_first, watch_step
 from stickslip.mechanics.flow.lanes.layout import (
     D_FORCE_1,
@@ -103,7 +103,7 @@ def advance_orbits(
     filled: NDArray[np.int64],
     start: int,
     stop: int,
-    lanes: Lanes,
+    pools: Pools,
     controls: Controls,
     watch: bool,
     outputs: Outputs,
@@ -117,38 +117,36 @@ def advance_orbits(
     steady_2 = system.beta * force(laws[1], -1, system.V)
     # The first term left out is about rtol^(1 / ORDER) times the last one kept.
     log_rtol = math.log2(controls.rtol) * (ORDER / (ORDER + 1.0))
-    lanes.counts[:] = 0
+    pools.counts[:] = 0
     point, n_ready = start, 0
     while True:
-        active = lanes.counts[0] + lanes.counts[1] + lanes.counts[2]
+        active = pools.counts[0] + pools.counts[1] + pools.counts[2]
         while active < MOTIONS and (n_ready > 0 or point < stop):
             if n_ready > 0:
                 n_ready -= 1
-                row = lanes.rows[n_ready]
+                row = pools.rows[n_ready]
             else:
                 row = point
                 point += 1
-            active += begin(system, lanes, orbits, filled, outputs, row)
-        pool = fullest(lanes)
-        if lanes.counts[pool] == 0:
+            active += begin(system, pools, orbits, filled, outputs, row)
+        pool = fullest(pools)
+        if pools.counts[pool] == 0:
             break
-        step(system, lanes, pool, steady_1, steady_2, log_rtol)
-        for k in range(find_flagged(lanes, pool) - 1, -1, -1):
-            lane = lanes.flagged[k]
-            row = meet(
-                system, laws, lanes, controls, watch, orbits, filled, outputs, pool, lane
-            )
+        step(system, pools, pool, steady_1, steady_2, log_rtol)
+        for k in range(find_flagged(pools, pool) - 1, -1, -1):
+            lane = pools.flagged[k]
+            row = meet(system, laws, pools, controls, watch, orbits, filled, outputs, pool, lane)
             if row >= 0:
-                lanes.rows[n_ready] = row
+                pools.rows[n_ready] = row
                 n_ready += 1
 
 
 @kernel(inline=True)
-def fullest(lanes: Lanes) -> int:
+def fullest(pools: Pools) -> int:
     """Return the pool with most motions."""
     pool = 0
     for k in range(1, 3):
-        if lanes.counts[k] > lanes.counts[pool]:
+        if pools.counts[k] > pools.counts[pool]:
             pool = k
     return pool
 
@@ -156,22 +154,22 @@ def fullest(lanes: Lanes) -> int:
 @kernel(inline=True)
 def step(
     system: System,
-    lanes: Lanes,
+    pools: Pools,
     pool: int,
     steady_1: float,
     steady_2: float,
     log_rtol: float,
 ) -> None:
     """Take one step in every lane of a pool."""
-    x, V, alpha, beta = lanes.x[pool], system.V, system.alpha, system.beta
-    tangents = lanes.motion.directions.shape[0] > 0
+    x, V, alpha, beta = pools.x[pool], system.V, system.alpha, system.beta
+    tangents = pools.motion.directions.shape[0] > 0
     if pool == BOTH_SLIP:
-        p, q = lanes.laws[0], lanes.laws[1]
+        p, q = pools.laws[0], pools.laws[1]
         step_both(x, p, q, alpha, V, 1.0, beta, steady_1, steady_2, log_rtol)
         if tangents:
             tangent_both(x, p, q, alpha, V, 1.0, beta, steady_1, steady_2, log_rtol)
         return
-    p, q = lanes.laws[pool], lanes.laws[1 - pool]
+    p, q = pools.laws[pool], pools.laws[1 - pool]
     own, other = limit(system, pool), limit(system, 1 - pool)
     step_one(x, p, q, alpha, V, own, other, steady_1, steady_2, log_rtol)
     if tangents:
@@ -179,12 +177,12 @@ def step(
 
 
 @kernel(inline=True)
-def find_flagged(lanes: Lanes, pool: int) -> int:
+def find_flagged(pools: Pools, pool: int) -> int:
     """List the lanes whose step has to be looked at; without a branch for each lane."""
-    x = lanes.x[pool]
+    x = pools.x[pool]
     n = 0
-    for lane in range(min(lanes.counts[pool], LANES)):
-        lanes.flagged[n] = lane
+    for lane in range(min(pools.counts[pool], LANES)):
+        pools.flagged[n] = lane
         n += int(x[FLAG + lane] != 0.0)
     return n
 
@@ -192,7 +190,7 @@ def find_flagged(lanes: Lanes, pool: int) -> int:
 @kernel(inline=True)
 def begin(
     system: System,
-    lanes: Lanes,
+    pools: Pools,
     orbits: Floats,
     filled: NDArray[np.int64],
     outputs: Outputs,
@@ -205,30 +203,30 @@ def begin(
         orbits[row, filled[row]] = math.nan
     if filled[row] == last:
         return 0
-    motion = lanes.motion
+    motion = pools.motion
     onset(system, motion, orbits[row, filled[row]])
     if motion.mode[0] == motion.mode[1]:  # a tie, with a margin and a slope of its own
         outputs.status[row] = HANDED_OVER
         return 0
     code = mode_code(motion)
-    tags = LaneTags(row, 0, code, 1 if motion.mode[0] != 0 else 2, hashed(np.uint64(1), code))
-    enter(lanes, tags, LaneClock(0.0, 0.0, math.inf))
+    tags = Tags(row, 0, code, 1 if motion.mode[0] != 0 else 2, hashed(np.uint64(1), code))
+    enter(pools, tags, Clock(0.0, 0.0, math.inf))
     return 1
 
 
 @kernel
-def enter(lanes: Lanes, tags: LaneTags, clock: LaneClock) -> None:
-    """Put ``lanes.motion`` into the pool of its modes."""
-    motion = lanes.motion
+def enter(pools: Pools, tags: Tags, clock: Clock) -> None:
+    """Put ``pools.motion`` into the pool of its modes."""
+    motion = pools.motion
     pool = BOTH_SLIP
     for block in range(2):
         if motion.mode[block] == 0:
             pool = 1 - block
     first = 1 if pool == 1 else 0
     second = 1 - first
-    x = lanes.x[pool]
-    lane = lanes.counts[pool]
-    lanes.counts[pool] = lane + 1
+    x = pools.x[pool]
+    lane = pools.counts[pool]
+    pools.counts[pool] = lane + 1
     x[SIGN_1 + lane] = motion.mode[first]
     x[SIGN_2 + lane] = motion.mode[second]
     x[SPEED_1 + lane] = motion.mode[first] * motion.w[first]
@@ -244,31 +242,31 @@ def enter(lanes: Lanes, tags: LaneTags, clock: LaneClock) -> None:
     x[STEPS + lane] = clock.steps
     x[DURATION + lane] = clock.duration
     x[MARGIN + lane] = clock.margin
-    lanes.tags[pool, lane, 0] = tags.row
-    lanes.tags[pool, lane, 1] = tags.n_events
-    lanes.tags[pool, lane, 2] = tags.code
-    lanes.tags[pool, lane, 3] = tags.before
-    lanes.labels[pool, lane] = tags.label
+    pools.tags[pool, lane, 0] = tags.row
+    pools.tags[pool, lane, 1] = tags.n_events
+    pools.tags[pool, lane, 2] = tags.code
+    pools.tags[pool, lane, 3] = tags.before
+    pools.labels[pool, lane] = tags.label
 
 
 @kernel(inline=True)
-def leave(lanes: Lanes, pool: int, lane: int) -> None:
+def leave(pools: Pools, pool: int, lane: int) -> None:
     """Take a motion out of its pool; the last one moves to its place."""
-    x = lanes.x[pool]
-    last = lanes.counts[pool] - 1
-    lanes.counts[pool] = last
+    x = pools.x[pool]
+    last = pools.counts[pool] - 1
+    pools.counts[pool] = last
     for k in range(KEPT_ROWS):
         x[k * PLACES + lane] = x[k * PLACES + last]
     for k in range(4):
-        lanes.tags[pool, lane, k] = lanes.tags[pool, last, k]
-    lanes.labels[pool, lane] = lanes.labels[pool, last]
+        pools.tags[pool, lane, k] = pools.tags[pool, last, k]
+    pools.labels[pool, lane] = pools.labels[pool, last]
 
 
 @kernel(inline=True)
 def meet(
     system: System,
     laws: Floats,
-    lanes: Lanes,
+    pools: Pools,
     controls: Controls,
     watch: bool,
     orbits: Floats,
@@ -281,23 +279,23 @@ def meet(
 
     What happens at an event is what the scalar engine does in `carry`.
     """
-    x, motion = lanes.x[pool], lanes.motion
-    h = first_event(system, lanes, pool, lane)
+    x, motion = pools.x[pool], pools.motion
+    h = first_event(system, pools, pool, lane)
     if h >= 0.0 and watch:
-        polynomials(system, lanes, pool, lane)
-        margin = watch_step(system, motion, lanes.w, lanes.e, lanes.signal, h)
+        polynomials(system, pools, pool, lane)
+        margin = watch_step(system, motion, pools.w, pools.e, pools.signal, h)
         x[MARGIN + lane] = min(x[MARGIN + lane], margin)
     here = blocks_of_event(motion)
     if h >= 0.0 and here == 0:
         return -1
-    row, n_events, code, before = lanes.tags[pool, lane]
+    row, n_events, code, before = pools.tags[pool, lane]
     phase = x[TIME_BEFORE + lane] + h
     duration = x[DURATION + lane] + phase
     if h < 0.0 or here == 3 or phase == 0.0 or duration > controls.max_time:
-        leave(lanes, pool, lane)
+        leave(pools, pool, lane)
         outputs.status[row] = HANDED_OVER
         return -1
-    state_at(system, lanes, pool, lane, h)
+    state_at(system, pools, pool, lane, h)
     margin = x[MARGIN + lane]
     if motion.directions.shape[0] > 0:
         saltation(system, motion, rate(system, laws, motion, 0), rate(system, laws, motion, 1))
@@ -306,9 +304,9 @@ def meet(
         if here != before:
             margin = min(margin, phase)
     settle(system, motion)
-    label = lanes.labels[pool, lane]
-    clock = LaneClock(x[STEPS + lane], duration, margin)
-    leave(lanes, pool, lane)
+    label = pools.labels[pool, lane]
+    clock = Clock(x[STEPS + lane], duration, margin)
+    leave(pools, pool, lane)
     new_code = mode_code(motion)
     if new_code != code:
         n_events += 1
@@ -321,7 +319,7 @@ def meet(
     if n_events >= min(LONG, controls.max_events):
         outputs.status[row] = HANDED_OVER
     else:
-        enter(lanes, LaneTags(row, n_events, new_code, here, label), clock)
+        enter(pools, Tags(row, n_events, new_code, here, label), clock)
     return -1
 
 
@@ -333,7 +331,7 @@ def finish(
     row: int,
     n_events: int,
     label: np.uint64,
-    clock: LaneClock,
+    clock: Clock,
 ) -> None:
     """Note a return to global stick."""
     value = (motion.e[1] - motion.e[0]) / (1.0 + 2.0 * system.alpha)
@@ -348,13 +346,13 @@ def finish(
 
 
 @kernel(inline=True)
-def first_event(system: System, lanes: Lanes, pool: int, lane: int) -> float:
+def first_event(system: System, pools: Pools, pool: int, lane: int) -> float:
     """Find the first contact on a lane's last step; return its time, negative if that failed.
 
     Without a contact ``motion.event`` stays 0 and the time is the step's length. Only signals
     that the screening could not clear are searched.
     """
-    x, motion = lanes.x[pool], lanes.motion
+    x, motion = pools.x[pool], pools.motion
     flag = int(x[FLAG + lane])
     first = 1 if pool == 1 else 0
     second = 1 - first
@@ -368,34 +366,34 @@ def first_event(system: System, lanes: Lanes, pool: int, lane: int) -> float:
         block, event = (first, LANDING) if k == 0 else (second, LANDING)
         if k > 0 and pool != BOTH_SLIP:
             event = AT_UPPER_LIMIT if k == 1 else AT_LOWER_LIMIT
-            rider_signal(system, lanes, pool, lane, event)
+            rider_signal(system, pools, pool, lane, event)
         else:
             row = SERIES_1 if k == 0 else SERIES_2
             for j in range(ORDER + 1):
-                lanes.signal[j] = x[row + j * PLACES + lane]
-        t = first_contact(lanes.signal, h, lanes.signal[0] == 0.0, SLACK * EPSILON)
+                pools.signal[j] = x[row + j * PLACES + lane]
+        t = first_contact(pools.signal, h, pools.signal[0] == 0.0, SLACK * EPSILON)
         h = keep_first(motion, block, event, t, h)
     return h
 
 
 @kernel(inline=True)
-def rider_signal(system: System, lanes: Lanes, pool: int, lane: int, event: int) -> None:
+def rider_signal(system: System, pools: Pools, pool: int, lane: int, event: int) -> None:
     """Distance of the rider's force from one of its limits, as `dense.ride_signal`."""
-    x, signal, block = lanes.x[pool], lanes.signal, 1 - pool
+    x, signal, block = pools.x[pool], pools.signal, 1 - pool
     side = -1.0 if event == AT_UPPER_LIMIT else 1.0
     signal[0] = limit(system, block) + side * x[FORCE_2_BEFORE + lane]
     if abs(signal[0]) <= SLACK * EPSILON * limit(system, block):
         signal[0] = 0.0
     pull = -side * system.alpha * x[SIGN_1 + lane]
     for k in range(1, ORDER + 1):
-        signal[k] = pull * x[SERIES_1 + (k - 1) * PLACES + lane] * lanes.reciprocals[k]
+        signal[k] = pull * x[SERIES_1 + (k - 1) * PLACES + lane] * pools.reciprocals[k]
     signal[1] += side * system.V
 
 
 @kernel
-def polynomials(system: System, lanes: Lanes, pool: int, lane: int) -> None:
-    """Copy a lane's last step to ``lanes.w`` and ``lanes.e``, by blocks."""
-    x, w, e = lanes.x[pool], lanes.w, lanes.e
+def polynomials(system: System, pools: Pools, pool: int, lane: int) -> None:
+    """Copy a lane's last step to ``pools.w`` and ``pools.e``, by blocks."""
+    x, w, e = pools.x[pool], pools.w, pools.e
     first = 1 if pool == 1 else 0
     second = 1 - first
     sign_1 = x[SIGN_1 + lane]
@@ -413,17 +411,17 @@ def polynomials(system: System, lanes: Lanes, pool: int, lane: int) -> None:
 
 
 @kernel(inline=True)
-def state_at(system: System, lanes: Lanes, pool: int, lane: int, t: float) -> None:
-    """Set ``lanes.motion`` to the state at a time inside a lane's last step."""
-    x, motion = lanes.x[pool], lanes.motion
+def state_at(system: System, pools: Pools, pool: int, lane: int, t: float) -> None:
+    """Set ``pools.motion`` to the state at a time inside a lane's last step."""
+    x, motion = pools.x[pool], pools.motion
     first = 1 if pool == 1 else 0
     second = 1 - first
     sign_1 = x[SIGN_1 + lane]
     sign_2 = x[SIGN_2 + lane] if pool == BOTH_SLIP else 0.0
-    speed, path = sum_and_integral(lanes.reciprocals, x, SERIES_1 + lane, t)
+    speed, path = sum_and_integral(pools.reciprocals, x, SERIES_1 + lane, t)
     speed_2 = path_2 = 0.0
     if pool == BOTH_SLIP:
-        speed_2, path_2 = sum_and_integral(lanes.reciprocals, x, SERIES_2 + lane, t)
+        speed_2, path_2 = sum_and_integral(pools.reciprocals, x, SERIES_2 + lane, t)
     motion.w[first] = sign_1 * speed
     motion.w[second] = sign_2 * speed_2
     load_1, load_2 = loads(system, sign_1 * path, sign_2 * path_2)
@@ -431,10 +429,10 @@ def state_at(system: System, lanes: Lanes, pool: int, lane: int, t: float) -> No
     motion.e[second] = x[FORCE_2_BEFORE + lane] + (system.V * t + load_2)
     if motion.directions.shape[0] == 0:
         return
-    speed, path = sum_and_integral(lanes.reciprocals, x, D_SERIES_1 + lane, t)
+    speed, path = sum_and_integral(pools.reciprocals, x, D_SERIES_1 + lane, t)
     speed_2 = path_2 = 0.0
     if pool == BOTH_SLIP:
-        speed_2, path_2 = sum_and_integral(lanes.reciprocals, x, D_SERIES_2 + lane, t)
+        speed_2, path_2 = sum_and_integral(pools.reciprocals, x, D_SERIES_2 + lane, t)
     motion.tangent_w[first, 0] = sign_1 * speed
     motion.tangent_w[second, 0] = sign_2 * speed_2
     load_1, load_2 = loads(system, sign_1 * path, sign_2 * path_2)
@@ -450,9 +448,7 @@ def loads(system: System, path_1: float, path_2: float) -> tuple[float, float]:
 
 
 @kernel
-def sum_and_integral(
-    reciprocals: Floats, x: Floats, row: int, t: float
-) -> tuple[float, float]:
+def sum_and_integral(reciprocals: Floats, x: Floats, row: int, t: float) -> tuple[float, float]:
     """Value of a polynomial and of its integral from 0 to `t`."""
     total = x[row + ORDER * PLACES]
     path = 0.0
