@@ -94,7 +94,9 @@ def search(c: Floats, h: float, leaving: bool, rounding: float) -> float:
             g, slope, curvature = jet(c, t)
         if g <= rounding and slope <= 0.0:
             contact = max(contact_time(t, g, slope, curvature, rounding), 0.0)
-            return contact if contact <= h else NO_ROOT  # beyond: the next step's
+            if contact > h + 2.0 * EPSILON * h:  # beyond: the next step's
+                return NO_ROOT
+            return min(contact, h)
         if t >= h:
             return NO_ROOT
         step = safe_step(max(g, 0.0), slope, curvature, bound_2, bound_3, h - t)

@@ -159,7 +159,8 @@ class LawText:
         backward, *forward = (part(direction) for direction in self.directions)
         if not forward:
             return backward
-        return ["if m > 0:", *indented(forward[0]), "else:", *indented(backward)]
+        either = indented(forward[0] or ["pass"]), indented(backward or ["pass"])
+        return ["if m > 0:", *either[0], "else:", *either[1]]
 
 
 def user_functions(law: int, formula: CallableFormula) -> dict[str, UserFunction]:

@@ -1,0 +1,40 @@
+"""C programs of the project's own, compiled when they are timed."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+FOLDER = Path(__file__).parent / "c"
+COMPILER = shutil.which("gcc") or shutil.which("cc")
+# What one would give by hand for speed; NaN must stay NaN.
+FLAGS = ("-O3", "-march=native", "-ffast-math", "-fno-finite-math-only", "-shared", "-fPIC")
+
+Floats = NDArray[np.float64]
+
+
+@cache
+def library(name: str) -> ctypes.CDLL:
+    """Compile ``c/<name>.c`` and load it."""
+    assert COMPILER is not None
+    folder = Path(tempfile.mkdtemp(prefix="stickslip-benchmarks-"))
+    target = folder / f"{name}.so"
+    command = [COMPILER, *FLAGS, "-o", str(target), str(FOLDER / f"{name}.c"), "-lm"]
+    subprocess.run(command, check=True)
+    return ctypes.CDLL(str(target))
+
+
+def law9_map(d: Floats, *parameters: float) -> Floats:
+    """Event map by ``law9.c``; parameters alpha, beta, V, gamma, delta, eta."""
+    d = np.ascontiguousarray(d, dtype=np.float64)
+    out = np.empty_like(d)
+    pointers = (ctypes.c_void_p(array.ctypes.data) for array in (d, out))
+    library("law9").law9(ctypes.c_long(d.size), *pointers, *map(ctypes.c_double, parameters))
+    return out

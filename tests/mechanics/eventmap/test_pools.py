@@ -1,0 +1,169 @@
+"""Motions in pools of lanes: the answers of the scalar engine, whatever is asked together."""
+
+import math
+
+import numpy as np
+import pytest
+from tests.mechanics.flow.systems import random_model
+
+import stickslip as ss
+from stickslip.mechanics.eventmap.carrier import _PlainCarrier, _PoolCarrier
+from stickslip.mechanics.flow.lanes.layout import LANES, MOTIONS, PLACES
+from stickslip.status import EVENT_LIMIT, NEVER_CYCLE, NEVER_SLIPPING, OK, TIME_LIMIT
+
+FIELDS = ("value", "derivative", "duration", "n_events", "label", "margin", "status")
+# Taylor steps of other lengths: what rounding and truncation leave, per unit of slope.
+AGREEMENT = 1e-13
+# A decision nearer than this to another one may be taken differently by rounding.
+DECIDED = 1e-9
+
+
+def weakening(s, a, b):
+    """A law of a user: two ways of weakening, one of them exponential."""
+    return (1 - a) / (1 + 2 * s) ** 2 + a * np.exp(-b * s)
+
+
+def law_of(kind, rng):
+    if kind == "stribeck":
+        return ss.Stribeck(mu=rng.uniform(0.1, 0.9), speed=rng.uniform(0.2, 1), exponent=2)
+    return ss.friction_law(
+        weakening, parameters={"a": rng.uniform(0.1, 0.9), "b": rng.uniform(0.1, 2)}
+    )
+
+
+def one_at_a_time(f, d):
+    """The same by the scalar engine."""
+    return _PlainCarrier.carry(f._carrier, d, slope=True, watch=True)
+
+
+def assert_agreement(f, d):
+    together, single = f.evaluate(d), one_at_a_time(f, d)
+    decided = single.margin > DECIDED
+    for field in ("label", "status", "n_events"):
+        np.testing.assert_array_equal(
+            getattr(together, field)[decided], getattr(single, field)[decided]
+        )
+    ok = decided & (single.status == OK)
+    slope = np.abs(single.derivative[ok, 0])
+    scale = np.maximum(1.0, slope)
+    assert np.all(np.abs(together.value - single.value)[ok] <= AGREEMENT * scale)
+    # what a slope makes of rounding: along the motion, and dividing by a small rate at a graze
+    growth = 1e-10 * scale**2 + 1e-14 * scale / np.minimum(1.0, single.margin[ok]) ** 2
+    assert np.all(np.abs(together.derivative - single.derivative[:, 0])[ok] <= growth)
+    return ok
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_systems_with_law_9(seed):
+    rng = np.random.default_rng(seed)
+    returned = 0
+    for _ in range(5):
+        f = ss.event_map(random_model(rng, "law9"), threads=1, max_events=300)
+        assert isinstance(f._carrier, _PoolCarrier)
+        returned += assert_agreement(f, rng.uniform(-1, 1, 70) * f.domain[1]).sum()
+    assert returned > 200
+
+
+@pytest.mark.slow  # a compilation for each law
+@pytest.mark.parametrize("kind", ["stribeck", "user"])
+def test_random_systems_with_other_formulas(kind):
+    rng = np.random.default_rng(5)
+    for _ in range(6):
+        model = random_model(rng, "law9").replace(friction=law_of(kind, rng))
+        f = ss.event_map(model, threads=1, max_events=300)
+        assert isinstance(f._carrier, _PoolCarrier)
+        assert_agreement(f, rng.uniform(-1, 1, 50) * f.domain[1])
+
+
+def test_two_laws_of_one_formula():
+    laws = (ss.PoppStelter(3.0, 0.1, 0.05), ss.PoppStelter(1.0, 0.3, 0.02))
+    f = ss.event_map(ss.TwoBlock(alpha=1.0, beta=1.4, V=0.1, friction=laws), threads=1)
+    assert isinstance(f._carrier, _PoolCarrier)
+    assert assert_agreement(f, np.linspace(*f.domain, 80)).any()
+
+
+@pytest.mark.parametrize(
+    "friction",
+    [
+        (ss.PoppStelter(3.0, 0.1, 0.05), ss.Stribeck(mu=0.4, speed=0.5)),
+        ss.friction_law(lambda s: 1 / (1 + s), forward=lambda s: 1 / (1 + 2 * s)),
+    ],
+)
+def test_laws_that_are_no_single_formula_are_carried_one_at_a_time(friction):
+    model = ss.TwoBlock(alpha=1.0, beta=1.4, V=0.1, friction=friction)
+    assert not isinstance(ss.event_map(model)._carrier, _PoolCarrier)
+
+
+def test_both_sides_of_breakpoints():
+    f = ss.event_map(ss.TwoBlock(1.208, 1.301, 0.15, ss.PoppStelter(3.0, 0.1, 0.05)), threads=1)
+    d = np.linspace(*f.domain, 400)
+    label = f.evaluate(d).label
+    cells = np.flatnonzero(label[1:] != label[:-1])
+    low, high = d[cells], d[cells + 1]
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        same = f.evaluate(middle).label == label[cells]
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    assert cells.size > 3
+    reach = 10.0 ** -np.arange(2, 12)
+    near = np.concatenate([low - reach[:, None], low + reach[:, None]]).ravel()
+    assert assert_agreement(f, near[np.abs(near) < f.domain[1]]).sum() > 20
+
+
+def test_a_motion_does_not_know_its_company():
+    f = ss.event_map(ss.TwoBlock(1.208, 1.301, 0.15, ss.PoppStelter(3.0, 0.1, 0.05)), threads=1)
+    d = np.random.default_rng(3).uniform(-0.6, 0.6, 3 * PLACES)
+    expected = f.evaluate(d)
+    for size in (1, 2, LANES - 1, LANES, MOTIONS + 1):
+        some = f.evaluate(d[:size])
+        for field in FIELDS:
+            np.testing.assert_array_equal(getattr(some, field), getattr(expected, field)[:size])
+    np.testing.assert_array_equal(f(d[::-1])[::-1], expected.value)
+    np.testing.assert_array_equal(f.derivative(d), expected.derivative)
+    orbits = f.iterate(d[:7], 5)
+    for k in range(5):
+        np.testing.assert_array_equal(orbits[:, k + 1], f(orbits[:, k]))
+
+
+def test_motions_without_return_are_left_to_the_scalar_engine_and_hold_nobody_up():
+    model = ss.TwoBlock(1.2099, 1.301, 0.295, ss.PoppStelter(3.0, 0.1, 0.05))
+    f = ss.event_map(model, threads=1)
+    d = np.random.default_rng(4).uniform(-0.6, 0.6, 200)
+    result = f.evaluate(d)
+    assert {NEVER_CYCLE, NEVER_SLIPPING} & set(result.status.tolist())
+    assert (result.status == OK).any()
+    single = one_at_a_time(f, d)
+    np.testing.assert_array_equal(result.status, single.status)
+    lost = result.status != OK
+    for field in ("duration", "n_events", "label", "margin"):
+        np.testing.assert_array_equal(getattr(result, field)[lost], getattr(single, field)[lost])
+    orbits = f.iterate(d, 3)
+    np.testing.assert_array_equal(np.isnan(orbits[:, 1]), lost)
+    assert np.isnan(orbits[lost, 1:]).all()
+
+
+def test_limits_are_those_of_the_scalar_engine():
+    model = ss.TwoBlock(1.208, 1.301, 0.15, ss.PoppStelter(3.0, 0.1, 0.05))
+    d = np.linspace(-0.6, 0.6, 60)
+    free = ss.event_map(model, threads=1).evaluate(d)
+    for most in (1, 3, 5):
+        few = ss.event_map(model, threads=1, max_events=most).evaluate(d)
+        over = free.n_events > most
+        assert over.any()
+        np.testing.assert_array_equal(few.status == EVENT_LIMIT, over)
+        np.testing.assert_array_equal(few.n_events[over], most)
+        np.testing.assert_array_equal(few.value[~over], free.value[~over])
+    limit = float(np.median(free.duration))
+    short = ss.event_map(model, threads=1, max_time=limit).evaluate(d)
+    np.testing.assert_array_equal(short.status == TIME_LIMIT, free.duration > limit)
+
+
+def test_a_tie_has_the_margin_and_slope_of_the_scalar_engine():
+    model = ss.TwoBlock(1.208, 1.301, 0.15, ss.PoppStelter(3.0, 0.1, 0.05))
+    f = ss.event_map(model, threads=1)
+    corner = (model.beta - 1) / (1 + 2 * model.alpha)
+    result, single = f.evaluate([corner, 0.3]), one_at_a_time(f, np.array([corner]))
+    for field in FIELDS:
+        assert np.ravel(getattr(result, field))[0] == np.ravel(getattr(single, field))[0]
+    assert result.margin[0] == 0.0
+    assert math.isfinite(result.derivative[0])
