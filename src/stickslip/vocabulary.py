@@ -146,7 +146,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
         something is close.
     """
     known = list(known)
-    listing = f"Known: {', '.join(known)}."
+    listing = f"Known: {', '.join(known) or 'none'}."
     close = get_close_matches(name, known, n=1) or _close_but_for_case(name, known)
     return f"{listing} Did you mean {close[0]!r}?" if close else listing
 

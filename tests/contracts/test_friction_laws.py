@@ -132,11 +132,11 @@ def test_bad_parameters_are_named(name, bad):
         for key, allowed in law.fields().items()
     }
     for key, allowed in law.fields().items():
-        with pytest.raises(ValueError, match=rf"{key} of the friction law {name}.*allowed: ") as e:
+        with pytest.raises(ValueError, match=rf"^{key} = .* of the friction law {name} ") as e:
             law.from_values({**good, key: bad})
         assert repr(bad) in str(e.value) or str(bad) in str(e.value)
         if not isinstance(allowed, Choice):
-            assert allowed.text(key) in str(e.value)
+            assert f"{key} must be a finite number" in str(e.value)
 
 
 @given(law=ANY_LAW)

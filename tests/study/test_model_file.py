@@ -196,6 +196,10 @@ BAD = {
     "parameter of another law": (changed("mu", "gamma"), ["[friction]", "'gamma'", "mu, viscous"]),
     "parameter out of range": (changed("0.22", "1.5"), ["[friction]", "mu", "1.5", "<= 1"]),
     "parameter NaN": (changed("0.22", "nan"), ["[friction]", "mu", "nan"]),
+    "parameter beyond the floats": (
+        changed("0.22", "1" + "0" * 400),
+        ["[friction]", "mu = 1000", "0 <= mu <= 1"],
+    ),
     "parameter as text": (changed("0.22", '"0.22"'), ["[friction]", "mu", "'0.22'", "number"]),
     "choice that does not exist": (
         changed("exponent = 2", "exponent = 3", PAIR),

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, overload
 
 from stickslip.analysis.power import LineMap
 from stickslip.analysis.storage import register_map
 from stickslip.mechanics.eventmap import event_map as mechanics
+from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
+from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.study.model_values import model_of_values, model_values
 
@@ -29,8 +31,30 @@ class EventMap(LineMap, mechanics.EventMap):
     """
 
 
+@overload
 def event_map(
     model: TwoBlock,
+    *,
+    rtol: float = ...,
+    max_events: int = ...,
+    max_time: float = ...,
+    engine: EngineName = ...,
+    device: str = ...,
+    threads: int | None = ...,
+) -> EventMap: ...
+@overload
+def event_map(
+    model: BeltModel,
+    *,
+    rtol: float = ...,
+    max_events: int = ...,
+    max_time: float = ...,
+    engine: EngineName = ...,
+    device: str = ...,
+    threads: int | None = ...,
+) -> BlocksEventMap: ...
+def event_map(
+    model: TwoBlock | BeltModel,
     *,
     rtol: float = 1e-15,
     max_events: int = 10_000,
@@ -38,12 +62,13 @@ def event_map(
     engine: EngineName = "auto",
     device: str = "cpu",
     threads: int | None = None,
-) -> EventMap:
+) -> EventMap | BlocksEventMap:
     """Make the event map of a model: d of one global stick phase -> d of the next.
 
     Parameters
     ----------
-    model : TwoBlock
+    model : TwoBlock, Blocks or Chain
+        Of a `TwoBlock`, d is a number; of N blocks, the N - 1 differences ``X_{i+1} - X_i``.
     rtol : float
         Local truncation error of the adaptive engine. The default leaves rounding dominant;
         a larger one is faster and voids the guarantee next to grazing points.
@@ -54,19 +79,22 @@ def event_map(
         A motion is given up (TIME_LIMIT) after so long, units of sqrt(m / k).
     engine : {"auto", "exact", "adaptive"}
         "exact": closed forms, for constant kinetic friction. "adaptive": series of high
-        order, for every law. "auto" takes the exact engine where it exists.
-    device : {"cpu"}
+        order, for every law. "auto" takes the exact engine where it exists, which is for two
+        undamped blocks.
+    device : {"cpu", "cuda"}
+        "cuda": an NVIDIA GPU (extra ``gpu``) carries the motions of two undamped blocks, with
+        the same arithmetic up to fused multiply-adds; itineraries come from the CPU.
     threads : int, optional
         Processor cores used for large arrays; all by default.
 
     Returns
     -------
-    EventMap
+    EventMap or BlocksEventMap
 
     Raises
     ------
     ValueError
-        A setting is not allowed.
+        A setting is not allowed; a forced model or a single block, which have no event map.
 
     Examples
     --------
@@ -75,6 +103,20 @@ def event_map(
     >>> round(f(0.1), 8)
     0.13121305
     """
+    if isinstance(model, BeltModel):
+        if engine == "exact":
+            raise ValueError(
+                "engine = 'exact' is that of two undamped blocks with constant friction; other "
+                "models have one engine, whose series are exact to rounding. Take engine='auto'."
+            )
+        if device != "cpu":
+            raise ValueError(
+                f"device = {device!r} is not allowed: of the event maps only that of two "
+                "undamped blocks runs elsewhere. Take device='cpu'."
+            )
+        return BlocksEventMap(
+            model, rtol=rtol, max_events=max_events, max_time=max_time, threads=threads
+        )
     return EventMap(
         model,
         rtol=rtol,

@@ -155,7 +155,4 @@ def _displacement(trajectory: Trajectory, event: Event) -> float:
 
 
 def _needed_force(trajectory: Trajectory, event: Event) -> float:
-    """R of the block: X_i + alpha (X_i - X_j)."""
-    x = trajectory.x(event.time)
-    i = event.block - 1
-    return float(x[i] + trajectory.model.alpha * (x[i] - x[1 - i]))
+    return float(trajectory.needed_force(event.time)[event.block - 1])

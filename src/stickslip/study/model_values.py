@@ -17,7 +17,7 @@ __all__ = ["model_of_values", "model_values", "within"]
 NUMBERS: Final = ("alpha", "beta", "V")
 PHYSICAL: Final = ("m", "k", "k12", "fs1", "fs2", "v_dr")
 UNITS: Final = ("m", "k", "fs1")
-TWO_BLOCK_KEYS: Final = ("kind", *NUMBERS, "friction", "units", "physical")
+TWO_BLOCK_KEYS: Final = ("kind", *NUMBERS, "damping", "friction", "units", "physical")
 
 
 def model_values(model: TwoBlock) -> dict[str, Any]:
@@ -40,6 +40,8 @@ def model_values(model: TwoBlock) -> dict[str, Any]:
     """
     values: dict[str, Any] = {"kind": "two_block"}
     values |= {name: getattr(model, name) for name in NUMBERS}
+    if model.damping > 0.0:
+        values["damping"] = model.damping
     if model.units is not None:
         values["units"] = {name: getattr(model.units, name) for name in UNITS}
     laws = [_law_values(law) for law in model.laws]
@@ -94,14 +96,14 @@ def _two_block(table: dict[str, Any]) -> TwoBlock:
     _refuse_missing(table, ("friction",) if physical else (*NUMBERS, "friction"))
     assert friction is not None
     if not physical:
-        numbers = {name: table[name] for name in NUMBERS}
+        numbers = {name: table[name] for name in (*NUMBERS, "damping") if name in table}
         return TwoBlock(**numbers, friction=friction, units=_units(table))
-    if twice := [name for name in (*NUMBERS, "units") if name in table]:
+    if twice := [name for name in (*NUMBERS, "damping", "units") if name in table]:
         raise ValueError(
-            f"{', '.join(twice)} beside [physical], from which alpha, beta, V and the units "
-            "follow. Give either [physical] or the dimensionless numbers."
+            f"{', '.join(twice)} beside [physical], from which the dimensionless numbers and the "
+            "units follow. Give either [physical] or the dimensionless numbers."
         )
-    quantities = _numbers(table["physical"], "[physical]", PHYSICAL)
+    quantities = _numbers(table["physical"], "[physical]", PHYSICAL, optional=("c",))
     with within("[physical] "):
         return TwoBlock.from_physical(**quantities, friction=friction)
 
@@ -118,12 +120,14 @@ def _units(table: Mapping[str, Any]) -> Units | None:
         return Units(**quantities)
 
 
-def _numbers(table: Any, place: str, names: tuple[str, ...]) -> dict[str, Any]:
-    """Check that a table holds exactly these keys."""
+def _numbers(
+    table: Any, place: str, names: tuple[str, ...], optional: tuple[str, ...] = ()
+) -> dict[str, Any]:
+    """Check that a table holds exactly these keys, and perhaps the optional ones."""
     if not isinstance(table, dict):
         raise ValueError(f"{place} must be a table with the keys {', '.join(names)}")
     with within(f"{place} "):
-        _refuse_unknown(table, names)
+        _refuse_unknown(table, (*names, *optional))
         _refuse_missing(table, names)
     return table
 

@@ -69,22 +69,34 @@ def test_what_is_written_by_str_is_read_by_parse_law():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("coulumb:mu=0.2", "no friction law 'coulumb'; did you mean 'coulomb'"),
+        (
+            "coulumb:mu=0.2",
+            "stribeck. Did you mean 'coulomb'?",
+        ),
         ("", "no friction law ''"),
         ("coulomb", "needs a value for 'mu'"),
         ("coulomb:mu", "'mu' in 'coulomb:mu' is not of the form parameter=value"),
         ("coulomb:mu=", "mu = '' of the friction law coulomb is not a number"),
         ("coulomb:mu=x", "mu = 'x' of the friction law coulomb is not a number"),
-        ("coulomb:mu=nan", "mu of the friction law coulomb is nan, not finite; allowed: 0 <= mu"),
-        ("coulomb:mu=1.5", "mu of the friction law coulomb is 1.5; allowed: 0 <= mu <= 1"),
+        (
+            "coulomb:mu=nan",
+            "mu = nan of the friction law coulomb is not allowed: mu must",
+        ),
+        (
+            "coulomb:mu=1.5",
+            "coulomb is not allowed: mu must be a finite number, 0 <= mu <= 1",
+        ),
         ("coulomb:mu=0.2,mu=0.3", "'mu' is given twice"),
         ("coulomb:gamma=3", "friction law coulomb has no parameter 'gamma'"),
-        ("popp-stelter:gama=3", "did you mean 'gamma'"),
+        ("popp-stelter:gama=3", "Did you mean 'gamma'"),
         (
             "stribeck:mu=0.2,speed=0",
-            "speed of the friction law stribeck is 0.0; allowed: speed > 0",
+            "stribeck is not allowed: speed must be a finite number > 0",
         ),
-        ("stribeck:mu=0.2,speed=1,exponent=3", "is 3; allowed: exponent = 1 or 2"),
+        (
+            "stribeck:mu=0.2,speed=1,exponent=3",
+            "is not allowed: exponent must be 1 or 2",
+        ),
     ],
 )
 def test_text_that_is_no_law(text, message):
@@ -98,5 +110,5 @@ def test_the_table_of_laws_names_each_by_its_own_name():
 
 
 def test_replace_suggests_the_parameter_that_was_meant():
-    with pytest.raises(ValueError, match=r"no parameter 'gama'; did you mean 'gamma'\?"):
+    with pytest.raises(ValueError, match=r"no parameter 'gama'\. Known: .* Did you mean 'gamma'\?"):
         PoppStelter(3).replace(gama=2)

@@ -3,91 +3,20 @@
 from __future__ import annotations
 
 import math
-import threading
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip import status as status_codes
-from stickslip.mechanics.eventmap.itinerary import itinerary_text
-from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch
-from stickslip.mechanics.flow.engine import (
-    Engine,
-    EngineName,
-    bind_engine,
-    engine_for,
-    parameter_direction,
-    start_direction,
-)
-from stickslip.mechanics.flow.settings import positive_integer, tolerance
-from stickslip.mechanics.flow.system import new_motion
-from stickslip.mechanics.model.checks import finite_number
+from stickslip.mechanics.eventmap.carrier import carrier_for
+from stickslip.mechanics.eventmap.records import Controls
+from stickslip.mechanics.eventmap.result import EventMapResult
+from stickslip.mechanics.flow.engine import EngineName
+from stickslip.mechanics.flow.settings import positive_integer, time_limit, tolerance
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.numerics.targets import available_threads, launch
+from stickslip.numerics.targets import available_threads
 
 Floats = NDArray[np.float64]
-
-# Fewer motions than this are not worth a thread.
-SMALLEST_TILE = {"exact": 4000, "taylor": 64, "collocation": 16}
-
-
-@dataclass(frozen=True)
-class EventMapResult:
-    """What `EventMap.evaluate` knows of each motion; every field is shaped like ``d``.
-
-    Attributes
-    ----------
-    value : ndarray of float
-        d of the next global stick phase, units of f_s1 / k; NaN where there is none.
-    derivative : ndarray of float
-        Slope of the map, one-sided at a breakpoint.
-    duration : ndarray of float
-        Time between the two phases, units of sqrt(m / k).
-    n_events : ndarray of int
-        Changes of mode after the onset, the return to global stick included.
-    label : ndarray of uint64
-        Hash of the itinerary: equal on a branch.
-    margin : ndarray of float
-        Smallest clearance of the motion from another itinerary, >= 0: of lobes of w that
-        turned back, of riders' forces at their extremes, of landings from the static limit
-        and from a touch (w'), and between consecutive events of different blocks.
-    status : ndarray of int
-        `stickslip.status`; anything but OK goes with a NaN value.
-    """
-
-    value: Floats
-    derivative: Floats
-    duration: Floats
-    n_events: NDArray[np.int64]
-    label: NDArray[np.uint64]
-    margin: Floats
-    status: NDArray[np.int64]
-
-    @property
-    def message(self) -> NDArray[np.str_]:
-        """What each status means and what to do about it."""
-        return np.asarray(status_codes.MESSAGES)[self.status]
-
-    def __repr__(self) -> str:
-        """Count the statuses, then show the first motions as a table."""
-        statuses = np.atleast_1d(self.status).ravel()
-        names, counts = np.unique(statuses, return_counts=True)
-        lines = [
-            "EventMapResult: "
-            + ", ".join(f"{c} {status_codes.NAMES[n]}" for n, c in zip(names, counts, strict=True))
-        ]
-        lines.append("       value  derivative    duration  events    margin")
-        columns = (self.value, self.derivative, self.duration, self.n_events, self.margin)
-        rows = zip(*(np.atleast_1d(column).ravel()[:8] for column in columns), strict=True)
-        lines += [f"{v:12.8g}{s:12.5g}{t:12.6g}{n:8d}{m:10.2g}" for v, s, t, n, m in rows]
-        if statuses.size > 8:
-            lines.append(f"... {statuses.size - 8} more")
-        return "\n".join(lines)
 
 
 class EventMap:
@@ -110,12 +39,10 @@ class EventMap:
     ) -> None:
         if not isinstance(model, TwoBlock):
             raise ValueError(f"model = {model!r} is not a model. Take ss.TwoBlock(...).")
-        if device != "cpu":
-            raise ValueError(f"device = {device!r} is not available; allowed: 'cpu'.")
         self.model = model
         self.rtol = tolerance(rtol)
         self.max_events = positive_integer("max_events", max_events, "events of one motion")
-        self.max_time = _time_limit(max_time)
+        self.max_time = time_limit(max_time)
         self.engine: EngineName = engine
         self.device = device
         self.threads = (
@@ -123,8 +50,8 @@ class EventMap:
             if threads is None
             else positive_integer("threads", threads, "processor cores used")
         )
-        self._engine: Engine = engine_for(model, engine)
-        self._local = threading.local()
+        controls = Controls(self.rtol, self.max_events, self.max_time)
+        self._carrier = carrier_for(model, engine, controls, device, self.threads)
 
     # --- what it is -----------------------------------------------------------------------
 
@@ -160,7 +87,7 @@ class EventMap:
 
     def __repr__(self) -> str:
         """One line."""
-        return f"EventMap({self.model!r}, engine={self._engine.name!r})"
+        return f"EventMap({self.model!r}, engine={self._carrier.name!r})"
 
     # --- values ---------------------------------------------------------------------------
 
@@ -183,7 +110,7 @@ class EventMap:
             Some ``d`` is NaN or outside the locus of eq. (6a).
         """
         points = self.model.admit(d)
-        return _shaped(self._run(points.ravel(), ()).value, points.shape)
+        return _shaped(self._carrier.carry(points.ravel()).value, points.shape)
 
     def derivative(self, d: ArrayLike) -> Any:
         """Slope df/dd, exact (saltation at every event), one-sided at a breakpoint.
@@ -191,7 +118,7 @@ class EventMap:
         Arguments, shape and errors as for calling the map.
         """
         points = self.model.admit(d)
-        outputs = self._run(points.ravel(), (start_direction(self._engine),))
+        outputs = self._carrier.carry(points.ravel(), slope=True)
         return _shaped(outputs.derivative[:, 0], points.shape)
 
     def parameter_derivative(self, d: ArrayLike, name: str) -> Any:
@@ -199,10 +126,8 @@ class EventMap:
 
         Arguments, shape and errors as for calling the map; ValueError for an unknown name.
         """
-        direction = parameter_direction(self._engine, self.model, name)
         points = self.model.admit(d)
-        outputs = self._run(points.ravel(), (direction,))
-        return _shaped(outputs.derivative[:, 0], points.shape)
+        return _shaped(self._carrier.parameter_slope(points.ravel(), name), points.shape)
 
     def evaluate(self, d: ArrayLike) -> EventMapResult:
         """Carry relative displacements to the next global stick phase, and tell how.
@@ -235,7 +160,7 @@ class EventMap:
         (2,)
         """
         points = self.model.admit(d)
-        outputs = self._run(points.ravel(), (start_direction(self._engine),), watch=True)
+        outputs = self._carrier.carry(points.ravel(), slope=True, watch=True)
         shape = points.shape
         return EventMapResult(
             value=_shaped_array(outputs.value, shape),
@@ -257,7 +182,7 @@ class EventMap:
             ``+`` forward). A motion without return ends with its last phase.
         """
         points = self.model.admit(d)
-        texts = [self._itinerary(value) for value in points.ravel().tolist()]
+        texts = [self._carrier.itinerary(value) for value in points.ravel().tolist()]
         if points.ndim == 0:
             return texts[0]
         return np.array(texts).reshape(points.shape)
@@ -287,100 +212,8 @@ class EventMap:
         points = self.model.admit(d)
         orbits = np.empty((points.size, int(n) + 1))
         orbits[:, 0] = points.ravel()
-
-        def task(start: int, stop: int) -> None:
-            scratch = self._scratch(())
-            self._kernels.iterate_range(
-                self._engine.system,
-                self._engine.laws,
-                orbits,
-                start,
-                stop,
-                scratch,
-                self._controls,
-                _NO_ITINERARY,
-            )
-
-        smallest = max(1, SMALLEST_TILE[self._engine.name] // max(1, int(n)))
-        launch(task, points.size, self.threads, smallest)
+        self._carrier.iterate(orbits)
         return orbits.reshape(*points.shape, int(n) + 1)
-
-    # --- kernels --------------------------------------------------------------------------
-
-    @cached_property
-    def _kernels(self) -> ModuleType:
-        return bind_engine("stickslip.mechanics.eventmap._kernels", self._engine)
-
-    @cached_property
-    def _controls(self) -> Controls:
-        return Controls(self.rtol, self.max_events, self.max_time)
-
-    def _scratch(self, directions: Sequence[Floats]) -> Scratch:
-        """Work arrays for this thread, with a tangent column for each direction."""
-        n_columns = len(directions)
-        held: dict[int, Scratch] = self._local.__dict__.setdefault("scratch", {})
-        if n_columns not in held:
-            n_law = self._engine.n_law_parameters
-            held[n_columns] = Scratch(
-                new_motion(n_columns, n_law),
-                new_motion(n_columns + 4, n_law),
-                new_motion(0, n_law),
-                self._engine.new_work(),
-            )
-        scratch = held[n_columns]
-        for column, direction in enumerate(directions):
-            scratch.motion.directions[column] = direction
-            scratch.long_motion.directions[column] = direction
-        return scratch
-
-    def _run(self, points: Floats, directions: Sequence[Floats], *, watch: bool = False) -> Outputs:
-        """Evaluate all points on all threads."""
-        n = points.size
-        outputs = Outputs(
-            value=np.full(n, np.nan),
-            derivative=np.full((n, len(directions)), np.nan),
-            duration=np.zeros(n),
-            n_events=np.zeros(n, dtype=np.int64),
-            label=np.zeros(n, dtype=np.uint64),
-            margin=np.full(n, np.inf),
-            status=np.zeros(n, dtype=np.int64),
-        )
-
-        def task(start: int, stop: int) -> None:
-            scratch = self._scratch(directions)
-            scratch.work.watch[0] = float(watch)
-            self._kernels.carry_range(
-                self._engine.system,
-                self._engine.laws,
-                points,
-                start,
-                stop,
-                scratch,
-                self._controls,
-                _NO_ITINERARY,
-                outputs,
-            )
-
-        launch(task, n, self.threads, SMALLEST_TILE[self._engine.name])
-        return outputs
-
-    def _itinerary(self, d: float) -> str:
-        codes = np.zeros(64, dtype=np.int8)
-        while True:
-            _, _, n_events, _, _, _ = self._kernels.carry(
-                self._engine.system,
-                self._engine.laws,
-                d,
-                self._scratch(()),
-                self._controls,
-                codes,
-            )
-            if n_events < codes.size:
-                return itinerary_text(codes[: n_events + 1])
-            codes = np.zeros(n_events + 1, dtype=np.int8)
-
-
-_NO_ITINERARY = np.zeros(0, dtype=np.int8)
 
 
 def _shaped(values: Floats, shape: tuple[int, ...]) -> Any:
@@ -389,9 +222,3 @@ def _shaped(values: Floats, shape: tuple[int, ...]) -> Any:
 
 def _shaped_array(values: NDArray[Any], shape: tuple[int, ...]) -> Any:
     return values.reshape(shape)[()] if shape == () else values.reshape(shape)
-
-
-def _time_limit(value: object) -> float:
-    if isinstance(value, float) and value == math.inf:
-        return value
-    return finite_number("max_time", value, above=0.0, why="max_time limits one motion's time.")

@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.mechanics.flow.blocks.system import BlockDirections, BlockMotion
+from stickslip.mechanics.flow.blocks.work import BlockWork
 from stickslip.mechanics.flow.system import Floats, Motion
 
 
@@ -44,3 +46,26 @@ class Scratch(NamedTuple):
     long_motion: Motion
     saved: Motion
     work: Any
+
+
+class BlockOutputs(NamedTuple):
+    """As `Outputs`, for n blocks; ``value`` (m, n - 1), ``derivative`` (m, n - 1, columns)."""
+
+    value: Floats
+    derivative: Floats
+    duration: Floats
+    n_events: NDArray[np.int64]
+    label: NDArray[np.uint64]
+    margin: Floats
+    status: NDArray[np.int64]
+
+
+class BlockScratch(NamedTuple):
+    """Arrays of one thread for n blocks; as `Scratch`."""
+
+    motion: BlockMotion
+    directions: BlockDirections
+    long_motion: BlockMotion
+    long_directions: BlockDirections
+    saved: BlockMotion
+    work: BlockWork

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from stickslip.mechanics.model.checks import finite_number
+from stickslip.checks import finite_number
 
 
 def tolerance(rtol: object) -> float:
@@ -15,11 +17,8 @@ def tolerance(rtol: object) -> float:
     ValueError
         Not a number in (0, 1e-3].
     """
-    number = finite_number(
-        "rtol", rtol, above=0.0, why="rtol is the local truncation error of the adaptive engine."
-    )
-    if number > 1e-3:
-        raise ValueError(f"rtol = {number!r} is not allowed: 0 < rtol <= 1e-3.")
+    why = "rtol is the local truncation error of the adaptive engine."
+    number = finite_number("rtol", rtol, above=0.0, at_most=1e-3, why=why)
     return max(number, 1e-16)
 
 
@@ -34,3 +33,16 @@ def positive_integer(name: str, value: object, what: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
         raise ValueError(f"{name} = {value!r} is not allowed: {name} ({what}) is an integer >= 1.")
     return int(value)
+
+
+def time_limit(value: object) -> float:
+    """Return the longest time of one motion, which may be infinite.
+
+    Raises
+    ------
+    ValueError
+        Not a positive number.
+    """
+    if isinstance(value, float) and value == math.inf:
+        return value
+    return finite_number("max_time", value, above=0.0, why="max_time limits one motion's time.")

@@ -12,13 +12,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import status as status_codes
-from stickslip.mechanics.flow.engine import Engine, EngineName, engine_for
-from stickslip.mechanics.flow.recorder import Record, Recorder, scratch
+from stickslip.checks import finite_number
+from stickslip.mechanics.flow.blocks.engine import block_engine
+from stickslip.mechanics.flow.blocks.recorder import BlocksRecorder
+from stickslip.mechanics.flow.engine import EngineName, engine_for
+from stickslip.mechanics.flow.recorder import Recorded, Recorder
 from stickslip.mechanics.flow.settings import positive_integer, tolerance
-from stickslip.mechanics.model.checks import finite_number
+from stickslip.mechanics.flow.two_block_recorder import TwoBlockRecorder
+from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
 
 Floats = NDArray[np.float64]
+Model = TwoBlock | BeltModel
 
 EVENT_KINDS = {-1: "slip backward", 0: "stick", 1: "slip forward"}
 # Nodes of the quadrature over one step: far beyond what its smooth integrands need.
@@ -47,7 +52,7 @@ class Slip(NamedTuple):
 
 
 class State(NamedTuple):
-    """Time, displacements and velocities, (2,) each: ``simulate(model, x, v)`` goes on there."""
+    """Time, displacements and velocities, (N,) each: ``simulate(model, x, v)`` goes on there."""
 
     t: float
     x: Floats
@@ -58,19 +63,21 @@ class State(NamedTuple):
 class Energy:
     """Energy of a motion, units of f_s1^2 / k, every field shaped like the times asked for.
 
-    ``belt_work`` and ``dissipation`` count from the start of the trajectory, so that
-    ``kinetic + elastic - belt_work + dissipation`` stays as it was there.
+    ``belt_work``, ``forcing_work`` and ``dissipation`` (by friction and dampers) count from
+    the start of the trajectory, so that `balance` stays as it was there.
     """
 
     kinetic: Floats
     elastic: Floats
     belt_work: Floats
+    forcing_work: Floats
     dissipation: Floats
 
     @property
     def balance(self) -> Floats:
-        """Kinetic and elastic energy less the work of the belt, plus what friction took."""
-        return self.kinetic + self.elastic - self.belt_work + self.dissipation
+        """Kinetic and elastic energy less the work put in, plus what friction and dampers took."""
+        put_in = self.belt_work + self.forcing_work
+        return self.kinetic + self.elastic - put_in + self.dissipation
 
 
 class Trajectory:
@@ -78,31 +85,26 @@ class Trajectory:
 
     Attributes
     ----------
-    model : TwoBlock
+    model : TwoBlock, Blocks, Chain or Oscillator
     t : ndarray, shape (n + 1,)
         Ends of the phases of constant modes; ``t[0] = 0``.
-    modes : ndarray of int, shape (n, 2)
+    modes : ndarray of int, shape (n, N)
         Mode of each block in each phase: -1 backward, 0 stick, +1 forward.
     events : tuple of Event
     slips : tuple of Slip
         Those that both begin and end within the trajectory.
-    d : ndarray
-        ``X_2 - X_1`` of its global stick phases: an orbit of the event map.
+    d : ndarray, shape (k,) for a `TwoBlock`, else (k, N - 1)
+        ``X_{i+1} - X_i`` of its global stick phases: an orbit of the event map.
     final_state : State
     status : int
         `stickslip.status`: OK where the end asked for was reached.
     """
 
-    def __init__(
-        self, model: TwoBlock, engine: Engine, record: Record, d: list[float], status: int
-    ) -> None:
+    def __init__(self, model: Model, record: Recorded, d: Floats, status: int) -> None:
         self.model = model
         self.status = status
-        self.d = np.array(d)
-        self._engine = engine
-        self._times = np.array(record.t)
-        self._starts = record.phases()
-        self._polynomials = record.polynomials
+        self.d = d
+        self._record = record
 
     @property
     def message(self) -> str:
@@ -127,35 +129,35 @@ class Trajectory:
     @cached_property
     def _changes(self) -> NDArray[np.int64]:
         """Steps at which a phase begins: the first, and each with modes unlike the one before."""
-        mode = self._starts.mode
+        mode = self._record.mode
         changed = (mode[1:-1] != mode[:-2]).any(axis=1)
         return np.concatenate(([0], 1 + np.flatnonzero(changed)))
 
     @cached_property
     def t(self) -> Floats:
         """Ends of the phases of constant modes, units of sqrt(m / k)."""
-        return np.append(self._times[self._changes], self._times[-1])
+        return np.append(self._record.t[self._changes], self._record.t[-1])
 
     @cached_property
     def modes(self) -> NDArray[np.int64]:
         """Mode of each block in each phase."""
-        return np.asarray(self._starts.mode[self._changes])
+        return np.asarray(self._record.mode[self._changes])
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
         """Changes of mode in order of time."""
-        modes = np.vstack((self.modes, self._starts.mode[-1:]))
+        modes = np.vstack((self.modes, self._record.mode[-1:]))
         return tuple(
             Event(float(time), block + 1, EVENT_KINDS[int(new[block])])
             for time, old, new in zip(self.t[1:], modes, modes[1:], strict=False)
-            for block in range(2)
+            for block in range(self.model.n_blocks)
             if old[block] != new[block]
         )
 
     @cached_property
     def slips(self) -> tuple[Slip, ...]:
         """Slips between two global stick phases of this trajectory."""
-        modes = np.vstack((self.modes, self._starts.mode[-1:]))
+        modes = np.vstack((self.modes, self._record.mode[-1:]))
         riding = np.flatnonzero(~modes.any(axis=1))
         starts = riding[:-1] + 1
         if self.d.size and self.modes.shape[0] and self.modes[0].any() and self._from_belt:
@@ -167,8 +169,8 @@ class Trajectory:
 
     def _slip(self, first: int, last: int) -> Slip:
         start, end = self.t[first], self.t[last]
-        steps = np.append(self._changes, len(self._times) - 1)[[first, last]]
-        before, after = self._displacements(self._starts.e[steps])
+        steps = np.append(self._changes, len(self._record.t) - 1)[[first, last]]
+        before, after = self._record.x[steps]
         blocks = np.flatnonzero(self.modes[first:last].any(axis=0)) + 1
         moment = float(np.sum(self.model.V * (end - start) - (after - before)))
         return Slip(float(start), float(end - start), tuple(blocks.tolist()), moment)
@@ -177,8 +179,8 @@ class Trajectory:
     def _from_belt(self) -> bool:
         """Whether the trajectory starts as a global stick phase ends."""
         # Within the limits: a start from rest on the belt beyond them is no global stick.
-        inside = np.abs(self._starts.e[0]) <= self.model.limits
-        return bool((self._starts.w[0] == 0.0).all() and inside.all())
+        inside = np.abs(self._record.e[0]) <= self.model.limits
+        return bool((self._record.w[0] == 0.0).all() and inside.all())
 
     # --- state at any time --------------------------------------------------------------------
 
@@ -192,50 +194,54 @@ class Trajectory:
 
         Returns
         -------
-        ndarray of float, shape (..., 2)
+        ndarray of float, shape (..., N)
 
         Raises
         ------
         ValueError
             A time is NaN or outside; the trajectory was made with ``record="events"``.
         """
-        _, e = self._state(t)
-        return self._displacements(e)
+        return self._state(t)[0]
 
     def v(self, t: ArrayLike) -> Floats:
-        """Velocities of the blocks, shape (..., 2), units of f_s1 / sqrt(k m); as `x`."""
-        w, _ = self._state(t)
-        return w + self.model.V
+        """Velocities of the blocks, shape (..., N), units of f_s1 / sqrt(k m); as `x`."""
+        return self._state(t)[1] + self.model.V
 
     def friction(self, t: ArrayLike) -> Floats:
-        """Friction force of the belt on each block, shape (..., 2), units of f_s1; as `x`.
+        """Friction force of the belt on each block, shape (..., N), units of f_s1; as `x`.
 
         While a block sticks it is the force it needs in order to ride.
         """
-        w, e = self._state(t)
+        _, w, e = self._state(t)
         return self._friction(w, e, self._mode(t))
+
+    def needed_force(self, t: ArrayLike) -> Floats:
+        """Force that each block needs in order to ride, shape (..., N), units of f_s1; as `x`."""
+        return self._state(t)[2]
 
     def energy(self, t: ArrayLike) -> Energy:
         """Energy at given times, with the work done since the start; times as in `x`."""
         times = self._checked(t)
-        w, e = self._state(times)
+        x, w, _ = self._state(times)
         v = w + self.model.V
         step = self._step(times)
         before = self._work_done[step]
-        partial = self._work(step.ravel(), (times - self._times[step]).ravel())
-        done = before + partial.reshape(*times.shape, 2)
+        partial = self._work(step.ravel(), (times - self._record.t[step]).ravel())
+        belt, forcing, dissipation = np.moveaxis(before + partial.reshape(*times.shape, 3), -1, 0)
+        structure = self.model.structure
         return Energy(
-            kinetic=0.5 * np.sum(v * v, axis=-1),
-            elastic=0.5 * np.sum(self.x(times) * e, axis=-1),
-            belt_work=done[..., 0],
-            dissipation=done[..., 1],
+            kinetic=0.5 * np.sum(structure.mass * v * v, axis=-1),
+            elastic=0.5 * np.sum(x * (x @ structure.stiffness), axis=-1),
+            belt_work=belt,
+            forcing_work=forcing,
+            dissipation=dissipation,
         )
 
     @property
     def final_state(self) -> State:
         """Where the trajectory ends."""
-        w, x = self._starts.w[-1], self._displacements(self._starts.e[-1])
-        return State(float(self._times[-1]), x, w + self.model.V)
+        record = self._record
+        return State(float(record.t[-1]), record.x[-1], record.w[-1] + self.model.V)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw displacements against time; returns the Axes."""
@@ -243,15 +249,9 @@ class Trajectory:
 
     # --- inside -------------------------------------------------------------------------------
 
-    def _displacements(self, e: Floats) -> Floats:
-        """Displacements from needed forces, both (..., 2)."""
-        total = e[..., 0] + e[..., 1]
-        d = (e[..., 1] - e[..., 0]) / (1.0 + 2.0 * self.model.alpha)
-        return np.stack((0.5 * (total - d), 0.5 * (total + d)), axis=-1)
-
     def _checked(self, t: ArrayLike) -> Floats:
         times = np.asarray(t, dtype=np.float64)
-        end = float(self._times[-1])
+        end = float(self._record.t[-1])
         bad = ~((times >= 0.0) & (times <= end))
         if bad.any():
             raise ValueError(
@@ -262,51 +262,27 @@ class Trajectory:
 
     def _step(self, times: Floats) -> NDArray[np.int64]:
         """Step that holds each time; at an event the one that begins there."""
-        last = max(len(self._times) - 2, 0)
-        return np.minimum(np.searchsorted(self._times, times, side="right") - 1, last)
+        last = max(len(self._record.t) - 2, 0)
+        return np.minimum(np.searchsorted(self._record.t, times, side="right") - 1, last)
 
     def _mode(self, t: ArrayLike) -> NDArray[np.int64]:
-        return np.asarray(self._starts.mode[self._step(self._checked(t))])
+        return np.asarray(self._record.mode[self._step(self._checked(t))])
 
-    def _state(self, t: ArrayLike) -> tuple[Floats, Floats]:
+    def _state(self, t: ArrayLike) -> tuple[Floats, Floats, Floats]:
         times = self._checked(t)
         step = self._step(times)
-        w, e = self._inside(step.ravel(), (times - self._times[step]).ravel())
-        shape = (*times.shape, 2)
-        return w.reshape(shape), e.reshape(shape)
+        states = self._inside(step.ravel(), (times - self._record.t[step]).ravel())
+        x, w, e = (values.reshape(*times.shape, self.model.n_blocks) for values in states)
+        return x, w, e
 
-    def _inside(self, step: NDArray[np.int64], t: Floats) -> tuple[Floats, Floats]:
-        """State at times `t` after the starts of given steps: arrays (n, 2)."""
-        if len(self._times) == 1:
-            return self._starts.w[step], self._starts.e[step]
-        if self._engine.name == "exact":
-            w, e = np.empty((t.size, 2)), np.empty((t.size, 2))
-            self._engine.kernels.states(
-                self._engine.system,
-                self._engine.laws,
-                *scratch(self._engine),
-                self._starts,
-                step.astype(np.int64),
-                t,
-                w,
-                e,
-            )
-            return w, e
-        if not self._polynomials:
+    def _inside(self, step: NDArray[np.int64], t: Floats) -> tuple[Floats, Floats, Floats]:
+        """Displacements, relative velocities and needed forces, (m, N), within given steps."""
+        record = self._record
+        if len(record.t) == 1:
+            return record.x[step], record.w[step], record.e[step]
+        if record.inside is None:
             raise ValueError("this trajectory keeps its events only; simulate with record='motion'")
-        return self._horner(0, step, t), self._horner(1, step, t)
-
-    @cached_property
-    def _coefficients(self) -> tuple[Floats, Floats]:
-        w, e = zip(*self._polynomials, strict=True)
-        return np.array(w), np.array(e)
-
-    def _horner(self, which: int, step: NDArray[np.int64], t: Floats) -> Floats:
-        coefficients = self._coefficients[which]
-        total = np.zeros((t.size, 2))
-        for k in range(coefficients.shape[-1] - 1, -1, -1):
-            total = total * t[:, None] + coefficients[step, :, k]
-        return total
+        return record.inside(step, t)
 
     def _friction(self, w: Floats, e: Floats, mode: NDArray[np.int64]) -> Floats:
         force = e.copy()
@@ -320,29 +296,40 @@ class Trajectory:
 
     @cached_property
     def _work_done(self) -> Floats:
-        """Belt work and dissipation up to the start of each step, (n, 2)."""
-        steps = np.arange(len(self._times) - 1)
-        done = self._work(steps, np.diff(self._times))
-        return np.vstack((np.zeros(2), np.cumsum(done, axis=0)))
+        """Work of belt and forcing and dissipation up to the start of each step, (n, 3)."""
+        steps = np.arange(len(self._record.t) - 1)
+        done = self._work(steps, np.diff(self._record.t))
+        return np.vstack((np.zeros(3), np.cumsum(done, axis=0)))
 
     def _work(self, step: NDArray[np.int64], t: Floats) -> Floats:
-        """Belt work and dissipation over the first `t` of given steps, (n, 2)."""
+        """Work of belt and forcing and dissipation over the first `t` of given steps, (n, 3)."""
         nodes, weights = QUADRATURE
         times = 0.5 * t[:, None] * (nodes + 1.0)
         index = np.broadcast_to(step[:, None], times.shape)
-        w, e = self._inside(index.ravel(), times.ravel())
-        force = self._friction(w, e, self._starts.mode[index.ravel()])
-        power = np.stack((self.model.V * force.sum(-1), -(force * w).sum(-1)), axis=-1)
-        inside = power.reshape(*times.shape, 2)
+        _, w, e = self._inside(index.ravel(), times.ravel())
+        force = self._friction(w, e, self._record.mode[index.ravel()])
+        v, structure = w + self.model.V, self.model.structure
+        time = (self._record.t[index] + times).ravel()[:, None]
+        forcing = structure.amplitude * np.cos(structure.frequency * time + structure.phase)
+        damped = np.sum(v * (v @ structure.damping), axis=-1)
+        power = np.stack(
+            (
+                self.model.V * force.sum(-1),
+                np.sum(forcing * v, axis=-1),
+                damped - (force * w).sum(-1),
+            ),
+            axis=-1,
+        )
+        inside = power.reshape(*times.shape, 3)
         return 0.5 * t[:, None] * np.einsum("ijk,j->ik", inside, weights)
 
 
 def simulate(
-    model: TwoBlock,
+    model: Model,
     x: ArrayLike | None = None,
     v: ArrayLike | None = None,
     *,
-    d: float | None = None,
+    d: ArrayLike | None = None,
     t_end: float | None = None,
     until: Literal["stick"] | None = None,
     record: Literal["motion", "events"] = "motion",
@@ -354,12 +341,13 @@ def simulate(
 
     Parameters
     ----------
-    model : TwoBlock
-    x, v : array_like of float, shape (2,), optional
+    model : TwoBlock, Blocks, Chain or Oscillator
+    x, v : array_like of float, shape (N,), optional
         Displacements (units of f_s1 / k) and velocities (units of f_s1 / sqrt(k m)) at the
         start. A block at belt velocity rides if its force lies within its limits.
-    d : float, optional
-        Instead of `x` and `v`: start as the global stick phase with ``X_2 - X_1 = d`` ends.
+    d : float or array_like of float, shape (N - 1,), optional
+        Instead of `x` and `v`: start as the global stick phase with ``X_{i+1} - X_i = d_i``
+        ends; a number for a `TwoBlock`.
     t_end : float, optional
         Time to follow, units of sqrt(m / k).
     until : {"stick"}, optional
@@ -389,8 +377,6 @@ def simulate(
     >>> trajectory.x([0.0, 100.0]).shape
     (2, 2)
     """
-    if not isinstance(model, TwoBlock):
-        raise ValueError(f"model = {model!r} is not a model. Take ss.TwoBlock(...).")
     if record not in ("motion", "events"):
         raise ValueError(f"record = {record!r}; allowed: 'motion', 'events'")
     if until not in (None, "stick"):
@@ -401,31 +387,55 @@ def simulate(
     if t_end is not None:
         end = finite_number("t_end", t_end, at_least=0.0, why="A motion is followed forward.")
     max_events = positive_integer("max_events", max_events, "changes of mode of one trajectory")
-    chosen = engine_for(model, engine)
-    recorder = Recorder(chosen, rtol=tolerance(rtol), dense=record == "motion")
+    recorder = _recorder(model, engine, rtol=tolerance(rtol), dense=record == "motion")
     _start(recorder, model, x, v, d)
     status = recorder.run(end, max_events, until_stick=until == "stick")
-    return Trajectory(model, chosen, recorder.finish(), recorder.d, status)
+    d_shape = (-1,) if isinstance(model, TwoBlock) else (-1, model.n_blocks - 1)
+    phases = np.array(recorder.d, dtype=np.float64).reshape(len(recorder.d), *d_shape[1:])
+    return Trajectory(model, recorder.finish(), phases, status)
+
+
+def _recorder(model: Model, engine: EngineName, *, rtol: float, dense: bool) -> Recorder:
+    """Choose what follows the motion of a model."""
+    if isinstance(model, TwoBlock) and model.damping == 0.0:
+        return TwoBlockRecorder(engine_for(model, engine), rtol=rtol, dense=dense)
+    if not isinstance(model, BeltModel | TwoBlock):
+        raise ValueError(
+            f"model = {model!r} is not a model. Take ss.TwoBlock(...), ss.Chain(...), "
+            "ss.Blocks(...) or ss.Oscillator(...)."
+        )
+    if engine == "exact":
+        raise ValueError(
+            "engine = 'exact' is that of two undamped blocks with constant friction; other models "
+            "have one engine, whose series are exact to rounding. Take engine='auto'."
+        )
+    return BlocksRecorder(block_engine(model), model.structure, rtol=rtol, dense=dense)
 
 
 def _start(
     recorder: Recorder,
-    model: TwoBlock,
+    model: Model,
     x: ArrayLike | None,
     v: ArrayLike | None,
-    d: float | None,
+    d: ArrayLike | None,
 ) -> None:
     if (d is None) == (x is None) or (x is None) != (v is None):
         raise ValueError("give either d=, a global stick phase, or both x and v, a state")
     if d is not None:
-        d = finite_number("d", d, why="d is X_2 - X_1 of a global stick phase.")
-        recorder.start_on_belt(float(model.admit(d)))
+        if isinstance(model, TwoBlock):
+            d = finite_number("d", d, why="d is X_2 - X_1 of a global stick phase.")
+            recorder.start_on_belt(np.atleast_1d(model.admit(d)))
+            return
+        if model.forcing is not None:
+            raise ValueError("a forced model starts from a state: give x and v instead of d")
+        recorder.start_on_belt(model.admit(d))
         return
-    recorder.start(_pair("x", x), _pair("v", v))
+    recorder.start(_state_vector("x", x, model), _state_vector("v", v, model))
 
 
-def _pair(name: str, values: ArrayLike | None) -> Floats:
+def _state_vector(name: str, values: ArrayLike | None, model: Model) -> Floats:
     array = np.asarray(values, dtype=np.float64)
-    if array.shape != (2,) or not np.isfinite(array).all():
-        raise ValueError(f"{name} = {values!r} is not allowed: two finite numbers, one per block")
+    n = model.n_blocks
+    if array.shape != (n,) or not np.isfinite(array).all():
+        raise ValueError(f"{name} = {values!r} is not allowed: {n} finite numbers, one per block")
     return array

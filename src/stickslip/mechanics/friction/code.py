@@ -24,9 +24,9 @@ from stickslip.mechanics.friction.formula import (
     quietly,
 )
 from stickslip.mechanics.friction.law import FrictionLaw
-from stickslip.mechanics.friction.ranges import unknown_name
 from stickslip.numerics.calculus import evaluate
 from stickslip.numerics.series import Scalars
+from stickslip.vocabulary import did_you_mean
 
 Kernel = Callable[..., Any]
 
@@ -111,7 +111,8 @@ class LawCode:
         """Return the j of a parameter in `gradient` and among the rows of `series_tangent`."""
         names = law.formula.parameters
         if name not in names:
-            raise unknown_name(name, names, f"friction law {law.name}")
+            known = did_you_mean(name, names)
+            raise ValueError(f"friction law {law.title} has no parameter {name!r}. {known}")
         return names.index(name)
 
     def parameter_column(self, law: FrictionLaw, name: str) -> int:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stickslip.checks import finite_number
 from stickslip.mechanics.friction.formula import (
     Formula,
     TracedFormula,
     builtin_formula,
     quietly,
 )
-from stickslip.mechanics.friction.ranges import Choice, Range, real, unknown_name
+from stickslip.mechanics.friction.ranges import Choice, Range
+from stickslip.vocabulary import did_you_mean
 
 # F(0) this close to 0 or 1 is taken for it: (1 - delta) / 1 + delta rounds.
 AT_LIMIT = 4 * np.finfo(float).eps
@@ -46,16 +49,17 @@ class FrictionLaw:
 
     def _checked(self, name: str, allowed: Range | Choice) -> float:
         value = getattr(self, name)
-        of_law = f"{name} of the friction law {self.name}"
-        if isinstance(allowed, Choice):
-            if isinstance(value, (bool, str)) or value not in allowed.values:
-                choices = " or ".join(map(str, allowed.values))
-                raise ValueError(f"{of_law} is {value!r}; allowed: {name} = {choices}")
-            return int(value)
-        number = real(of_law, value, allowed.text(name))
-        if number not in allowed:
-            raise ValueError(f"{of_law} is {number!r}; allowed: {allowed.text(name)}")
-        return number + 0.0  # no negative zero
+        owner = f"the friction law {self.name}"
+        if isinstance(allowed, Range):
+            above = allowed.low if allowed.above else -math.inf
+            low, high = allowed.low, allowed.high
+            return finite_number(name, value, above=above, at_least=low, at_most=high, of=owner)
+        if isinstance(value, (bool, str)) or value not in allowed.values:
+            choices = " or ".join(map(str, allowed.values))
+            raise ValueError(
+                f"{name} = {value!r} of {owner} is not allowed: {name} must be {choices}."
+            )
+        return int(value)
 
     def _check_static_value(self) -> None:
         for forward in (False, True):
@@ -92,7 +96,10 @@ class FrictionLaw:
         known = cls.fields()
         for name in values:
             if name not in known:
-                raise unknown_name(name, known, f"friction law {cls.name}")
+                raise ValueError(
+                    f"friction law {cls.name} has no parameter {name!r}. "
+                    f"{did_you_mean(name, known)}"
+                )
         for field in dataclasses.fields(cls):
             if field.name not in values and field.default is dataclasses.MISSING:
                 raise ValueError(
@@ -132,7 +139,10 @@ class FrictionLaw:
         """
         for name in changes:
             if name not in self.names:
-                raise unknown_name(name, self.names, f"friction law {self.title}")
+                raise ValueError(
+                    f"friction law {self.title} has no parameter {name!r}. "
+                    f"{did_you_mean(name, self.names)}"
+                )
         return self._replaced(changes)
 
     def _replaced(self, changes: dict[str, Any]) -> Self:

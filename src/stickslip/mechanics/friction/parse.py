@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 
 from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.vocabulary import did_you_mean
 
 
 def law_from_text(text: str, laws: Mapping[str, type[FrictionLaw]]) -> FrictionLaw:
@@ -20,9 +20,7 @@ def law_from_text(text: str, laws: Mapping[str, type[FrictionLaw]]) -> FrictionL
     name, _, rest = text.strip().partition(":")
     name = name.strip().lower().replace("_", "-")
     if name not in laws:
-        close = difflib.get_close_matches(name, laws, n=1)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
-        raise ValueError(f"there is no friction law {name!r}{hint} (laws: {', '.join(laws)})")
+        raise ValueError(f"there is no friction law {name!r}. {did_you_mean(name, laws)}")
     law = laws[name]
     values: dict[str, float] = {}
     for item in filter(None, (part.strip() for part in rest.split(","))):

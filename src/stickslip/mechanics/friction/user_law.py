@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from stickslip.checks import finite_number
 from stickslip.mechanics.friction.code import pointwise
 from stickslip.mechanics.friction.formula import (
     CallableFormula,
@@ -21,10 +22,10 @@ from stickslip.mechanics.friction.formula import (
     traced_formula,
 )
 from stickslip.mechanics.friction.law import FrictionLaw
-from stickslip.mechanics.friction.ranges import real, unknown_name
 from stickslip.mechanics.friction.signature import parameter_names, user_function
 from stickslip.numerics.expression import NotTraceable
 from stickslip.numerics.tracing import plain_function
+from stickslip.vocabulary import did_you_mean
 
 # A law is tried at these speeds when it is made.
 SAMPLE = (0.0, *(float(s) for s in np.geomspace(1e-6, 10.0, 50)))
@@ -132,8 +133,7 @@ class UserLaw(FrictionLaw):
     def _value(self, name: str, value: Any) -> float:
         if not str(name).isidentifier():
             raise ValueError(f"{name!r} cannot name a parameter of the friction law {self.title}")
-        owner = f"{name} of the friction law {self.title}"
-        return real(owner, value, "any finite number")
+        return finite_number(name, value, of=f"the friction law {self.title}")
 
     def _replaced(self, changes: dict[str, Any]) -> Self:
         values = tuple((name, changes.get(name, value)) for name, value in self.values)
@@ -159,8 +159,8 @@ class UserLaw(FrictionLaw):
             slope = checked(self.slope_function, "slope")
         for name in given:
             if name not in backward.parameters and name not in forward.parameters:
-                known = parameter_names(self.function)
-                raise unknown_name(name, known, f"friction law {self.title}")
+                known = did_you_mean(name, parameter_names(self.function))
+                raise ValueError(f"friction law {self.title} has no parameter {name!r}. {known}")
         return CallableFormula(given, backward, forward, slope)
 
     # --- checks -------------------------------------------------------------------------------

@@ -7,15 +7,19 @@ from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
 
+from stickslip.checks import finite_number
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
-from stickslip.mechanics.model.checks import finite_number
+from stickslip.mechanics.model.chain import Chain
 from stickslip.mechanics.model.physical import PhysicalTrajectory
+from stickslip.mechanics.model.structure import Structure
 from stickslip.mechanics.model.units import Units
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
+
+    Floats = NDArray[np.float64]
 
 __all__ = ["TwoBlock"]
 
@@ -39,6 +43,8 @@ class TwoBlock:
         both blocks (eq. 10), or one for block 1 and one for block 2.
     units : Units, optional
         Physical scales, kept by `from_physical` for the way back.
+    damping : float
+        Coefficient of a damper from each block to its support, in units of sqrt(k m), >= 0.
 
     Raises
     ------
@@ -70,6 +76,7 @@ class TwoBlock:
     V: float
     friction: Friction
     units: Units | None = None
+    damping: float = 0.0
 
     def __post_init__(self) -> None:
         """Check every number once and store it as a float."""
@@ -87,6 +94,9 @@ class TwoBlock:
                 why="beta = f_s2 / f_s1 is a ratio of static friction limits.",
             ),
             "V": _belt_velocity(self.V),
+            "damping": finite_number(
+                "damping", self.damping, at_least=0.0, why="A damper takes energy."
+            ),
             "friction": _one_law_or_pair(self.friction),
         }
         if self.units is not None and not isinstance(self.units, Units):
@@ -105,6 +115,7 @@ class TwoBlock:
         fs2: float,
         v_dr: float,
         friction: Friction,
+        c: float = 0.0,
     ) -> Self:
         """Build the dimensionless model from physical quantities (definitions under eq. 6a).
 
@@ -122,6 +133,8 @@ class TwoBlock:
             In dimensionless form: force over the block's static limit as a
             function of dimensionless slip speed. `Units` says how coefficients
             known in physical speeds convert.
+        c : float
+            Coefficient of a damper from each block to its support, >= 0.
 
         Returns
         -------
@@ -137,12 +150,14 @@ class TwoBlock:
         k12 = finite_number("k12", k12, at_least=0.0, why="A spring's stiffness is not negative.")
         fs2 = finite_number("fs2", fs2, above=0.0, why="A static friction limit is positive.")
         v_dr = _belt_velocity(v_dr, "v_dr")
+        c = finite_number("c", c, at_least=0.0, why="A damper takes energy.")
         return cls(
             alpha=k12 / units.k,
             beta=fs2 / units.fs1,
             V=v_dr / units.scale("velocity"),
             friction=friction,
             units=units,
+            damping=c * units.scale("velocity") / units.fs1,
         )
 
     def physical_parameters(self, units: Units | None = None) -> dict[str, float]:
@@ -156,7 +171,7 @@ class TwoBlock:
         Returns
         -------
         dict of str to float
-            ``m, k, k12, fs1, fs2, v_dr``.
+            ``m, k, k12, fs1, fs2, v_dr``, and ``c`` where there is damping.
 
         Raises
         ------
@@ -164,7 +179,7 @@ class TwoBlock:
             The model has no scales and none are given.
         """
         units = self._units(units)
-        return {
+        numbers = {
             "m": units.m,
             "k": units.k,
             "k12": self.alpha * units.k,
@@ -172,6 +187,9 @@ class TwoBlock:
             "fs2": self.beta * units.fs1,
             "v_dr": self.V * units.scale("velocity"),
         }
+        if self.damping > 0.0:
+            numbers["c"] = self.damping * units.fs1 / units.scale("velocity")
+        return numbers
 
     def to_physical(self, trajectory: Any, units: Units | None = None) -> PhysicalTrajectory:
         """Read a motion of this model in physical units.
@@ -204,6 +222,8 @@ class TwoBlock:
     def parameters(self) -> dict[str, float]:
         """All numbers by name; a law's carry the suffix ``_1``, ``_2`` where a pair is given."""
         numbers = {"alpha": self.alpha, "beta": self.beta, "V": self.V}
+        if self.damping > 0.0:
+            numbers["damping"] = self.damping
         if not isinstance(self.friction, tuple):
             return {**numbers, **self.friction.parameters}
         for block, law in enumerate(self.friction, start=1):
@@ -246,12 +266,47 @@ class TwoBlock:
         }
         for name, value in changes.items():
             if name not in names:
-                known = did_you_mean(name, ["alpha", "beta", "V", *names, "friction", "units"])
+                known = did_you_mean(
+                    name, ["alpha", "beta", "V", "damping", *names, "friction", "units"]
+                )
                 raise ValueError(f"TwoBlock has no parameter {name!r}. {known}")
             block, own_name = names[name]
             per_law[block][own_name] = value
         first, *rest = (law.replace(**some) for law, some in zip(laws, per_law, strict=True))
         return (first, rest[0]) if rest else first
+
+    @property
+    def structure(self) -> Structure:
+        """Masses, springs and limits as arrays: the member of the family that this model is."""
+        two = np.zeros(2)
+        diagonal = 1.0 + self.alpha
+        stiffness = np.array([[diagonal, -self.alpha], [-self.alpha, diagonal]])
+        limits = np.array(self.limits)
+        damping = self.damping * np.eye(2)
+        return Structure(np.ones(2), stiffness, damping, limits, self.V, two, 0.0, 0.0)
+
+    @property
+    def chain(self) -> Chain:
+        """The same model as a chain of two blocks."""
+        return Chain(self.limits, self.alpha, self.V, self.friction, damping=self.damping)
+
+    def sample_domain(self, n: int, rng: np.random.Generator | int | None = None) -> Floats:
+        """Draw ``X_2 - X_1`` of global stick phases, shape (n,).
+
+        They belong to displacements drawn uniformly from those with which both blocks ride.
+        """
+        x = self.structure.sample_sticking(n, rng)
+        return np.asarray(x[:, 1] - x[:, 0])
+
+    def sample_state(
+        self, rng: np.random.Generator | int | None = None, *, riding: bool = False
+    ) -> tuple[Floats, Floats]:
+        """Draw a legal state (x, v), each of shape (2,), for `stickslip.simulate`.
+
+        Needed forces are uniform within the static limits; velocities are the belt's if
+        `riding`, else within one unit of f_s1 / sqrt(k m) of it.
+        """
+        return self.structure.sample_state(rng, riding=riding)
 
     @property
     def n_blocks(self) -> int:
@@ -346,7 +401,8 @@ class TwoBlock:
         """One line that builds the model again."""
         numbers = f"alpha={self.alpha!r}, beta={self.beta!r}, V={self.V!r}"
         units = "" if self.units is None else f", units={self.units!r}"
-        return f"TwoBlock({numbers}, friction={self.friction!r}{units})"
+        damping = f", damping={self.damping!r}" if self.damping else ""
+        return f"TwoBlock({numbers}, friction={self.friction!r}{units}{damping})"
 
 
 def _belt_velocity(value: object, name: str = "V") -> float:

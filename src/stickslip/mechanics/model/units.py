@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
-from stickslip.mechanics.model.checks import finite_number
+from stickslip.checks import finite_number
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:

@@ -126,8 +126,7 @@ def _first(motion: Trajectory, kind: str, after: float = 0.0) -> Event:
 
 def _needed_force(motion: Trajectory, t: float) -> float:
     """R_2 = X_2 + alpha (X_2 - X_1): what friction has to carry if block 2 is to ride."""
-    x1, x2 = motion.x(t)
-    return float(x2 + motion.model.alpha * (x2 - x1))
+    return float(motion.needed_force(t)[BLOCK - 1])
 
 
 def _sticks_past() -> tuple[int, tuple[float, ...]]:

@@ -1,4 +1,4 @@
-"""One place where a model's numbers are checked, so that every message reads alike."""
+"""One place where numbers are checked, so that every message reads alike."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ def finite_number(
     *,
     above: float = -inf,
     at_least: float = -inf,
-    why: str,
+    at_most: float = inf,
+    of: str = "",
+    why: str = "",
     remedy: str = "",
 ) -> float:
     """Return a parameter as a float, or say what is wrong with it.
@@ -27,9 +29,11 @@ def finite_number(
         The parameter, as the user wrote it.
     value : object
         What arrived. Python and numpy real scalars are accepted, except bools.
-    above, at_least : float, optional
-        Exclusive and inclusive lower bound.
-    why : str
+    above, at_least, at_most : float, optional
+        Exclusive and inclusive lower bound, inclusive upper bound.
+    of : str, optional
+        Whose parameter it is, where that needs saying: ``"the friction law coulomb"``.
+    why : str, optional
         Reason for the range, a full sentence.
     remedy : str, optional
         What to do instead; by default, to give a number in the range.
@@ -44,25 +48,29 @@ def finite_number(
     ValueError
         Not a real scalar, not finite, or out of range.
     """
-    if above > -inf:
-        allowed = f"a finite number > {above:g}"
-    elif at_least > -inf:
-        allowed = f"a finite number >= {at_least:g}"
-    else:
-        allowed = "a finite number"
+    allowed = f"a finite number{_range(name, above, at_least, at_most)}"
+    whose = f" of {of}" if of else ""
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
         raise ValueError(
-            f"{name} = {value!r} ({type(value).__name__}) is not a real number: "
-            f"{name} must be {allowed}. Give one Python or numpy number, not an array or text."
+            f"{name} = {value!r} ({type(value).__name__}){whose} is not a real number: "
+            f"{name} must be {allowed}. Give one number, not an array or text."
         )
     try:
         number = float(value)
     except OverflowError:
         number = inf
-    if isfinite(number) and number > above and number >= at_least:
+    if isfinite(number) and number > above and at_least <= number <= at_most:
         return number + 0.0  # no negative zero
     shown = repr(number if hasattr(value, "dtype") else value)
     if len(shown) > 24:  # an integer beyond the floats
         shown = f"{shown[:12]}... ({len(shown)} digits)"
-    remedy = remedy or f"Give {name} a value in that range."
-    raise ValueError(f"{name} = {shown} is not allowed: {name} must be {allowed}. {why} {remedy}")
+    sentences = [why, remedy or f"Give {name} a value in that range."]
+    told = " ".join(filter(None, sentences))
+    raise ValueError(f"{name} = {shown}{whose} is not allowed: {name} must be {allowed}. {told}")
+
+
+def _range(name: str, above: float, at_least: float, at_most: float) -> str:
+    low, sign = (above, "<") if above > -inf else (at_least, "<=")
+    if at_most < inf:
+        return f", {low:g} {sign} {name} <= {at_most:g}"
+    return "" if low == -inf else f" {sign.replace('<', '>')} {low:g}"

@@ -1,0 +1,1 @@
+"""Steady sliding and limit cycles in continuous time, of any model."""

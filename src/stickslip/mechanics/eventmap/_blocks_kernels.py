@@ -1,0 +1,323 @@
+"""The event map of n blocks: from the differences of one global stick phase to the next.
+
+A template (`numerics.targets.instantiate`): the stepper is bound to the names imported below
+for the type checker. The statuses are those of docs/design.md, rule 6.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.mechanics.eventmap.records import BlockOutputs, BlockScratch, Controls
+from stickslip.mechanics.flow.blocks.forces import loading_rate
+from stickslip.mechanics.flow.blocks.mode import settle
+from stickslip.mechanics.flow.blocks.onset import onset
+from stickslip.mechanics.flow.blocks.system import BlockMotion, BlockSystem, Floats
+from stickslip.mechanics.flow.blocks.work import BlockWork
+from stickslip.mechanics.flow.system import LANDING, STICK
+from stickslip.numerics.targets import kernel
+from stickslip.status import (
+    EVENT_LIMIT,
+    NEVER_CYCLE,
+    NEVER_SLIPPING,
+    OK,
+    STEP_FAILED,
+    TIME_LIMIT,
+    UNDECIDED,
+)
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.flow.blocks._stepper_kernels import (
+        advance,
+        landing_rate,
+        slides_for_ever,
+    )
+
+# From this many events per block on a motion is watched for a cycle without global stick.
+LONG = 32
+# A state recurs when it comes back to within this distance (rule 6).
+RECURRENCE = 1e-10
+# Events in zero time, for each block, after which the modes count as undecidable.
+MAX_INSTANT = 4
+# Steps without an event, for each event allowed, before a motion is given up.
+STEPS_PER_EVENT = 200
+# Shifts of the 64-bit hash of itineraries (Marsaglia's xorshift).
+LEFT, RIGHT, LEFT_AGAIN = np.uint64(13), np.uint64(7), np.uint64(17)
+
+
+@kernel
+def hashed(label: np.uint64, motion: BlockMotion) -> np.uint64:
+    """Hash of an itinerary with one more set of modes."""
+    for i in range(motion.mode.shape[0]):
+        label ^= label << LEFT
+        label ^= label >> RIGHT
+        label ^= label << LEFT_AGAIN
+        label ^= np.uint64(motion.mode[i] + 2)
+    return label
+
+
+@kernel
+def all_ride(motion: BlockMotion) -> bool:
+    """Whether all blocks stick."""
+    for i in range(motion.mode.shape[0]):
+        if motion.mode[i] != STICK:
+            return False
+    return True
+
+
+@kernel
+def write_modes(motion: BlockMotion, row: NDArray[np.int8]) -> None:
+    """Keep the modes of a phase."""
+    for i in range(motion.mode.shape[0]):
+        row[i] = motion.mode[i]
+
+
+@kernel
+def copy_state(source: BlockMotion, target: BlockMotion) -> None:
+    """Copy a state into a motion with any number of columns."""
+    for i in range(source.mode.shape[0]):
+        target.x[i] = source.x[i]
+        target.w[i] = source.w[i]
+        target.e[i] = source.e[i]
+        target.mode[i] = source.mode[i]
+    target.phase[0] = source.phase[0]
+
+
+@kernel
+def copy_tangents(source: BlockMotion, target: BlockMotion, n_columns: int) -> None:
+    """Copy the first tangents."""
+    for column in range(n_columns):
+        for i in range(source.mode.shape[0]):
+            target.tangent_x[i, column] = source.tangent_x[i, column]
+            target.tangent_w[i, column] = source.tangent_w[i, column]
+
+
+@kernel
+def distance(motion: BlockMotion, saved: BlockMotion) -> float:
+    """Distance of two states, infinite between different modes."""
+    largest = 0.0
+    for i in range(motion.mode.shape[0]):
+        if motion.mode[i] != saved.mode[i]:
+            return math.inf
+        largest = max(largest, abs(motion.w[i] - saved.w[i]))
+        largest = max(largest, abs(motion.x[i] - saved.x[i]))
+    return largest
+
+
+@kernel
+def start_loop_tangent(motion: BlockMotion, n_columns: int) -> None:
+    """Set the last 2 n columns to the identity on the states that share the present modes."""
+    n = motion.mode.shape[0]
+    for i in range(n):
+        for column in range(n_columns, n_columns + 2 * n):
+            motion.tangent_x[i, column] = 0.0
+            motion.tangent_w[i, column] = 0.0
+        motion.tangent_x[i, n_columns + i] = 1.0
+        if motion.mode[i] != STICK:
+            motion.tangent_w[i, n_columns + n + i] = 1.0
+
+
+@kernel
+def loop_norm(motion: BlockMotion, n_columns: int) -> float:
+    """Largest row sum of the loop's tangent."""
+    norm = 0.0
+    for i in range(motion.mode.shape[0]):
+        row_x = row_w = 0.0
+        for column in range(n_columns, motion.tangent_x.shape[1]):
+            row_x += abs(motion.tangent_x[i, column])
+            row_w += abs(motion.tangent_w[i, column])
+        norm = max(norm, row_x, row_w)
+    return norm
+
+
+@kernel
+def event_margin(system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWork) -> float:
+    """Clearance at an event: of landings from a touch, of all blocks from their limits."""
+    margin = math.inf
+    for i in range(motion.mode.shape[0]):
+        room = abs(system.static[i] - abs(motion.e[i]))
+        if motion.event[i] == LANDING:
+            margin = min(margin, room, abs(landing_rate(system, laws, motion, i)))
+        elif motion.mode[i] == STICK and motion.event[i] == 0:
+            margin = min(margin, room)
+        elif motion.mode[i] == STICK:
+            margin = min(margin, abs(loading_rate(system, motion, work.rates, i)))
+    return margin
+
+
+@kernel
+def count_events(motion: BlockMotion) -> int:
+    """How many blocks are at an event."""
+    count = 0
+    for i in range(motion.mode.shape[0]):
+        if motion.event[i] != 0:
+            count += 1
+    return count
+
+
+@kernel
+def carry(
+    system: BlockSystem,
+    laws: Floats,
+    d: Floats,
+    scratch: BlockScratch,
+    controls: Controls,
+    itinerary: NDArray[np.int8],
+) -> tuple[float, int, np.uint64, float, int]:
+    """Follow a motion from the global stick phase `d` to the next one, where it is left.
+
+    Returns (duration, events, label, margin, status); the last state with its tangents is in
+    ``scratch.motion``. `itinerary` (phases, n) takes the modes as far as it reaches.
+    """
+    motion, directions, long_motion, long_directions, saved, work = scratch
+    n, n_columns = motion.mode.shape[0], motion.tangent_x.shape[1]
+    leaving = onset(system, directions, motion, d)
+    watching = work.watch[0]
+    work.margin[0] = 0.0 if leaving > 1 else math.inf
+    current, current_directions = motion, directions
+    label = hashed(np.uint64(1), current)
+    if itinerary.shape[0] > 0:
+        write_modes(current, itinerary[0])
+    duration = phase = 0.0
+    earlier_margin = math.inf
+    n_events = instant = 0
+    looping = False
+    status = TIME_LIMIT
+    for _ in range(STEPS_PER_EVENT * (controls.max_events + LONG * n)):
+        if slides_for_ever(system, laws, current, work):
+            status = NEVER_SLIPPING
+            break
+        t, status = advance(
+            system, laws, current_directions, current, work, controls.rtol, math.inf
+        )
+        duration += t
+        phase += t
+        if status != OK:
+            break
+        if not math.isfinite(current.e[0]):
+            status = STEP_FAILED
+            break
+        status = TIME_LIMIT
+        if duration > controls.max_time:
+            break
+        here = count_events(current)
+        if here == 0:
+            continue
+        if work.watch[0] != 0.0:
+            margin = event_margin(system, laws, current, work)
+            margin = 0.0 if here > 1 else min(margin, phase)
+            work.margin[0] = min(work.margin[0], margin)
+        instant = instant + 1 if phase == 0.0 else 0
+        phase = 0.0
+        if not settle(system, current, work.rates):
+            continue
+        label = hashed(label, current)
+        n_events += 1
+        if n_events < itinerary.shape[0]:
+            write_modes(current, itinerary[n_events])
+        if all_ride(current):
+            status = OK
+            break
+        if instant > MAX_INSTANT * n:
+            status = UNDECIDED
+            break
+        if n_events >= controls.max_events:
+            status = EVENT_LIMIT
+            break
+        if n_events < LONG * n:
+            continue
+        gap = distance(current, saved) if n_events > LONG * n else math.inf
+        if gap < RECURRENCE and not looping:
+            # The state recurs: from here on follow the tangent of the loop as well.
+            copy_state(motion, long_motion)
+            copy_tangents(motion, long_motion, n_columns)
+            current, current_directions = long_motion, long_directions
+            work.watch[0] = 1.0
+        elif gap < RECURRENCE:
+            norm = loop_norm(current, n_columns)
+            if norm < 1.0 and gap < 0.1 * work.margin[0] * (1.0 - norm):
+                status = NEVER_CYCLE
+                break
+        if n_events & (n_events - 1) == 0 or (gap < RECURRENCE and not looping):
+            copy_state(current, saved)
+            looping = looping or gap < RECURRENCE
+            if looping:
+                start_loop_tangent(current, n_columns)
+                earlier_margin = min(earlier_margin, work.margin[0])
+                work.margin[0] = math.inf
+    work.watch[0] = watching
+    if looping:
+        copy_state(current, motion)
+        copy_tangents(current, motion, n_columns)
+    return duration, n_events, label, min(earlier_margin, work.margin[0]), status
+
+
+@kernel
+def is_nan(d: Floats) -> bool:
+    """Whether an entry is NaN."""
+    for k in range(d.shape[0]):
+        if math.isnan(d[k]):
+            return True
+    return False
+
+
+@kernel
+def carry_range(
+    system: BlockSystem,
+    laws: Floats,
+    d: Floats,
+    start: int,
+    stop: int,
+    scratch: BlockScratch,
+    controls: Controls,
+    itinerary: NDArray[np.int8],
+    outputs: BlockOutputs,
+) -> None:
+    """Evaluate the map at rows ``d[start:stop]``; `itinerary` is that of the last motion."""
+    motion = scratch.motion
+    for i in range(start, stop):
+        if is_nan(d[i]):
+            continue
+        duration, n_events, label, margin, status = carry(
+            system, laws, d[i], scratch, controls, itinerary
+        )
+        outputs.duration[i] = duration
+        outputs.n_events[i] = n_events
+        outputs.label[i] = label
+        outputs.margin[i] = margin
+        outputs.status[i] = status
+        if status != OK:
+            continue
+        for k in range(d.shape[1]):
+            outputs.value[i, k] = motion.x[k + 1] - motion.x[k]
+            for column in range(motion.tangent_x.shape[1]):
+                change = motion.tangent_x[k + 1, column] - motion.tangent_x[k, column]
+                outputs.derivative[i, k, column] = change
+
+
+@kernel
+def iterate_range(
+    system: BlockSystem,
+    laws: Floats,
+    orbits: Floats,
+    start: int,
+    stop: int,
+    scratch: BlockScratch,
+    controls: Controls,
+    itinerary: NDArray[np.int8],
+) -> None:
+    """Fill rows ``start..stop`` of `orbits` (starts, steps + 1, differences) from their starts."""
+    motion = scratch.motion
+    for i in range(start, stop):
+        for k in range(orbits.shape[1] - 1):
+            if is_nan(orbits[i, k]):
+                orbits[i, k + 1] = math.nan  # and stays so
+                continue
+            _, _, _, _, status = carry(system, laws, orbits[i, k], scratch, controls, itinerary)
+            for j in range(orbits.shape[2]):
+                difference = motion.x[j + 1] - motion.x[j]
+                orbits[i, k + 1, j] = difference if status == OK else math.nan

@@ -1,0 +1,364 @@
+"""The event map of n blocks: from the differences of one global stick phase to the next."""
+
+from __future__ import annotations
+
+import math
+import threading
+from functools import cached_property, lru_cache
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.mechanics.eventmap.records import BlockOutputs, BlockScratch, Controls
+from stickslip.mechanics.eventmap.result import EventMapResult
+from stickslip.mechanics.flow.blocks.engine import BlockEngine, block_engine
+from stickslip.mechanics.flow.blocks.system import (
+    BlockDirections,
+    block_directions,
+    new_block_motion,
+)
+from stickslip.mechanics.flow.settings import positive_integer, time_limit, tolerance
+from stickslip.mechanics.model.belt_model import BeltModel
+from stickslip.numerics.targets import available_threads, instantiate, launch
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from stickslip.mechanics.model.structure import Structure
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["BlocksEventMap"]
+
+SMALLEST_TILE = 64  # fewer motions are not worth a thread
+MODES = np.array(["-", ".", "+"])
+
+
+class BlocksEventMap:
+    """The event map of a model with any number of blocks; `stickslip.event_map` makes it.
+
+    Calling it carries differences ``d_i = X_{i+1} - X_i`` from one global stick phase to the
+    next: ``f(d)`` for arrays of shape (..., n_blocks - 1). Immutable; equal settings compare
+    equal.
+    """
+
+    def __init__(
+        self,
+        model: BeltModel,
+        *,
+        rtol: float = 1e-15,
+        max_events: int = 10_000,
+        max_time: float = math.inf,
+        threads: int | None = None,
+    ) -> None:
+        if model.forcing is not None:
+            raise ValueError(
+                "a forced model has no event map: what a global stick phase leads to depends on "
+                "its time as well. Take stickslip.stroboscopic_map(model)."
+            )
+        if model.n_blocks < 2:
+            raise ValueError(
+                f"the event map of {model.n_blocks} block has no differences d to map: two blocks "
+                "or more are needed. stickslip.simulate follows the block in time."
+            )
+        self.model = model
+        self.rtol = tolerance(rtol)
+        self.max_events = positive_integer("max_events", max_events, "events of one motion")
+        self.max_time = time_limit(max_time)
+        self.threads = (
+            available_threads()
+            if threads is None
+            else positive_integer("threads", threads, "processor cores used")
+        )
+        self._engine: BlockEngine = block_engine(model)
+        self._local = threading.local()
+
+    # --- what it is -----------------------------------------------------------------------
+
+    @property
+    def n_differences(self) -> int:
+        """Entries of d: one less than blocks."""
+        return self.model.n_blocks - 1
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters of the model by name."""
+        return self.model.parameters
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Keyword arguments that make this map from its model."""
+        names = ("rtol", "max_events", "max_time", "threads")
+        return {name: getattr(self, name) for name in names}
+
+    def replace(self, **changes: Any) -> BlocksEventMap:
+        """Make the map of a changed model, with the same settings."""
+        return type(self)(self.model.replace(**changes), **self.settings)
+
+    def __eq__(self, other: object) -> bool:
+        """Equal models and settings."""
+        if not isinstance(other, BlocksEventMap):
+            return NotImplemented
+        return (self.model, self.settings) == (other.model, other.settings)
+
+    def __hash__(self) -> int:
+        """Hash of the model and the settings."""
+        return hash((self.model, *self.settings.values()))
+
+    def __repr__(self) -> str:
+        """One line."""
+        return f"BlocksEventMap({self.model!r})"
+
+    # --- values ---------------------------------------------------------------------------
+
+    def __call__(self, d: ArrayLike) -> Floats:
+        """Value of the map.
+
+        Parameters
+        ----------
+        d : array_like of float, shape (..., n_blocks - 1)
+            ``X_{i+1} - X_i`` of global stick phases.
+
+        Returns
+        -------
+        ndarray of float, shaped like ``d``
+            NaN where the motion does not return to global stick.
+
+        Raises
+        ------
+        ValueError
+            Some ``d`` is NaN or belongs to no global stick phase.
+        """
+        points = self.model.admit(d)
+        return self.carry(points).value.reshape(points.shape)
+
+    def jacobian(self, d: ArrayLike) -> Floats:
+        """Jacobian of the map, exact, one-sided at a breakpoint.
+
+        Parameters
+        ----------
+        d : array_like of float, shape (..., n_blocks - 1)
+
+        Returns
+        -------
+        ndarray of float, shape (..., n_blocks - 1, n_blocks - 1)
+            Entry (i, j): derivative of value i with respect to d_j. Errors as for calling.
+        """
+        points = self.model.admit(d)
+        outputs = self.carry(points, slope=True)
+        return outputs.derivative.reshape(*points.shape, self.n_differences)
+
+    def parameter_derivative(self, d: ArrayLike, name: str) -> Floats:
+        """df/d(name) at fixed ``d``, exact, shaped like ``d``; ValueError for an unknown name."""
+        directions = self._parameter_direction(name)
+        points = self.model.admit(d)
+        return self._run(points, directions).derivative.reshape(points.shape)
+
+    def evaluate(self, d: ArrayLike) -> EventMapResult:
+        """Carry differences to the next global stick phase, and tell how.
+
+        Parameters
+        ----------
+        d : array_like of float, shape (..., n_blocks - 1)
+
+        Returns
+        -------
+        EventMapResult
+            ``value`` shaped like ``d``, ``derivative`` the Jacobian, the other fields of shape
+            ``d.shape[:-1]``.
+
+        Raises
+        ------
+        ValueError
+            Some ``d`` is NaN or belongs to no global stick phase.
+        """
+        points = self.model.admit(d)
+        outputs = self.carry(points, slope=True, watch=True)
+        shape = points.shape[:-1]
+        return EventMapResult(
+            value=outputs.value.reshape(points.shape),
+            derivative=outputs.derivative.reshape(*points.shape, self.n_differences),
+            duration=outputs.duration.reshape(shape)[()],
+            n_events=outputs.n_events.reshape(shape)[()],
+            label=outputs.label.reshape(shape)[()],
+            margin=outputs.margin.reshape(shape)[()],
+            status=outputs.status.reshape(shape)[()],
+        )
+
+    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> BlockOutputs:
+        """Carry rows of differences, which are not checked; with the Jacobian if `slope`."""
+        directions = self._start_directions if slope else self._no_directions
+        return self._run(d, directions, watch=watch)
+
+    def itinerary(self, d: ArrayLike) -> Any:
+        """Modes of all blocks from the onset to the next global stick, as text.
+
+        Returns
+        -------
+        str or ndarray of str, shape ``d.shape[:-1]``
+            Such as ``"-.. --. -.. ..."``: one character per block and phase.
+        """
+        points = self.model.admit(d)
+        rows = points.reshape(-1, self.n_differences)
+        texts = [self._itinerary(row) for row in rows]
+        return texts[0] if points.ndim == 1 else np.array(texts).reshape(points.shape[:-1])
+
+    def iterate(self, d: ArrayLike, n: int) -> Floats:
+        """Apply the map ``n`` times, keeping every point, shape (..., n + 1, n_blocks - 1).
+
+        Raises
+        ------
+        ValueError
+            Some ``d`` is outside the domain; ``n`` is negative.
+        """
+        if isinstance(n, bool) or int(n) != n or n < 0:
+            raise ValueError(f"n = {n!r} is not allowed: n is a number of steps, 0 or more.")
+        points = self.model.admit(d)
+        rows = points.reshape(-1, self.n_differences)
+        orbits = np.empty((len(rows), int(n) + 1, self.n_differences))
+        orbits[:, 0] = rows
+        engine = self._engine
+
+        def task(start: int, stop: int) -> None:
+            scratch = self._scratch(self._no_directions)
+            self._kernels.iterate_range(
+                engine.system,
+                engine.laws,
+                orbits,
+                start,
+                stop,
+                scratch,
+                self._controls,
+                self._no_itinerary,
+            )
+
+        launch(task, len(rows), self.threads, max(1, SMALLEST_TILE // max(1, int(n))))
+        return orbits.reshape(*points.shape[:-1], int(n) + 1, self.n_differences)
+
+    # --- kernels --------------------------------------------------------------------------
+
+    @cached_property
+    def _kernels(self) -> ModuleType:
+        return _bound(self._engine)
+
+    @cached_property
+    def _controls(self) -> Controls:
+        return Controls(self.rtol, self.max_events, self.max_time)
+
+    @cached_property
+    def _no_itinerary(self) -> NDArray[np.int8]:
+        return np.zeros((0, self.model.n_blocks), dtype=np.int8)
+
+    def _directions(
+        self, changes: list[Structure | None], laws: Floats, start: Floats
+    ) -> BlockDirections:
+        return block_directions(self._engine.system, changes, laws, start)
+
+    def _law_changes(self, count: int) -> Floats:
+        return np.zeros((count, self.model.n_blocks, self._engine.code.N_PARAMETERS))
+
+    @cached_property
+    def _no_directions(self) -> BlockDirections:
+        return self._directions([], self._law_changes(0), np.zeros((0, self.n_differences)))
+
+    @cached_property
+    def _start_directions(self) -> BlockDirections:
+        m = self.n_differences
+        return self._directions([None] * m, self._law_changes(m), np.eye(m))
+
+    def _parameter_direction(self, name: str) -> BlockDirections:
+        laws = self._law_changes(1)
+        start = np.zeros((1, self.n_differences))
+        owners = self.model.law_parameters.get(name)
+        if owners is None:
+            return self._directions([self.model.structure_direction(name)], laws, start)
+        for block, own_name in owners:
+            law = self.model.laws[block]
+            laws[0, block, self._engine.code.parameter_index(law, own_name)] = 1.0
+        return self._directions([None], laws, start)
+
+    def _scratch(self, directions: BlockDirections) -> BlockScratch:
+        """Work arrays for this thread, with a tangent column for each direction."""
+        n, count = self.model.n_blocks, len(directions.V)
+        held: dict[int, BlockScratch] = self._local.__dict__.setdefault("scratch", {})
+        if count not in held:
+            none = self._directions(
+                [None] * (count + 2 * n),
+                self._law_changes(count + 2 * n),
+                np.zeros((count + 2 * n, self.n_differences)),
+            )
+            held[count] = BlockScratch(
+                new_block_motion(n, count),
+                directions,
+                new_block_motion(n, count + 2 * n),
+                none,
+                new_block_motion(n, 0),
+                self._engine.new_work(),
+            )
+        scratch = held[count]
+        for wide, narrow in zip(scratch.long_directions, directions, strict=True):
+            wide[:count] = narrow
+        return scratch._replace(directions=directions)
+
+    def _run(
+        self, points: Floats, directions: BlockDirections, *, watch: bool = False
+    ) -> BlockOutputs:
+        """Evaluate all points on all threads."""
+        rows = points.reshape(-1, self.n_differences)
+        n = len(rows)
+        outputs = BlockOutputs(
+            value=np.full(rows.shape, np.nan),
+            derivative=np.full((*rows.shape, len(directions.V)), np.nan),
+            duration=np.zeros(n),
+            n_events=np.zeros(n, dtype=np.int64),
+            label=np.zeros(n, dtype=np.uint64),
+            margin=np.full(n, np.inf),
+            status=np.zeros(n, dtype=np.int64),
+        )
+        engine = self._engine
+
+        def task(start: int, stop: int) -> None:
+            scratch = self._scratch(directions)
+            scratch.work.watch[0] = float(watch)
+            self._kernels.carry_range(
+                engine.system,
+                engine.laws,
+                rows,
+                start,
+                stop,
+                scratch,
+                self._controls,
+                self._no_itinerary,
+                outputs,
+            )
+
+        launch(task, n, self.threads, SMALLEST_TILE)
+        return outputs
+
+    def _itinerary(self, d: Floats) -> str:
+        length = 64
+        while True:
+            modes = np.zeros((length, self.model.n_blocks), dtype=np.int8)
+            _, n_events, _, _, _ = self._kernels.carry(
+                self._engine.system,
+                self._engine.laws,
+                d,
+                self._scratch(self._no_directions),
+                self._controls,
+                modes,
+            )
+            if n_events < length:
+                return " ".join("".join(row) for row in MODES[modes[: n_events + 1] + 1])
+            length = n_events + 1
+
+
+@lru_cache(maxsize=64)
+def _bound(engine: BlockEngine) -> ModuleType:
+    return instantiate(
+        "stickslip.mechanics.eventmap._blocks_kernels",
+        engine.key,
+        advance=engine.kernels.advance,
+        landing_rate=engine.kernels.landing_rate,
+        slides_for_ever=engine.kernels.slides_for_ever,
+    )

@@ -1,0 +1,86 @@
+"""What the event map tells of each motion besides its value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip import status as status_codes
+
+__all__ = ["EventMapResult"]
+
+Floats: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class EventMapResult:
+    """What `EventMap.evaluate` knows of each motion; every field is shaped like ``d``.
+
+    Attributes
+    ----------
+    value : ndarray of float
+        d of the next global stick phase, units of f_s1 / k; NaN where there is none.
+    derivative : ndarray of float
+        Slope of the map, one-sided at a breakpoint.
+    duration : ndarray of float
+        Time between the two phases, units of sqrt(m / k).
+    n_events : ndarray of int
+        Changes of mode after the onset, the return to global stick included.
+    label : ndarray of uint64
+        Hash of the itinerary: equal on a branch.
+    margin : ndarray of float
+        Smallest clearance of the motion from another itinerary, >= 0: of lobes of w that
+        turned back, of riders' forces at their extremes, of landings from the static limit
+        and from a touch (w'), and between consecutive events of different blocks.
+    status : ndarray of int
+        `stickslip.status`; anything but OK goes with a NaN value.
+    """
+
+    value: Floats
+    derivative: Floats
+    duration: Floats
+    n_events: NDArray[np.int64]
+    label: NDArray[np.uint64]
+    margin: Floats
+    status: NDArray[np.int64]
+
+    @property
+    def message(self) -> NDArray[np.str_]:
+        """What each status means and what to do about it."""
+        return np.asarray(status_codes.MESSAGES)[self.status]
+
+    def __repr__(self) -> str:
+        """Count the statuses, then show the first motions as a table."""
+        statuses = np.atleast_1d(self.status).ravel()
+        names, counts = np.unique(statuses, return_counts=True)
+        lines = [
+            "EventMapResult: "
+            + ", ".join(f"{c} {status_codes.NAMES[n]}" for n, c in zip(names, counts, strict=True))
+        ]
+        lines += self._rows(statuses.size)
+        if statuses.size > 8:
+            lines.append(f"... {statuses.size - 8} more")
+        return "\n".join(lines)
+
+    def _rows(self, n: int) -> list[str]:
+        """Lines of the first motions; of many blocks the differences and the largest slope."""
+        value, slope = (np.reshape(field, (n, -1))[:8] for field in (self.value, self.derivative))
+        others = (self.duration, self.n_events, self.margin)
+        rest = zip(*(np.atleast_1d(field).ravel()[:8] for field in others), strict=True)
+        if value.shape[1] == 1:
+            head = "       value  derivative    duration  events    margin"
+            cells = [f"{v[0]:12.8g}{s[0]:12.5g}" for v, s in zip(value, slope, strict=True)]
+        else:
+            head = "  max |slope|    duration  events    margin  value"
+            cells = [f"{np.abs(s).max():13.5g}" for s in slope]
+        lines = [
+            f"{cell}{t:12.6g}{k:8d}{m:10.2g}" for cell, (t, k, m) in zip(cells, rest, strict=True)
+        ]
+        if value.shape[1] > 1:
+            shown = (", ".join(f"{x:.8g}" for x in row[:4]) for row in value)
+            more = ", ..." if value.shape[1] > 4 else ""
+            lines = [f"{line}  {text}{more}" for line, text in zip(lines, shown, strict=True)]
+        return [head, *lines]

@@ -1,0 +1,82 @@
+"""From models with n blocks to kernels: the stepper of their laws, their numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.mechanics.flow.blocks.system import BlockSystem, block_system
+from stickslip.mechanics.flow.blocks.work import BlockWork, new_block_work
+from stickslip.mechanics.flow.engine import LAW_KERNELS
+from stickslip.mechanics.friction.code import LawCode, law_code
+from stickslip.numerics.targets import instantiate
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.mechanics.model.belt_model import BeltModel
+    from stickslip.mechanics.model.two_block import TwoBlock
+
+__all__ = ["BlockEngine", "block_engine"]
+
+STEPPER = "stickslip.mechanics.flow.blocks._stepper_kernels"
+
+
+@dataclass(frozen=True, eq=False)
+class BlockEngine:
+    """Kernels that move a model with n blocks, and the model in the form that they take.
+
+    Attributes
+    ----------
+    key : str
+        Names the kernels: equal keys, equal machine code.
+    kernels : module
+        With ``advance``, ``landing_rate``, ``slides_for_ever``, ``ORDER``.
+    code : LawCode
+    system : BlockSystem
+    laws : ndarray of float64, shape (n, columns)
+        Parameter rows of the laws (`friction.code`).
+    """
+
+    key: str
+    kernels: ModuleType
+    code: LawCode
+    system: BlockSystem
+    laws: NDArray[np.float64]
+
+    def new_work(self) -> BlockWork:
+        """Scratch arrays of the kernels for one motion."""
+        return new_block_work(len(self.system.mass), self.code.N_ROWS, self.kernels.ORDER)
+
+
+def block_engine(model: BeltModel | TwoBlock) -> BlockEngine:
+    """Prepare the engine for a model.
+
+    Raises
+    ------
+    ValueError
+        A law that has no series (its function does things that cannot be traced).
+    """
+    code = law_code(model.laws)
+    if not code.traceable:
+        raise ValueError(
+            "a friction law of this model cannot be traced, and models of many blocks need its "
+            "series: write the law with arithmetic and numpy functions, without branches."
+        )
+    return BlockEngine(
+        key=f"blocks-{code.key}",
+        kernels=_kernels(code),
+        code=code,
+        system=block_system(model.structure),
+        laws=code.parameter_rows(model.laws),
+    )
+
+
+@lru_cache(maxsize=64)
+def _kernels(code: LawCode) -> ModuleType:
+    bindings = {role: getattr(code, role) for role in LAW_KERNELS}
+    return instantiate(STEPPER, f"blocks-{code.key}", **bindings)

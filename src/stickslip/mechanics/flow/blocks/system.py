@@ -1,0 +1,159 @@
+"""What kernels know of a model with n blocks and of its motion: plain tuples and arrays.
+
+State of a motion: displacement x and relative velocity ``w = X' - V`` of each block, the phase
+of the forcing, and modes. The force that a block needs in order to ride follows from them,
+
+    e = K x + C (w + V) - amplitude cos(phase),
+
+and the motion obeys ``m w' = -mode limit F(|w|) - e`` (0 while riding), ``x' = w + V``. With
+the phase as part of the state the flow is autonomous: events restart its clock. Matrices are
+kept by rows of non-zero entries, so that a chain costs what its neighbours cost.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.mechanics.model.structure import Structure
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class BlockSystem(NamedTuple):
+    """Numbers of n blocks; row i of the matrices is entries ``first[i]:first[i + 1]``.
+
+    ``inverse`` (n, n): of the stiffness; ``forced``: whether forces depend on time.
+    """
+
+    mass: Floats
+    static: Floats
+    first: Ints
+    column: Ints
+    stiffness: Floats
+    damping: Floats
+    amplitude: Floats
+    frequency: float
+    V: float
+    inverse: Floats
+    forced: bool
+
+
+class BlockDirections(NamedTuple):
+    """Derivatives of the numbers in some directions, the leading axis; as in `BlockSystem`.
+
+    ``laws`` (c, n, parameters of a law), ``phase``: of the forcing at time 0; ``start``
+    (c, n - 1): of the differences that a global stick phase starts with; ``varies``: whether
+    anything but the starting state changes.
+    """
+
+    mass: Floats
+    static: Floats
+    stiffness: Floats
+    damping: Floats
+    amplitude: Floats
+    frequency: Floats
+    phase: Floats
+    V: Floats
+    laws: Floats
+    start: Floats
+    varies: NDArray[np.bool_]
+
+
+class BlockMotion(NamedTuple):
+    """One motion, changed in place by kernels.
+
+    ``x``, ``w``, ``e``, ``mode``, ``event``: one per block; ``size``: of the terms that make
+    up e, for its rounding; ``phase`` (1,); tangents (n, columns) and (columns,).
+    """
+
+    x: Floats
+    w: Floats
+    e: Floats
+    size: Floats
+    mode: Ints
+    event: Ints
+    phase: Floats
+    tangent_x: Floats
+    tangent_w: Floats
+    tangent_phase: Floats
+
+
+def block_system(structure: Structure) -> BlockSystem:
+    """Numbers of a model in the form that kernels take."""
+    present = (structure.stiffness != 0.0) | (structure.damping != 0.0)
+    np.fill_diagonal(present, True)
+    rows, columns = np.nonzero(present)
+    first = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=structure.n_blocks))])
+    return BlockSystem(
+        mass=structure.mass.copy(),
+        static=structure.static.copy(),
+        first=first.astype(np.int64),
+        column=columns.astype(np.int64),
+        stiffness=structure.stiffness[rows, columns].copy(),
+        damping=structure.damping[rows, columns].copy(),
+        amplitude=structure.amplitude.copy(),
+        frequency=structure.frequency,
+        V=structure.V,
+        inverse=np.asarray(np.linalg.inv(structure.stiffness), dtype=np.float64),
+        forced=structure.is_forced,
+    )
+
+
+def block_directions(
+    system: BlockSystem, changes: list[Structure | None], laws: Floats, start: Floats
+) -> BlockDirections:
+    """Directions of change in the form that kernels take.
+
+    Parameters
+    ----------
+    system : BlockSystem
+    changes : list of Structure or None
+        Change of each number, a direction each; None for no change of the structure.
+    laws : ndarray of float, shape (directions, n, parameters of a law)
+    start : ndarray of float, shape (directions, n - 1)
+    """
+    n, count = len(system.mass), len(changes)
+    varies = [change is not None or bool(laws[k].any()) for k, change in enumerate(changes)]
+    rows = np.repeat(np.arange(n), np.diff(system.first))
+    directions = BlockDirections(
+        mass=np.zeros((count, n)),
+        static=np.zeros((count, n)),
+        stiffness=np.zeros((count, len(rows))),
+        damping=np.zeros((count, len(rows))),
+        amplitude=np.zeros((count, n)),
+        frequency=np.zeros(count),
+        phase=np.zeros(count),
+        V=np.zeros(count),
+        laws=laws,
+        start=start,
+        varies=np.array(varies, dtype=bool),
+    )
+    for k, change in enumerate(changes):
+        if change is None:
+            continue
+        for name in ("mass", "static", "amplitude", "frequency", "phase", "V"):
+            getattr(directions, name)[k] = getattr(change, name)
+        directions.stiffness[k] = change.stiffness[rows, system.column]
+        directions.damping[k] = change.damping[rows, system.column]
+    return directions
+
+
+def new_block_motion(n_blocks: int, n_columns: int) -> BlockMotion:
+    """Arrays for one motion with some tangents."""
+    n = n_blocks
+    return BlockMotion(
+        x=np.zeros(n),
+        w=np.zeros(n),
+        e=np.zeros(n),
+        size=np.zeros(n),
+        mode=np.zeros(n, dtype=np.int64),
+        event=np.zeros(n, dtype=np.int64),
+        phase=np.zeros(1),
+        tangent_x=np.zeros((n, n_columns)),
+        tangent_w=np.zeros((n, n_columns)),
+        tangent_phase=np.zeros(n_columns),
+    )

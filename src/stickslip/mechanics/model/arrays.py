@@ -1,0 +1,127 @@
+"""Checks of the vectors and matrices that models are built from."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.checks import finite_number
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["belt_velocity", "one_per_block", "positive_definite", "semidefinite", "symmetric"]
+
+ROUNDING = 64 * np.finfo(np.float64).eps
+"""Of a matrix' size: asymmetry and negative eigenvalues that rounding explains."""
+
+
+def one_per_block(name: str, values: Any, n_blocks: int, *, above: float, why: str) -> Floats:
+    """Return one number per block; one number stands for all.
+
+    Raises
+    ------
+    ValueError
+        Wrong length, or an entry that is not a finite number above the bound.
+    """
+    if np.ndim(values) == 0:
+        return np.full(n_blocks, finite_number(name, values, above=above, why=why))
+    entries = list(values)
+    if len(entries) != n_blocks or any(np.ndim(entry) for entry in entries):
+        raise ValueError(
+            f"{name} has {np.shape(values)} entries for {n_blocks} blocks: give one number per "
+            f"block."
+        )
+    return np.array(
+        [
+            finite_number(f"{name}[{i}]", entry, above=above, why=why)
+            for i, entry in enumerate(entries)
+        ]
+    )
+
+
+def symmetric(name: str, values: object, n_blocks: int) -> Floats:
+    """Return a symmetric matrix with a row per block.
+
+    Raises
+    ------
+    ValueError
+        Not a matrix of numbers of that shape, not finite, or not symmetric.
+    """
+    try:
+        matrix = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as reason:
+        raise ValueError(f"{name} = {values!r} is not a matrix of numbers") from reason
+    if matrix.shape != (n_blocks, n_blocks):
+        raise ValueError(
+            f"{name} has the shape {matrix.shape}: {n_blocks} blocks need "
+            f"({n_blocks}, {n_blocks}), as many rows and columns as masses."
+        )
+    if not np.isfinite(matrix).all():
+        i, j = np.argwhere(~np.isfinite(matrix))[0]
+        raise ValueError(f"{name}[{i}, {j}] = {matrix[i, j]} is not a finite number")
+    apart = np.abs(matrix - matrix.T)
+    if apart.max(initial=0.0) > ROUNDING * np.abs(matrix).max(initial=0.0):
+        i, j = np.unravel_index(np.argmax(apart), apart.shape)
+        raise ValueError(
+            f"{name}[{i}, {j}] = {matrix[i, j]!r} but {name}[{j}, {i}] = {matrix[j, i]!r}: the "
+            "matrix must be symmetric (forces between blocks come in equal and opposite pairs)."
+        )
+    return np.asarray(0.5 * (matrix + matrix.T))
+
+
+def positive_definite(name: str, matrix: Floats) -> None:
+    """Check that springs always pull back.
+
+    Raises
+    ------
+    ValueError
+        An eigenvalue is not positive.
+    """
+    least = float(np.linalg.eigvalsh(matrix)[0])
+    if least <= ROUNDING * np.abs(matrix).max():
+        raise ValueError(
+            f"{name} has the eigenvalue {least:.6g}: it must be positive definite. A direction "
+            "without restoring force lets the belt carry the blocks away for ever."
+        )
+
+
+def semidefinite(name: str, matrix: Floats) -> None:
+    """Check that dampers only take energy.
+
+    Raises
+    ------
+    ValueError
+        An eigenvalue is negative.
+    """
+    least = float(np.linalg.eigvalsh(matrix)[0])
+    if least < -ROUNDING * np.abs(matrix).max():
+        raise ValueError(
+            f"{name} has the eigenvalue {least:.6g}: it must be positive semidefinite. A damper "
+            "that feeds energy belongs into the friction law."
+        )
+
+
+def belt_velocity(value: object, *, is_forced: bool) -> float:
+    """Return the belt velocity, which only forced models may have at rest.
+
+    Raises
+    ------
+    ValueError
+        Negative, or 0 without forcing.
+    """
+    remedy = (
+        "A belt that runs backward is the mirror image (X, V) -> -(X, V): take |V| and change "
+        "the sign of all displacements."
+    )
+    if is_forced:
+        why = "The belt moves towards positive displacements, or rests."
+        return finite_number("V", value, at_least=0.0, why=why, remedy=remedy)
+    why = (
+        "The belt loads the springs by moving towards positive displacements (V = 0 makes sense "
+        "for forced models only)."
+    )
+    return finite_number("V", value, above=0.0, why=why, remedy=remedy)

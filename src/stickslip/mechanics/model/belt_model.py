@@ -1,0 +1,339 @@
+"""What every arrangement of blocks on a belt offers: parameters by name, global stick, checks."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
+
+import numpy as np
+
+from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.mechanics.model.harmonic import Harmonic
+from stickslip.mechanics.model.structure import Structure
+from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["BeltModel", "Friction", "laws_of"]
+
+Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, ...]
+
+DOMAIN_SLACK = 8 * np.finfo(np.float64).eps
+"""Of the longest shift that loads a block: how far outside the locus counts as its edge."""
+
+
+class BeltModel(ABC):
+    """Blocks on a moving belt, held by springs: the family that every model belongs to.
+
+    A model is a frozen value. Its numbers have names, and its structure depends on each of
+    them linearly.
+    """
+
+    V: float
+    friction: Friction
+    forcing: Harmonic | None
+
+    # --- what a kind of model must say of itself -------------------------------------------
+
+    @property
+    @abstractmethod
+    def n_blocks(self) -> int:
+        """Number of blocks."""
+
+    @property
+    @abstractmethod
+    def numbers(self) -> dict[str, float]:
+        """Parameters of masses, springs, dampers, limits and belt, by name."""
+
+    @abstractmethod
+    def _assemble(self, numbers: Mapping[str, float]) -> Structure:
+        """Structure with these numbers and no forcing; they are not checked."""
+
+    @abstractmethod
+    def _rebuilt(self, numbers: Mapping[str, float], **changes: Any) -> Self:
+        """Model with these numbers, checked, and some fields changed."""
+
+    # --- parameters --------------------------------------------------------------------------
+
+    @cached_property
+    def structure(self) -> Structure:
+        """Masses, springs, dampers, limits and forcing as arrays."""
+        return self._structure_with({**self.numbers, **self._forcing_numbers})
+
+    def structure_direction(self, name: str) -> Structure:
+        """Differentiate the structure with respect to one of its numbers.
+
+        The structure is linear in each, so that the difference over a step of 1 is exact.
+
+        Raises
+        ------
+        ValueError
+            No such number.
+        """
+        numbers = {**self.numbers, **self._forcing_numbers}
+        if name not in numbers:
+            known = did_you_mean(name, list(self.parameters))
+            raise ValueError(f"{type(self).__name__} has no parameter {name!r}. {known}")
+        changed = self._structure_with({**numbers, name: numbers[name] + 1.0})
+        return self.structure.direction_to(changed)
+
+    def _structure_with(self, numbers: Mapping[str, float]) -> Structure:
+        plain = self._assemble(numbers)
+        if self.forcing is None:
+            return plain
+        n = plain.n_blocks
+        amplitude = [
+            numbers.get(f"forcing.amplitude_{i + 1}", numbers.get("forcing.amplitude", 0.0))
+            for i in range(n)
+        ]
+        return Structure(
+            plain.mass,
+            plain.stiffness,
+            plain.damping,
+            plain.static,
+            plain.V,
+            np.array(amplitude),
+            numbers["forcing.frequency"],
+            numbers["forcing.phase"],
+        )
+
+    @property
+    def _forcing_numbers(self) -> dict[str, float]:
+        if self.forcing is None:
+            return {}
+        given = self.forcing.amplitude
+        if isinstance(given, tuple):
+            names = {f"forcing.amplitude_{i}": a for i, a in enumerate(given, start=1)}
+        else:
+            names = {"forcing.amplitude": given}
+        names["forcing.frequency"] = self.forcing.frequency
+        names["forcing.phase"] = self.forcing.phase
+        return names
+
+    @property
+    def laws(self) -> tuple[FrictionLaw, ...]:
+        """Friction law of each block."""
+        if isinstance(self.friction, tuple):
+            return self.friction
+        return (self.friction,) * self.n_blocks
+
+    @property
+    def law_parameters(self) -> dict[str, tuple[tuple[int, str], ...]]:
+        """For each friction parameter by its name in `parameters`: blocks and names in the law.
+
+        A law common to all blocks has one parameter for all; of several laws each parameter
+        carries its block's number, from 1.
+        """
+        if not isinstance(self.friction, tuple):
+            blocks = range(self.n_blocks)
+            return {
+                name: tuple((block, name) for block in blocks) for name in self.friction.parameters
+            }
+        return {
+            f"{name}_{block + 1}": ((block, name),)
+            for block, law in enumerate(self.friction)
+            for name in law.parameters
+        }
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """All numbers by name."""
+        laws = self.laws
+        friction = {
+            name: laws[where[0][0]].parameters[where[0][1]]
+            for name, where in self.law_parameters.items()
+        }
+        return {**self.numbers, **friction, **self._forcing_numbers}
+
+    def replace(self, **changes: Any) -> Self:
+        """Make a changed copy, by parameter name.
+
+        Parameters
+        ----------
+        **changes
+            Names from `parameters` (those with a dot through ``**{...}``), or fields of the
+            model such as ``friction`` and ``forcing``.
+
+        Raises
+        ------
+        ValueError
+            Unknown name (the closest known one is suggested), or a value out of range.
+        """
+        numbers = {**self.numbers}
+        forcing = {**self._forcing_numbers}
+        for_laws: dict[str, Any] = {}
+        fields: dict[str, Any] = {}
+        own = set(getattr(self, "__dataclass_fields__", ()))
+        for name, value in changes.items():
+            if name in numbers:
+                numbers[name] = value
+            elif name in forcing:
+                forcing[name] = value
+            elif name in self.law_parameters:
+                for_laws[name] = value
+            elif name in own:
+                fields[name] = value
+            else:
+                known = did_you_mean(name, [*self.parameters, *own])
+                raise ValueError(f"{type(self).__name__} has no parameter {name!r}. {known}")
+        fields.setdefault("friction", self._changed_friction(for_laws))
+        fields.setdefault("forcing", self._changed_forcing(forcing))
+        return self._rebuilt(numbers, **fields)
+
+    def _changed_friction(self, changes: Mapping[str, Any]) -> Friction:
+        if not isinstance(self.friction, tuple):
+            return self.friction.replace(**changes) if changes else self.friction
+        laws = list(self.friction)
+        for name, value in changes.items():
+            ((block, own_name),) = self.law_parameters[name]
+            laws[block] = laws[block].replace(**{own_name: value})
+        return tuple(laws)
+
+    def _changed_forcing(self, numbers: Mapping[str, Any]) -> Harmonic | None:
+        if self.forcing is None:
+            return None
+        amplitude: Any = numbers.get("forcing.amplitude")
+        if amplitude is None:
+            amplitude = [v for k, v in numbers.items() if k.startswith("forcing.amplitude_")]
+        return Harmonic(amplitude, numbers["forcing.frequency"], numbers["forcing.phase"])
+
+    # --- global stick ------------------------------------------------------------------------
+
+    @property
+    def limits(self) -> tuple[float, ...]:
+        """Static limits of the blocks."""
+        return tuple(self.structure.static.tolist())
+
+    @property
+    def monotone_loading(self) -> bool:
+        """Whether a rider's needed force only grows while the others ride or slip backward."""
+        s = self.structure
+        off = s.stiffness - np.diag(np.diag(s.stiffness))
+        undamped = not s.damping.any() and not s.is_forced
+        return bool(undamped and (off <= 0.0).all() and (s.loading >= 0.0).all())
+
+    def positions(self, d: ArrayLike) -> Floats:
+        """Displacements of the blocks with the first one at 0, shape (..., n).
+
+        Parameters
+        ----------
+        d : array_like of float, shape (..., n - 1)
+            ``X_{i+1} - X_i``.
+
+        Raises
+        ------
+        ValueError
+            The last axis does not have n - 1 entries.
+        """
+        steps = np.asarray(d, dtype=np.float64)
+        n = self.n_blocks
+        if steps.ndim == 0 or steps.shape[-1] != n - 1:
+            raise ValueError(
+                f"d has the shape {steps.shape}: its last axis must have {n - 1} entries, the "
+                f"differences X_(i+1) - X_i of {n} blocks."
+            )
+        x = np.zeros((*steps.shape[:-1], n))
+        np.cumsum(steps, axis=-1, out=x[..., 1:])
+        return x
+
+    def _stick_range(self, d: ArrayLike) -> tuple[Floats, Floats]:
+        """Displacements of block 1 between which all blocks ride, shapes (...), or low > high."""
+        s = self.structure
+        x = self.positions(d)
+        force = s.needed_force(x, np.full(x.shape, s.V))
+        rate = s.stiffness.sum(axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            one = (-s.static - force) / rate
+            other = (s.static - force) / rate
+        still = rate == 0.0
+        inside = np.abs(force) <= s.static
+        low = np.where(still, np.where(inside, -np.inf, np.inf), np.minimum(one, other))
+        high = np.where(still, np.where(inside, np.inf, -np.inf), np.maximum(one, other))
+        return low.max(axis=-1), high.min(axis=-1)
+
+    def contains(self, d: ArrayLike) -> NDArray[np.bool_]:
+        """Whether global stick phases with these differences exist, ends included.
+
+        Parameters
+        ----------
+        d : array_like of float, shape (..., n - 1)
+
+        Returns
+        -------
+        ndarray of bool, shape (...)
+            False for NaN.
+        """
+        low, high = self._stick_range(d)
+        s = self.structure
+        rate = np.abs(s.stiffness.sum(axis=1))
+        reach = np.max(s.static[rate > 0] / rate[rate > 0], initial=0.0)
+        return np.asarray(low <= high + DOMAIN_SLACK * reach)
+
+    def admit(self, d: ArrayLike) -> Floats:
+        """Check differences against the domain of the event map.
+
+        Raises
+        ------
+        ValueError
+            Some ``d`` is NaN or belongs to no global stick phase; the first one is named.
+        """
+        points = np.asarray(d, dtype=np.float64)
+        inside = self.contains(points)
+        if not inside.all():
+            where = tuple(int(i) for i in np.argwhere(~inside)[0])
+            name = f"d[{', '.join(map(str, where))}]" if where else "d"
+            raise ValueError(
+                f"{name} = {points[where].tolist()} belongs to no global stick phase: the blocks "
+                "cannot all ride with these differences. model.contains(d) tells which can, "
+                "model.sample_domain(n, rng) draws some."
+            )
+        return points
+
+    def sample_domain(self, n: int, rng: np.random.Generator | int | None = None) -> Floats:
+        """Draw differences of global stick phases, shape (n, n_blocks - 1).
+
+        They belong to displacements drawn uniformly from those with which all blocks ride.
+        """
+        return np.asarray(np.diff(self.structure.sample_sticking(n, rng), axis=-1))
+
+    def sample_state(
+        self, rng: np.random.Generator | int | None = None, *, riding: bool = False
+    ) -> tuple[Floats, Floats]:
+        """Draw a legal state (x, v), each of shape (n_blocks,), for `stickslip.simulate`.
+
+        Needed forces are uniform within the static limits; velocities are the belt's if
+        `riding`, else within one unit of f_s1 / sqrt(k m) of it.
+        """
+        return self.structure.sample_state(rng, riding=riding)
+
+
+def laws_of(friction: object, n_blocks: int) -> Friction:
+    """Return one law for all blocks, or a tuple with one per block.
+
+    Raises
+    ------
+    ValueError
+        Anything else; the message says what to do.
+    """
+    if isinstance(friction, FrictionLaw):
+        return friction
+    if isinstance(friction, Sequence) and all(isinstance(law, FrictionLaw) for law in friction):
+        if len(friction) == n_blocks:
+            return tuple(friction)
+        raise ValueError(
+            f"friction has {len(friction)} laws for {n_blocks} blocks: give one law for all, or "
+            "one per block."
+        )
+    remedy = (
+        "Wrap a function of the slip speed in friction_law(...)."
+        if callable(friction) and not isinstance(friction, type)
+        else "Take Coulomb(mu=), PoppStelter(gamma=) or friction_law(...)."
+    )
+    raise ValueError(
+        f"friction = {friction!r} is neither a friction law nor a list of laws. {remedy}"
+    )

@@ -1,0 +1,109 @@
+"""The one linear model behind every arrangement of blocks: masses, springs, dampers, limits.
+
+    M X'' + C X' + K X = friction + g(t),      g_i = amplitude_i cos(frequency t + phase)
+
+with M diagonal and positive, C and K symmetric; what friction must supply for a block to ride
+is its needed force ``e = K X + C X' - g``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["Structure"]
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """Numbers of a model with n blocks, dimensionless.
+
+    Attributes
+    ----------
+    mass, static, amplitude : ndarray of float, shape (n,)
+        Masses, static limits, amplitudes of the forcing.
+    stiffness, damping : ndarray of float, shape (n, n)
+        Symmetric.
+    V, frequency, phase : float
+        Belt velocity; angular frequency and phase of the forcing.
+    """
+
+    mass: Floats
+    stiffness: Floats
+    damping: Floats
+    static: Floats
+    V: float
+    amplitude: Floats
+    frequency: float
+    phase: float
+
+    @property
+    def n_blocks(self) -> int:
+        """Number of blocks."""
+        return len(self.mass)
+
+    @property
+    def is_forced(self) -> bool:
+        """Whether a force depends on time."""
+        return bool(self.amplitude.any())
+
+    @property
+    def loading(self) -> Floats:
+        """Growth of each needed force while all blocks ride, per unit of time: V K 1."""
+        return np.asarray(self.V * self.stiffness.sum(axis=1))
+
+    def needed_force(self, x: ArrayLike, v: ArrayLike, t: float = 0.0) -> Floats:
+        """Force that friction must supply for each block to ride, shape (..., n).
+
+        Parameters
+        ----------
+        x, v : array_like of float, shape (..., n)
+            Displacements and velocities.
+        t : float
+            Time, for the forcing.
+        """
+        springs = np.asarray(x, dtype=np.float64) @ self.stiffness
+        dampers = np.asarray(v, dtype=np.float64) @ self.damping
+        forcing = self.amplitude * np.cos(self.frequency * t + self.phase)
+        return np.asarray(springs + dampers - forcing)
+
+    def direction_to(self, other: Self) -> Self:
+        """Difference of every number to another structure: a direction of change."""
+        return type(self)(
+            *(getattr(other, item.name) - getattr(self, item.name) for item in fields(self))
+        )
+
+    def sample_sticking(self, n: int, rng: np.random.Generator | int | None = None) -> Floats:
+        """Draw displacements, shape (n, n_blocks), with which all blocks ride.
+
+        The needed forces are uniform within the static limits.
+        """
+        generator = np.random.default_rng(rng)
+        force = generator.uniform(-self.static, self.static, size=(n, self.n_blocks))
+        return self._displacements(force, np.full(self.n_blocks, self.V))
+
+    def sample_state(
+        self, rng: np.random.Generator | int | None = None, *, riding: bool = False
+    ) -> tuple[Floats, Floats]:
+        """Draw displacements and velocities of a legal state, shape (n_blocks,) each.
+
+        Needed forces are uniform within the static limits; velocities are the belt's if
+        `riding`, else within one unit of it.
+        """
+        generator = np.random.default_rng(rng)
+        v = np.full(self.n_blocks, self.V)
+        if not riding:
+            v = v + generator.uniform(-1.0, 1.0, size=self.n_blocks)
+        return self._displacements(generator.uniform(-self.static, self.static), v), v
+
+    def _displacements(self, force: Floats, v: Floats) -> Floats:
+        """Displacements that need given forces at given velocities."""
+        rest = self.needed_force(np.zeros(self.n_blocks), v)
+        return np.asarray(np.linalg.solve(self.stiffness, (force - rest).T).T)

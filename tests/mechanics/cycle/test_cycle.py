@@ -1,0 +1,99 @@
+"""Limit cycles: closed forms, the event map's orbits, motions without global stick."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+
+COULOMB = ss.examples.coulomb()
+
+
+def test_one_block_with_constant_friction() -> None:
+    """The arc about mu from (1, V) back to velocity V, then the ride: period in closed form."""
+    mu, V = 0.4, 0.2
+    cycle = ss.find_cycle(ss.Oscillator(V=V, friction=ss.Coulomb(mu=mu)), [0.9], [0.0])
+    period = 2 * math.pi - 2 * math.atan2(1 - mu, V) + 2 * (1 - mu) / V
+    assert cycle.period == pytest.approx(period, abs=1e-13)
+    np.testing.assert_array_equal(cycle.multipliers, [0.0])
+    assert cycle.stable
+    assert {(event.block, event.kind) for event in cycle.events} == {
+        (1, "slip backward"),
+        (1, "stick"),
+    }
+    energy = cycle.trajectory.energy([0.0, cycle.period])
+    assert energy.belt_work[1] == pytest.approx(energy.dissipation[1], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("guess", "point", "multiplier"),
+    [
+        (-0.0399, -0.039914313410282, -0.5620085225),
+        (0.277, 0.27739336478609, 0.7507726661),
+        (0.0886133, 0.088613323894202, 9.1822953528),
+        (0.3716257, 0.371625700599026, -1.7450118961),
+    ],
+    ids=["S1", "S4", "U1", "U2"],
+)
+def test_orbits_of_the_event_map_are_cycles(guess: float, point: float, multiplier: float) -> None:
+    """Stable and unstable ones; what two blocks that stick together forget has exact zeros."""
+    cycle = ss.find_cycle(COULOMB, COULOMB.onset(guess), [COULOMB.V] * 2)
+    assert np.abs(cycle.d - point).min() < 1e-12
+    assert cycle.multipliers[0].real == pytest.approx(multiplier, rel=1e-9)
+    np.testing.assert_array_equal(cycle.multipliers[1:], [0.0, 0.0])
+    assert cycle.stable == (abs(multiplier) < 1)
+
+
+def test_a_motion_of_law_9_without_global_stick() -> None:
+    """The paper's system beyond the event map: a cycle that attracts out of the gap."""
+    model = ss.examples.law9()
+    assert np.isnan(ss.event_map(model)(0.62))
+    cycle = ss.find_cycle(model, model.onset(0.62), [model.V] * 2)
+    assert cycle.d.size == 0
+    assert cycle.stable
+    assert abs(cycle.multipliers[0].imag) > 0.1
+    again = ss.simulate(model, cycle.x, cycle.v, t_end=3 * cycle.period)
+    np.testing.assert_allclose(again.final_state.x, cycle.x, atol=1e-12)
+
+
+def test_multipliers_are_those_of_the_event_map() -> None:
+    """Three blocks: the eigenvalues of the product of Jacobians over the orbit."""
+    model = ss.Chain(static=[1, 1.3, 1.1], alpha=1.2, V=0.3, friction=ss.Coulomb(mu=0.22))
+    f = ss.event_map(model)
+    cycle = ss.find_cycle(model, model.structure.sample_sticking(1, 5)[0], np.full(3, model.V))
+    assert len(cycle.d) > 1
+    np.testing.assert_allclose(f(cycle.d), np.roll(cycle.d, -1, axis=0), atol=1e-12)
+    jacobian = np.eye(2)
+    for d in cycle.d:
+        jacobian = f.jacobian(d) @ jacobian
+    values = np.linalg.eigvals(jacobian)
+    values = values[np.argsort(-np.abs(values), kind="stable")]
+    assert cycle.stable
+    np.testing.assert_allclose(cycle.multipliers[:2], values, rtol=1e-8, atol=1e-10)
+    np.testing.assert_array_equal(cycle.multipliers[2:], 0.0)
+
+
+def test_a_forced_block_repeats_with_its_forcing() -> None:
+    model = ss.Oscillator(
+        V=0.0, friction=ss.Coulomb(mu=0.5), damping=0.2, forcing=ss.Harmonic(2.0, 0.7)
+    )
+    cycle = ss.find_cycle(model, [0.0], [0.0])
+    assert cycle.period % (2 * math.pi / 0.7) == pytest.approx(0.0, abs=1e-9)
+    assert len(cycle.multipliers) == 2
+    assert cycle.residual < 1e-11
+
+
+def test_motions_that_slide_for_ever_are_no_cycle() -> None:
+    model = ss.Oscillator(V=0.5, friction=ss.Coulomb(mu=0.4))
+    with pytest.raises(ValueError, match="neutral family"):
+        ss.find_cycle(model, [0.4], [0.1])
+
+
+def test_bad_input_is_told() -> None:
+    with pytest.raises(ValueError, match="2 finite numbers"):
+        ss.find_cycle(COULOMB, [0.1], [0.0])
+    with pytest.raises(ValueError, match="max_events"):
+        ss.find_cycle(COULOMB, [0.1, 0.1], [0.0, 0.0], max_events=0)

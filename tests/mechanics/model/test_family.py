@@ -1,0 +1,135 @@
+"""Blocks, Chain, Oscillator: parameters by name, checks, global stick."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+
+LAW = ss.Coulomb(mu=0.22)
+K = [[2.5, -1.0, -0.3], [-1.0, 3.0, -1.2], [-0.3, -1.2, 2.8]]
+CHAIN = ss.Chain(static=[1, 1.3, 1.1], alpha=1.2, V=0.05, friction=LAW)
+BLOCKS = ss.Blocks(mass=[1, 2, 3], stiffness=K, static=[1, 1.3, 0.9], friction=LAW, V=0.05)
+FORCED = ss.Oscillator(
+    V=0.0, friction=ss.PoppStelter(gamma=3), forcing=ss.Harmonic(amplitude=0.5, frequency=1.3)
+)
+
+
+def test_the_papers_model_is_a_chain_of_two() -> None:
+    model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.05, friction=LAW, damping=0.1)
+    for name in ("mass", "stiffness", "damping", "static"):
+        one, other = (getattr(m.structure, name) for m in (model, model.chain))
+        np.testing.assert_allclose(one, other, rtol=1e-15)
+
+
+@pytest.mark.parametrize(("ends", "row"), [("free", 2.2), ("fixed", 3.4), ("periodic", 3.4)])
+def test_ends_of_a_chain(ends: str, row: float) -> None:
+    chain = ss.Chain(static=[1] * 4, alpha=1.2, V=0.05, friction=LAW, ends=ends)  # type: ignore[arg-type]
+    stiffness = chain.structure.stiffness
+    assert stiffness[0, 0] == pytest.approx(row)
+    assert stiffness[0, 3] == pytest.approx(-1.2 if ends == "periodic" else 0.0)
+    np.testing.assert_array_equal(stiffness, stiffness.T)
+
+
+@pytest.mark.parametrize("model", [CHAIN, BLOCKS, FORCED])
+def test_every_parameter_can_be_replaced_by_its_name(model: ss.Chain) -> None:
+    for name, value in model.parameters.items():
+        changed = model.replace(**{name: value + 0.01})
+        assert changed.parameters[name] == pytest.approx(value + 0.01)
+        others = {k: v for k, v in changed.parameters.items() if k != name}
+        assert others == {k: v for k, v in model.parameters.items() if k != name}
+        assert changed != model
+        assert changed.replace(**{name: value}) == model
+    assert hash(model.replace()) == hash(model)
+
+
+@pytest.mark.parametrize("model", [CHAIN, BLOCKS, FORCED])
+def test_the_structure_is_linear_in_each_number(model: ss.Chain) -> None:
+    for name in (*model.numbers, *(n for n in model.parameters if n.startswith("forcing"))):
+        direction = model.structure_direction(name)
+        changed = model.replace(**{name: model.parameters[name] + 0.25}).structure
+        for field in ("mass", "stiffness", "damping", "static", "amplitude", "V", "phase"):
+            expected = getattr(model.structure, field) + 0.25 * getattr(direction, field)
+            np.testing.assert_allclose(getattr(changed, field), expected, atol=1e-14)
+
+
+def test_a_pair_of_laws_has_numbered_parameters() -> None:
+    model = CHAIN.replace(friction=[LAW, ss.PoppStelter(gamma=3), LAW])
+    assert model.parameters["mu_1"] == 0.22
+    assert model.parameters["gamma_2"] == 3
+    assert model.replace(mu_3=0.3).laws[2] == ss.Coulomb(mu=0.3)
+
+
+def test_samples_are_legal() -> None:
+    rng = np.random.default_rng(1)
+    for model in (CHAIN, BLOCKS, ss.TwoBlock(alpha=1.2, beta=1.3, V=0.05, friction=LAW)):
+        assert model.contains(model.sample_domain(200, rng)).all()
+        x, v = model.sample_state(rng, riding=True)
+        force = model.structure.needed_force(x, v)
+        assert (np.abs(force) < model.structure.static).all()
+        assert (v == model.V).all()
+
+
+def test_the_domain_of_two_blocks_is_that_of_the_paper() -> None:
+    model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.05, friction=LAW)
+    _, end = model.domain
+    inside = model.chain.contains(np.array([[end], [end * (1 + 4e-16)], [end * 1.001]]))
+    assert inside.tolist() == [True, True, False]
+    with pytest.raises(ValueError, match="belongs to no global stick phase"):
+        model.chain.admit([np.nan])
+
+
+def test_positions_have_the_given_differences() -> None:
+    np.testing.assert_allclose(np.diff(CHAIN.positions([0.1, -0.3])), [0.1, -0.3])
+    with pytest.raises(ValueError, match="must have 2 entries"):
+        CHAIN.positions([0.1])
+
+
+BAD = {
+    "shape": (dict(stiffness=[[1.0]]), r"stiffness has the shape \(1, 1\)"),
+    "asymmetric": (dict(stiffness=np.eye(3) + np.eye(3, k=1)), "must be symmetric"),
+    "indefinite": (dict(stiffness=np.diag([1.0, 1.0, -1.0])), "positive definite"),
+    "singular": (dict(stiffness=np.diag([1.0, 1.0, 0.0])), "positive definite"),
+    "nan": (dict(stiffness=np.diag([1.0, 1.0, np.nan])), "not a finite number"),
+    "text": (dict(stiffness="soft"), "not a matrix of numbers"),
+    "damper": (dict(damping=-np.eye(3)), "positive semidefinite"),
+    "mass": (dict(mass=[1, -1, 1]), r"mass\[1\] = -1"),
+    "masses": (dict(mass=[1, 1]), "stiffness has the shape"),
+    "limit": (dict(static=[1, 0, 1]), r"static\[1\] = 0"),
+    "limits": (dict(static=[1, 1]), "entries for 3 blocks"),
+    "laws": (dict(friction=[LAW]), "1 laws for 3 blocks"),
+    "law": (dict(friction=0.22), "neither a friction law"),
+    "velocity": (dict(V=-0.1), "mirror image"),
+    "rest": (dict(V=0), "forced models only"),
+    "forcing": (dict(forcing=0.5), "must be a Harmonic"),
+    "amplitudes": (dict(forcing=ss.Harmonic([0.5, 0.1], 1.0)), "2 entries for 3 blocks"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_told(case: str) -> None:
+    changes, message = BAD[case]
+    good = dict(mass=[1, 1, 1], stiffness=K, static=[1, 1.3, 0.9], friction=LAW, V=0.05)
+    with pytest.raises(ValueError, match=message):
+        ss.Blocks(**{**good, **changes})
+
+
+def test_bad_chains_are_told() -> None:
+    with pytest.raises(ValueError, match="list with the static limit"):
+        ss.Chain(static=1.0, alpha=1.2, V=0.05, friction=LAW)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="'periodic'"):
+        ss.Chain(static=[1, 1], alpha=1.2, V=0.05, friction=LAW, ends="periodical")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="static_2"):
+        CHAIN.replace(sttic_2=1.0)
+    with pytest.raises(ValueError, match="amplitude"):
+        ss.Harmonic(amplitude=np.inf, frequency=1.0)
+    with pytest.raises(ValueError, match="frequency"):
+        ss.Harmonic(amplitude=1.0, frequency=0.0)
+
+
+def test_physical_damping_goes_both_ways() -> None:
+    numbers = dict(m=2.0, k=50.0, k12=60.0, fs1=10.0, fs2=13.0, v_dr=0.1, c=0.4)
+    model = ss.TwoBlock.from_physical(**numbers, friction=LAW)
+    assert model.damping == pytest.approx(0.4 / np.sqrt(2.0 * 50.0))
+    assert model.physical_parameters() == pytest.approx(numbers)
