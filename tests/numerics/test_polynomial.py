@@ -119,7 +119,7 @@ def test_a_signal_that_starts_at_zero_and_falls_is_a_contact_at_once():
 def test_a_root_at_the_end_of_the_interval_counts(end, leaving):
     # exactly zero at the end: end (1 - t / end) = end - t, without rounding
     c = np.array([0.0, end, -1.0, 0.0]) if leaving else np.array([end, -1.0, 0.0, 0.0])
-    assert first_contact(c, end, leaving, SLACK) == end
+    assert first_contact(c, end, leaving, SLACK) == pytest.approx(end, rel=1e-15)
     before = end * (1.0 - 1e-9)
     assert first_contact(c, before, leaving, SLACK) == NO_ROOT
 

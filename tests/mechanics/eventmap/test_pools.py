@@ -7,7 +7,7 @@ import pytest
 from tests.mechanics.flow.systems import random_model
 
 import stickslip as ss
-from stickslip.mechanics.eventmap.carrier import _PlainCarrier, _PoolCarrier
+from stickslip.mechanics.eventmap.carrier import PlainCarrier, PoolCarrier
 from stickslip.mechanics.flow.lanes.layout import LANES, MOTIONS, PLACES
 from stickslip.status import EVENT_LIMIT, NEVER_CYCLE, NEVER_SLIPPING, OK, TIME_LIMIT
 
@@ -33,7 +33,7 @@ def law_of(kind, rng):
 
 def one_at_a_time(f, d):
     """The same by the scalar engine."""
-    return _PlainCarrier.carry(f._carrier, d, slope=True, watch=True)
+    return PlainCarrier.carry(f._carrier, d, slope=True, watch=True)
 
 
 def assert_agreement(f, d):
@@ -59,7 +59,7 @@ def test_random_systems_with_law_9(seed):
     returned = 0
     for _ in range(5):
         f = ss.event_map(random_model(rng, "law9"), threads=1, max_events=300)
-        assert isinstance(f._carrier, _PoolCarrier)
+        assert isinstance(f._carrier, PoolCarrier)
         returned += assert_agreement(f, rng.uniform(-1, 1, 70) * f.domain[1]).sum()
     assert returned > 200
 
@@ -71,14 +71,14 @@ def test_random_systems_with_other_formulas(kind):
     for _ in range(6):
         model = random_model(rng, "law9").replace(friction=law_of(kind, rng))
         f = ss.event_map(model, threads=1, max_events=300)
-        assert isinstance(f._carrier, _PoolCarrier)
+        assert isinstance(f._carrier, PoolCarrier)
         assert_agreement(f, rng.uniform(-1, 1, 50) * f.domain[1])
 
 
 def test_two_laws_of_one_formula():
     laws = (ss.PoppStelter(3.0, 0.1, 0.05), ss.PoppStelter(1.0, 0.3, 0.02))
     f = ss.event_map(ss.TwoBlock(alpha=1.0, beta=1.4, V=0.1, friction=laws), threads=1)
-    assert isinstance(f._carrier, _PoolCarrier)
+    assert isinstance(f._carrier, PoolCarrier)
     assert assert_agreement(f, np.linspace(*f.domain, 80)).any()
 
 
@@ -91,7 +91,7 @@ def test_two_laws_of_one_formula():
 )
 def test_laws_that_are_no_single_formula_are_carried_one_at_a_time(friction):
     model = ss.TwoBlock(alpha=1.0, beta=1.4, V=0.1, friction=friction)
-    assert not isinstance(ss.event_map(model)._carrier, _PoolCarrier)
+    assert not isinstance(ss.event_map(model)._carrier, PoolCarrier)
 
 
 def test_both_sides_of_breakpoints():

@@ -42,6 +42,7 @@ __all__ = ["Carrier", "carrier_for"]
 
 # Fewer motions than this are not worth a thread.
 SMALLEST_TILE = {"exact": 4000, "taylor": 64, "collocation": 16, "pools": 512}
+DEVICES = ("cpu", "cuda")
 NO_ITINERARY = np.zeros(0, dtype=np.int8)
 
 
@@ -63,18 +64,33 @@ class Carrier(Protocol):
         """Modes of each phase, as text."""
 
 
-def carrier_for(model: TwoBlock, engine: EngineName, controls: Controls, threads: int) -> Carrier:
-    """Choose what carries the motions of a model; errors as in `engine_for`."""
+def carrier_for(
+    model: TwoBlock, engine: EngineName, controls: Controls, device: str, threads: int
+) -> Carrier:
+    """Choose what carries the motions of a model.
+
+    Raises
+    ------
+    ValueError
+        As in `engine_for`; an unknown device; 'cuda' without a GPU, or for a model that only
+        the CPU carries.
+    """
+    if device not in DEVICES:
+        raise ValueError(f"device = {device!r} is unknown. {did_you_mean(str(device), DEVICES)}")
+    if device == "cuda":
+        from stickslip.mechanics.eventmap.cuda_carrier import CudaCarrier  # needs numba-cuda
+
+        return CudaCarrier(model, engine, controls)
     if model.damping > 0.0:
-        return _DampedCarrier(model, engine, controls, threads)
+        return DampedCarrier(model, engine, controls, threads)
     prepared = engine_for(model, engine)
     series = law_series(model.laws) if prepared.name == "taylor" else None
     if series is not None:
-        return _PoolCarrier(model, prepared, controls, threads, series)
-    return _PlainCarrier(model, prepared, controls, threads)
+        return PoolCarrier(model, prepared, controls, threads, series)
+    return PlainCarrier(model, prepared, controls, threads)
 
 
-class _PlainCarrier:
+class PlainCarrier:
     """Two undamped blocks: the engines that know w and e."""
 
     def __init__(self, model: TwoBlock, engine: Engine, controls: Controls, threads: int) -> None:
@@ -150,13 +166,7 @@ class _PlainCarrier:
         n_columns = len(directions)
         held: dict[int, Scratch] = self._local.__dict__.setdefault("scratch", {})
         if n_columns not in held:
-            n_law = self.engine.n_law_parameters
-            held[n_columns] = Scratch(
-                new_motion(n_columns, n_law),
-                new_motion(n_columns + 4, n_law),
-                new_motion(0, n_law),
-                self.engine.new_work(),
-            )
+            held[n_columns] = new_scratch(self.engine, n_columns)
         scratch = held[n_columns]
         for column, direction in enumerate(directions):
             scratch.motion.directions[column] = direction
@@ -164,7 +174,7 @@ class _PlainCarrier:
         return scratch
 
 
-class _PoolCarrier(_PlainCarrier):
+class PoolCarrier(PlainCarrier):
     """Two undamped blocks with one formula for both: many motions at once, in pools.
 
     What the pools hand over, and derivatives by parameters, the scalar engine carries. Which of
@@ -217,7 +227,7 @@ class _PoolCarrier(_PlainCarrier):
         return MovingPools(self.engine, self._kernels, self.series, self.model, self.controls)
 
 
-class _DampedCarrier:
+class DampedCarrier:
     """Two damped blocks: the flow of the family."""
 
     name = "series"
@@ -245,6 +255,17 @@ class _DampedCarrier:
 
     def itinerary(self, d: float) -> str:
         return str(self.inner.itinerary([d]))
+
+
+def new_scratch(engine: Engine, n_columns: int) -> Scratch:
+    """Work arrays of one motion with that many tangents."""
+    n_law = engine.n_law_parameters
+    return Scratch(
+        new_motion(n_columns, n_law),
+        new_motion(n_columns + 4, n_law),
+        new_motion(0, n_law),
+        engine.new_work(),
+    )
 
 
 def new_outputs(n: int, n_columns: int) -> Outputs:
