@@ -1,6 +1,10 @@
 """Motions in pools of lanes: the answers of the scalar engine, whatever is asked together."""
 
 import math
+import platform
+import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -8,7 +12,10 @@ from tests.mechanics.flow.systems import random_model
 
 import stickslip as ss
 from stickslip.mechanics.eventmap.carrier import PlainCarrier, PoolCarrier
-from stickslip.mechanics.flow.lanes.layout import LANES, MOTIONS, PLACES
+from stickslip.mechanics.flow.lanes.kernels import lane_kernels
+from stickslip.mechanics.flow.lanes.layout import ALIGNMENT, LANES, MOTIONS, PLACES
+from stickslip.mechanics.friction.series import law_series
+from stickslip.numerics.targets import kernel_uncached
 from stickslip.status import EVENT_LIMIT, NEVER_CYCLE, NEVER_SLIPPING, OK, TIME_LIMIT
 
 FIELDS = ("value", "derivative", "duration", "n_events", "label", "margin", "status")
@@ -167,3 +174,49 @@ def test_a_tie_has_the_margin_and_slope_of_the_scalar_engine():
         assert np.ravel(getattr(result, field))[0] == np.ravel(getattr(single, field))[0]
     assert result.margin[0] == 0.0
     assert math.isfinite(result.derivative[0])
+
+
+# --- kernels -----------------------------------------------------------------------------------
+
+
+def test_a_second_process_compiles_nothing():
+    model = ss.TwoBlock(1.208, 1.301, 0.15, ss.PoppStelter(3.0, 0.1, 0.05))
+    value = ss.event_map(model, threads=1)(0.1)
+    code = """
+import stickslip as ss
+f = ss.event_map(ss.TwoBlock(1.208, 1.301, 0.15, ss.PoppStelter(3.0, 0.1, 0.05)), threads=1)
+print(repr(f(0.1)))
+stats = f._carrier._moved._kernels.advance_orbits.stats
+print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split("\n")[:2] == [repr(value), "1 0"]
+
+
+@pytest.mark.slow  # compiles a step
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
+def test_a_step_is_vector_code():
+    laws = [ss.PoppStelter(3.0)] * 2
+    series = law_series(laws)
+    steps = lane_kernels(series)
+    step = kernel_uncached(steps.step_one.py_func)
+    store = np.zeros(steps.SIZE + ALIGNMENT)
+    p, q = series.rows(laws)
+    step(store, p, q, 1.2, 0.3, 1.0, 1.3, 0.5, 0.5, -50.0)
+    (assembly,) = step.inspect_asm().values()
+    packed, scalar = (
+        len(re.findall(rf"\bv?(?:fn?m(?:add|sub)\w*|mul|add|sub){kind}\b", assembly))
+        for kind in ("pd", "sd")
+    )
+    assert packed > 200
+    assert scalar < packed / 10
+
+
+def test_parameters_that_are_zero_leave_the_text_and_not_the_answer():
+    some, none = (law_series([ss.PoppStelter(3.0, 0.1, eta)] * 2) for eta in (0.05, 0.0))
+    assert len(none.force.advance) < len(some.force.advance)
+    assert none.key != some.key
+    model = ss.TwoBlock(1.208, 1.301, 0.15, ss.PoppStelter(3.0, 0.1, 0.0))
+    tiny = model.replace(eta=1e-300)
+    d = np.linspace(-0.5, 0.5, 20)
+    np.testing.assert_allclose(ss.event_map(model)(d), ss.event_map(tiny)(d), rtol=0, atol=1e-13)
