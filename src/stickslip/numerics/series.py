@@ -158,6 +158,11 @@ class SeriesText:
         self.start = self._start()
         self.advance = self._advance()
 
+    @property
+    def n_recurrences(self) -> int:
+        """Nodes that a coefficient of costs a sum."""
+        return sum(map(self._is_nonlinear, self._nodes))
+
     def _closure(self) -> list[int]:
         """All varying nodes that are to be computed: what outputs need, and partners of it."""
         graph = self.scalars.graph

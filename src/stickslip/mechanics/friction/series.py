@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,15 +52,30 @@ class LawSeries:
 def law_series(laws: Sequence[FrictionLaw]) -> LawSeries | None:
     """Series of laws that are one formula, the same in both directions; None for others.
 
-    Parameters that are zero in all of them are left out: whole recurrences go with them.
+    Optional parameters that are zero in all of them are left out if recurrences go with them:
+    kernels for each such case, but no more.
     """
     formula, *others = {law.formula for law in laws}
     if others or not isinstance(formula, TracedFormula) or not formula.symmetric:
         return None
-    names = formula.parameters
-    zero = [name for name in names if all(law.arguments[name] == 0.0 for law in laws)]
-    formula = formula.without(zero)
-    columns = {name: PARAMETER_COLUMN + j for j, name in enumerate(names)}
+    series = _series_of(formula)
+    for name in _optional(laws[0]):
+        if all(law.arguments[name] == 0.0 for law in laws):
+            formula_without = formula.without([name])
+            without = _series_of(formula_without)
+            if without.force.n_recurrences < series.force.n_recurrences:
+                formula, series = formula_without, without
+    return series
+
+
+def _optional(law: FrictionLaw) -> list[str]:
+    """Names of parameters that are zero unless they are given."""
+    given = {field.name: field.default for field in fields(law)}
+    return [name for name in law.arguments if given.get(name) == 0.0]
+
+
+def _series_of(formula: TracedFormula) -> LawSeries:
+    columns = {name: PARAMETER_COLUMN + j for j, name in enumerate(formula.parameters)}
     graph = formula.graph()
     scalars = Scalars(graph, columns, PARAMETER_COLUMN + len(columns))
     s = graph.symbol("s")
