@@ -15,6 +15,7 @@ import numpy as np
 
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
 from stickslip.mechanics.eventmap.itinerary import itinerary_text
+from stickslip.mechanics.eventmap.lanes import NO_SLOPE, Lanes, lanes_serve
 from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch
 from stickslip.mechanics.flow.engine import (
     Engine,
@@ -25,7 +26,7 @@ from stickslip.mechanics.flow.engine import (
     start_direction,
 )
 from stickslip.mechanics.flow.system import new_motion
-from stickslip.numerics.targets import launch
+from stickslip.numerics.targets import instantiate, launch
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
@@ -38,17 +39,26 @@ if TYPE_CHECKING:
 __all__ = ["Carrier", "carrier_for"]
 
 # Fewer motions than this are not worth a thread.
-SMALLEST_TILE = {"exact": 4000, "taylor": 64, "collocation": 16}
+SMALLEST_TILE = {"lanes": 16_384, "exact": 4000, "taylor": 64, "collocation": 16}
 NO_ITINERARY = np.zeros(0, dtype=np.int8)
 
 
 class Carrier(Protocol):
-    """Carries many motions of two blocks; points are arrays of shape (n,)."""
+    """Carries motions of two blocks from start to value; points are arrays of shape (n,)."""
 
     name: str
 
-    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
-        """Carry each d; with its derivative in column 0 if `slope`, margins if `watch`."""
+    def value(self, d: float) -> float:
+        """Value at one d."""
+
+    def values(self, d: Floats) -> Floats:
+        """Value at each d."""
+
+    def slopes(self, d: Floats) -> Floats:
+        """Slope at each d."""
+
+    def evidence(self, d: Floats) -> Outputs:
+        """Everything of each d, the slope in column 0 of its derivatives."""
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
@@ -64,29 +74,36 @@ def carrier_for(model: TwoBlock, engine: EngineName, controls: Controls, threads
     """Choose what carries the motions of a model; errors as in `engine_for`."""
     if model.damping > 0.0:
         return _DampedCarrier(model, engine, controls, threads)
-    return _PlainCarrier(model, engine, controls, threads)
+    moved = engine_for(model, engine)
+    chosen = _LaneCarrier if lanes_serve(moved, controls) else _PlainCarrier
+    return chosen(model, moved, controls, threads)
 
 
 class _PlainCarrier:
-    """Two undamped blocks: the engines that know w and e."""
+    """Two undamped blocks: the engines that know w and e, one motion at a time."""
 
-    def __init__(
-        self, model: TwoBlock, engine: EngineName, controls: Controls, threads: int
-    ) -> None:
-        self.model, self.controls, self.threads = model, controls, threads
-        self.engine: Engine = engine_for(model, engine)
+    def __init__(self, model: TwoBlock, engine: Engine, controls: Controls, threads: int) -> None:
+        self.model, self.engine, self.controls, self.threads = model, engine, controls, threads
         self.name = self.engine.name
         self._local = threading.local()
 
-    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
-        directions = (start_direction(self.engine),) if slope else ()
-        return self._carried(d, directions, watch)
+    def value(self, d: float) -> float:
+        return float(self.values(np.array([d]))[0])
+
+    def values(self, d: Floats) -> Floats:
+        return self._carried(d, ()).value
+
+    def slopes(self, d: Floats) -> Floats:
+        return self._carried(d, (start_direction(self.engine),)).derivative[:, 0]
+
+    def evidence(self, d: Floats) -> Outputs:
+        return self._carried(d, (start_direction(self.engine),), watch=True)
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         direction = parameter_direction(self.engine, self.model, name)
-        return self._carried(d, (direction,), watch=False).derivative[:, 0]
+        return self._carried(d, (direction,)).derivative[:, 0]
 
-    def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool) -> Outputs:
+    def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
         outputs = new_outputs(d.size, len(directions))
 
         def task(start: int, stop: int) -> None:
@@ -101,6 +118,9 @@ class _PlainCarrier:
         def task(start: int, stop: int) -> None:
             self._run(self._kernels.iterate_range, orbits, start, stop, self._scratch(()))
 
+        self._launch_orbits(task, orbits)
+
+    def _launch_orbits(self, task: Callable[[int, int], None], orbits: Floats) -> None:
         steps = max(1, orbits.shape[1] - 1)
         launch(task, len(orbits), self.threads, max(1, SMALLEST_TILE[self.name] // steps))
 
@@ -159,6 +179,82 @@ class _PlainCarrier:
         return scratch
 
 
+class _LaneCarrier(_PlainCarrier):
+    """Constant kinetic friction: values and slopes by lanes, all else by the exact engine.
+
+    Where lanes pass (a decision too close, a motion too long) the exact engine gives the
+    value too. Which of them answers depends on d alone, so values do not depend on how many
+    are asked together, on what else is asked of them, or on threads.
+    """
+
+    def __init__(self, model: TwoBlock, engine: Engine, controls: Controls, threads: int) -> None:
+        super().__init__(model, engine, controls, threads)
+        self.lanes = Lanes(engine, controls)
+
+    def value(self, d: float) -> float:
+        value = self.lanes.value(d)
+        return value if value == value else super().value(d)
+
+    def values(self, d: Floats) -> Floats:
+        values, _ = self._by_lanes(d, NO_SLOPE)
+        passed = np.flatnonzero(np.isnan(values))
+        if passed.size > 0:
+            values[passed] = super().values(d[passed])
+        return values
+
+    def slopes(self, d: Floats) -> Floats:
+        values, slopes = self._by_lanes(d, np.empty(d.size))
+        passed = np.flatnonzero(np.isnan(values))
+        if passed.size > 0:
+            slopes[passed] = super().slopes(d[passed])
+        return slopes
+
+    def evidence(self, d: Floats) -> Outputs:
+        outputs = super().evidence(d)
+        values, slopes = self._by_lanes(d, np.empty(d.size))
+        served = ~np.isnan(values)
+        outputs.value[served] = values[served]
+        outputs.derivative[served, 0] = slopes[served]
+        return outputs
+
+    def _by_lanes(self, d: Floats, slopes: Floats) -> tuple[Floats, Floats]:
+        values = d.copy()
+
+        def task(start: int, stop: int) -> None:
+            self.lanes.carry(values, slopes, start, stop)
+
+        launch(task, d.size, self.threads, SMALLEST_TILE["lanes"])
+        return values, slopes
+
+    def iterate(self, orbits: Floats) -> None:
+        def task(start: int, stop: int) -> None:
+            lanes, engine = self.lanes, self.engine
+            streams, index, column = lanes.scratch()
+            self._orbits.iterate_lanes(
+                lanes.row,
+                streams,
+                index,
+                lanes.rounds,
+                column,
+                NO_SLOPE,
+                orbits,
+                start,
+                stop,
+                engine.system,
+                engine.laws,
+                self._scratch(()),
+                self.controls,
+                NO_ITINERARY,
+            )
+
+        self._launch_orbits(task, orbits)
+
+    @cached_property
+    def _orbits(self) -> ModuleType:
+        template = "stickslip.mechanics.eventmap._lane_orbits_kernels"
+        return instantiate(template, self.engine.key, carry=self._kernels.carry)
+
+
 class _DampedCarrier:
     """Two damped blocks: the flow of the family."""
 
@@ -171,8 +267,17 @@ class _DampedCarrier:
         self.parameters = model.parameters
         self.inner = BlocksEventMap(model.chain, **controls._asdict(), threads=threads)
 
-    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
-        found = self.inner.carry(d[:, None], slope=slope, watch=watch)
+    def value(self, d: float) -> float:
+        return float(self.values(np.array([d]))[0])
+
+    def values(self, d: Floats) -> Floats:
+        return self.inner.carry(d[:, None]).value[:, 0]
+
+    def slopes(self, d: Floats) -> Floats:
+        return self.inner.carry(d[:, None], slope=True).derivative[:, 0, 0]
+
+    def evidence(self, d: Floats) -> Outputs:
+        found = self.inner.carry(d[:, None], slope=True, watch=True)
         return Outputs(found.value[:, 0], found.derivative[:, 0], *found[2:])
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:

@@ -54,6 +54,7 @@ class EventMap:
         )
         controls = Controls(self.rtol, self.max_events, self.max_time)
         self._carrier = carrier_for(model, engine, controls, self.threads)
+        self._end = model.domain[1]
 
     # --- what it is -----------------------------------------------------------------------
 
@@ -111,8 +112,10 @@ class EventMap:
         ValueError
             Some ``d`` is NaN or outside the locus of eq. (6a).
         """
+        if isinstance(d, float) and -self._end <= d <= self._end:
+            return self._carrier.value(d)
         points = self.model.admit(d)
-        return _shaped(self._carrier.carry(points.ravel()).value, points.shape)
+        return _shaped(self._carrier.values(points.ravel()), points.shape)
 
     def derivative(self, d: ArrayLike) -> Any:
         """Slope df/dd, exact (saltation at every event), one-sided at a breakpoint.
@@ -120,8 +123,7 @@ class EventMap:
         Arguments, shape and errors as for calling the map.
         """
         points = self.model.admit(d)
-        outputs = self._carrier.carry(points.ravel(), slope=True)
-        return _shaped(outputs.derivative[:, 0], points.shape)
+        return _shaped(self._carrier.slopes(points.ravel()), points.shape)
 
     def parameter_derivative(self, d: ArrayLike, name: str) -> Any:
         """df/d(name) at fixed ``d``, exact; `name` as in ``model.parameters``.
@@ -162,7 +164,7 @@ class EventMap:
         (2,)
         """
         points = self.model.admit(d)
-        outputs = self._carrier.carry(points.ravel(), slope=True, watch=True)
+        outputs = self._carrier.evidence(points.ravel())
         shape = points.shape
         return EventMapResult(
             value=_shaped_array(outputs.value, shape),
