@@ -1,8 +1,8 @@
 """The event map of many motions with constant kinetic friction, breadth first.
 
 Motions whose next phase is of one kind are carried through it together (`_lane_passes_kernels`),
-then listed anew by what happened to them. What a pass does not decide, or what is not over
-after `rounds`, is left NaN for the exact engine.
+then listed anew by what happened to them. What a pass does not decide is left NaN for the exact
+engine; a motion that provably does not return, or not within ``max_events``, gives inf.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from stickslip.mechanics.eventmap._lane_passes_kernels import (
     FREED_ALL,
     FREED_GAP,
     FREED_VALUES,
+    NEVER,
     NEXT_E1,
     NEXT_E2,
     NEXT_KIND,
@@ -84,6 +85,12 @@ Indices = NDArray[np.uint64]
 N_LISTS = 6
 WHO_ONE, WHO_TWO, WHO_END, PICKED, REST, CROSSING = (np.uint64(i * STRIDE) for i in range(N_LISTS))
 
+# Rounds of phases in which a returned motion is believed: the rounding of long ones is left to
+# one engine, so that it does not matter how many motions are asked together. Beyond them lanes
+# go on only to show that motions do not return, and only where there are many for the number
+# of events: one at a time the exact engine is faster, which knows cycles.
+ROUNDS = 128
+EVENTS_PER_LANE = 128
 # Steps of slips of both blocks before a motion is left to the exact engine, and how many are
 # taken before the first look whether some are over.
 MAX_STEPS = 64
@@ -91,7 +98,9 @@ FIRST_STEPS = 3
 
 
 @kernel
-def pick(b: Floats, kinds: np.uint64, kind: float, n: np.uint64, index: Indices, to: np.uint64) -> np.uint64:  # type: ignore[return]
+def pick(
+    b: Floats, kinds: np.uint64, kind: float, n: np.uint64, index: Indices, to: np.uint64
+) -> np.uint64:  # type: ignore[return]
     """List the items of one kind at `to`; return how many there are."""
     m = ZERO
     for i in range(n):
@@ -238,7 +247,7 @@ def carry_block(
     value: Floats,
     slope: Floats,
     start: np.uint64,
-    rounds: int,
+    max_events: int,
 ) -> None:
     """Carry starts ``value[start : start + n]`` to their values, and slopes if there is room."""
     slopes = slope.size > 0
@@ -253,13 +262,19 @@ def carry_block(
         if slopes:
             slope[start + k] = b[ONE_SLOPE + k]
     n_one, n_crossing = n, ZERO
-    for lap in range(rounds):
+    # A round is one event or two of each motion, so that none passes max_events in these.
+    believed = min(ROUNDS, (max_events + 1) // 2)
+    few = max_events // EVENTS_PER_LANE
+    for lap in range(max_events + 1):
+        if lap >= believed and n_one + n_crossing <= few:
+            return
         crossed = ZERO
         if lap > 0:
             return_pass(plant, b, n_one)
             if slopes:
                 return_slopes(plant, b, n_one)
-            leave(b, index, n_one, value, slope, start)
+            if lap < believed:
+                leave(b, index, n_one, value, slope, start)
         n_freed = pick(b, ONE_KIND, FREED, n_one, index, PICKED)
         move(b, ONE_GAP, FREED_GAP, FREED_ALL if slopes else FREED_VALUES, index, PICKED, n_freed)
         move_who(index, WHO_ONE, WHO_TWO, PICKED, n_freed)
@@ -277,8 +292,15 @@ def carry_block(
             landing_slopes(plant, b, n_ended)
         n_one = stick_one(b, index, n_ended, crossed)
         n_crossing = pick(b, NEXT_KIND, CROSSED, n_ended, index, CROSSING)
+        n_never = pick(b, NEXT_KIND, NEVER, n_ended, index, PICKED)
+        for i in range(n_never):
+            value[start + index[WHO_END + index[PICKED + np.uint64(i)]]] = math.inf
         if n_one + n_crossing == ZERO:
-            break
+            return
+    for i in range(n_one):
+        value[start + index[WHO_ONE + np.uint64(i)]] = math.inf
+    for i in range(n_crossing):
+        value[start + index[WHO_END + index[CROSSING + np.uint64(i)]]] = math.inf
 
 
 @kernel
@@ -290,9 +312,11 @@ def carry_lanes(
     slope: Floats,
     start: int,
     stop: int,
-    rounds: int,
+    max_events: int,
 ) -> None:
     """Turn starts ``value[start:stop]`` into values; NaN where the exact engine is to be asked.
+
+    inf where the motion does not return to global stick within `max_events`.
 
     `slope`: as long as `value`, or empty. `row`: `plant_row`; `b`, `index`: scratch.
     """
@@ -317,7 +341,8 @@ def carry_lanes(
         row[17],
         row[18],
         row[19],
+        row[20],
     )
     for at in range(start, stop, BLOCK):
         n = np.uint64(min(BLOCK, stop - at))
-        carry_block(plant, b, index, n, value, slope, np.uint64(at), rounds)
+        carry_block(plant, b, index, n, value, slope, np.uint64(at), max_events)

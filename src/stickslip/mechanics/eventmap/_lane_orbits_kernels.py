@@ -26,7 +26,6 @@ def iterate_lanes(
     row: Floats,
     streams: Floats,
     index: Indices,
-    rounds: int,
     column: Floats,
     no_slope: Floats,
     orbits: NDArray[np.float64],
@@ -44,11 +43,11 @@ def iterate_lanes(
         for k in range(orbits.shape[1] - 1):
             for i in range(n):
                 column[i] = orbits[at + i, k]
-            carry_lanes(row, streams, index, column, no_slope, 0, n, rounds)
+            carry_lanes(row, streams, index, column, no_slope, 0, n, controls.max_events)
             for i in range(n):
                 d, value = orbits[at + i, k], column[i]
-                if math.isnan(d):
-                    value = d
+                if math.isnan(d) or math.isinf(value):
+                    value = math.nan
                 elif math.isnan(value):
                     value, _, _, _, _, _ = carry(system, laws, d, scratch, controls, itinerary)
                 orbits[at + i, k + 1] = value

@@ -20,12 +20,15 @@ from stickslip.mechanics.flow._lane_kernels import (
     Plant,
     clearance,
     contact_ahead,
+    dip,
     fall,
     falls_to_zero,
     half_turn,
     modes_turned,
     safe_reach,
+    smooth_share,
 )
+from stickslip.mechanics.flow.sliding import CLEARANCE
 from stickslip.mechanics.flow.system import Floats
 from stickslip.numerics.targets import kernel
 from stickslip.numerics.trigonometry import turned, upper_angle
@@ -39,39 +42,53 @@ STRIDE = BLOCK + 24
 # Indices are unsigned, for a signed one costs a test whether it counts from the end.
 ZERO, ONE, STEP = np.uint64(0), np.uint64(1), np.uint64(LANES)
 
-# What a pass says of an item. A motion that it does not DECIDE goes to the exact engine.
-RETURNED, FREED, CROSSED, STUCK, UNDECIDED = 0.0, 1.0, 2.0, 3.0, 4.0
+# What a pass says of an item: what it did, that it will never return, or that the exact
+# engine is to decide.
+RETURNED, FREED, CROSSED, STUCK, UNDECIDED, NEVER = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
 
-N_STREAMS = 62
+N_STREAMS = 63
 _STREAMS = tuple(np.uint64(i * STRIDE) for i in range(N_STREAMS))
 # fmt: off
 (
-    ONE_GAP, ONE_FIRST, ONE_FORCE, ONE_RIDER, ONE_TIME, ONE_GAIN, ONE_D_GAP, ONE_D_FORCE, ONE_D_RIDER,
-    ONE_SIGN, ONE_FORCE_END, ONE_RIDER_END, ONE_D_FORCE_END, ONE_D_RIDER_END,
+    ONE_GAP, ONE_SIGN, ONE_FIRST, ONE_FORCE, ONE_RIDER, ONE_TIME, ONE_GUESS,
+    ONE_D_GAP, ONE_D_FORCE, ONE_D_RIDER,
+    ONE_FORCE_END, ONE_RIDER_END, ONE_D_FORCE_END, ONE_D_RIDER_END,
     ONE_KIND, ONE_VALUE, ONE_SLOPE,
-    FREED_GAP, FREED_FIRST, FREED_FORCE, FREED_RIDER, FREED_TIME, FREED_GAIN,
+    FREED_GAP, FREED_SIGN, FREED_FIRST, FREED_FORCE, FREED_RIDER, FREED_TIME, FREED_GUESS,
     FREED_D_GAP, FREED_D_FORCE, FREED_D_RIDER,
     START_W, START_E1, START_E2,
-    TWO_SUM_W, TWO_SUM_PULL, TWO_GAP_W, TWO_GAP_PULL, TWO_BOUND_2, TWO_BOUND_4, TWO_MODE_1, TWO_MODE_2,
-    TWO_TIME, TWO_FRESH, TWO_D_W, TWO_D_E1, TWO_D_E2, TWO_LANDS,
-    END_SUM_W, END_SUM_PULL, END_GAP_W, END_GAP_PULL, END_BOUND_2, END_BOUND_4, END_MODE_1, END_MODE_2,
-    END_TIME, END_FRESH, END_D_W, END_D_E1, END_D_E2, END_LANDS,
+    TWO_SUM_W, TWO_SUM_PULL, TWO_GAP_W, TWO_GAP_PULL, TWO_BOUND_2, TWO_BOUND_4,
+    TWO_MODE_1, TWO_MODE_2, TWO_TIME, TWO_FRESH, TWO_D_W, TWO_D_E1, TWO_D_E2, TWO_LANDS,
+    END_SUM_W, END_SUM_PULL, END_GAP_W, END_GAP_PULL, END_BOUND_2, END_BOUND_4,
+    END_MODE_1, END_MODE_2, END_TIME, END_FRESH, END_D_W, END_D_E1, END_D_E2, END_LANDS,
     NEXT_KIND, NEXT_W, NEXT_E1, NEXT_E2, NEXT_MODE,
 ) = _STREAMS
 # fmt: on
 # Streams that move with an item from list to list; the later ones with derivatives only.
-FREED_VALUES, FREED_ALL = 6, 9
+FREED_VALUES, FREED_ALL = 7, 10
 TWO_VALUES, TWO_ALL = 8, 13
 
 # Halvings of the error of a release time: see `release_pass`.
 RELEASE_STEPS = 3
-# A last correction beyond this has not converged.
+# A last correction beyond these has not converged: of Halley's method with a state carried on by
+# its Taylor series of the second order, and of two series of the fifth order.
 POLISHED = 4e-6
+POLISHED_LANDING = 3e-4
+
+
+@kernel(inline=True)
+def release_guess(plant: Plant, longest: float, gain: float, room: float) -> float:
+    """About when a rider's force that gains `gain` in the time `longest` has gained `room`."""
+    share = room / gain
+    smooth = smooth_share(share)
+    steady = plant.V * longest / gain
+    steady = steady if steady < 1.0 else 1.0
+    return longest * (smooth + steady * (share - smooth))
 
 
 @kernel
 def onset_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
-    """First slips of starts in ONE_VALUE: value of those that return at once, list of the rest."""
+    """Begin the first slips of the starts in ONE_VALUE: many return at once, with a value."""
     base = ZERO
     while base < n:
         for lane in range(LANES):
@@ -101,8 +118,10 @@ def onset_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
             b[ONE_FIRST + k] = 1.0 if first else 0.0
             b[ONE_FORCE + k] = limit
             b[ONE_RIDER + k] = rider
-            b[ONE_TIME + k] = plant.first_time_1 if first else plant.first_time_2
-            b[ONE_GAIN + k] = gain
+            t = plant.first_time_1 if first else plant.first_time_2
+            b[ONE_SIGN + k] = 1.0
+            b[ONE_TIME + k] = t
+            b[ONE_GUESS + k] = release_guess(plant, t, gain, limit_b - rider)
             b[ONE_D_GAP + k] = 0.0
             b[ONE_D_FORCE + k] = 0.0
             b[ONE_D_RIDER + k] = plant.spread if first else -plant.spread
@@ -111,7 +130,7 @@ def onset_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
 
 @kernel
 def return_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
-    """Slips of one block: does it return, and does its rider ride until then?"""
+    """Carry slips of one block to its return, or find that its rider leaves before."""
     base = ZERO
     while base < n:
         for lane in range(LANES):
@@ -131,30 +150,37 @@ def return_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
             pull = friction - end
             force_end = sign * pull
             gain = plant.ride_time * t - plant.ride_force * (force_end - force)
-            # A slip that never returns frees its rider after about the time of steady sliding.
             clear = NEAR * (rate * rate + gap * (2.0 * plant.V + plant.stiffness * gap))
-            for_ever = backward and square < -clear
             room = limit_b - rider
-            t = 2.0 * room / plant.ride_time if for_ever else t
-            gain = 2.0 * room if for_ever else gain
-            frees = backward and gain > room + plant.near
-            # Loaded forward, the rider's force may turn; two straight lines bound it.
-            lowest = rider + gain - plant.V * t
-            rides_forward = plant.V * t < room - plant.near and lowest > plant.near - limit_b
-            rides = gain < room - plant.near if backward else rides_forward
+            # Without a return the rider leaves after about the time of steady sliding.
+            for_ever = backward and square < -clear
+            longest = 2.0 * room / plant.ride_time if for_ever else t
+            gained = 2.0 * room if for_ever else gain
+            guess = release_guess(plant, longest, gained, room)
+            frees = backward and gained > room + plant.near
+            # Loaded forward, the rider's force rises, falls and rises.
+            rise, high, turn_up, low = dip(plant, gap, rate, end, t, gain)
+            below = high < room - plant.near
+            drops = not backward and below and rider + low < -limit_b - plant.near
+            share = (rider + high + limit_b) / (high - low)
+            longest = turn_up if drops else longest
+            guess = rise + (turn_up - rise) * smooth_share(share) if drops else guess
+            inside = below and rider + low > plant.near - limit_b
+            rides = gain < room - plant.near and (backward or inside)
             # Without kinetic friction a slip from rest ends at the lower limit, moving inward.
             sticks = pull > plant.near - limit or (backward and pull == -limit)
             sticks = sticks and pull < limit - plant.near
             crosses = pull < -limit - plant.near
-            clear_end = square > clear and rides and (sticks or crosses)
-            kind = FREED if frees else (RETURNED if sticks else CROSSED)
-            kind = kind if (frees and (for_ever or square > clear)) or clear_end else UNDECIDED
+            freed = (frees or drops) and (for_ever or square > clear)
+            ended = square > clear and rides and (sticks or crosses)
+            kind = FREED if freed else (RETURNED if sticks else CROSSED)
+            kind = kind if freed or ended else UNDECIDED
             value = (rider + gain - force_end) / plant.spread
             value = value if first else -value
             b[ONE_KIND + k] = kind
             b[ONE_VALUE + k] = value if kind == RETURNED else math.nan
-            b[ONE_TIME + k] = t
-            b[ONE_GAIN + k] = gain
+            b[ONE_TIME + k] = longest
+            b[ONE_GUESS + k] = guess
             b[ONE_FORCE_END + k] = force_end
             b[ONE_RIDER_END + k] = rider + gain
         base += STEP
@@ -162,7 +188,7 @@ def return_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
 
 @kernel
 def return_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
-    """Derivatives of slips that return (saltation at the landing)."""
+    """Carry derivatives through slips that return (saltation at the landing)."""
     base = ZERO
     while base < n:
         for lane in range(LANES):
@@ -194,77 +220,74 @@ def return_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
 
 @kernel
 def release_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
-    """Backward slips up to the time at which the rider reaches its upper limit.
+    """Slips up to the time at which the rider reaches a limit: the upper one if backward.
 
-    The rider's force grows all the while: first guess from a line and a smooth step between
-    the ends, then Halley's method. FREED_TIME becomes the time, W t is the angle.
+    Its force changes one way between the ends of the search: Halley's method from a good
+    guess. FREED_TIME becomes the time. Both blocks then slip the same way.
     """
     base = ZERO
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
+            sign = b[FREED_SIGN + k]
             first = b[FREED_FIRST + k] > 0.5
             friction = plant.friction_1 if first else plant.friction_2
-            limit_b = plant.limit_2 if first else plant.limit_1
-            rate = b[FREED_FORCE + k] - friction
-            swing = plant.frequency * b[FREED_GAP + k] - plant.level
-            room = limit_b - b[FREED_RIDER + k]
+            target = sign * (plant.limit_2 if first else plant.limit_1)
+            rate = sign * b[FREED_FORCE + k] - friction
+            swing = plant.frequency * b[FREED_GAP + k] - sign * plant.level
+            room = target - b[FREED_RIDER + k]
             longest = b[FREED_TIME + k]
-            gain = b[FREED_GAIN + k]
-            share = room / gain
-            u = 1.0 - 2.0 * share
-            bend = 1.0 - u * u
-            bend = math.sqrt(bend if bend > 0.0 else 0.0)
-            smooth = 0.5 - u * (0.5 - bend * (0.28868 - 0.122 * bend))
-            steady = plant.V * longest / gain
-            steady = steady if steady < 1.0 else 1.0
-            t = longest * (smooth + steady * (share - smooth))
-            step = gap_now = rate_now = 0.0
+            t = b[FREED_GUESS + k]
+            turning = sign * plant.alpha
+            force = sign * plant.ride_force
+            step = gap_now = rate_now = speed = 0.0
             for _ in range(RELEASE_STEPS):
                 t = t - step
                 t = t if t > 0.0 else 0.0
                 t = t if t < longest else longest
                 s, c = turned(plant.frequency * t)
                 rate_now = rate * c - swing * s
-                gap_now = (swing * c + rate * s + plant.level) / plant.frequency
-                excess = plant.ride_time * t - plant.ride_force * (rate_now - rate) - room
-                speed = plant.V + plant.alpha * gap_now
-                bent = speed * speed - 0.5 * excess * plant.alpha * rate_now
-                step = excess * speed / bent
-            pull = plant.V - plant.stiffness * gap_now
+                gap_now = (swing * c + rate * s + sign * plant.level) / plant.frequency
+                excess = plant.ride_time * t - force * (rate_now - rate) - room
+                speed = plant.V + turning * gap_now
+                step = excess * speed / (speed * speed - 0.5 * excess * turning * rate_now)
+            pull = sign * plant.V - plant.stiffness * gap_now
             gap_end = gap_now - step * (rate_now - 0.5 * step * pull)
             rate_end = rate_now - step * (pull + 0.5 * step * plant.stiffness * rate_now)
-            force_end = friction + rate_end
+            force_end = sign * (friction + rate_end)
+            found = abs(step) < POLISHED and sign * speed > 0.0
             b[FREED_TIME + k] = t - step
-            b[START_W + k] = -gap_end if abs(step) < POLISHED else math.nan
-            b[START_E1 + k] = force_end if first else limit_b
-            b[START_E2 + k] = limit_b if first else force_end
-            b[TWO_MODE_1 + k] = -1.0
-            b[TWO_MODE_2 + k] = -1.0
+            b[START_W + k] = -sign * gap_end if found else math.nan
+            b[START_E1 + k] = force_end if first else target
+            b[START_E2 + k] = target if first else force_end
+            b[TWO_MODE_1 + k] = -sign
+            b[TWO_MODE_2 + k] = -sign
             b[TWO_FRESH + k] = 1.0 if first else -1.0
         base += STEP
 
 
 @kernel
 def release_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
-    """Derivatives of slips whose rider was freed."""
+    """Carry derivatives through slips whose rider was freed."""
     base = ZERO
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
+            sign = b[FREED_SIGN + k]
             first = b[FREED_FIRST + k] > 0.5
             friction = plant.friction_1 if first else plant.friction_2
-            gap = -b[START_W + k]
-            rate = (b[START_E1 + k] if first else b[START_E2 + k]) - friction
+            gap = -sign * b[START_W + k]
+            rate = sign * (b[START_E1 + k] if first else b[START_E2 + k]) - friction
             s, c = turned(plant.frequency * b[FREED_TIME + k])
             d_swing = plant.frequency * b[FREED_D_GAP + k]
-            d_rate = b[FREED_D_FORCE + k]
+            d_rate = sign * b[FREED_D_FORCE + k]
             d_swing_now = d_swing * c + d_rate * s
             d_rate_now = d_rate * c - d_swing * s
-            d_rider = b[FREED_D_RIDER + k] - plant.ride_force * (d_rate_now - d_rate)
-            shift = -d_rider / (plant.V + plant.alpha * gap)
-            d_force = d_rate_now + (plant.V - plant.stiffness * gap) * shift
-            b[TWO_D_W + k] = -(d_swing_now / plant.frequency + rate * shift)
+            d_rider = b[FREED_D_RIDER + k] - sign * plant.ride_force * (d_rate_now - d_rate)
+            shift = -d_rider / (plant.V + sign * plant.alpha * gap)
+            pull = sign * plant.V - plant.stiffness * gap
+            d_force = sign * (d_rate_now + pull * shift)
+            b[TWO_D_W + k] = -sign * (d_swing_now / plant.frequency + rate * shift)
             b[TWO_D_E1 + k] = d_force if first else 0.0
             b[TWO_D_E2 + k] = 0.0 if first else d_force
         base += STEP
@@ -275,7 +298,8 @@ def start_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
     """Begin of slips of both blocks, TWO_FRESH of which (-1 or 1) from rest, and a first step.
 
     The block from rest has a root at the start: divided by time its distance is at least
-    ``f' - m t / 2``, so it stays off the belt until ``2 f' / m``.
+    ``f' - m t / 2``, so it stays off the belt until ``2 f' / m``. TWO_BOUND_2 below 0: neither
+    block will ever reach the belt, for the amplitudes of both modes together stay below V.
     """
     base = ZERO
     while base < n:
@@ -302,8 +326,10 @@ def start_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
             f, f_1, f_2, f_3 = clearance(plant, other, -fresh, sum_w, sum_pull, gap_w, gap_pull)
             reach = safe_reach(plant, f, f_1, fall(plant, f_2, f_3, bound_2, bound_4))
             h = h if h < reach else reach
-            slides = m_1 + m_2 < -1.5 and 0.5 * (swing_1 + swing_2) < plant.V * (1.0 + 1e-5)
-            h = h if leaves and not slides else math.nan
+            backward = m_1 + m_2 < -1.5
+            sway = 0.5 * (swing_1 + swing_2)
+            h = math.nan if backward and sway < plant.V * (1.0 + CLEARANCE) else h
+            h = h if leaves else math.nan
             sum_w, sum_pull, gap_w, gap_pull = modes_turned(
                 plant, h, sum_w, sum_pull, gap_w, gap_pull
             )
@@ -311,7 +337,8 @@ def start_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
             b[TWO_SUM_PULL + k] = sum_pull
             b[TWO_GAP_W + k] = gap_w
             b[TWO_GAP_PULL + k] = gap_pull
-            b[TWO_BOUND_2 + k] = bound_2
+            slides_for_ever = backward and sway < plant.V * (1.0 - CLEARANCE)
+            b[TWO_BOUND_2 + k] = -1.0 if slides_for_ever else bound_2
             b[TWO_BOUND_4 + k] = bound_4
             b[TWO_TIME + k] = h
         base += STEP
@@ -389,9 +416,9 @@ def landing_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
             sum_w, sum_pull, gap_w, gap_pull = modes_turned(
                 plant, t, sum_w, sum_pull, gap_w, gap_pull
             )
-            f, f_1, f_2, _ = clearance(plant, own, side, sum_w, sum_pull, gap_w, gap_pull)
-            rest = -f / f_1
-            rest = rest * (1.0 - 0.5 * rest * f_2 / f_1)
+            f, f_1, f_2, f_3 = clearance(plant, own, side, sum_w, sum_pull, gap_w, gap_pull)
+            f_4 = 0.5 * own * (sum_w + side * plant.spread * plant.spread * gap_w)
+            rest = contact_ahead(f, f_1, f_2, f_3, f_4)
             sum_w, sum_pull, gap_w, gap_pull = modes_turned(
                 plant, rest, sum_w, sum_pull, gap_w, gap_pull
             )
@@ -403,9 +430,10 @@ def landing_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
             force = e_2 if second else e_1
             sticks = abs(force) < limit - plant.near
             crosses = abs(force) > limit + plant.near
-            clear = abs(side) == 1.0 and abs(rest) < POLISHED
+            clear = abs(side) == 1.0 and abs(rest) < POLISHED_LANDING
             clear = clear and other * w > NEAR * b[END_BOUND_2 + k] and (sticks or crosses)
-            b[NEXT_KIND + k] = (STUCK if sticks else CROSSED) if clear else UNDECIDED
+            kind = (STUCK if sticks else CROSSED) if clear else UNDECIDED
+            b[NEXT_KIND + k] = NEVER if b[END_BOUND_2 + k] < 0.0 else kind
             b[NEXT_W + k] = w
             b[NEXT_E1 + k] = e_1
             b[NEXT_E2 + k] = e_2
@@ -418,7 +446,7 @@ def landing_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
 
 @kernel
 def landing_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
-    """Derivatives of slips of both blocks up to a landing (saltation), in END_D."""
+    """Carry derivatives through slips of both blocks to a landing, in END_D (saltation)."""
     base = ZERO
     while base < n:
         for lane in range(LANES):

@@ -5,6 +5,7 @@ The event map of two blocks asks a carrier and does not know which engine it has
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -193,38 +194,43 @@ class _LaneCarrier(_PlainCarrier):
 
     def value(self, d: float) -> float:
         value = self.lanes.value(d)
-        return value if value == value else super().value(d)
+        if value == value:
+            return value if value < math.inf else math.nan
+        return super().value(d)
 
     def values(self, d: Floats) -> Floats:
-        values, _ = self._by_lanes(d, NO_SLOPE)
-        passed = np.flatnonzero(np.isnan(values))
+        values, passed = self._by_lanes(d, NO_SLOPE)
         if passed.size > 0:
             values[passed] = super().values(d[passed])
         return values
 
     def slopes(self, d: Floats) -> Floats:
-        values, slopes = self._by_lanes(d, np.empty(d.size))
-        passed = np.flatnonzero(np.isnan(values))
+        slopes = np.empty(d.size)
+        _, passed = self._by_lanes(d, slopes)
         if passed.size > 0:
             slopes[passed] = super().slopes(d[passed])
         return slopes
 
     def evidence(self, d: Floats) -> Outputs:
         outputs = super().evidence(d)
-        values, slopes = self._by_lanes(d, np.empty(d.size))
+        slopes = np.empty(d.size)
+        values, _ = self._by_lanes(d, slopes)
         served = ~np.isnan(values)
         outputs.value[served] = values[served]
         outputs.derivative[served, 0] = slopes[served]
         return outputs
 
-    def _by_lanes(self, d: Floats, slopes: Floats) -> tuple[Floats, Floats]:
+    def _by_lanes(self, d: Floats, slopes: Floats) -> tuple[Floats, NDArray[np.intp]]:
+        """Values and, if there is room for them, slopes; indices that the lanes passed on."""
         values = d.copy()
 
         def task(start: int, stop: int) -> None:
             self.lanes.carry(values, slopes, start, stop)
 
         launch(task, d.size, self.threads, SMALLEST_TILE["lanes"])
-        return values, slopes
+        passed = np.flatnonzero(np.isnan(values))
+        values[np.isinf(values)] = math.nan
+        return values, passed
 
     def iterate(self, orbits: Floats) -> None:
         def task(start: int, stop: int) -> None:
@@ -234,7 +240,6 @@ class _LaneCarrier(_PlainCarrier):
                 lanes.row,
                 streams,
                 index,
-                lanes.rounds,
                 column,
                 NO_SLOPE,
                 orbits,

@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Lanes", "lanes_serve"]
 
-# Rounds of phases, one or two events each, before a motion is left to the exact engine, which
-# knows motions without return.
-MAX_ROUNDS = 100
 NO_SLOPE = np.empty(0)
 
 
@@ -49,7 +46,7 @@ class Lanes:
 
         mu_1, mu_2 = engine.laws[:, STATIC_VALUE].tolist()
         self.row = plant_row(engine.system, (mu_1, mu_2))
-        self.rounds = min(MAX_ROUNDS, (controls.max_events + 1) // 2)
+        self.max_events = controls.max_events
         self._carry = _lane_kernels.carry_lanes
         self._sizes = _lane_passes_kernels.N_STREAMS, _lane_kernels.N_LISTS
         self._stride, self._block = _lane_passes_kernels.STRIDE, _lane_passes_kernels.BLOCK
@@ -67,13 +64,13 @@ class Lanes:
         return held
 
     def carry(self, points: Floats, slope: Floats, start: int, stop: int) -> None:
-        """Put values in the place of starts, NaN where the exact engine is to be asked."""
+        """Put values in the place of starts: NaN to ask the exact engine, inf if none returns."""
         streams, index, _ = self.scratch()
-        self._carry(self.row, streams, index, points, slope, start, stop, self.rounds)
+        self._carry(self.row, streams, index, points, slope, start, stop, self.max_events)
 
     def value(self, d: float) -> float:
-        """Value at one start inside the domain, or NaN as above."""
+        """Value at one start inside the domain, or NaN, inf as above."""
         streams, index, column = self.scratch()
         column[0] = d
-        self._carry(self.row, streams, index, column, NO_SLOPE, 0, 1, self.rounds)
+        self._carry(self.row, streams, index, column, NO_SLOPE, 0, 1, self.max_events)
         return column.item(0)

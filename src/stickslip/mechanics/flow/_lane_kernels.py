@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from stickslip.mechanics.flow.system import System
 from stickslip.numerics.targets import kernel
-from stickslip.numerics.trigonometry import turn
+from stickslip.numerics.trigonometry import turn, upper_angle
 
 # Clearance from another outcome, in units of the quantity's size, below which a lane gives up.
 NEAR = 1e-9
 # A landing closer than this is left to the series of `contact_ahead`.
-REACH = 0.05
+REACH = 0.1
 # The bounds of `safe_reach` are used over at most this time (measured optimum), and over at
 # most a quarter of the faster period, as far as `turn` reaches.
 CAP = 0.85
@@ -32,6 +32,7 @@ class Plant(NamedTuple):
     The rider of a slip has ``e(t) = e(0) + ride_time t - ride_force (e_slipper(t) -
     e_slipper(0))``. ``first_time``, ``first_gain``: return of a slip that starts from rest at
     the limit, and what the rider's force gains until then; they do not depend on d.
+    ``turning``: speed of a forward slip at which its rider's force stops growing.
     """
 
     alpha: float
@@ -54,6 +55,7 @@ class Plant(NamedTuple):
     first_time_2: float
     first_gain_1: float
     first_gain_2: float
+    turning: float
 
 
 def plant_row(system: System, mu: tuple[float, float]) -> NDArray[np.float64]:
@@ -83,6 +85,7 @@ def plant_row(system: System, mu: tuple[float, float]) -> NDArray[np.float64]:
         (1.0 + beta) / spread,
         *times,
         *gains,
+        V / alpha if alpha > 0.0 else math.inf,
     )
     return np.array(plant)
 
@@ -106,6 +109,49 @@ def half_turn(
     y = end + rate if leaves else swing
     x = swing - 2.0 * sign * plant.level if leaves else end - rate
     return square, end, y, x
+
+
+@kernel(inline=True)
+def smooth_share(share: float) -> float:
+    """Where a force that changes from rest to rest has made a share of its way: a good guess.
+
+    The inverse of ``3 t^2 - 2 t^3`` within 0.003, exact at 0, 1/2 and 1.
+    """
+    u = 1.0 - 2.0 * share
+    square = 1.0 - u * u
+    bend = math.sqrt(square if square > 0.0 else 0.0)
+    return 0.5 - u * (0.5 - bend * (0.28868 - 0.122 * bend))
+
+
+@kernel(inline=True)
+def dip(
+    plant: Plant, gap: float, rate: float, end: float, time: float, gain: float
+) -> tuple[float, float, float, float]:
+    """Fall of the rider's force in a forward slip: (begin, its gain there, end, gain there).
+
+    It falls while the slip is faster than V / alpha; where it never is, both times are 0.
+    """
+    fast = plant.turning
+    square = rate * rate + (gap - fast) * (plant.stiffness * (gap + fast) + 2.0 * plant.V)
+    bound = math.sqrt(square if square > 0.0 else 0.0)
+    swing = plant.frequency * gap + plant.level
+    top = plant.frequency * fast + plant.level
+    rise = top * rate - bound * swing
+    first = upper_angle(rise if rise > 0.0 else 0.0, top * swing + bound * rate) / plant.frequency
+    first = first if gap < fast else 0.0
+    leaving = rate if gap >= fast else bound
+    sink = end * top - plant.level * bound
+    rest = upper_angle(sink if sink > 0.0 else 0.0, top * plant.level + bound * end)
+    last = time - rest / plant.frequency
+    high = plant.ride_time * first - plant.ride_force * (rate - leaving)
+    low = gain - (plant.ride_time * (time - last) - plant.ride_force * (end - bound))
+    falls = square > 0.0
+    return (
+        first if falls else 0.0,
+        high if falls else 0.0,
+        last if falls else 0.0,
+        low if falls else 0.0,
+    )
 
 
 # --- both blocks slip -------------------------------------------------------------------------
@@ -156,7 +202,7 @@ def clearance(
 
 @kernel(inline=True)
 def fall(plant: Plant, f_2: float, f_3: float, bound_2: float, bound_4: float) -> float:
-    """m with ``f(h) >= f + f' h - m h^2 / 2`` for every h up to the cap."""
+    """Sharpest m with ``f(h) >= f + f' h - m h^2 / 2`` for every h up to the cap."""
     sinking = -f_3 if f_3 < 0.0 else 0.0
     m = plant.cap * (sinking * (1.0 / 3.0) + bound_4 * plant.cap * (1.0 / 12.0)) - f_2
     m = m if m < bound_2 else bound_2
@@ -175,7 +221,7 @@ def safe_reach(plant: Plant, f: float, f_1: float, m: float) -> float:
 @kernel(inline=True)
 def falls_to_zero(f: float, f_1: float, bound_2: float) -> bool:
     """Whether f, with ``|f''| <= bound_2``, provably falls until it is zero, and that is near."""
-    return f_1 < -1e-4 * bound_2 and 8.0 * f * bound_2 < f_1 * f_1 and f < -REACH * f_1
+    return f_1 < -1e-4 * bound_2 and 6.0 * f * bound_2 < f_1 * f_1 and f < -REACH * f_1
 
 
 @kernel(inline=True)
