@@ -47,6 +47,7 @@ from stickslip.mechanics.eventmap._lane_passes_kernels import (
     ONE_RIDER_END,
     ONE_SIGN,
     ONE_SLOPE,
+    ONE_TURNS,
     ONE_VALUE,
     RETURNED,
     START_E1,
@@ -74,6 +75,7 @@ from stickslip.mechanics.eventmap._lane_passes_kernels import (
     return_slopes,
     start_pass,
     step_pass,
+    turning_pass,
 )
 from stickslip.mechanics.flow._lane_kernels import Plant
 from stickslip.mechanics.flow.system import Floats
@@ -271,6 +273,8 @@ def carry_block(
         crossed = ZERO
         if lap > 0:
             return_pass(plant, b, n_one)
+            if pick(b, ONE_TURNS, 1.0, n_one, index, PICKED) > ZERO:
+                turning_pass(plant, b, n_one)
             if slopes:
                 return_slopes(plant, b, n_one)
             if lap < believed:
@@ -342,6 +346,8 @@ def carry_lanes(
         row[18],
         row[19],
         row[20],
+        row[21],
+        row[22],
     )
     for at in range(start, stop, BLOCK):
         n = np.uint64(min(BLOCK, stop - at))

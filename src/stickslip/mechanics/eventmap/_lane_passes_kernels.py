@@ -24,6 +24,7 @@ from stickslip.mechanics.flow._lane_kernels import (
     fall,
     falls_to_zero,
     half_turn,
+    modes_polished,
     modes_turned,
     safe_reach,
     smooth_share,
@@ -46,14 +47,14 @@ ZERO, ONE, STEP = np.uint64(0), np.uint64(1), np.uint64(LANES)
 # engine is to decide.
 RETURNED, FREED, CROSSED, STUCK, UNDECIDED, NEVER = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
 
-N_STREAMS = 63
+N_STREAMS = 64
 _STREAMS = tuple(np.uint64(i * STRIDE) for i in range(N_STREAMS))
 # fmt: off
 (
     ONE_GAP, ONE_SIGN, ONE_FIRST, ONE_FORCE, ONE_RIDER, ONE_TIME, ONE_GUESS,
     ONE_D_GAP, ONE_D_FORCE, ONE_D_RIDER,
     ONE_FORCE_END, ONE_RIDER_END, ONE_D_FORCE_END, ONE_D_RIDER_END,
-    ONE_KIND, ONE_VALUE, ONE_SLOPE,
+    ONE_KIND, ONE_TURNS, ONE_VALUE, ONE_SLOPE,
     FREED_GAP, FREED_SIGN, FREED_FIRST, FREED_FORCE, FREED_RIDER, FREED_TIME, FREED_GUESS,
     FREED_D_GAP, FREED_D_FORCE, FREED_D_RIDER,
     START_W, START_E1, START_E2,
@@ -79,9 +80,10 @@ POLISHED_LANDING = 3e-4
 @kernel(inline=True)
 def release_guess(plant: Plant, longest: float, gain: float, room: float) -> float:
     """About when a rider's force that gains `gain` in the time `longest` has gained `room`."""
-    share = room / gain
+    inverse = 1.0 / gain
+    share = room * inverse
     smooth = smooth_share(share)
-    steady = plant.V * longest / gain
+    steady = plant.V * longest * inverse
     steady = steady if steady < 1.0 else 1.0
     return longest * (smooth + steady * (share - smooth))
 
@@ -109,7 +111,7 @@ def onset_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
             unclear = abs(lead) < plant.near or abs(excess) < plant.near
             unclear = unclear or limit - friction < plant.near
             kind = UNDECIDED if unclear else (FREED if excess > 0.0 else RETURNED)
-            value = (rider + gain - (2.0 * friction - limit)) / plant.spread
+            value = (rider + gain - (2.0 * friction - limit)) * plant.narrow
             value = value if first else -value
             b[ONE_VALUE + k] = value if kind == RETURNED else math.nan
             b[ONE_SLOPE + k] = 1.0 if kind == RETURNED else math.nan
@@ -146,7 +148,7 @@ def return_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
             backward = sign > 0.0
             rate = sign * force - friction
             square, end, y, x = half_turn(plant, sign, gap, rate)
-            t = 2.0 * upper_angle(y, x) / plant.frequency
+            t = 2.0 * plant.unit * upper_angle(y, x)
             pull = friction - end
             force_end = sign * pull
             gain = plant.ride_time * t - plant.ride_force * (force_end - force)
@@ -158,31 +160,57 @@ def return_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
             gained = 2.0 * room if for_ever else gain
             guess = release_guess(plant, longest, gained, room)
             frees = backward and gained > room + plant.near
-            # Loaded forward, the rider's force rises, falls and rises.
-            rise, high, turn_up, low = dip(plant, gap, rate, end, t, gain)
-            below = high < room - plant.near
-            drops = not backward and below and rider + low < -limit_b - plant.near
-            share = (rider + high + limit_b) / (high - low)
-            longest = turn_up if drops else longest
-            guess = rise + (turn_up - rise) * smooth_share(share) if drops else guess
-            inside = below and rider + low > plant.near - limit_b
-            rides = gain < room - plant.near and (backward or inside)
+            # Loaded forward, the rider's force may turn: often two straight lines bound it.
+            lowest = gain - plant.V * t
+            inside = plant.V * t < room - plant.near and rider + lowest > plant.near - limit_b
+            rides = gain < room - plant.near if backward else inside
             # Without kinetic friction a slip from rest ends at the lower limit, moving inward.
             sticks = pull > plant.near - limit or (backward and pull == -limit)
             sticks = sticks and pull < limit - plant.near
             crosses = pull < -limit - plant.near
-            freed = (frees or drops) and (for_ever or square > clear)
-            ended = square > clear and rides and (sticks or crosses)
-            kind = FREED if freed else (RETURNED if sticks else CROSSED)
-            kind = kind if freed or ended else UNDECIDED
-            value = (rider + gain - force_end) / plant.spread
+            kind = RETURNED if sticks else (CROSSED if crosses else UNDECIDED)
+            kind = FREED if frees else (kind if rides or not backward else UNDECIDED)
+            kind = kind if square > clear or (for_ever and frees) else UNDECIDED
+            turns = not backward and not inside and kind != UNDECIDED
+            value = (rider + gain - force_end) * plant.narrow
             value = value if first else -value
             b[ONE_KIND + k] = kind
+            b[ONE_TURNS + k] = 1.0 if turns else 0.0
             b[ONE_VALUE + k] = value if kind == RETURNED else math.nan
             b[ONE_TIME + k] = longest
             b[ONE_GUESS + k] = guess
             b[ONE_FORCE_END + k] = force_end
             b[ONE_RIDER_END + k] = rider + gain
+        base += STEP
+
+
+@kernel
+def turning_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
+    """Find which riders whose force turns, ONE_TURNS, reach their lower limit meanwhile."""
+    base = ZERO
+    while base < n:
+        for lane in range(LANES):
+            k = base + np.uint64(lane)
+            first = b[ONE_FIRST + k] > 0.5
+            rider = b[ONE_RIDER + k]
+            friction = plant.friction_1 if first else plant.friction_2
+            limit_b = plant.limit_2 if first else plant.limit_1
+            rate = -b[ONE_FORCE + k] - friction
+            end = b[ONE_FORCE_END + k] + friction
+            t = b[ONE_TIME + k]
+            gain = b[ONE_RIDER_END + k] - rider
+            rise, high, turn, low = dip(plant, b[ONE_GAP + k], rate, end, t, gain)
+            room = limit_b - rider - plant.near
+            rides = high < room and gain < room and rider + low > plant.near - limit_b
+            drops = high < room and rider + low < -limit_b - plant.near
+            share = (rider + high + limit_b) / (high - low)
+            guess = rise + (turn - rise) * smooth_share(share)
+            turns = b[ONE_TURNS + k] > 0.5
+            kind = b[ONE_KIND + k]
+            kind = (FREED if drops else (kind if rides else UNDECIDED)) if turns else kind
+            b[ONE_KIND + k] = kind
+            b[ONE_TIME + k] = turn if turns else t
+            b[ONE_GUESS + k] = guess if turns else b[ONE_GUESS + k]
         base += STEP
 
 
@@ -205,12 +233,12 @@ def return_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
             d_gap = b[ONE_D_GAP + k]
             d_force = b[ONE_D_FORCE + k]
             d_rate = sign * d_force
-            d_time = (d_gap * c + d_rate * s / plant.frequency) / end
+            d_time = (d_gap * c + d_rate * s * plant.unit) / end
             d_end = (rate * d_rate + (plant.stiffness * gap - sign * plant.V) * d_gap) / end
             d_force_end = -sign * d_end
             d_gain = plant.ride_time * d_time - plant.ride_force * (d_force_end - d_force)
             d_rider_end = b[ONE_D_RIDER + k] + d_gain
-            slope = (d_rider_end - d_force_end) / plant.spread
+            slope = (d_rider_end - d_force_end) * plant.narrow
             slope = slope if first else -slope
             b[ONE_D_FORCE_END + k] = d_force_end
             b[ONE_D_RIDER_END + k] = d_rider_end
@@ -247,7 +275,7 @@ def release_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
                 t = t if t < longest else longest
                 s, c = turned(plant.frequency * t)
                 rate_now = rate * c - swing * s
-                gap_now = (swing * c + rate * s + sign * plant.level) / plant.frequency
+                gap_now = (swing * c + rate * s + sign * plant.level) * plant.unit
                 excess = plant.ride_time * t - force * (rate_now - rate) - room
                 speed = plant.V + turning * gap_now
                 step = excess * speed / (speed * speed - 0.5 * excess * turning * rate_now)
@@ -287,7 +315,7 @@ def release_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
             shift = -d_rider / (plant.V + sign * plant.alpha * gap)
             pull = sign * plant.V - plant.stiffness * gap
             d_force = sign * (d_rate_now + pull * shift)
-            b[TWO_D_W + k] = -sign * (d_swing_now / plant.frequency + rate * shift)
+            b[TWO_D_W + k] = -sign * (d_swing_now * plant.unit + rate * shift)
             b[TWO_D_E1 + k] = d_force if first else 0.0
             b[TWO_D_E2 + k] = 0.0 if first else d_force
         base += STEP
@@ -419,7 +447,7 @@ def landing_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
             f, f_1, f_2, f_3 = clearance(plant, own, side, sum_w, sum_pull, gap_w, gap_pull)
             f_4 = 0.5 * own * (sum_w + side * plant.spread * plant.spread * gap_w)
             rest = contact_ahead(f, f_1, f_2, f_3, f_4)
-            sum_w, sum_pull, gap_w, gap_pull = modes_turned(
+            sum_w, sum_pull, gap_w, gap_pull = modes_polished(
                 plant, rest, sum_w, sum_pull, gap_w, gap_pull
             )
             gap_rate = plant.beat * gap_pull

@@ -32,7 +32,8 @@ class Plant(NamedTuple):
     The rider of a slip has ``e(t) = e(0) + ride_time t - ride_force (e_slipper(t) -
     e_slipper(0))``. ``first_time``, ``first_gain``: return of a slip that starts from rest at
     the limit, and what the rider's force gains until then; they do not depend on d.
-    ``turning``: speed of a forward slip at which its rider's force stops growing.
+    ``turning``: speed of a forward slip at which its rider's force stops growing. ``unit``:
+    time in which a slip turns by 1, the inverse of its frequency; ``narrow`` that of the spread.
     """
 
     alpha: float
@@ -56,6 +57,8 @@ class Plant(NamedTuple):
     first_gain_1: float
     first_gain_2: float
     turning: float
+    unit: float
+    narrow: float
 
 
 def plant_row(system: System, mu: tuple[float, float]) -> NDArray[np.float64]:
@@ -86,6 +89,8 @@ def plant_row(system: System, mu: tuple[float, float]) -> NDArray[np.float64]:
         *times,
         *gains,
         V / alpha if alpha > 0.0 else math.inf,
+        1.0 / frequency,
+        1.0 / spread,
     )
     return np.array(plant)
 
@@ -137,12 +142,12 @@ def dip(
     swing = plant.frequency * gap + plant.level
     top = plant.frequency * fast + plant.level
     rise = top * rate - bound * swing
-    first = upper_angle(rise if rise > 0.0 else 0.0, top * swing + bound * rate) / plant.frequency
+    first = upper_angle(rise if rise > 0.0 else 0.0, top * swing + bound * rate) * plant.unit
     first = first if gap < fast else 0.0
     leaving = rate if gap >= fast else bound
     sink = end * top - plant.level * bound
     rest = upper_angle(sink if sink > 0.0 else 0.0, top * plant.level + bound * end)
-    last = time - rest / plant.frequency
+    last = time - rest * plant.unit
     high = plant.ride_time * first - plant.ride_force * (rate - leaving)
     low = gain - (plant.ride_time * (time - last) - plant.ride_force * (end - bound))
     falls = square > 0.0
@@ -168,6 +173,23 @@ def modes_turned(
     """
     s, v = turn(t)
     z, u = turn(plant.beat * t)
+    return (
+        sum_w + (sum_pull * s - sum_w * v),
+        sum_pull - (sum_w * s + sum_pull * v),
+        gap_w + (gap_pull * z - gap_w * u),
+        gap_pull - (gap_w * z + gap_pull * u),
+    )
+
+
+@kernel(inline=True)
+def modes_polished(
+    plant: Plant, t: float, sum_w: float, sum_pull: float, gap_w: float, gap_pull: float
+) -> tuple[float, float, float, float]:
+    """As `modes_turned`, for a time so short that five terms of a series are exact."""
+    a = plant.beat * t
+    v, u = t * t, a * a
+    s, z = t - t * v * (1.0 / 6.0), a - a * u * (1.0 / 6.0)
+    v, u = v * (0.5 - v * (1.0 / 24.0)), u * (0.5 - u * (1.0 / 24.0))
     return (
         sum_w + (sum_pull * s - sum_w * v),
         sum_pull - (sum_w * s + sum_pull * v),
