@@ -1,11 +1,17 @@
-"""Sine and cosine together, in arithmetic of our own: the same bits on every platform.
+"""Sine, cosine and angle in arithmetic of our own: the same bits on every platform.
 
 Also several times faster than two calls of a C library. The argument is reduced by a multiple
 of pi/2 in three parts (Cody and Waite); the polynomials are those of fdlibm (Sun Microsystems,
 1993). Error below 1.5 ulp for ``|x| < 1e3``, 2.1 ulp for ``|x| < 1e5``.
+
+`turn`, `turned` and `upper_angle` have no branches, so that loops over many arguments become
+vector instructions. Their polynomials interpolate sin x / x, (1 - cos x) / x^2 and atan x / x at
+Chebyshev points in x^2 (relative error of the fits 4e-19, 2e-20, 4e-17).
 """
 
 from __future__ import annotations
+
+import math
 
 from stickslip.numerics.targets import kernel
 
@@ -16,6 +22,7 @@ LOW = 2.02226624879595063154e-21
 TWO_OVER_PI = 0.6366197723675814
 # Adding and subtracting it rounds to an integer: above 2^52 doubles have no fraction.
 ROUNDER = 1.5 * 2.0**52
+SLOPE_OF_PI_8 = 0.4142135623730951
 
 
 @kernel(inline=True)
@@ -65,3 +72,61 @@ def sincos(x: float) -> tuple[float, float]:
     quadrant = int(k) & 3
     s, c = (cosine, sine) if quadrant & 1 else (sine, cosine)
     return -s if quadrant & 2 else s, -c if (quadrant + 1) & 2 else c
+
+
+@kernel(inline=True)
+def turn(x: float) -> tuple[float, float]:
+    """Return (sin x, 1 - cos x) for ``|x| <= pi/2``."""
+    z = x * x
+    sine = -1.98412698412549280e-04 + z * (
+        2.755731921915122e-06
+        + z
+        * (
+            -2.505210761546661e-08
+            + z
+            * (1.6058977213318265e-10 + z * (-7.643967132130911e-13 + z * 2.7314053169646995e-15))
+        )
+    )
+    sine = -0.16666666666666666 + z * (0.008333333333333316 + z * sine)
+    versed = -2.480158730157983e-05 + z * (
+        2.755731922156354e-07
+        + z
+        * (
+            -2.0876756602108757e-09
+            + z
+            * (1.1470712223051474e-11 + z * (-4.777876338900395e-14 + z * 1.5218440617011475e-16))
+        )
+    )
+    versed = -0.041666666666666664 + z * (0.001388888888888888 + z * versed)
+    return x + x * z * sine, 0.5 * z + z * z * versed
+
+
+@kernel(inline=True)
+def turned(x: float) -> tuple[float, float]:
+    """Return (sin x, cos x) without branches, from those of half the angle: error of 2.5e-16."""
+    k = (x * (0.25 * TWO_OVER_PI) + ROUNDER) - ROUNDER
+    half = 0.5 * (((x - k * (4.0 * HIGH)) - k * (4.0 * MIDDLE)) - k * (4.0 * LOW))
+    s, v = turn(half)
+    return 2.0 * s * (1.0 - v), 1.0 - 2.0 * s * s
+
+
+@kernel(inline=True)
+def upper_angle(y: float, x: float) -> float:
+    """Angle, 0 to pi, of the point (x, y) with ``y >= 0``, without branches."""
+    a = abs(x)
+    steep = y > a
+    low, high = (a, y) if steep else (y, a)
+    wide = low > SLOPE_OF_PI_8 * high  # beyond pi/8: the rest to pi/4
+    u = (low - high if wide else low) / (low + high if wide else high)
+    z = u * u
+    rest = -0.0666450683513317 + z * (
+        0.058581088561060514
+        + z * (-0.05085240174151631 + z * (0.03922560559577717 + z * -0.019169476385268322))
+    )
+    rest = -0.14285714284662226 + z * (
+        0.11111111014909221 + z * (-0.09090904564022366 + z * (0.07692182863309685 + z * rest))
+    )
+    rest = -0.3333333333333333 + z * (0.199999999999955 + z * rest)
+    angle = u + u * z * rest + (0.25 * math.pi if wide else 0.0)
+    angle = 0.5 * math.pi - angle if steep else angle
+    return math.pi - angle if x < 0.0 else angle

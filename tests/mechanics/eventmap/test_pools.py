@@ -11,7 +11,8 @@ import pytest
 from tests.mechanics.flow.systems import random_model
 
 import stickslip as ss
-from stickslip.mechanics.eventmap.carrier import PlainCarrier, PoolCarrier
+from stickslip.mechanics.eventmap.carrier import PlainCarrier
+from stickslip.mechanics.eventmap.pool_carrier import PoolCarrier
 from stickslip.mechanics.flow.lanes.kernels import lane_kernels
 from stickslip.mechanics.flow.lanes.layout import ALIGNMENT, LANES, MOTIONS, PLACES
 from stickslip.mechanics.friction.series import law_series
@@ -40,7 +41,7 @@ def law_of(kind, rng):
 
 def one_at_a_time(f, d):
     """The same by the scalar engine."""
-    return PlainCarrier.carry(f._carrier, d, slope=True, watch=True)
+    return PlainCarrier.evidence(f._carrier, d)
 
 
 def assert_agreement(f, d):

@@ -13,23 +13,16 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
 from stickslip.mechanics.eventmap.itinerary import itinerary_text
-from stickslip.mechanics.eventmap.pools import MovingPools
 from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch
 from stickslip.mechanics.flow.engine import (
     Engine,
-    EngineName,
     bind_engine,
-    engine_for,
     parameter_direction,
     start_direction,
 )
-from stickslip.mechanics.flow.lanes.layout import HANDED_OVER
 from stickslip.mechanics.flow.system import new_motion
-from stickslip.mechanics.friction.series import LawSeries, law_series
 from stickslip.numerics.targets import launch
-from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,21 +31,29 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["Carrier", "carrier_for"]
+__all__ = ["Carrier", "PlainCarrier", "new_outputs", "new_scratch"]
 
 # Fewer motions than this are not worth a thread.
-SMALLEST_TILE = {"exact": 4000, "taylor": 64, "collocation": 16, "pools": 512}
-DEVICES = ("cpu", "cuda")
+SMALLEST_TILE = {"exact": 4000, "taylor": 64, "collocation": 16}
 NO_ITINERARY = np.zeros(0, dtype=np.int8)
 
 
 class Carrier(Protocol):
-    """Carries many motions of two blocks; points are arrays of shape (n,)."""
+    """Carries motions of two blocks from start to value; points are arrays of shape (n,)."""
 
     name: str
 
-    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
-        """Carry each d; with its derivative in column 0 if `slope`, margins if `watch`."""
+    def value(self, d: float) -> float:
+        """Value at one d."""
+
+    def values(self, d: Floats) -> Floats:
+        """Value at each d."""
+
+    def slopes(self, d: Floats) -> Floats:
+        """Slope at each d."""
+
+    def evidence(self, d: Floats) -> Outputs:
+        """Everything of each d, the slope in column 0 of its derivatives."""
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
@@ -64,50 +65,36 @@ class Carrier(Protocol):
         """Modes of each phase, as text."""
 
 
-def carrier_for(
-    model: TwoBlock, engine: EngineName, controls: Controls, device: str, threads: int
-) -> Carrier:
-    """Choose what carries the motions of a model.
-
-    Raises
-    ------
-    ValueError
-        As in `engine_for`; an unknown device; 'cuda' without a GPU, or for a model that only
-        the CPU carries.
-    """
-    if device not in DEVICES:
-        raise ValueError(f"device = {device!r} is unknown. {did_you_mean(str(device), DEVICES)}")
-    if device == "cuda":
-        from stickslip.mechanics.eventmap.cuda_carrier import CudaCarrier  # needs numba-cuda
-
-        return CudaCarrier(model, engine, controls)
-    if model.damping > 0.0:
-        return DampedCarrier(model, engine, controls, threads)
-    prepared = engine_for(model, engine)
-    series = law_series(model.laws) if prepared.name == "taylor" else None
-    if series is not None:
-        return PoolCarrier(model, prepared, controls, threads, series)
-    return PlainCarrier(model, prepared, controls, threads)
-
-
 class PlainCarrier:
-    """Two undamped blocks: the engines that know w and e."""
+    """Two undamped blocks: the engines that know w and e, one motion at a time."""
 
     def __init__(self, model: TwoBlock, engine: Engine, controls: Controls, threads: int) -> None:
-        self.model, self.controls, self.threads = model, controls, threads
-        self.engine = engine
-        self.name = engine.name
+        self.model, self.engine, self.controls, self.threads = model, engine, controls, threads
+        self.name = self.engine.name
         self._local = threading.local()
 
-    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
-        directions = (start_direction(self.engine),) if slope else ()
-        return self._carried(d, directions, watch)
+    def value(self, d: float) -> float:
+        """Value at one d."""
+        return float(self.values(np.array([d]))[0])
+
+    def values(self, d: Floats) -> Floats:
+        """Value at each d."""
+        return self._carried(d, ()).value
+
+    def slopes(self, d: Floats) -> Floats:
+        """Slope at each d."""
+        return self._carried(d, (start_direction(self.engine),)).derivative[:, 0]
+
+    def evidence(self, d: Floats) -> Outputs:
+        """Everything of each d, the slope in column 0 of its derivatives."""
+        return self._carried(d, (start_direction(self.engine),), watch=True)
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
+        """df/d(name) at each d."""
         direction = parameter_direction(self.engine, self.model, name)
-        return self._carried(d, (direction,), watch=False).derivative[:, 0]
+        return self._carried(d, (direction,)).derivative[:, 0]
 
-    def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool) -> Outputs:
+    def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
         outputs = new_outputs(d.size, len(directions))
 
         def task(start: int, stop: int) -> None:
@@ -119,9 +106,14 @@ class PlainCarrier:
         return outputs
 
     def iterate(self, orbits: Floats) -> None:
+        """Fill rows (n, steps + 1) from their first entries on."""
+
         def task(start: int, stop: int) -> None:
             self._run(self._kernels.iterate_range, orbits, start, stop, self._scratch(()))
 
+        self._launch_orbits(task, orbits)
+
+    def _launch_orbits(self, task: Callable[[int, int], None], orbits: Floats) -> None:
         steps = max(1, orbits.shape[1] - 1)
         launch(task, len(orbits), self.threads, max(1, SMALLEST_TILE[self.name] // steps))
 
@@ -148,6 +140,7 @@ class PlainCarrier:
         )
 
     def itinerary(self, d: float) -> str:
+        """Modes of each phase, as text."""
         codes = np.zeros(64, dtype=np.int8)
         while True:
             _, _, n_events, _, _, _ = self._kernels.carry(
@@ -172,89 +165,6 @@ class PlainCarrier:
             scratch.motion.directions[column] = direction
             scratch.long_motion.directions[column] = direction
         return scratch
-
-
-class PoolCarrier(PlainCarrier):
-    """Two undamped blocks with one formula for both: many motions at once, in pools.
-
-    What the pools hand over, and derivatives by parameters, the scalar engine carries. Which of
-    the two carries a motion depends on that motion alone, and so do the bits of its value.
-    """
-
-    def __init__(
-        self,
-        model: TwoBlock,
-        engine: Engine,
-        controls: Controls,
-        threads: int,
-        series: LawSeries,
-    ) -> None:
-        super().__init__(model, engine, controls, threads)
-        self.series = series
-
-    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
-        orbits = np.full((d.size, 2), np.nan)
-        orbits[:, 0] = d
-        outputs = self._advanced(orbits, slope=slope, watch=watch)
-        return outputs._replace(value=orbits[:, 1])
-
-    def iterate(self, orbits: Floats) -> None:
-        self._advanced(orbits)
-
-    def _advanced(self, orbits: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
-        """Fill the rows of `orbits`; return what is known of their last motions."""
-        directions = (start_direction(self.engine),) if slope else ()
-        outputs = new_outputs(len(orbits), len(directions))
-        filled = np.zeros(len(orbits), dtype=np.int64)
-
-        def task(start: int, stop: int) -> None:
-            self._moved.advance(orbits, filled, start, stop, directions, watch, outputs)
-
-        steps = max(1, orbits.shape[1] - 1)
-        while True:
-            launch(task, len(orbits), self.threads, max(1, SMALLEST_TILE["pools"] // steps))
-            rows = np.flatnonzero(outputs.status == HANDED_OVER)
-            if rows.size == 0:
-                return outputs
-            carried = self._carried(orbits[rows, filled[rows]], directions, watch)
-            for field, found in zip(outputs, carried, strict=True):
-                field[rows] = found
-            filled[rows] += 1
-            orbits[rows, filled[rows]] = carried.value
-
-    @cached_property
-    def _moved(self) -> MovingPools:
-        return MovingPools(self.engine, self._kernels, self.series, self.model, self.controls)
-
-
-class DampedCarrier:
-    """Two damped blocks: the flow of the family."""
-
-    name = "series"
-
-    def __init__(
-        self, model: TwoBlock, engine: EngineName, controls: Controls, threads: int
-    ) -> None:
-        engine_for(model.replace(damping=0.0), engine)  # the same errors
-        self.parameters = model.parameters
-        self.inner = BlocksEventMap(model.chain, **controls._asdict(), threads=threads)
-
-    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
-        found = self.inner.carry(d[:, None], slope=slope, watch=watch)
-        return Outputs(found.value[:, 0], found.derivative[:, 0], *found[2:])
-
-    def parameter_slope(self, d: Floats, name: str) -> Floats:
-        if name not in self.parameters:
-            known = did_you_mean(name, list(self.parameters))
-            raise ValueError(f"the model has no parameter {name!r}. {known}")
-        name = {"beta": "static_2"}.get(name, name)
-        return self.inner.parameter_derivative(d[:, None], name)[:, 0]
-
-    def iterate(self, orbits: Floats) -> None:
-        orbits[:] = self.inner.iterate(orbits[:, :1], orbits.shape[1] - 1)[..., 0]
-
-    def itinerary(self, d: float) -> str:
-        return str(self.inner.itinerary([d]))
 
 
 def new_scratch(engine: Engine, n_columns: int) -> Scratch:

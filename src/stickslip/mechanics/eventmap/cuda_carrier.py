@@ -50,7 +50,7 @@ class CudaCarrier(PlainCarrier):
                 "arithmetic and numpy functions, without branches; or take device='cpu'."
             )
 
-    def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool) -> Outputs:
+    def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
         rows = np.array(directions).reshape(len(directions), self.engine.n_directions)
         kernels = _kernels(self.engine, self._kernels, len(directions))
         outputs = new_outputs(d.size, len(directions))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.mechanics.eventmap.carrier import carrier_for
+from stickslip.mechanics.eventmap.carriers import carrier_for
 from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.eventmap.result import EventMapResult
 from stickslip.mechanics.flow.engine import EngineName
@@ -52,6 +52,7 @@ class EventMap:
         )
         controls = Controls(self.rtol, self.max_events, self.max_time)
         self._carrier = carrier_for(model, engine, controls, device, self.threads)
+        self._end = model.domain[1]
 
     # --- what it is -----------------------------------------------------------------------
 
@@ -109,8 +110,10 @@ class EventMap:
         ValueError
             Some ``d`` is NaN or outside the locus of eq. (6a).
         """
+        if isinstance(d, float) and -self._end <= d <= self._end:
+            return self._carrier.value(d)
         points = self.model.admit(d)
-        return _shaped(self._carrier.carry(points.ravel()).value, points.shape)
+        return _shaped(self._carrier.values(points.ravel()), points.shape)
 
     def derivative(self, d: ArrayLike) -> Any:
         """Slope df/dd, exact (saltation at every event), one-sided at a breakpoint.
@@ -118,8 +121,7 @@ class EventMap:
         Arguments, shape and errors as for calling the map.
         """
         points = self.model.admit(d)
-        outputs = self._carrier.carry(points.ravel(), slope=True)
-        return _shaped(outputs.derivative[:, 0], points.shape)
+        return _shaped(self._carrier.slopes(points.ravel()), points.shape)
 
     def parameter_derivative(self, d: ArrayLike, name: str) -> Any:
         """df/d(name) at fixed ``d``, exact; `name` as in ``model.parameters``.
@@ -160,7 +162,7 @@ class EventMap:
         (2,)
         """
         points = self.model.admit(d)
-        outputs = self._carrier.carry(points.ravel(), slope=True, watch=True)
+        outputs = self._carrier.evidence(points.ravel())
         shape = points.shape
         return EventMapResult(
             value=_shaped_array(outputs.value, shape),

@@ -1,0 +1,354 @@
+"""The event map of many motions with constant kinetic friction, breadth first.
+
+Motions whose next phase is of one kind are carried through it together (`_lane_passes_kernels`),
+then listed anew by what happened to them. What a pass does not decide is left NaN for the exact
+engine; a motion that provably does not return, or not within ``max_events``, gives inf.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.mechanics.eventmap._lane_passes_kernels import (
+    BLOCK,
+    CROSSED,
+    END_D_E1,
+    END_D_E2,
+    END_D_W,
+    END_LANDS,
+    END_MODE_1,
+    END_MODE_2,
+    END_SUM_W,
+    FREED,
+    FREED_ALL,
+    FREED_GAP,
+    FREED_VALUES,
+    NEVER,
+    NEXT_E1,
+    NEXT_E2,
+    NEXT_KIND,
+    NEXT_MODE,
+    NEXT_W,
+    ONE,
+    ONE_D_FORCE,
+    ONE_D_FORCE_END,
+    ONE_D_GAP,
+    ONE_D_RIDER,
+    ONE_D_RIDER_END,
+    ONE_FIRST,
+    ONE_FORCE,
+    ONE_FORCE_END,
+    ONE_GAP,
+    ONE_KIND,
+    ONE_RIDER,
+    ONE_RIDER_END,
+    ONE_SIGN,
+    ONE_SLOPE,
+    ONE_TURNS,
+    ONE_VALUE,
+    RETURNED,
+    START_E1,
+    START_E2,
+    START_W,
+    STRIDE,
+    STUCK,
+    TWO_ALL,
+    TWO_D_E1,
+    TWO_D_E2,
+    TWO_D_W,
+    TWO_FRESH,
+    TWO_LANDS,
+    TWO_MODE_1,
+    TWO_MODE_2,
+    TWO_SUM_W,
+    TWO_VALUES,
+    ZERO,
+    landing_pass,
+    landing_slopes,
+    onset_pass,
+    release_pass,
+    release_slopes,
+    return_pass,
+    return_slopes,
+    start_pass,
+    step_pass,
+    turning_pass,
+)
+from stickslip.mechanics.flow._lane_kernels import Plant
+from stickslip.mechanics.flow.system import Floats
+from stickslip.numerics.targets import kernel
+
+Indices = NDArray[np.uint64]
+
+# Lists of numbers: whose motion an item is, and items picked from a list.
+N_LISTS = 6
+WHO_ONE, WHO_TWO, WHO_END, PICKED, REST, CROSSING = (np.uint64(i * STRIDE) for i in range(N_LISTS))
+
+# Rounds of phases in which a returned motion is believed: the rounding of long ones is left to
+# one engine, so that it does not matter how many motions are asked together. Beyond them lanes
+# go on only to show that motions do not return, and only where there are many for the number
+# of events: one at a time the exact engine is faster, which knows cycles.
+ROUNDS = 128
+EVENTS_PER_LANE = 128
+# Steps of slips of both blocks before a motion is left to the exact engine, and how many are
+# taken before the first look whether some are over.
+MAX_STEPS = 64
+FIRST_STEPS = 3
+
+
+@kernel
+def pick(
+    b: Floats, kinds: np.uint64, kind: float, n: np.uint64, index: Indices, to: np.uint64
+) -> np.uint64:  # type: ignore[return]
+    """List the items of one kind at `to`; return how many there are."""
+    m = ZERO
+    for i in range(n):
+        k = np.uint64(i)
+        index[to + m] = k
+        m += ONE if b[kinds + k] == kind else ZERO
+    return m
+
+
+@kernel
+def move(
+    b: Floats,
+    source: np.uint64,
+    target: np.uint64,
+    streams: int,
+    index: Indices,
+    picked: np.uint64,
+    n: np.uint64,
+) -> None:
+    """Copy listed items of several streams to the beginning of others, or of the same."""
+    for stream in range(streams):
+        shift = np.uint64(stream * STRIDE)
+        for i in range(n):
+            k = np.uint64(i)
+            b[target + shift + k] = b[source + shift + index[picked + k]]
+
+
+@kernel
+def move_who(
+    index: Indices, source: np.uint64, target: np.uint64, picked: np.uint64, n: np.uint64
+) -> None:
+    """Copy listed items of a list of motions."""
+    for i in range(n):
+        k = np.uint64(i)
+        index[target + k] = index[source + index[picked + k]]
+
+
+@kernel
+def leave(
+    b: Floats, index: Indices, n: np.uint64, value: Floats, slope: Floats, start: np.uint64
+) -> None:
+    """Write down the motions that returned to global stick."""
+    m = pick(b, ONE_KIND, RETURNED, n, index, PICKED)
+    for i in range(m):
+        k = index[PICKED + np.uint64(i)]
+        value[start + index[WHO_ONE + k]] = b[ONE_VALUE + k]
+        if slope.size > 0:
+            slope[start + index[WHO_ONE + k]] = b[ONE_SLOPE + k]
+
+
+@kernel
+def cross_one(b: Floats, index: Indices, n: np.uint64) -> np.uint64:
+    """Begin the list of one slipping block with those that crossed w = 0: mirrored slips."""
+    m = pick(b, ONE_KIND, CROSSED, n, index, PICKED)
+    for i in range(m):
+        k = np.uint64(i)
+        a = index[PICKED + k]
+        b[ONE_GAP + k] = 0.0
+        b[ONE_SIGN + k] = -b[ONE_SIGN + a]
+        b[ONE_FIRST + k] = b[ONE_FIRST + a]
+        b[ONE_FORCE + k] = b[ONE_FORCE_END + a]
+        b[ONE_RIDER + k] = b[ONE_RIDER_END + a]
+        b[ONE_D_GAP + k] = 0.0
+        b[ONE_D_FORCE + k] = b[ONE_D_FORCE_END + a]
+        b[ONE_D_RIDER + k] = b[ONE_D_RIDER_END + a]
+        index[WHO_ONE + k] = index[WHO_ONE + a]
+    return m
+
+
+@kernel
+def cross_two(b: Floats, index: Indices, n: np.uint64, at: np.uint64) -> None:
+    """Append slips of both blocks, one of which crossed w = 0, to the list of these."""
+    for i in range(n):
+        a = index[CROSSING + np.uint64(i)]
+        k = at + np.uint64(i)
+        second = b[END_LANDS + a] > 0.0
+        b[START_W + k] = b[NEXT_W + a]
+        b[START_E1 + k] = b[NEXT_E1 + a]
+        b[START_E2 + k] = b[NEXT_E2 + a]
+        b[TWO_MODE_1 + k] = b[END_MODE_1 + a] if second else b[NEXT_MODE + a]
+        b[TWO_MODE_2 + k] = b[NEXT_MODE + a] if second else b[END_MODE_2 + a]
+        b[TWO_FRESH + k] = b[END_LANDS + a]
+        b[TWO_D_W + k] = b[END_D_W + a]
+        b[TWO_D_E1 + k] = b[END_D_E1 + a]
+        b[TWO_D_E2 + k] = b[END_D_E2 + a]
+        index[WHO_TWO + k] = index[WHO_END + a]
+
+
+@kernel
+def stick_one(b: Floats, index: Indices, n: np.uint64, at: np.uint64) -> np.uint64:
+    """Append slips of both blocks that became slips of one; return the length of the list."""
+    m = pick(b, NEXT_KIND, STUCK, n, index, PICKED)
+    for i in range(m):
+        a = index[PICKED + np.uint64(i)]
+        k = at + np.uint64(i)
+        second = b[END_LANDS + a] > 0.0
+        mode = b[END_MODE_1 + a] if second else b[END_MODE_2 + a]
+        b[ONE_GAP + k] = mode * b[NEXT_W + a]
+        b[ONE_SIGN + k] = -mode
+        b[ONE_FIRST + k] = 1.0 if second else 0.0
+        b[ONE_FORCE + k] = b[NEXT_E1 + a] if second else b[NEXT_E2 + a]
+        b[ONE_RIDER + k] = b[NEXT_E2 + a] if second else b[NEXT_E1 + a]
+        b[ONE_D_GAP + k] = mode * b[END_D_W + a]
+        b[ONE_D_FORCE + k] = b[END_D_E1 + a] if second else b[END_D_E2 + a]
+        b[ONE_D_RIDER + k] = b[END_D_E2 + a] if second else b[END_D_E1 + a]
+        index[WHO_ONE + k] = index[WHO_END + a]
+    return at + m
+
+
+@kernel
+def slip_together(plant: Plant, b: Floats, index: Indices, n: np.uint64, streams: int) -> np.uint64:
+    """Step slips of both blocks until each is proved to land; they gather in the END list."""
+    n_ended = ZERO
+    for steps in range(MAX_STEPS):
+        step_pass(plant, b, n)
+        if steps < FIRST_STEPS - 1:
+            continue
+        going = ended = ZERO
+        for i in range(n):
+            k = np.uint64(i)
+            index[PICKED + going] = k
+            index[REST + ended] = k
+            goes = b[TWO_LANDS + k] == 0.0
+            going += ONE if goes else ZERO
+            ended += ZERO if goes else ONE
+        move(b, TWO_SUM_W, END_SUM_W + n_ended, streams, index, REST, ended)
+        move(b, TWO_LANDS, END_LANDS + n_ended, 1, index, REST, ended)
+        move(b, TWO_SUM_W, TWO_SUM_W, streams, index, PICKED, going)
+        move_who(index, WHO_TWO, WHO_END + n_ended, REST, ended)
+        move_who(index, WHO_TWO, WHO_TWO, PICKED, going)
+        n_ended += ended
+        n = going
+        if n == ZERO:
+            break
+    return n_ended
+
+
+@kernel
+def carry_block(
+    plant: Plant,
+    b: Floats,
+    index: Indices,
+    n: np.uint64,
+    value: Floats,
+    slope: Floats,
+    start: np.uint64,
+    max_events: int,
+) -> None:
+    """Carry starts ``value[start : start + n]`` to their values, and slopes if there is room."""
+    slopes = slope.size > 0
+    for i in range(n):
+        k = np.uint64(i)
+        b[ONE_VALUE + k] = value[start + k]
+        index[WHO_ONE + k] = k
+    onset_pass(plant, b, n)
+    for i in range(n):
+        k = np.uint64(i)
+        value[start + k] = b[ONE_VALUE + k]
+        if slopes:
+            slope[start + k] = b[ONE_SLOPE + k]
+    n_one, n_crossing = n, ZERO
+    # A round is one event or two of each motion, so that none passes max_events in these.
+    believed = min(ROUNDS, (max_events + 1) // 2)
+    few = max_events // EVENTS_PER_LANE
+    for lap in range(max_events + 1):
+        if lap >= believed and n_one + n_crossing <= few:
+            return
+        crossed = ZERO
+        if lap > 0:
+            return_pass(plant, b, n_one)
+            if pick(b, ONE_TURNS, 1.0, n_one, index, PICKED) > ZERO:
+                turning_pass(plant, b, n_one)
+            if slopes:
+                return_slopes(plant, b, n_one)
+            if lap < believed:
+                leave(b, index, n_one, value, slope, start)
+        n_freed = pick(b, ONE_KIND, FREED, n_one, index, PICKED)
+        move(b, ONE_GAP, FREED_GAP, FREED_ALL if slopes else FREED_VALUES, index, PICKED, n_freed)
+        move_who(index, WHO_ONE, WHO_TWO, PICKED, n_freed)
+        release_pass(plant, b, n_freed)
+        if slopes:
+            release_slopes(plant, b, n_freed)
+        if lap > 0:
+            crossed = cross_one(b, index, n_one)
+        cross_two(b, index, n_crossing, n_freed)
+        start_pass(plant, b, n_freed + n_crossing)
+        streams = TWO_ALL if slopes else TWO_VALUES
+        n_ended = slip_together(plant, b, index, n_freed + n_crossing, streams)
+        landing_pass(plant, b, n_ended)
+        if slopes:
+            landing_slopes(plant, b, n_ended)
+        n_one = stick_one(b, index, n_ended, crossed)
+        n_crossing = pick(b, NEXT_KIND, CROSSED, n_ended, index, CROSSING)
+        n_never = pick(b, NEXT_KIND, NEVER, n_ended, index, PICKED)
+        for i in range(n_never):
+            value[start + index[WHO_END + index[PICKED + np.uint64(i)]]] = math.inf
+        if n_one + n_crossing == ZERO:
+            return
+    for i in range(n_one):
+        value[start + index[WHO_ONE + np.uint64(i)]] = math.inf
+    for i in range(n_crossing):
+        value[start + index[WHO_END + index[CROSSING + np.uint64(i)]]] = math.inf
+
+
+@kernel
+def carry_lanes(
+    row: Floats,
+    b: Floats,
+    index: Indices,
+    value: Floats,
+    slope: Floats,
+    start: int,
+    stop: int,
+    max_events: int,
+) -> None:
+    """Turn starts ``value[start:stop]`` into values; NaN where the exact engine is to be asked.
+
+    inf where the motion does not return to global stick within `max_events`.
+
+    `slope`: as long as `value`, or empty. `row`: `plant_row`; `b`, `index`: scratch.
+    """
+    plant = Plant(
+        row[0],
+        row[1],
+        row[2],
+        row[3],
+        row[4],
+        row[5],
+        row[6],
+        row[7],
+        row[8],
+        row[9],
+        row[10],
+        row[11],
+        row[12],
+        row[13],
+        row[14],
+        row[15],
+        row[16],
+        row[17],
+        row[18],
+        row[19],
+        row[20],
+        row[21],
+        row[22],
+    )
+    for at in range(start, stop, BLOCK):
+        n = np.uint64(min(BLOCK, stop - at))
+        carry_block(plant, b, index, n, value, slope, np.uint64(at), max_events)

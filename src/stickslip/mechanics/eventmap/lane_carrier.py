@@ -1,0 +1,113 @@
+"""Carries motions under constant kinetic friction: in lanes, and the exact engine for the rest."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.mechanics.eventmap.carrier import NO_ITINERARY, PlainCarrier
+from stickslip.mechanics.eventmap.lanes import NO_SLOPE, Lanes
+from stickslip.numerics.targets import instantiate, launch
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.mechanics.eventmap.records import Controls, Outputs
+    from stickslip.mechanics.flow.engine import Engine
+    from stickslip.mechanics.model.two_block import TwoBlock
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["LaneCarrier"]
+
+SMALLEST_TILE = 16_384
+
+
+class LaneCarrier(PlainCarrier):
+    """Constant kinetic friction: values and slopes by lanes, all else by the exact engine.
+
+    Where lanes pass (a decision too close, a motion too long) the exact engine gives the
+    value too. Which of them answers depends on d alone, so values do not depend on how many
+    are asked together, on what else is asked of them, or on threads.
+    """
+
+    def __init__(self, model: TwoBlock, engine: Engine, controls: Controls, threads: int) -> None:
+        super().__init__(model, engine, controls, threads)
+        self.lanes = Lanes(engine, controls)
+
+    def value(self, d: float) -> float:
+        """Value at one d."""
+        value = self.lanes.value(d)
+        if value == value:
+            return value if value < math.inf else math.nan
+        return super().value(d)
+
+    def values(self, d: Floats) -> Floats:
+        """Value at each d."""
+        values, passed = self._by_lanes(d, NO_SLOPE)
+        if passed.size > 0:
+            values[passed] = super().values(d[passed])
+        return values
+
+    def slopes(self, d: Floats) -> Floats:
+        """Slope at each d."""
+        slopes = np.empty(d.size)
+        _, passed = self._by_lanes(d, slopes)
+        if passed.size > 0:
+            slopes[passed] = super().slopes(d[passed])
+        return slopes
+
+    def evidence(self, d: Floats) -> Outputs:
+        """Everything of each d, the slope in column 0 of its derivatives."""
+        outputs = super().evidence(d)
+        slopes = np.empty(d.size)
+        values, _ = self._by_lanes(d, slopes)
+        served = ~np.isnan(values)
+        outputs.value[served] = values[served]
+        outputs.derivative[served, 0] = slopes[served]
+        return outputs
+
+    def _by_lanes(self, d: Floats, slopes: Floats) -> tuple[Floats, NDArray[np.intp]]:
+        """Values and, if there is room for them, slopes; indices that the lanes passed on."""
+        values = d.copy()
+
+        def task(start: int, stop: int) -> None:
+            self.lanes.carry(values, slopes, start, stop)
+
+        launch(task, d.size, self.threads, SMALLEST_TILE)
+        passed = np.flatnonzero(np.isnan(values))
+        values[np.isinf(values)] = math.nan
+        return values, passed
+
+    def iterate(self, orbits: Floats) -> None:
+        """Fill rows (n, steps + 1) from their first entries on."""
+
+        def task(start: int, stop: int) -> None:
+            lanes, engine = self.lanes, self.engine
+            streams, index, column = lanes.scratch()
+            self._orbits.iterate_lanes(
+                lanes.row,
+                streams,
+                index,
+                column,
+                NO_SLOPE,
+                orbits,
+                start,
+                stop,
+                engine.system,
+                engine.laws,
+                self._scratch(()),
+                self.controls,
+                NO_ITINERARY,
+            )
+
+        self._launch_orbits(task, orbits)
+
+    @cached_property
+    def _orbits(self) -> ModuleType:
+        template = "stickslip.mechanics.eventmap._lane_orbits_kernels"
+        return instantiate(template, self.engine.key, carry=self._kernels.carry)

@@ -1,0 +1,76 @@
+"""Values of many motions with constant kinetic friction at once, and of one at small cost."""
+
+from __future__ import annotations
+
+import math
+import threading
+from typing import TYPE_CHECKING, NamedTuple
+
+import numba
+import numpy as np
+
+from stickslip.mechanics.flow._lane_kernels import plant_row
+from stickslip.mechanics.flow.system import STATIC_VALUE
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.mechanics.eventmap.records import Controls
+    from stickslip.mechanics.flow.engine import Engine
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["Lanes", "lanes_serve"]
+
+NO_SLOPE = np.empty(0)
+
+
+class LaneScratch(NamedTuple):
+    """Arrays of one thread: streams and lists of the kernels, starts of a block."""
+
+    streams: Floats
+    index: NDArray[np.uint64]
+    column: Floats
+
+
+def lanes_serve(engine: Engine, controls: Controls) -> bool:
+    """Whether values may come from lanes: they keep no time, and need vector instructions."""
+    return engine.name == "exact" and controls.max_time == math.inf and not numba.config.DISABLE_JIT
+
+
+class Lanes:
+    """What `_lane_kernels` need to know of a model, and scratch for each thread."""
+
+    def __init__(self, engine: Engine, controls: Controls) -> None:
+        from stickslip.mechanics.eventmap import _lane_kernels, _lane_passes_kernels
+
+        mu_1, mu_2 = engine.laws[:, STATIC_VALUE].tolist()
+        self.row = plant_row(engine.system, (mu_1, mu_2))
+        self.max_events = controls.max_events
+        self._carry = _lane_kernels.carry_lanes
+        self._sizes = _lane_passes_kernels.N_STREAMS, _lane_kernels.N_LISTS
+        self._stride, self._block = _lane_passes_kernels.STRIDE, _lane_passes_kernels.BLOCK
+        self._local = threading.local()
+
+    def scratch(self) -> LaneScratch:
+        """Arrays of the present thread."""
+        held: LaneScratch | None = getattr(self._local, "scratch", None)
+        if held is None:
+            streams, lists = (size * self._stride for size in self._sizes)
+            held = LaneScratch(
+                np.zeros(streams), np.zeros(lists, dtype=np.uint64), np.zeros(self._block)
+            )
+            self._local.scratch = held
+        return held
+
+    def carry(self, points: Floats, slope: Floats, start: int, stop: int) -> None:
+        """Put values in the place of starts: NaN to ask the exact engine, inf if none returns."""
+        streams, index, _ = self.scratch()
+        self._carry(self.row, streams, index, points, slope, start, stop, self.max_events)
+
+    def value(self, d: float) -> float:
+        """Value at one start inside the domain, or NaN, inf as above."""
+        streams, index, column = self.scratch()
+        column[0] = d
+        self._carry(self.row, streams, index, column, NO_SLOPE, 0, 1, self.max_events)
+        return column.item(0)

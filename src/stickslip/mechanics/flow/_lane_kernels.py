@@ -1,0 +1,259 @@
+"""Phases with constant kinetic friction as straight lines of arithmetic, one motion a lane.
+
+The same physics as `_exact_kernels`, without a branch, so that a loop over motions becomes
+vector instructions. Where a decision is closer than `NEAR`, a lane does not take it: it says
+so, and its motion goes to the exact engine. Derivations: docs/theory/flow.md.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.mechanics.flow.system import System
+from stickslip.numerics.targets import kernel
+from stickslip.numerics.trigonometry import turn, upper_angle
+
+# Clearance from another outcome, in units of the quantity's size, below which a lane gives up.
+NEAR = 1e-9
+# A landing closer than this is left to the series of `contact_ahead`.
+REACH = 0.1
+# The bounds of `safe_reach` are used over at most this time (measured optimum), and over at
+# most a quarter of the faster period, as far as `turn` reaches.
+CAP = 0.85
+
+
+class Plant(NamedTuple):
+    """Two blocks with constant kinetic friction, and what follows from their parameters.
+
+    The rider of a slip has ``e(t) = e(0) + ride_time t - ride_force (e_slipper(t) -
+    e_slipper(0))``. ``first_time``, ``first_gain``: return of a slip that starts from rest at
+    the limit, and what the rider's force gains until then; they do not depend on d.
+    ``turning``: speed of a forward slip at which its rider's force stops growing. ``unit``:
+    time in which a slip turns by 1, the inverse of its frequency; ``narrow`` that of the spread.
+    """
+
+    alpha: float
+    V: float
+    limit_1: float
+    limit_2: float
+    friction_1: float
+    friction_2: float
+    stiffness: float
+    frequency: float
+    level: float
+    ride_time: float
+    ride_force: float
+    spread: float
+    beat: float
+    cap: float
+    near: float
+    end: float
+    first_time_1: float
+    first_time_2: float
+    first_gain_1: float
+    first_gain_2: float
+    turning: float
+    unit: float
+    narrow: float
+
+
+def plant_row(system: System, mu: tuple[float, float]) -> NDArray[np.float64]:
+    """Numbers of a `Plant`, in its order; `mu`: kinetic friction of each block."""
+    alpha, beta, V = system
+    stiffness, spread = 1.0 + alpha, 1.0 + 2.0 * alpha
+    frequency, beat = math.sqrt(stiffness), math.sqrt(spread)
+    limits, frictions = (1.0, beta), (mu[0], mu[1] * beta)
+    level, ride_time, ride_force = V / frequency, V * spread / stiffness, alpha / stiffness
+    pulls = [limit - friction for limit, friction in zip(limits, frictions, strict=True)]
+    times = [2.0 * math.atan2(2.0 * r, -2.0 * level) / frequency for r in pulls]
+    gains = [ride_time * t + 2.0 * ride_force * r for t, r in zip(times, pulls, strict=True)]
+    plant = Plant(
+        alpha,
+        V,
+        *limits,
+        *frictions,
+        stiffness,
+        frequency,
+        level,
+        ride_time,
+        ride_force,
+        spread,
+        beat,
+        min(CAP, 0.5 * math.pi / beat),
+        NEAR * (1.0 + beta),
+        (1.0 + beta) / spread,
+        *times,
+        *gains,
+        V / alpha if alpha > 0.0 else math.inf,
+        1.0 / frequency,
+        1.0 / spread,
+    )
+    return np.array(plant)
+
+
+# --- one block slips --------------------------------------------------------------------------
+
+
+@kernel(inline=True)
+def half_turn(
+    plant: Plant, sign: float, gap: float, rate: float
+) -> tuple[float, float, float, float]:
+    """Return of a slip: (square of the rate there, that rate, and y, x of half the angle).
+
+    With ``gap = |w|``, ``rate = gap'`` and ``v = sign V`` (`sign` is 1 backward, -1 forward)
+    ``gap'' = v - stiffness gap``, so ``rate^2 + gap (stiffness gap - 2 v)`` stays.
+    """
+    square = rate * rate + gap * (plant.stiffness * gap - 2.0 * sign * plant.V)
+    end = math.sqrt(square if square > 0.0 else 0.0)
+    swing = plant.frequency * gap
+    leaves = rate > 0.0
+    y = end + rate if leaves else swing
+    x = swing - 2.0 * sign * plant.level if leaves else end - rate
+    return square, end, y, x
+
+
+@kernel(inline=True)
+def smooth_share(share: float) -> float:
+    """Where a force that changes from rest to rest has made a share of its way: a good guess.
+
+    The inverse of ``3 t^2 - 2 t^3`` within 0.003, exact at 0, 1/2 and 1.
+    """
+    u = 1.0 - 2.0 * share
+    square = 1.0 - u * u
+    bend = math.sqrt(square if square > 0.0 else 0.0)
+    return 0.5 - u * (0.5 - bend * (0.28868 - 0.122 * bend))
+
+
+@kernel(inline=True)
+def dip(
+    plant: Plant, gap: float, rate: float, end: float, time: float, gain: float
+) -> tuple[float, float, float, float]:
+    """Fall of the rider's force in a forward slip: (begin, its gain there, end, gain there).
+
+    It falls while the slip is faster than V / alpha; where it never is, both times are 0.
+    """
+    fast = plant.turning
+    square = rate * rate + (gap - fast) * (plant.stiffness * (gap + fast) + 2.0 * plant.V)
+    bound = math.sqrt(square if square > 0.0 else 0.0)
+    swing = plant.frequency * gap + plant.level
+    top = plant.frequency * fast + plant.level
+    rise = top * rate - bound * swing
+    first = upper_angle(rise if rise > 0.0 else 0.0, top * swing + bound * rate) * plant.unit
+    first = first if gap < fast else 0.0
+    leaving = rate if gap >= fast else bound
+    sink = end * top - plant.level * bound
+    rest = upper_angle(sink if sink > 0.0 else 0.0, top * plant.level + bound * end)
+    last = time - rest * plant.unit
+    high = plant.ride_time * first - plant.ride_force * (rate - leaving)
+    low = gain - (plant.ride_time * (time - last) - plant.ride_force * (end - bound))
+    falls = square > 0.0
+    return (
+        first if falls else 0.0,
+        high if falls else 0.0,
+        last if falls else 0.0,
+        low if falls else 0.0,
+    )
+
+
+# --- both blocks slip -------------------------------------------------------------------------
+
+
+@kernel(inline=True)
+def modes_turned(
+    plant: Plant, t: float, sum_w: float, sum_pull: float, gap_w: float, gap_pull: float
+) -> tuple[float, float, float, float]:
+    """Carry sum and difference of both blocks through a time of at most `Plant.cap`.
+
+    ``sum_w = w_1 + w_2 + 2 V``, ``gap_w = w_2 - w_1``; the pulls are their rates in units of
+    their frequencies, 1 and `beat`.
+    """
+    s, v = turn(t)
+    z, u = turn(plant.beat * t)
+    return (
+        sum_w + (sum_pull * s - sum_w * v),
+        sum_pull - (sum_w * s + sum_pull * v),
+        gap_w + (gap_pull * z - gap_w * u),
+        gap_pull - (gap_w * z + gap_pull * u),
+    )
+
+
+@kernel(inline=True)
+def modes_polished(
+    plant: Plant, t: float, sum_w: float, sum_pull: float, gap_w: float, gap_pull: float
+) -> tuple[float, float, float, float]:
+    """As `modes_turned`, for a time so short that five terms of a series are exact."""
+    a = plant.beat * t
+    v, u = t * t, a * a
+    s, z = t - t * v * (1.0 / 6.0), a - a * u * (1.0 / 6.0)
+    v, u = v * (0.5 - v * (1.0 / 24.0)), u * (0.5 - u * (1.0 / 24.0))
+    return (
+        sum_w + (sum_pull * s - sum_w * v),
+        sum_pull - (sum_w * s + sum_pull * v),
+        gap_w + (gap_pull * z - gap_w * u),
+        gap_pull - (gap_w * z + gap_pull * u),
+    )
+
+
+@kernel(inline=True)
+def clearance(
+    plant: Plant,
+    mode: float,
+    side: float,
+    sum_w: float,
+    sum_pull: float,
+    gap_w: float,
+    gap_pull: float,
+) -> tuple[float, float, float, float]:
+    """Distance of a slipping block from the belt, |w|, and three derivatives of it.
+
+    `side`: -1 for block 1, 1 for block 2, in which way the difference enters.
+    """
+    half = 0.5 * mode
+    gap_rate = side * plant.beat * gap_pull
+    return (
+        half * (sum_w + side * gap_w) - mode * plant.V,
+        half * (sum_pull + gap_rate),
+        -half * (sum_w + side * plant.spread * gap_w),
+        -half * (sum_pull + plant.spread * gap_rate),
+    )
+
+
+@kernel(inline=True)
+def fall(plant: Plant, f_2: float, f_3: float, bound_2: float, bound_4: float) -> float:
+    """Sharpest m with ``f(h) >= f + f' h - m h^2 / 2`` for every h up to the cap."""
+    sinking = -f_3 if f_3 < 0.0 else 0.0
+    m = plant.cap * (sinking * (1.0 / 3.0) + bound_4 * plant.cap * (1.0 / 12.0)) - f_2
+    m = m if m < bound_2 else bound_2
+    return m if m > 1e-6 else 1e-6
+
+
+@kernel(inline=True)
+def safe_reach(plant: Plant, f: float, f_1: float, m: float) -> float:
+    """Time, at most the cap, in which ``f > 0`` provably stays positive."""
+    root = math.sqrt(f_1 * f_1 + 2.0 * m * f)
+    rises = f_1 > 0.0
+    h = (f_1 + root if rises else 2.0 * f) / (m if rises else root - f_1)
+    return h if h < plant.cap else plant.cap
+
+
+@kernel(inline=True)
+def falls_to_zero(f: float, f_1: float, bound_2: float) -> bool:
+    """Whether f, with ``|f''| <= bound_2``, provably falls until it is zero, and that is near."""
+    return f_1 < -1e-4 * bound_2 and 6.0 * f * bound_2 < f_1 * f_1 and f < -REACH * f_1
+
+
+@kernel(inline=True)
+def contact_ahead(f: float, f_1: float, f_2: float, f_3: float, f_4: float) -> float:
+    """Root of the Taylor series of f next to 0, by reversion; error of the fifth order."""
+    inverse = -1.0 / f_1
+    d = f * inverse
+    a = (-1.0 / 2.0) * f_2 * inverse
+    b = (-1.0 / 6.0) * f_3 * inverse
+    c = (-1.0 / 24.0) * f_4 * inverse
+    square = a * a
+    third = (2.0 * square - b) + d * (5.0 * a * b - 5.0 * a * square - c)
+    return d * (1.0 - d * (a - d * third))

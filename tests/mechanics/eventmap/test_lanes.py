@@ -1,0 +1,151 @@
+"""Many motions at once against one at a time.
+
+A finite `max_time` has the exact engine carry every motion alone: the oracle here.
+"""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.status import OK
+
+ALONE = {"max_time": 1e300}
+# What the design allows of two engines, each within 1e-14, per unit of sensitivity.
+TOLERANCE = 2e-14
+# Two engines may see different itineraries only closer than this to another one.
+CLEAR = 1e-12
+NEVER_RETURNING = {"alpha": 1.885, "beta": 1.076, "mu": 0.898, "V": 0.294}
+LONG = {"alpha": 1.0, "beta": 1.5, "mu": 0.05, "V": 0.2}
+PAPER = {"alpha": 1.2, "beta": 1.3, "mu": 0.22, "V": 0.0366}
+
+
+def model(alpha, beta, mu, V):
+    return ss.TwoBlock(alpha=alpha, beta=beta, V=V, friction=ss.Coulomb(mu=mu))
+
+
+def random_models(n, seed):
+    """Systems from the ranges of the design, every fourth with two laws."""
+    rng = np.random.default_rng(seed)
+    ranges = ((0.1, 3), (0.5, 2), (0.05, 0.9), (0.05, 0.9), (0.005, 0.3))
+    for i in range(n):
+        alpha, beta, mu_1, mu_2, V = (float(rng.uniform(*ends)) for ends in ranges)
+        laws = (ss.Coulomb(mu=mu_1), ss.Coulomb(mu=mu_2)) if i % 4 == 3 else ss.Coulomb(mu=mu_1)
+        yield ss.TwoBlock(alpha=alpha, beta=beta, V=V, friction=laws)
+
+
+def starts(system, n, seed=0):
+    return np.random.default_rng(seed).uniform(*system.domain, n)
+
+
+def assert_agree(system, d, max_events):
+    """Values, slopes and endings of both engines where no other itinerary is near."""
+    together = ss.event_map(system, max_events=max_events, threads=1)
+    alone = ss.event_map(system, max_events=max_events, threads=1, **ALONE).evaluate(d)
+    value, slope = together(d), together.derivative(d)
+    clear = alone.margin > CLEAR
+    assert np.array_equal(np.isnan(value[clear]), alone.status[clear] != OK)
+    ok = clear & (alone.status == OK)
+    kappa = np.maximum(1.0, np.abs(alone.derivative[ok])) * np.maximum(
+        1.0, 0.1 * alone.n_events[ok]
+    )
+    assert (np.abs(value[ok] - alone.value[ok]) <= TOLERANCE * kappa).all(), system
+    # Beside a graze the slope grows like the inverse of its own error.
+    sharp = np.maximum(1.0, np.abs(alone.derivative[ok])) ** 2
+    assert (np.abs(slope[ok] - alone.derivative[ok]) <= 1e-11 * sharp * kappa).all(), system
+
+
+def test_lanes_agree_with_one_motion_at_a_time():
+    for system in random_models(24, seed=1):
+        assert_agree(system, starts(system, 400), max_events=60)
+
+
+@pytest.mark.slow
+def test_lanes_agree_on_many_systems():
+    for system in random_models(400, seed=2):
+        assert_agree(system, starts(system, 500), max_events=200)
+
+
+def label_changes(f, n=400):
+    """Last doubles of some branches."""
+    d = np.linspace(*f.domain, n)[1:-1]
+    label = f.evaluate(d).label
+    for i in np.flatnonzero(label[1:] != label[:-1]):
+        low, high = d[i], d[i + 1]
+        while low < (middle := 0.5 * (low + high)) < high:
+            same = f.evaluate(middle).label == label[i]
+            low, high = (middle, high) if same else (low, middle)
+        yield float(low)
+
+
+@pytest.mark.parametrize("system", [model(**PAPER), *random_models(3, seed=5)])
+def test_lanes_agree_beside_breakpoints(system):
+    f = ss.event_map(system, max_events=100, **ALONE)
+    distance = 10.0 ** -np.arange(1.5, 13.01, 0.5)
+    edges = list(itertools.islice(label_changes(f), 12))
+    d = np.array([edge + side * h for edge in edges for side in (-1, 1) for h in distance])
+    assert edges
+    assert_agree(system, d[np.abs(d) < system.domain[1]], max_events=100)
+
+
+@pytest.mark.parametrize("parameters", [PAPER, LONG, NEVER_RETURNING, PAPER | {"mu": 0.0}])
+def test_a_value_is_the_same_bits_however_it_is_asked(parameters):
+    system = model(**parameters)
+    f = ss.event_map(system, max_events=300, threads=1)
+    d = starts(system, 1100, seed=3)
+    value = f(d)
+    assert np.array_equal(value, f.evaluate(d).value, equal_nan=True)
+    assert np.array_equal(value, f(d[::-1])[::-1], equal_nan=True)
+    assert np.array_equal(value[:40], [f(x) for x in d[:40].tolist()], equal_nan=True)
+    assert np.array_equal(value, np.concatenate([f(d[:7]), f(d[7:])]), equal_nan=True)
+    assert np.array_equal(value, f.iterate(d, 1)[:, 1], equal_nan=True)
+    slope = f.derivative(d)
+    assert np.array_equal(slope, f.evaluate(d).derivative, equal_nan=True)
+    assert np.array_equal(slope[:40], [f.derivative(x) for x in d[:40]], equal_nan=True)
+
+
+def test_threads_do_not_change_a_bit():
+    system = model(**LONG)
+    d = starts(system, 50_000, seed=4)
+    one, two = (ss.event_map(system, threads=n, max_events=100) for n in (1, 2))
+    assert np.array_equal(one(d), two(d), equal_nan=True)
+    assert np.array_equal(one.derivative(d), two.derivative(d), equal_nan=True)
+
+
+def test_an_orbit_is_the_map_again_and_again():
+    f = ss.event_map(model(**LONG), max_events=300)
+    orbits = f.iterate(starts(f, 600), 5)
+    for k in range(5):
+        alive = ~np.isnan(orbits[:, k])
+        assert np.array_equal(orbits[alive, k + 1], f(orbits[alive, k]), equal_nan=True)
+
+
+def test_an_orbit_that_ends_stays_ended_and_disturbs_no_other():
+    f = ss.event_map(model(**NEVER_RETURNING), max_events=200)
+    d = starts(f, 40)
+    ends = np.isnan(f(d))
+    assert ends.any()
+    assert not ends.all()
+    orbits = f.iterate(d, 3)
+    assert np.isnan(orbits[ends, 1:]).all()
+    for start, orbit in zip(d.tolist(), orbits, strict=True):
+        assert np.array_equal(orbit, f.iterate(start, 3), equal_nan=True)
+
+
+@pytest.mark.parametrize("max_events", [1, 2, 3, 5, 40])
+def test_the_limit_of_events_is_that_of_one_motion(max_events):
+    system = model(**LONG)
+    d = starts(system, 300)
+    value = ss.event_map(system, max_events=max_events)(d)
+    status = ss.event_map(system, max_events=max_events, **ALONE).evaluate(d).status
+    assert np.array_equal(np.isnan(value), status != OK)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.999999, 1.0])
+@pytest.mark.parametrize("alpha", [0.0, 0.4, 50.0])
+@pytest.mark.parametrize("beta", [0.5, 1.0])
+def test_degenerate_systems(mu, alpha, beta):
+    system = model(alpha, beta, mu, 0.1)
+    d = np.concatenate([starts(system, 60), system.domain])
+    assert_agree(system, d, max_events=30)
