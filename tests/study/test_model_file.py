@@ -4,6 +4,7 @@ import os
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -36,6 +37,7 @@ v_dr = 0.0366
 law = "popp-stelter"
 gamma = 3
 """
+TABULATED = COULOMB.replace("coulomb", "tabulated").replace("mu = 0.22\n", "")
 PAIR = COULOMB.replace("[friction]", "[[friction]]") + '[[friction]]\nlaw = "stribeck"\n'
 PAIR += "mu = 0.1\nspeed = 0.5\nexponent = 2\n"
 
@@ -94,6 +96,11 @@ laws = st.one_of(
     st.builds(ss.Coulomb, mu=share, viscous=not_negative),
     st.builds(ss.PoppStelter, gamma=not_negative, delta=share, eta=not_negative),
     st.builds(ss.Stribeck, mu=share, speed=positive, exponent=st.sampled_from([1, 2])),
+    st.lists(share, min_size=2, max_size=6).map(
+        lambda force: ss.TabulatedFriction(
+            np.cumsum([0.0, *force[1:]]) + np.arange(len(force)), force
+        )
+    ),
 )
 models = st.builds(
     ss.TwoBlock,
@@ -194,6 +201,15 @@ BAD = {
     "law as number": (changed('"coulomb"', "8"), ["[friction]", "law = 8", "text"]),
     "law without its parameter": (changed("mu = 0.22\n", ""), ["[friction]", "'mu'"]),
     "parameter of another law": (changed("mu", "gamma"), ["[friction]", "'gamma'", "mu, viscous"]),
+    "table without its forces": (TABULATED + "speed = [0, 1]\n", ["[friction]", "lacks force"]),
+    "table with a number": (
+        TABULATED + "speed = [0, 1]\nforce = [1, 0.5]\nmu = 0.3\n",
+        ["[friction]", "'mu'", "speed, force"],
+    ),
+    "table that falls back": (
+        TABULATED + "speed = [0, 1, 1]\nforce = [1, 0.5, 0.5]\n",
+        ["[friction]", "speed[2] = 1"],
+    ),
     "parameter out of range": (changed("0.22", "1.5"), ["[friction]", "mu", "1.5", "<= 1"]),
     "parameter NaN": (changed("0.22", "nan"), ["[friction]", "mu", "nan"]),
     "parameter beyond the floats": (

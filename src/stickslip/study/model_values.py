@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from typing import Any, Final
 
-from stickslip.mechanics.friction import LAWS, FrictionLaw
+from stickslip.mechanics.friction import LAWS, FrictionLaw, TabulatedFriction
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.units import Units
 from stickslip.vocabulary import did_you_mean
@@ -17,6 +17,8 @@ __all__ = ["model_of_values", "model_values", "within"]
 NUMBERS: Final = ("alpha", "beta", "V")
 PHYSICAL: Final = ("m", "k", "k12", "fs1", "fs2", "v_dr")
 UNITS: Final = ("m", "k", "fs1")
+TABLE: Final = ("speed", "force")
+LAWS_IN_FILES: Final = (*LAWS, TabulatedFriction.name)
 TWO_BLOCK_KEYS: Final = ("kind", *NUMBERS, "damping", "friction", "units", "physical")
 
 
@@ -50,10 +52,12 @@ def model_values(model: TwoBlock) -> dict[str, Any]:
 
 
 def _law_values(law: FrictionLaw) -> dict[str, Any]:
+    if isinstance(law, TabulatedFriction):
+        return {"law": law.name, "speed": list(law.speeds), "force": list(law.forces)}
     if LAWS.get(law.name) is not type(law):
         raise ValueError(
             f"the friction law {law.title} is a Python function, which a file cannot hold. "
-            f"Laws in files: {', '.join(LAWS)}."
+            f"Laws in files: {', '.join(LAWS_IN_FILES)}."
         )
     return {"law": law.name, **law.parameters, **law.options}
 
@@ -160,11 +164,17 @@ def _law(table: dict[str, Any]) -> FrictionLaw:
     values = dict(table)
     name = values.pop("law", None)
     if name is None:
-        raise ValueError(f"lacks law. {_listed(LAWS)}")
+        raise ValueError(f"lacks law. {_listed(LAWS_IN_FILES)}")
     if not isinstance(name, str):
-        raise ValueError(f"law = {name!r} must be text in quotation marks. {_listed(LAWS)}")
+        raise ValueError(
+            f"law = {name!r} must be text in quotation marks. {_listed(LAWS_IN_FILES)}"
+        )
+    if name == TabulatedFriction.name:
+        _refuse_unknown(values, TABLE)
+        _refuse_missing(values, TABLE)
+        return TabulatedFriction(**values)
     if name not in LAWS:
-        raise ValueError(f"law = {name!r} is no friction law. {did_you_mean(name, LAWS)}")
+        raise ValueError(f"law = {name!r} is no friction law. {did_you_mean(name, LAWS_IN_FILES)}")
     law = LAWS[name]
     _refuse_unknown(values, law.fields())
     return law.from_values(values)

@@ -127,10 +127,18 @@ def _kernels(name: str, code: LawCode) -> ModuleType:
 
         return _exact_kernels
     bindings = {role: getattr(code, role) for role in LAW_KERNELS}
+    bindings["falls_between"] = falling_kernel(code)
     sliding = instantiate(f"{FLOW}._sliding_kernels", code.key, cached=code.traceable, **bindings)
     bindings |= {role: getattr(sliding, role) for role in ("landing_rate", "slides_for_ever")}
     template = f"{FLOW}._{name}_kernels"
     return instantiate(template, code.key, cached=code.traceable, **bindings)
+
+
+@lru_cache(maxsize=64)
+def falling_kernel(code: LawCode) -> Any:
+    """Return ``falls_between`` for some laws."""
+    template = f"{FLOW}._falling_kernels"
+    return instantiate(template, code.key, cached=code.traceable, slope=code.slope).falls_between
 
 
 def bind_engine(template: str, engine: Engine) -> ModuleType:
