@@ -87,7 +87,7 @@ def test_free_slips_follow_an_independent_integration():
             dt = 1e-7
             y = y + dt * np.array(rate(t, y))
             t += dt
-    assert crossings >= 4
+    assert crossings == 3  # the last one is a touch from above
     assert motion.x(t_end)[0] == pytest.approx(y[0], abs=ORACLE)
 
 
