@@ -13,7 +13,7 @@ from stickslip.mechanics.flow.system import Floats, Motion, System, limit
 from stickslip.numerics.targets import kernel
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.flow._falling_kernels import falls_between
+    from stickslip.mechanics.flow._least_slope_kernels import least_slope
     from stickslip.mechanics.friction.stub import force, static_value
 
 
@@ -33,4 +33,4 @@ def slides_for_ever(system: System, laws: Floats, motion: Motion, work: Any) -> 
     if not reach < system.V * (1.0 - CLEARANCE):
         return False
     low, high = system.V - reach, system.V + reach
-    return not (falls_between(laws, 0, low, high) or falls_between(laws, 1, low, high))
+    return min(least_slope(laws, 0, low, high), least_slope(laws, 1, low, high)) >= 0.0

@@ -71,6 +71,11 @@ class Engine:
         """Friction parameters of one block in a row of `directions`."""
         return self.code.N_PARAMETERS
 
+    @property
+    def n_directions(self) -> int:
+        """Entries of a row of `directions`."""
+        return LAWS + 2 * self.n_law_parameters
+
     def new_work(self) -> Any:
         """Scratch arrays of the kernels for one motion."""
         return self.kernels.new_work()
@@ -127,7 +132,7 @@ def _kernels(name: str, code: LawCode) -> ModuleType:
 
         return _exact_kernels
     bindings = {role: getattr(code, role) for role in LAW_KERNELS}
-    bindings["falls_between"] = falling_kernel(code)
+    bindings["least_slope"] = least_slope_kernel(code)
     sliding = instantiate(f"{FLOW}._sliding_kernels", code.key, cached=code.traceable, **bindings)
     bindings |= {role: getattr(sliding, role) for role in ("landing_rate", "slides_for_ever")}
     template = f"{FLOW}._{name}_kernels"
@@ -135,10 +140,10 @@ def _kernels(name: str, code: LawCode) -> ModuleType:
 
 
 @lru_cache(maxsize=64)
-def falling_kernel(code: LawCode) -> Any:
-    """Return ``falls_between`` for some laws."""
-    template = f"{FLOW}._falling_kernels"
-    return instantiate(template, code.key, cached=code.traceable, slope=code.slope).falls_between
+def least_slope_kernel(code: LawCode) -> Any:
+    """Return ``least_slope`` for some laws."""
+    template = f"{FLOW}._least_slope_kernels"
+    return instantiate(template, code.key, cached=code.traceable, slope=code.slope).least_slope
 
 
 def bind_engine(template: str, engine: Engine) -> ModuleType:
@@ -158,7 +163,7 @@ def bind_engine(template: str, engine: Engine) -> ModuleType:
 
 def start_direction(engine: Engine) -> NDArray[np.float64]:
     """Row of `directions` for a derivative in the starting d."""
-    row = np.zeros(LAWS + 2 * engine.n_law_parameters)
+    row = np.zeros(engine.n_directions)
     row[START] = 1.0
     return row
 
@@ -174,7 +179,7 @@ def parameter_direction(engine: Engine, model: TwoBlock, name: str) -> NDArray[n
     if name not in model.parameters:
         known = did_you_mean(name, list(model.parameters))
         raise ValueError(f"the model has no parameter {name!r}. {known}")
-    row = np.zeros(LAWS + 2 * engine.n_law_parameters)
+    row = np.zeros(engine.n_directions)
     own = {"alpha": ALPHA, "beta": BETA, "V": VELOCITY}
     if name in own:
         row[own[name]] = 1.0

@@ -1,7 +1,8 @@
-"""Where a law falls with speed: a template, for the laws of any number of blocks."""
+"""How steeply a law falls with speed: a template, for the laws of any number of blocks."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from stickslip.mechanics.flow.pieces import piece_row
@@ -14,15 +15,15 @@ if TYPE_CHECKING:
 
 
 @kernel
-def falls_between(laws: Floats, block: int, low: float, high: float) -> bool:
-    """Whether the law of a block falls at one of 33 speeds on some piece between two speeds."""
+def least_slope(laws: Floats, block: int, low: float, high: float) -> float:
+    """Least slope of a block's law between two speeds, of 33 on each of its pieces."""
     row = piece_row(laws, block, low)
+    least = math.inf
     while True:
         end = min(high, laws[row, PIECE_END_COLUMN])
         for k in range(33):
-            if slope(laws[row], -1, low + (end - low) * k / 32.0) < 0.0:
-                return True
+            least = min(least, slope(laws[row], -1, low + (end - low) * k / 32.0))
         if end == high:
-            return False
+            return least
         low = end
         row = int(laws[row, NEXT_PIECE_COLUMN])
