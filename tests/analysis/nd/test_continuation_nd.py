@@ -91,6 +91,21 @@ def test_an_orbit_of_twice_the_period_ends_at_the_flip():
     assert flip.value == pytest.approx(0.7**2 + 1.3**2 / 4, abs=EXACT)
 
 
+def test_a_branch_goes_on_to_the_other_side_of_where_it_was_halved():
+    """The same with the parameter -a, along which the flip is met first."""
+    plain = henon(0.5)
+    mirrored = dataclasses.replace(
+        plain,
+        func=lambda z, c: plain.func(z, -c, 0.3),
+        jacobian=lambda z, c: plain.jacobian(z, -c, 0.3),
+        rates={"c": lambda z, c: -plain.rates["a"](z, -c, 0.3)},
+        values=(("c", -0.5),),
+    )
+    branch = branch_of(mirrored, "c", (-1.2, -0.1), period=2)
+    assert [end.reason for end in branch.ends] == ["end of range", "period halves"]
+    assert branch.ends[1].value == pytest.approx(-3 * 0.49 / 4, abs=1e-10)
+
+
 @pytest.mark.parametrize(("jump", "kind"), [(0.0, "corner"), (0.2, "jump")])
 def test_a_border_collision_in_closed_form(jump, kind):
     branch = branch_of(kinked(-0.1, jump), "mu", (-0.3, 0.3))

@@ -209,6 +209,7 @@ class _Follower:
         before, after = here.note.jacobians, new.note.jacobians
         if (np.abs(after - before) > BENDS * (1 + np.minimum(abs(before), abs(after)))).any():
             raise StepTooLong("a slope changes")
+        self.halved = False
         passed = self._passed(here, new)
         self.pending = [_Row(point, kind) for kind, point in passed]
 

@@ -108,8 +108,8 @@ class TabulatedFriction(FrictionLaw):
         return f"TabulatedFriction(speed={list(self.speeds)!r}, force={list(self.forces)!r})"
 
     def __str__(self) -> str:
-        """Tell the number of points and how far they reach."""
-        return f"tabulated: {len(self.speeds)} points, 0 <= s <= {self.speeds[-1]!r}"
+        """Return the same: no option of the command line takes a table."""
+        return repr(self)
 
     # --- the equation ---------------------------------------------------------------------
 
