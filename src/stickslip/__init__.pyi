@@ -9,6 +9,7 @@ from .mechanics.friction import Coulomb as Coulomb
 from .mechanics.friction import FrictionLaw as FrictionLaw
 from .mechanics.friction import PoppStelter as PoppStelter
 from .mechanics.friction import Stribeck as Stribeck
+from .mechanics.friction import TabulatedFriction as TabulatedFriction
 from .mechanics.friction import friction_law as friction_law
 from .mechanics.model.blocks import Blocks as Blocks
 from .mechanics.model.chain import Chain as Chain

@@ -135,3 +135,21 @@ def refused(command, fragments, as_json, capsys):
     assert "Traceback" not in message
     for fragment in fragments:
         assert fragment in message
+
+
+CHAIN = ss.Chain([1, 1.3, 1.1], 1.2, 0.05, ss.Coulomb(0.22), damping=0.1)
+
+
+def test_a_chain_is_followed_in_time(file, capsys):
+    file(CHAIN)
+    document = answer(capsys, "simulate --model mine.toml -d 0.1 -d -0.2 --t-end 9 --samples 2")
+    motion = ss.simulate(CHAIN, d=[0.1, -0.2], t_end=9)
+    for block, x in enumerate(motion.x(9.0), start=1):
+        assert document["result"][f"x_{block}"][-1] == x
+
+
+@pytest.mark.parametrize("command", sorted(QUESTIONS.keys() - {"simulate"}))
+def test_what_asks_about_two_blocks_says_so_of_a_chain(command, file, capsys):
+    file(CHAIN)
+    assert main([command, "--model", "mine.toml", *QUESTIONS[command].split()]) == 2
+    assert "the model is a Chain with n = 3" in capsys.readouterr().err

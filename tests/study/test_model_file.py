@@ -4,6 +4,7 @@ import os
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -36,6 +37,9 @@ v_dr = 0.0366
 law = "popp-stelter"
 gamma = 3
 """
+TABULATED = COULOMB.replace("coulomb", "tabulated").replace("mu = 0.22\n", "")
+CHAIN = COULOMB.replace("two_block", "chain")
+OSCILLATOR = 'kind = "oscillator"\nV = 0.2\n[friction]\nlaw = "coulomb"\nmu = 0.3\n'
 PAIR = COULOMB.replace("[friction]", "[[friction]]") + '[[friction]]\nlaw = "stribeck"\n'
 PAIR += "mu = 0.1\nspeed = 0.5\nexponent = 2\n"
 
@@ -78,7 +82,10 @@ def test_the_documentation_shows_files_that_work(read):
     page = Path(__file__).parents[2].joinpath("docs", "model-files.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^( *)```toml\n(.*?)^ *```", page, flags=re.MULTILINE | re.DOTALL)
     files = [re.sub(f"^{indent}", "", text, flags=re.MULTILINE) for indent, text in blocks]
-    whole, laws, physical = files
+    whole, chain, full, one, laws, physical = files
+    assert read(chain) == ss.Chain([1, 1.3, 1.1], 1.2, 0.0366, ss.Coulomb(0.22), damping=0.01)
+    assert read(full).forcing == ss.Harmonic((0.0, 0.2), 1.3, phase=0.5)
+    assert read(one) == ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3.0))
     assert read(whole) == ss.examples.coulomb()
     pair = read(whole.partition("[friction]")[0] + laws)
     assert pair.friction == (ss.Coulomb(mu=0.22), ss.PoppStelter(gamma=3.0))
@@ -94,15 +101,52 @@ laws = st.one_of(
     st.builds(ss.Coulomb, mu=share, viscous=not_negative),
     st.builds(ss.PoppStelter, gamma=not_negative, delta=share, eta=not_negative),
     st.builds(ss.Stribeck, mu=share, speed=positive, exponent=st.sampled_from([1, 2])),
+    st.lists(share, min_size=2, max_size=6).map(
+        lambda force: ss.TabulatedFriction(
+            np.cumsum([0.0, *force[1:]]) + np.arange(len(force)), force
+        )
+    ),
 )
-models = st.builds(
+two_blocks = st.builds(
     ss.TwoBlock,
     alpha=not_negative,
     beta=positive,
     V=positive,
     friction=st.one_of(laws, st.tuples(laws, laws)),
+    damping=st.sampled_from([0.0, 0.1]),
     units=st.one_of(st.none(), st.builds(ss.Units, m=positive, k=positive, fs1=positive)),
 )
+angle = st.floats(-10, 10)
+forcings = st.one_of(
+    st.none(),
+    st.builds(ss.Harmonic, amplitude=angle, frequency=positive, phase=angle),
+    st.builds(ss.Harmonic, amplitude=st.lists(angle, min_size=3, max_size=3), frequency=positive),
+)
+chains = st.builds(
+    ss.Chain,
+    static=st.lists(positive, min_size=3, max_size=3),
+    alpha=not_negative,
+    V=positive,
+    friction=st.one_of(laws, st.lists(laws, min_size=3, max_size=3)),
+    support=positive,
+    mass=positive,
+    damping=not_negative,
+    ends=st.sampled_from(["free", "fixed", "periodic"]),
+    forcing=forcings,
+)
+oscillators = st.builds(ss.Oscillator, V=positive, friction=laws, damping=not_negative)
+K = [[2.3, -1.2, 0.1], [-1.2, 3.5, -1.0], [0.1, -1.0, 2.1]]
+blocks = st.builds(
+    ss.Blocks,
+    mass=st.lists(positive, min_size=3, max_size=3),
+    stiffness=st.just(K),
+    damping=st.sampled_from([None, (0.1 * np.array(K)).tolist()]),
+    static=st.lists(positive, min_size=3, max_size=3),
+    friction=st.one_of(laws, st.lists(laws, min_size=3, max_size=3)),
+    V=positive,
+    forcing=forcings,
+)
+models = st.one_of(two_blocks, chains, oscillators, blocks)
 
 
 @given(model=models)
@@ -159,9 +203,44 @@ BAD = {
         changed("two_block", "two-block"),
         ["kind = 'two-block'", "Known: two_block", "Did you mean 'two_block'?"],
     ),
-    "kind that does not exist yet": (
+    "key of another kind": (
         changed("two_block", "chain"),
-        ["'chain'", "Known: two_block"],
+        ["unknown key 'beta'", "Known: kind, static, alpha, V, support, mass, damping, ends"],
+    ),
+    "chain without its limits": (changed("beta = 1.3\n", "", CHAIN), ["lacks static"]),
+    "chain with a bad limit": (
+        changed("beta = 1.3\n", "static = [1, -1.3]\n", CHAIN),
+        ["static[1] = -1.3", "positive"],
+    ),
+    "chain with ends of no such kind": (
+        changed("beta = 1.3\n", 'static = [1, 1]\nends = "fre"\n', CHAIN),
+        ["ends = 'fre'", "Did you mean 'free'?"],
+    ),
+    "chain with a number for its limits": (
+        changed("beta = 1.3\n", "static = 1\n", CHAIN),
+        ["static = 1", "list"],
+    ),
+    "two laws for three blocks": (
+        PAIR.replace("two_block", "chain").replace("beta = 1.3", "static = [1, 1, 1]"),
+        ["[[friction]] stands 2 times for 3 blocks"],
+    ),
+    "stiffness of another shape": (
+        'kind = "blocks"\nmass = [1, 1]\nstiffness = [[1, 0]]\nstatic = [1, 1]\nV = 0.1\n'
+        '[friction]\nlaw = "coulomb"\nmu = 0.2\n',
+        ["stiffness", "(1, 2)", "(2, 2)"],
+    ),
+    "forcing misspelt": (
+        OSCILLATOR + "[forcing]\namplitude = 1\nfrequenzy = 1\n",
+        ["[forcing]", "'frequenzy'", "'frequency'?"],
+    ),
+    "forcing out of range": (
+        OSCILLATOR + "[forcing]\namplitude = 1\nfrequency = 0\n",
+        ["[forcing]", "frequency = 0"],
+    ),
+    "two laws for one block": (
+        changed("[friction]", "[[friction]]", OSCILLATOR)
+        + '[[friction]]\nlaw = "coulomb"\nmu = 0\n',
+        ["2 times for 1 blocks"],
     ),
     "kind as number": (changed('"two_block"', "3"), ["kind = 3", "text"]),
     "key misspelt": (changed("alpha", "alhpa"), ["'alhpa'", "Did you mean 'alpha'?"]),
@@ -194,6 +273,15 @@ BAD = {
     "law as number": (changed('"coulomb"', "8"), ["[friction]", "law = 8", "text"]),
     "law without its parameter": (changed("mu = 0.22\n", ""), ["[friction]", "'mu'"]),
     "parameter of another law": (changed("mu", "gamma"), ["[friction]", "'gamma'", "mu, viscous"]),
+    "table without its forces": (TABULATED + "speed = [0, 1]\n", ["[friction]", "lacks force"]),
+    "table with a number": (
+        TABULATED + "speed = [0, 1]\nforce = [1, 0.5]\nmu = 0.3\n",
+        ["[friction]", "'mu'", "speed, force"],
+    ),
+    "table that falls back": (
+        TABULATED + "speed = [0, 1, 1]\nforce = [1, 0.5, 0.5]\n",
+        ["[friction]", "speed[2] = 1"],
+    ),
     "parameter out of range": (changed("0.22", "1.5"), ["[friction]", "mu", "1.5", "<= 1"]),
     "parameter NaN": (changed("0.22", "nan"), ["[friction]", "mu", "nan"]),
     "parameter beyond the floats": (
@@ -214,8 +302,8 @@ BAD = {
         COULOMB.partition("[friction]")[0] + "friction = []\n",
         ["friction = []", "[friction]"],
     ),
-    "one law of two": (changed("[friction]", "[[friction]]"), ["1 times", "two blocks"]),
-    "three laws": (PAIR + '[[friction]]\nlaw = "coulomb"\n', ["3 times", "two blocks"]),
+    "one law of two": (changed("[friction]", "[[friction]]"), ["1 times", "2 blocks"]),
+    "three laws": (PAIR + '[[friction]]\nlaw = "coulomb"\n', ["3 times", "2 blocks"]),
     "physical key misspelt": (
         changed("fs2", "f2", PHYSICAL),
         ["[physical]", "'f2'", "Did you mean 'fs2'?"],

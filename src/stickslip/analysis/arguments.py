@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
+    from stickslip.analysis.nd.protocol import FamilyND
     from stickslip.analysis.protocol import MapFamily
 
 __all__ = ["checked_count", "checked_interval", "checked_parameter", "checked_range"]
@@ -32,7 +33,7 @@ def checked_interval(name: str, ends: Any) -> tuple[float, float]:
     return low, high
 
 
-def checked_parameter(f: MapFamily, name: str) -> None:
+def checked_parameter(f: MapFamily | FamilyND, name: str) -> None:
     """Check that a map has a parameter of that name.
 
     Raises
@@ -44,7 +45,7 @@ def checked_parameter(f: MapFamily, name: str) -> None:
         raise ValueError(f"{name!r} is not a parameter. {did_you_mean(name, f.parameters)}")
 
 
-def checked_range(f: MapFamily, name: str, ends: Any) -> tuple[float, float]:
+def checked_range(f: MapFamily | FamilyND, name: str, ends: Any) -> tuple[float, float]:
     """Return the ends of a parameter's range, both of which the map allows.
 
     Raises

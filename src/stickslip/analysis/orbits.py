@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, overload
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar, overload
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -13,9 +13,20 @@ if TYPE_CHECKING:
     from stickslip.analysis.one_d.changes import Unresolved
     from stickslip.analysis.protocol import Floats, Labels
 
-__all__ = ["JumpCrossing", "NearFold", "OrbitList", "PeriodicOrbit"]
+__all__ = ["JumpCrossing", "NearFold", "OrbitList", "OrbitSequence", "PeriodicOrbit"]
 
 SHOWN: Final = 24  # orbits in a list's repr
+
+
+class _AnyOrbit(Protocol):
+    @property
+    def period(self) -> int: ...
+
+    @property
+    def stable(self) -> bool: ...
+
+
+Orbit = TypeVar("Orbit", bound=_AnyOrbit)
 
 
 @dataclass(frozen=True)
@@ -132,8 +143,35 @@ class NearFold:
     resolved: bool
 
 
+class OrbitSequence(Sequence[Orbit]):
+    """Periodic orbits, a sequence: its ``orbits``."""
+
+    orbits: tuple[Orbit, ...]
+
+    def __len__(self) -> int:
+        """Return the number of orbits."""
+        return len(self.orbits)
+
+    @overload
+    def __getitem__(self, index: int) -> Orbit: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Orbit, ...]: ...
+    def __getitem__(self, index: int | slice) -> Orbit | tuple[Orbit, ...]:
+        """Return one orbit, or several as a tuple."""
+        return self.orbits[index]
+
+    @property
+    def stable(self) -> tuple[Orbit, ...]:
+        """Those with all multipliers inside the unit circle."""
+        return tuple(orbit for orbit in self.orbits if orbit.stable)
+
+    def of_period(self, p: int) -> tuple[Orbit, ...]:
+        """Those of minimal period p."""
+        return tuple(orbit for orbit in self.orbits if orbit.period == p)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class OrbitList(Sequence[PeriodicOrbit]):
+class OrbitList(OrbitSequence[PeriodicOrbit]):
     """All periodic orbits up to a period: a sequence with what stayed open.
 
     Attributes
@@ -159,27 +197,6 @@ class OrbitList(Sequence[PeriodicOrbit]):
     unresolved: tuple[Unresolved, ...]
     complete: int
     n_evaluations: int
-
-    def __len__(self) -> int:
-        """Return the number of orbits."""
-        return len(self.orbits)
-
-    @overload
-    def __getitem__(self, index: int) -> PeriodicOrbit: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[PeriodicOrbit, ...]: ...
-    def __getitem__(self, index: int | slice) -> PeriodicOrbit | tuple[PeriodicOrbit, ...]:
-        """Return one orbit, or several as a tuple."""
-        return self.orbits[index]
-
-    @property
-    def stable(self) -> tuple[PeriodicOrbit, ...]:
-        """Those with a multiplier inside (-1, 1)."""
-        return tuple(orbit for orbit in self.orbits if orbit.stable)
-
-    def of_period(self, p: int) -> tuple[PeriodicOrbit, ...]:
-        """Those of minimal period p."""
-        return tuple(orbit for orbit in self.orbits if orbit.period == p)
 
     def __repr__(self) -> str:
         """Table of the orbits, then what stayed open."""

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import __version__
+from stickslip.analysis.nd.protocol import FamilyND, MapND
 from stickslip.analysis.protocol import Map1D, MapFamily
 from stickslip.analysis.window import WindowMap
 from stickslip.files import write_text
@@ -61,14 +62,20 @@ TYPES: Final[dict[str, str]] = {
     "LyapunovExponent": "analysis.lyapunov",
     "NearFold": "analysis.orbits",
     "OrbitBranch": "analysis.orbit_branch",
+    "OrbitBranchND": "analysis.nd.orbit_branch",
     "OrbitCurve": "analysis.diagram",
+    "OrbitEndND": "analysis.nd.orbit_branch",
     "OrbitList": "analysis.orbits",
+    "OrbitListND": "analysis.nd.orbits",
     "Outcome": "analysis.outcome",
     "PassedBifurcation": "analysis.orbit_branch",
+    "PassedBifurcationND": "analysis.nd.orbit_branch",
     "PeriodicOrbit": "analysis.orbits",
+    "PeriodicOrbitND": "analysis.nd.orbits",
     "Reading": "analysis.one_d.conditions",
     "StrandEnd": "analysis.one_d.strands",
     "TurningPoint": "analysis.one_d.borders",
+    "Unseen": "analysis.nd.orbits",
     "Unresolved": "analysis.one_d.changes",
     "UnresolvedChange": "analysis.bifurcation",
 }
@@ -219,7 +226,7 @@ def _written(value: Any) -> Any:
             KIND: type(value).__name__,
             **{name: _written(getattr(value, name)) for name in names},
         }
-    if isinstance(value, Map1D):
+    if isinstance(value, Map1D | MapND):
         return _written_map(value)
     raise ValueError(f"{value!r} cannot be saved: a {type(value).__name__} is no result.")
 
@@ -233,6 +240,9 @@ def _written_dict(value: dict[Any, Any]) -> dict[str, Any]:
 
 def _written_array(value: np.ndarray[Any, Any]) -> dict[str, Any]:
     kind = value.dtype.kind
+    if kind == "c":  # real and imaginary parts beside each other
+        pairs = np.stack([value.real, value.imag], axis=-1)
+        return {**_written_array(pairs), "dtype": "complex128"}
     if kind not in "fiubU":
         raise ValueError(f"an array of {value.dtype} cannot be saved.")
     items = value.ravel().tolist()
@@ -242,10 +252,10 @@ def _written_array(value: np.ndarray[Any, Any]) -> dict[str, Any]:
     return {KIND: "array", "dtype": dtype, "shape": list(value.shape), "of": items}
 
 
-def _written_map(f: Map1D) -> dict[str, Any]:
+def _written_map(f: Map1D | MapND) -> dict[str, Any]:
     """Describe a map, as far as a file can hold it."""
     written: dict[str, Any] = {KIND: "map", "text": repr(f)}
-    if isinstance(f, MapFamily):
+    if isinstance(f, MapFamily | FamilyND):
         written["parameters"] = _written(dict(f.parameters))
     for name, kind in _kinds.items():
         if isinstance(f, kind.cls):
@@ -302,6 +312,9 @@ class _Reader:
 
     def _array(self, written: dict[str, Any]) -> np.ndarray[Any, Any]:
         items = [NOT_FINITE.get(x, x) for x in written["of"]]
+        if written["dtype"] == "complex128":
+            pairs = np.array(items, dtype=np.float64).reshape(written["shape"])
+            return np.asarray(pairs[..., 0] + 1j * pairs[..., 1])
         array = np.array(items, dtype=written["dtype"])
         return array.reshape(written["shape"])
 

@@ -13,7 +13,7 @@ from cyclopts import Group, Parameter, Token
 from stickslip.cli.failure import UsageError
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.study.model_values import Model
 
 MODEL = Group.create_ordered("Model")
 SWEEP = Group.create_ordered("Parameter and range")
@@ -38,7 +38,7 @@ Whole = Annotated[int, Parameter(converter=_whole)]
 @Parameter(name="*", group=MODEL)
 @dataclass(frozen=True, kw_only=True)
 class ModelOptions:
-    """The two-block model: a file, a preset or parameters; parameters change the former two."""
+    """The model: a file, a preset or parameters; parameters change the former two."""
 
     path: Annotated[Path | None, Parameter(name="--model", metavar="FILE")] = None
     """Model file in TOML; the options below change it."""
@@ -53,9 +53,9 @@ class ModelOptions:
     friction: Annotated[
         tuple[str, ...] | None, Parameter(name="--friction", negative=(), metavar="LAW")
     ] = None
-    """Kinetic law, like coulomb:mu=0.22; given twice: block 1, then block 2."""
+    """Kinetic law, like coulomb:mu=0.22; given several times: one for each block."""
 
-    def model(self) -> TwoBlock:
+    def model(self) -> Model:
         """Build the model; says which options are missing."""
         import stickslip as ss
 
@@ -69,7 +69,7 @@ class ModelOptions:
             )
         return ss.TwoBlock(**given)
 
-    def _base(self) -> TwoBlock | None:
+    def _base(self) -> Model | None:
         """Return the model to start from, if one is named."""
         if self.path is not None and self.preset is not None:
             raise UsageError("give either --model or --preset")
@@ -80,7 +80,7 @@ class ModelOptions:
         if self.preset is not None:
             import stickslip as ss
 
-            preset: TwoBlock = getattr(ss.examples, self.preset)()
+            preset: Model = getattr(ss.examples, self.preset)()
             return preset
         return None
 
@@ -165,13 +165,11 @@ class FileOptions:
 def _friction(specifications: tuple[str, ...]) -> Any:
     from stickslip.mechanics.friction import parse_law
 
-    if len(specifications) > 2:
-        raise UsageError(f"--friction given {len(specifications)} times; there are two blocks")
     laws = tuple(map(parse_law, specifications))
     return laws[0] if len(laws) == 1 else laws
 
 
-def described(model: TwoBlock) -> dict[str, Any]:
+def described(model: Model) -> dict[str, Any]:
     """Parameters of a model by name, and its laws: enough to build it again."""
     laws = model.friction if isinstance(model.friction, tuple) else (model.friction,)
     return {**model.parameters, "friction": [str(law) for law in laws]}

@@ -25,7 +25,9 @@ stickslip simulate --preset coulomb --x 0.5 --x 0.6 --v 0 --v 0.0366 \\
 def command(
     *,
     table: TableOptions = TableOptions(),
-    d: Annotated[float | None, Parameter(name=["--d", "-d"])] = None,
+    d: Annotated[
+        tuple[float, ...], Parameter(name=["--d", "-d"], negative=(), show_default=False)
+    ] = (),
     x: Annotated[tuple[float, ...], Parameter(negative=(), show_default=False)] = (),
     v: Annotated[tuple[float, ...], Parameter(name="--v", negative=(), show_default=False)] = (),
     t_end: float,
@@ -33,7 +35,7 @@ def command(
     events: Flag = False,
     energy: Flag = False,
 ) -> int:
-    """Follow the two blocks in time, from a global stick phase or from any state.
+    """Follow the blocks in time, from a global stick phase or from any state.
 
     Columns: time t; displacement x, velocity v, mode (0 stick, -1 backward, 1 forward slip)
     and friction force of each block. Each time is evaluated exactly, not interpolated. The
@@ -42,7 +44,8 @@ def command(
     Parameters
     ----------
     d
-        Start at the end of the global stick phase with this X_2 - X_1.
+        Start at the end of the global stick phase with this X_2 - X_1; of more than two
+        blocks, once for each neighbouring pair.
     x
         Start from these displacements instead; once for each block.
     v
@@ -61,10 +64,12 @@ def command(
 
     if samples < 2:
         raise UsageError(f"--samples {samples}: both ends are samples, so at least 2")
-    if (d is None) == (not x and not v):
+    if bool(d) == bool(x or v):
         raise UsageError("give a start: either -d 0.1, or --x and --v once for each block")
     model = table.model()
-    start: dict[str, Any] = {"d": d} if d is not None else {"x": x, "v": v}
+    start: dict[str, Any] = {"x": x, "v": v}
+    if d:
+        start = {"d": d[0] if len(d) == 1 and isinstance(model, ss.TwoBlock) else d}
     ended = status.OK
 
     def compute() -> dict[str, Any]:

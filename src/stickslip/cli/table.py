@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from cyclopts import Parameter
 
 from stickslip.cli import columns
+from stickslip.cli.failure import UsageError
 from stickslip.cli.files import new_file
 from stickslip.cli.options import (
     EngineOptions,
@@ -19,8 +20,8 @@ from stickslip.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.model.two_block import TwoBlock
     from stickslip.study.event_map import EventMap
+    from stickslip.study.model_values import Model
 
 
 @Parameter(name="*")
@@ -31,17 +32,24 @@ class SystemOptions:
     system: ModelOptions = ModelOptions()
     engine: EngineOptions = EngineOptions()
 
-    def model(self) -> TwoBlock:
+    def model(self) -> Model:
         """Build the model."""
         return self.system.model()
 
     def event_map(self, **more: Any) -> EventMap:
-        """Build the model's event map, with further settings."""
+        """Build the event map of a model of two blocks, with further settings."""
         import stickslip as ss
 
-        return ss.event_map(self.model(), **self.engine.settings(), **more)
+        model = self.model()
+        if not isinstance(model, ss.TwoBlock):
+            raise UsageError(
+                f"this command asks about a map of one number d = X_2 - X_1, that of kind = "
+                f'"two_block"; the model is a {type(model).__name__} with n = {model.n_blocks}. '
+                "stickslip simulate follows any model in time"
+            )
+        return ss.event_map(model, **self.engine.settings(), **more)
 
-    def described(self, model: TwoBlock) -> dict[str, Any]:
+    def described(self, model: Model) -> dict[str, Any]:
         """Everything that was asked for: enough to ask again."""
         return described(model) | self.engine.settings()
 
@@ -62,7 +70,7 @@ class TableOptions(SystemOptions):
     def deliver(
         self,
         command: str,
-        model: TwoBlock,
+        model: Model,
         asked: dict[str, Any],
         compute: Callable[[], dict[str, Any]],
     ) -> dict[str, Any]:
@@ -74,7 +82,7 @@ class TableOptions(SystemOptions):
         ----------
         command : str
             The subcommand.
-        model : TwoBlock
+        model : Model
             What it asks about.
         asked : dict
             Its own options; they stand in the document beside those shared.

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 from stickslip.analysis.continuation import continue_orbit as _continue_orbit
+from stickslip.analysis.nd.continuation import continue_orbit as _continue_orbit_nd
+from stickslip.analysis.nd.orbits import PeriodicOrbitND
+from stickslip.analysis.nd.protocol import FamilyND
 from stickslip.analysis.one_d.bifurcations import bifurcations as _bifurcations
 from stickslip.analysis.one_d.borders import Border, ConditionLost
 from stickslip.analysis.one_d.breakpoint_curves import (
@@ -14,8 +17,9 @@ from stickslip.analysis.one_d.breakpoint_curves import (
 from stickslip.analysis.one_d.conditions import Collision, Connection
 from stickslip.analysis.one_d.curves import continue_bifurcation as _continue_bifurcation
 from stickslip.analysis.protocol import MapFamily
+from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.study.event_map import EventMap
+from stickslip.study.event_map import EventMap, event_map
 from stickslip.study.maps import as_map
 from stickslip.study.mechanism import mechanism_between
 
@@ -24,6 +28,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.bifurcation import Bifurcation, BifurcationList
     from stickslip.analysis.bifurcation_curve import BifurcationCurve, BreakpointCurve
+    from stickslip.analysis.nd.orbit_branch import OrbitBranchND
     from stickslip.analysis.one_d.breakpoints import Breakpoint
     from stickslip.analysis.orbit_branch import OrbitBranch
     from stickslip.analysis.orbits import PeriodicOrbit
@@ -39,7 +44,7 @@ __all__ = [
 System: TypeAlias = MapFamily | TwoBlock
 
 
-def as_family(system: System) -> MapFamily:
+def as_family(system: object) -> MapFamily:
     """Return a map with parameters as it is, and of a model its event map.
 
     Raises
@@ -171,34 +176,52 @@ def explain_border(item: Bifurcation, f: EventMap) -> Bifurcation:
     return dataclasses.replace(item, mechanism=text, block=found.block)
 
 
+@overload
 def continue_orbit(
     orbit: PeriodicOrbit | OrbitBranch,
     system: System,
     name: str,
     range: tuple[float, float],
     **options: Any,
-) -> OrbitBranch:
+) -> OrbitBranch: ...
+@overload
+def continue_orbit(
+    orbit: PeriodicOrbitND,
+    system: FamilyND | BeltModel,
+    name: str,
+    range: tuple[float, float],
+    **options: Any,
+) -> OrbitBranchND: ...
+def continue_orbit(
+    orbit: PeriodicOrbit | OrbitBranch | PeriodicOrbitND,
+    system: System | FamilyND | BeltModel,
+    name: str,
+    range: tuple[float, float],
+    **options: Any,
+) -> OrbitBranch | OrbitBranchND:
     """Follow a periodic orbit along a parameter, both ways, through folds.
 
     Parameters
     ----------
-    orbit : PeriodicOrbit or OrbitBranch
+    orbit : PeriodicOrbit, OrbitBranch or PeriodicOrbitND
         An orbit of the system with the parameters that it has; or a branch, which goes on from
-        its ends that are ends of its range.
+        its ends that are ends of its range (of maps of a line).
     system : model or map with parameters
     name : str
         Parameter that is varied.
     range : pair of float
         Contains the system's own value.
     **options
-        ``window``: part of the domain, which the orbit may not leave. ``max_step``: longest
-        step, as a share of the range and of the domain. ``max_points``: of either half.
+        ``window``: part of the domain, which the orbit may not leave (of maps of a line).
+        ``max_step``: longest step, as a share of the range and of the domain. ``max_points``:
+        of either half.
 
     Returns
     -------
-    OrbitBranch
-        ``end_reasons`` tell why it ends, ``bifurcations`` the folds and flips on the way;
-        ``branch.at(V=0.037)`` solves for the orbit anew.
+    OrbitBranch or OrbitBranchND
+        ``ends`` tell why it ends, ``bifurcations`` the folds and flips on the way, and the
+        Neimark-Sacker bifurcations of an orbit in R^n; ``branch.at(V=0.037)`` solves for the
+        orbit anew.
 
     Raises
     ------
@@ -215,7 +238,15 @@ def continue_orbit(
     >>> branch.end_reasons, round(float(branch.values[-1]), 12)
     (('end of range', 'breakpoint'), 0.03697592352)
     """
-    return _continue_orbit(orbit, as_family(system), name, range, **options)
+    f = event_map(system) if isinstance(system, BeltModel) else system
+    if isinstance(orbit, PeriodicOrbitND):
+        if not isinstance(f, FamilyND):
+            raise ValueError(
+                f"{system!r} is no map with parameters that has orbits of points with "
+                f"{orbit.points.shape[1]} coordinates."
+            )
+        return _continue_orbit_nd(orbit, f, name, range, **options)
+    return _continue_orbit(orbit, as_family(f), name, range, **options)
 
 
 def continue_bifurcation(

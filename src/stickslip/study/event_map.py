@@ -128,14 +128,15 @@ def event_map(
     )
 
 
-def _values_of(f: mechanics.EventMap) -> dict[str, Any]:
+def _values_of(f: mechanics.EventMap | BlocksEventMap) -> dict[str, Any]:
     """Describe an event map for files of results, apart from the machine it runs on."""
     settings = {name: value for name, value in f.settings.items() if name not in NOT_KEPT}
     return {"model": model_values(f.model), "settings": settings}
 
 
-def _event_map_of(values: dict[str, Any]) -> EventMap:
-    return EventMap(model_of_values(values["model"]), **values["settings"])
+def _event_map_of(values: dict[str, Any]) -> EventMap | BlocksEventMap:
+    return event_map(model_of_values(values["model"]), **values["settings"])
 
 
 register_map("event map", mechanics.EventMap, _values_of, _event_map_of)
+register_map("event map of blocks", BlocksEventMap, _values_of, _event_map_of)

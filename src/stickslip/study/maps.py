@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable
-from typing import Concatenate, ParamSpec, TypeAlias, TypeVar
+from collections.abc import Callable, Mapping
+from typing import Any, Concatenate, Final, ParamSpec, TypeAlias, TypeVar, overload
 
 from stickslip.analysis.attractors import attractors as _attractors
 from stickslip.analysis.lyapunov import lyapunov_exponent as _lyapunov_exponent
+from stickslip.analysis.nd.orbits import OrbitListND
+from stickslip.analysis.nd.protocol import MapND
+from stickslip.analysis.nd.search import periodic_orbits as _orbits_nd
 from stickslip.analysis.one_d.basins import basins as _basins
 from stickslip.analysis.one_d.branches import BreakpointList
 from stickslip.analysis.one_d.branches import branches as _branches
@@ -17,10 +20,13 @@ from stickslip.analysis.one_d.breakpoints import Breakpoint
 from stickslip.analysis.one_d.density import invariant_density as _invariant_density
 from stickslip.analysis.one_d.periodic import periodic_orbits as _periodic_orbits
 from stickslip.analysis.one_d.table import RESOLUTION, BranchTable
+from stickslip.analysis.orbits import OrbitList
 from stickslip.analysis.protocol import Map1D, base_and_exponent, sample
+from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.study.event_map import EventMap, event_map
 from stickslip.study.mechanism import UNKNOWN, Mechanism, mechanism_between
+from stickslip.vocabulary import did_you_mean
 
 __all__ = [
     "attractors",
@@ -36,8 +42,11 @@ P = ParamSpec("P")
 R = TypeVar("R")
 MapOrModel: TypeAlias = Map1D | TwoBlock
 
+LINE_OPTIONS: Final = ("infinitely_unstable", "resolution")
+N_OPTIONS: Final = ("n_seeds",)
 
-def as_map(f: MapOrModel) -> Map1D:
+
+def as_map(f: object) -> Map1D:
     """Return a map as it is, and of a model its event map.
 
     Raises
@@ -71,7 +80,88 @@ attractors = _of_models_too(_attractors)
 basins = _of_models_too(_basins)
 invariant_density = _of_models_too(_invariant_density)
 lyapunov_exponent = _of_models_too(_lyapunov_exponent)
-periodic_orbits = _of_models_too(_periodic_orbits)
+
+
+@overload
+def periodic_orbits(
+    f: MapOrModel,
+    max_period: int = ...,
+    *,
+    period: int | None = ...,
+    infinitely_unstable: bool = ...,
+    resolution: float = ...,
+) -> OrbitList: ...
+@overload
+def periodic_orbits(
+    f: MapND | BeltModel,
+    max_period: int = ...,
+    *,
+    period: int | None = ...,
+    n_seeds: int = ...,
+) -> OrbitListND: ...
+def periodic_orbits(
+    f: MapOrModel | MapND | BeltModel,
+    max_period: int = 1,
+    *,
+    period: int | None = None,
+    **options: Any,
+) -> OrbitList | OrbitListND:
+    """Find periodic orbits of a map or model, stable and unstable, each once.
+
+    Parameters
+    ----------
+    f : map or model
+    max_period : int
+        Minimal periods 1 to this.
+    period : int, optional
+        Instead: minimal period exactly this.
+    **options
+        Of a `TwoBlock` and other maps of a line: ``infinitely_unstable``, whether to list orbits
+        of the map with its jumps filled in, too: one point is a jump d, its image y any value
+        between f(d-) and f(d+); ``resolution`` of the map's table of branches. Of more than two
+        blocks: ``n_seeds``, starts of Newton's method for each period.
+
+    Returns
+    -------
+    OrbitList or OrbitListND
+        On a line: complete for every piece of f, ..., f^p whose laps of f are wider than the
+        resolution; ``near_folds`` and ``unresolved`` say what could not be decided. Of N - 1
+        differences of N > 2 blocks: those found from the seeds; ``unseen`` estimates how many
+        were not.
+
+    Raises
+    ------
+    ValueError
+        A period or number of seeds that is not a whole number >= 1; an option of the other
+        kind of map.
+
+    Notes
+    -----
+    On a line: docs/theory/maps.md. In R^n: damped Newton steps for all points of an orbit, with
+    exact Jacobians, from points spread over the domain and from points of iterated orbits.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.2})
+    >>> [(orbit.period, orbit.stable) for orbit in ss.periodic_orbits(f, 4)]
+    [(1, False), (1, False), (2, True)]
+    """
+    g = event_map(f) if isinstance(f, BeltModel) else f
+    if isinstance(g, MapND):
+        _check_options(options, N_OPTIONS)
+        return _orbits_nd(g, max_period, period=period, **options)
+    _check_options(options, LINE_OPTIONS)
+    return _periodic_orbits(as_map(g), max_period, period=period, **options)
+
+
+def _check_options(options: Mapping[str, Any], known: tuple[str, ...]) -> None:
+    for name in options:
+        if name not in known:
+            raise ValueError(
+                f"{name} is no option of periodic_orbits for such a map. "
+                f"{did_you_mean(name, known)}"
+            )
 
 
 def branches(f: MapOrModel, resolution: float = RESOLUTION) -> BranchTable:

@@ -8,29 +8,28 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stickslip.files import write_text
-from stickslip.study.model_values import model_of_values, model_values, within
+from stickslip.study.law_values import within
+from stickslip.study.model_values import Model, model_of_values, model_values
 
 if TYPE_CHECKING:
     from os import PathLike
 
-    from stickslip.mechanics.model.two_block import TwoBlock
-
 __all__ = ["model_text", "read_model", "write_model"]
 
 
-def read_model(path: str | PathLike[str]) -> TwoBlock:
+def read_model(path: str | PathLike[str]) -> Model:
     """Read a model from a TOML file.
 
     Parameters
     ----------
     path : str or path
-        The file: ``kind = "two_block"``, numbers ``alpha``, ``beta`` and ``V`` or a table
-        ``[physical]``, and ``[friction]`` with a ``law`` and its parameters. The page
-        "Model files" of the documentation shows every form.
+        The file: a ``kind`` such as ``"two_block"`` or ``"chain"``, the numbers of that kind
+        of model, and ``[friction]`` with a ``law`` and its parameters. The page "Model files"
+        of the documentation shows every form.
 
     Returns
     -------
-    TwoBlock
+    TwoBlock, Blocks, Chain or Oscillator
         The model.
 
     Raises
@@ -46,12 +45,12 @@ def read_model(path: str | PathLike[str]) -> TwoBlock:
         return model_of_values(_toml(path.read_bytes()))
 
 
-def write_model(model: TwoBlock, path: str | PathLike[str]) -> None:
+def write_model(model: Model, path: str | PathLike[str]) -> None:
     """Write a model to a TOML file, which `read_model` turns into an equal model.
 
     Parameters
     ----------
-    model : TwoBlock
+    model : TwoBlock, Blocks, Chain or Oscillator
         With built-in friction laws; numbers are written with every digit.
     path : str or path
         A file of that name is replaced; it is whole at any time.
@@ -66,12 +65,12 @@ def write_model(model: TwoBlock, path: str | PathLike[str]) -> None:
     write_text(Path(path), model_text(model))
 
 
-def model_text(model: TwoBlock) -> str:
+def model_text(model: Model) -> str:
     """Return what `write_model` writes.
 
     Parameters
     ----------
-    model : TwoBlock
+    model : TwoBlock, Blocks, Chain or Oscillator
         With built-in friction laws.
 
     Returns
@@ -88,14 +87,14 @@ def model_text(model: TwoBlock) -> str:
     for key, value in model_values(model).items():  # numbers come before tables
         if isinstance(value, dict):
             lines += ["", f"[{key}]", *_lines(value)]
-        elif isinstance(value, list):
+        elif isinstance(value, list) and isinstance(value[0], dict):
             lines += [line for table in value for line in ("", f"[[{key}]]", *_lines(table))]
         else:
             lines += _lines({key: value})
     return "\n".join(lines) + "\n"
 
 
-def _lines(values: Mapping[str, str | float]) -> list[str]:
+def _lines(values: Mapping[str, Any]) -> list[str]:
     """Write values; Python's shortest exact form of a finite number is TOML too."""
     return [
         f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value!r}"

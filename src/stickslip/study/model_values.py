@@ -2,63 +2,125 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
-from stickslip.mechanics.friction import LAWS, FrictionLaw
+import numpy as np
+
+from stickslip.mechanics.model.belt_model import BeltModel
+from stickslip.mechanics.model.blocks import Blocks
+from stickslip.mechanics.model.chain import Chain, Oscillator
+from stickslip.mechanics.model.harmonic import Harmonic
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.units import Units
+from stickslip.study.law_values import (
+    friction_of,
+    law_values,
+    listed,
+    refuse_missing,
+    refuse_unknown,
+    within,
+)
 from stickslip.vocabulary import did_you_mean
 
-__all__ = ["model_of_values", "model_values", "within"]
+__all__ = ["Model", "model_of_values", "model_values"]
+
+Model: TypeAlias = TwoBlock | BeltModel
 
 NUMBERS: Final = ("alpha", "beta", "V")
 PHYSICAL: Final = ("m", "k", "k12", "fs1", "fs2", "v_dr")
 UNITS: Final = ("m", "k", "fs1")
+FORCING: Final = ("amplitude", "frequency")
 TWO_BLOCK_KEYS: Final = ("kind", *NUMBERS, "damping", "friction", "units", "physical")
 
 
-def model_values(model: TwoBlock) -> dict[str, Any]:
+@dataclass(frozen=True)
+class FamilyKind:
+    """Keys of a kind of the family: needed ones, and optional ones with their defaults.
+
+    ``per_block``: a needed one that is a list with an entry for each block.
+    """
+
+    cls: type[Blocks | Chain | Oscillator]
+    needed: tuple[str, ...]
+    optional: Mapping[str, Any]
+    per_block: str | None
+
+
+FAMILY: Final = {
+    "blocks": FamilyKind(Blocks, ("mass", "stiffness", "static", "V"), {"damping": None}, "mass"),
+    "chain": FamilyKind(
+        Chain,
+        ("static", "alpha", "V"),
+        {"support": 1.0, "mass": 1.0, "damping": 0.0, "ends": "free"},
+        "static",
+    ),
+    "oscillator": FamilyKind(Oscillator, ("V",), {"damping": 0.0}, None),
+}
+
+
+# --- from models ------------------------------------------------------------------------------
+
+
+def model_values(model: Model) -> dict[str, Any]:
     """Return a model as plain values, keyed as in a file; `model_of_values` makes it again.
 
     Parameters
     ----------
-    model : TwoBlock
+    model : TwoBlock, Blocks, Chain or Oscillator
         With built-in friction laws.
 
     Returns
     -------
     dict
-        Numbers and texts, then tables of such, or a list of tables.
+        Numbers, lists and texts, then tables of such, or a list of tables.
 
     Raises
     ------
     ValueError
         A friction law is a Python function, which a file cannot hold.
     """
+    values = _two_block_values(model) if isinstance(model, TwoBlock) else _family_values(model)
+    laws = [law_values(law) for law in model.laws]
+    values["friction"] = laws if isinstance(model.friction, tuple) else laws[0]
+    return values
+
+
+def _two_block_values(model: TwoBlock) -> dict[str, Any]:
     values: dict[str, Any] = {"kind": "two_block"}
     values |= {name: getattr(model, name) for name in NUMBERS}
     if model.damping > 0.0:
         values["damping"] = model.damping
     if model.units is not None:
         values["units"] = {name: getattr(model.units, name) for name in UNITS}
-    laws = [_law_values(law) for law in model.laws]
-    values["friction"] = laws if isinstance(model.friction, tuple) else laws[0]
     return values
 
 
-def _law_values(law: FrictionLaw) -> dict[str, Any]:
-    if LAWS.get(law.name) is not type(law):
-        raise ValueError(
-            f"the friction law {law.title} is a Python function, which a file cannot hold. "
-            f"Laws in files: {', '.join(LAWS)}."
-        )
-    return {"law": law.name, **law.parameters, **law.options}
+def _family_values(model: BeltModel) -> dict[str, Any]:
+    name, kind = next((name, kind) for name, kind in FAMILY.items() if isinstance(model, kind.cls))
+    values: dict[str, Any] = {"kind": name}
+    values |= {key: _plain(getattr(model, key)) for key in kind.needed}
+    for key, default in kind.optional.items():
+        value = getattr(model, key)
+        if np.any(value != (0.0 if default is None else default)):
+            values[key] = _plain(value)
+    if model.forcing is not None:
+        names = (*FORCING, "phase")
+        values["forcing"] = {name: _plain(getattr(model.forcing, name)) for name in names}
+    return values
 
 
-def model_of_values(table: dict[str, Any]) -> TwoBlock:
+def _plain(value: Any) -> Any:
+    """Return arrays and tuples as lists."""
+    return np.asarray(value).tolist()
+
+
+# --- to models --------------------------------------------------------------------------------
+
+
+def model_of_values(table: dict[str, Any]) -> Model:
     """Make the model of a file's content.
 
     Parameters
@@ -68,8 +130,7 @@ def model_of_values(table: dict[str, Any]) -> TwoBlock:
 
     Returns
     -------
-    TwoBlock
-        The model.
+    TwoBlock, Blocks, Chain or Oscillator
 
     Raises
     ------
@@ -79,25 +140,25 @@ def model_of_values(table: dict[str, Any]) -> TwoBlock:
     if "kind" not in table:
         close = get_close_matches("kind", table, n=1)
         instead = f" in place of {close[0]!r}" if close else ""
-        raise ValueError(f'lacks kind: write kind = "two_block"{instead}. {_listed(KINDS)}')
+        raise ValueError(f'lacks kind: write kind = "two_block"{instead}. {listed(KINDS)}')
     kind = table["kind"]
     if not isinstance(kind, str):
-        raise ValueError(f"kind = {kind!r} must be text in quotation marks. {_listed(KINDS)}")
+        raise ValueError(f"kind = {kind!r} must be text in quotation marks. {listed(KINDS)}")
     if kind not in KINDS:
         raise ValueError(f"kind = {kind!r} is no kind of model. {did_you_mean(kind, KINDS)}")
     return KINDS[kind](table)
 
 
 def _two_block(table: dict[str, Any]) -> TwoBlock:
-    _refuse_unknown(table, TWO_BLOCK_KEYS)
+    refuse_unknown(table, TWO_BLOCK_KEYS, is_whole=True)
     # First: numbers that slipped under this table are missing above it.
-    friction = _friction(table["friction"]) if "friction" in table else None
+    friction = friction_of(table["friction"], 2) if "friction" in table else None
     physical = "physical" in table
-    _refuse_missing(table, ("friction",) if physical else (*NUMBERS, "friction"))
-    assert friction is not None
+    refuse_missing(table, ("friction",) if physical else (*NUMBERS, "friction"))
+    given: dict[str, Any] = {"friction": friction}
     if not physical:
-        numbers = {name: table[name] for name in (*NUMBERS, "damping") if name in table}
-        return TwoBlock(**numbers, friction=friction, units=_units(table))
+        given |= {name: table[name] for name in (*NUMBERS, "damping") if name in table}
+        return TwoBlock(**given, units=_units(table))
     if twice := [name for name in (*NUMBERS, "damping", "units") if name in table]:
         raise ValueError(
             f"{', '.join(twice)} beside [physical], from which the dimensionless numbers and the "
@@ -105,10 +166,31 @@ def _two_block(table: dict[str, Any]) -> TwoBlock:
         )
     quantities = _numbers(table["physical"], "[physical]", PHYSICAL, optional=("c",))
     with within("[physical] "):
-        return TwoBlock.from_physical(**quantities, friction=friction)
+        return TwoBlock.from_physical(**quantities, **given)
 
 
-KINDS: Final[dict[str, Callable[[dict[str, Any]], TwoBlock]]] = {"two_block": _two_block}
+def _family(table: dict[str, Any]) -> BeltModel:
+    kind = FAMILY[table["kind"]]
+    numbers = (*kind.needed, *kind.optional)
+    refuse_unknown(table, ("kind", *numbers, "friction", "forcing"), is_whole=True)
+    given: dict[str, Any] = {}
+    if "friction" in table:  # first, as above
+        listing = table.get(kind.per_block) if kind.per_block else [None]
+        n_blocks = len(listing) if isinstance(listing, list) else None
+        given["friction"] = friction_of(table["friction"], n_blocks)
+    refuse_missing(table, (*kind.needed, "friction"))
+    given |= {name: table[name] for name in numbers if name in table}
+    if "forcing" in table:
+        forcing = _numbers(table["forcing"], "[forcing]", FORCING, optional=("phase",))
+        with within("[forcing] "):
+            given["forcing"] = Harmonic(**forcing)
+    return kind.cls(**given)
+
+
+KINDS: Final[dict[str, Callable[[dict[str, Any]], Model]]] = {
+    "two_block": _two_block,
+    **dict.fromkeys(FAMILY, _family),
+}
 """Kinds of models, and who makes one of the file's content."""
 
 
@@ -127,71 +209,6 @@ def _numbers(
     if not isinstance(table, dict):
         raise ValueError(f"{place} must be a table with the keys {', '.join(names)}")
     with within(f"{place} "):
-        _refuse_unknown(table, (*names, *optional))
-        _refuse_missing(table, names)
+        refuse_unknown(table, (*names, *optional))
+        refuse_missing(table, names)
     return table
-
-
-def _friction(given: Any) -> FrictionLaw | tuple[FrictionLaw, FrictionLaw]:
-    """Read ``[friction]``, or ``[[friction]]`` twice."""
-    match given:
-        case dict():
-            with within("[friction] "):
-                return _law(given)
-        case [dict() as first, dict() as second]:
-            return (_law_of_block(1, first), _law_of_block(2, second))
-        case [dict(), *rest] if all(isinstance(item, dict) for item in rest):
-            raise ValueError(
-                f"[[friction]] stands {len(given)} times; there are two blocks. Write [friction] "
-                "once for both, or [[friction]] twice: block 1, then block 2."
-            )
-    raise ValueError(
-        f"friction = {given!r} must be a table: a line [friction], under it law and its parameters."
-    )
-
-
-def _law_of_block(block: int, table: dict[str, Any]) -> FrictionLaw:
-    with within(f"[[friction]] of block {block}: "):
-        return _law(table)
-
-
-def _law(table: dict[str, Any]) -> FrictionLaw:
-    """Make a law of its table; the law checks its parameters."""
-    values = dict(table)
-    name = values.pop("law", None)
-    if name is None:
-        raise ValueError(f"lacks law. {_listed(LAWS)}")
-    if not isinstance(name, str):
-        raise ValueError(f"law = {name!r} must be text in quotation marks. {_listed(LAWS)}")
-    if name not in LAWS:
-        raise ValueError(f"law = {name!r} is no friction law. {did_you_mean(name, LAWS)}")
-    law = LAWS[name]
-    _refuse_unknown(values, law.fields())
-    return law.from_values(values)
-
-
-def _refuse_unknown(table: Mapping[str, Any], known: Collection[str]) -> None:
-    for name in table:
-        if name not in known:
-            hint = did_you_mean(name, known)
-            if name in TWO_BLOCK_KEYS:
-                hint = "In TOML a key belongs to the table above it: write it before any [table]."
-            raise ValueError(f"unknown key {name!r}. {hint}")
-
-
-def _refuse_missing(table: Mapping[str, Any], needed: tuple[str, ...]) -> None:
-    if missing := [name for name in needed if name not in table]:
-        raise ValueError(f"lacks {', '.join(missing)}")
-
-
-def _listed(known: Collection[str]) -> str:
-    return f"Known: {', '.join(known)}."
-
-
-@contextmanager
-def within(place: str) -> Iterator[None]:
-    """Put the place before the message of a ValueError."""
-    try:
-        yield
-    except ValueError as error:
-        raise ValueError(f"{place}{error}") from error

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from stickslip.analysis.nd.protocol import MapND
 from stickslip.analysis.storage import load as _load
 from stickslip.analysis.storage import save
+from stickslip.mechanics.model.belt_model import BeltModel
+from stickslip.study.event_map import event_map
 from stickslip.study.maps import as_map
 
 if TYPE_CHECKING:
@@ -38,5 +41,7 @@ def load(path: str | os.PathLike[str], system: Any = None) -> Any:
     OSError
         The file cannot be read.
     """
-    f: Any = None if system is None else as_map(system)
+    if isinstance(system, BeltModel):
+        system = event_map(system)
+    f: Any = system if system is None or isinstance(system, MapND) else as_map(system)
     return _load(path, f)

@@ -25,7 +25,12 @@ def has_gpu() -> bool:
 
 
 on_gpu = pytest.mark.skipif(not has_gpu(), reason="no GPU here; the simulator runs it below")
-MODELS = {"coulomb": (ss.examples.coulomb(), 200), "law9": (ss.examples.law9(), 5)}
+TABLE = ss.TabulatedFriction([0, 0.05, 0.2, 0.5, 1.5], [1, 0.7, 0.45, 0.4, 0.55])
+MODELS = {
+    "coulomb": (ss.examples.coulomb(), 200),
+    "law9": (ss.examples.law9(), 5),
+    "table": (ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=TABLE), 5),
+}
 
 
 @pytest.mark.cuda

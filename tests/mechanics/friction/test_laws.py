@@ -1,11 +1,23 @@
 """The built-in laws against their equations, and laws as text."""
 
+import copy
+import math
+import pickle
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import PchipInterpolator
 
-from stickslip.mechanics.friction import LAWS, Coulomb, PoppStelter, Stribeck, parse_law
+from stickslip.mechanics.friction import (
+    LAWS,
+    Coulomb,
+    PoppStelter,
+    Stribeck,
+    TabulatedFriction,
+    parse_law,
+)
 
 SPEEDS = st.floats(0, 10)
 
@@ -112,3 +124,56 @@ def test_the_table_of_laws_names_each_by_its_own_name():
 def test_replace_suggests_the_parameter_that_was_meant():
     with pytest.raises(ValueError, match=r"no parameter 'gama'\. Known: .* Did you mean 'gamma'\?"):
         PoppStelter(3).replace(gama=2)
+
+
+TABLE = {"speed": [0, 0.1, 0.5, 2], "force": [1, 0.6, 0.3, 0.35]}
+
+
+def test_a_table_is_a_value():
+    law = TabulatedFriction(**TABLE)
+    assert eval(repr(law)) == law == law.replace() == copy.deepcopy(law)
+    assert law == pickle.loads(pickle.dumps(law))
+    assert len({law, TabulatedFriction(np.array(TABLE["speed"]), np.array(TABLE["force"]))}) == 1
+    assert law.replace(force=[1, 1, 1, 1]).force(0.3) == 1.0
+    assert law.parameters == {}
+    assert law.knots == (0.1, 0.5, 2.0)
+    assert law.traceable
+    assert law.symmetric
+
+
+@given(
+    steps=st.lists(st.floats(1e-3, 1), min_size=1, max_size=8),
+    forces=st.lists(st.floats(0, 1), min_size=9, max_size=9),
+)
+def test_a_table_is_scipys_monotone_curve(steps, forces):
+    speed = np.concatenate([[0.0], np.cumsum(steps)])
+    force = np.array(forces[: speed.size])
+    law = TabulatedFriction(speed, force)
+    s = np.linspace(0.0, speed[-1], 501)
+    curve = PchipInterpolator(speed, force)
+    steepest = np.abs(np.diff(force) / np.diff(speed)).max()
+    np.testing.assert_allclose(law.force(s), curve(s), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(law.slope(s), curve(s, 1), rtol=0, atol=1e-14 * (1 + steepest))
+    assert law.force(speed[-1] + 1.0) == force[-1]
+    assert law.slope(speed[-1] + 1.0) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"speed": [0, 0.1, 0.5]}, "3 speeds and 4 forces"),
+        ({"speed": [0.0], "force": [1.0]}, "two or more"),
+        ({"speed": [0.01, 0.1, 0.5, 2]}, r"speed\[0\] = 0\.01 .* must be 0"),
+        ({"speed": [0, 0.5, 0.1, 2]}, r"speed\[2\] = 0\.1 .* larger than speed\[1\] = 0\.5"),
+        ({"speed": [0, 0.1, 0.1, 2]}, r"speed\[2\] = 0\.1"),
+        ({"speed": [0, 0.1, math.nan, 2]}, r"speed\[2\] = nan"),
+        ({"speed": 3.0}, "speed = 3.0 .* list"),
+        ({"force": [1, 0.6, -0.3, 0.35]}, r"force\[2\] = -0\.3 .* >= 0"),
+        ({"force": [1.2, 0.6, 0.3, 0.35]}, r"F\(0\) = 1\.2"),
+        ({"force": "abcd"}, "force = 'abcd'"),
+        ({"force": [1, 0.6, None, 0.35]}, r"force\[2\] = None"),
+    ],
+)
+def test_bad_tables_are_named(change, message):
+    with pytest.raises(ValueError, match=message):
+        TabulatedFriction(**{**TABLE, **change})

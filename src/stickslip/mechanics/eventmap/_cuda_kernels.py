@@ -30,9 +30,9 @@ cuda: Any = _cuda  # its stubs know the host's side alone
 def load_system(systems, laws, i, law):  # type: ignore[no-untyped-def]
     """Return the parameters of thread `i`, and copy those of its laws into `law`."""
     row = i if systems.shape[0] > 1 else 0
-    for block in range(2):
+    for piece in range(law.shape[0]):
         for k in range(law.shape[1]):
-            law[block, k] = laws[row, block, k]
+            law[piece, k] = laws[row, piece, k]
     return System(systems[row, 0], systems[row, 1], systems[row, 2])
 
 

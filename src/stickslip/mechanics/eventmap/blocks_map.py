@@ -77,9 +77,17 @@ class BlocksEventMap:
     # --- what it is -----------------------------------------------------------------------
 
     @property
-    def n_differences(self) -> int:
+    def dimension(self) -> int:
         """Entries of d: one less than blocks."""
         return self.model.n_blocks - 1
+
+    def contains(self, d: ArrayLike) -> NDArray[np.bool_]:
+        """Whether ``d`` (..., n_blocks - 1) belongs to a global stick phase; False for NaN."""
+        return self.model.contains(d)
+
+    def spread(self, n: int) -> Floats:
+        """Return n points spread evenly over the domain, always the same."""
+        return self.model.spread_domain(n)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -147,7 +155,7 @@ class BlocksEventMap:
         """
         points = self.model.admit(d)
         outputs = self.carry(points, slope=True)
-        return outputs.derivative.reshape(*points.shape, self.n_differences)
+        return outputs.derivative.reshape(*points.shape, self.dimension)
 
     def parameter_derivative(self, d: ArrayLike, name: str) -> Floats:
         """df/d(name) at fixed ``d``, exact, shaped like ``d``; ValueError for an unknown name."""
@@ -178,7 +186,7 @@ class BlocksEventMap:
         shape = points.shape[:-1]
         return EventMapResult(
             value=outputs.value.reshape(points.shape),
-            derivative=outputs.derivative.reshape(*points.shape, self.n_differences),
+            derivative=outputs.derivative.reshape(*points.shape, self.dimension),
             duration=outputs.duration.reshape(shape)[()],
             n_events=outputs.n_events.reshape(shape)[()],
             label=outputs.label.reshape(shape)[()],
@@ -200,7 +208,7 @@ class BlocksEventMap:
             Such as ``"-.. --. -.. ..."``: one character per block and phase.
         """
         points = self.model.admit(d)
-        rows = points.reshape(-1, self.n_differences)
+        rows = points.reshape(-1, self.dimension)
         texts = [self._itinerary(row) for row in rows]
         return texts[0] if points.ndim == 1 else np.array(texts).reshape(points.shape[:-1])
 
@@ -215,8 +223,8 @@ class BlocksEventMap:
         if isinstance(n, bool) or int(n) != n or n < 0:
             raise ValueError(f"n = {n!r} is not allowed: n is a number of steps, 0 or more.")
         points = self.model.admit(d)
-        rows = points.reshape(-1, self.n_differences)
-        orbits = np.empty((len(rows), int(n) + 1, self.n_differences))
+        rows = points.reshape(-1, self.dimension)
+        orbits = np.empty((len(rows), int(n) + 1, self.dimension))
         orbits[:, 0] = rows
         engine = self._engine
 
@@ -234,7 +242,7 @@ class BlocksEventMap:
             )
 
         launch(task, len(rows), self.threads, max(1, SMALLEST_TILE // max(1, int(n))))
-        return orbits.reshape(*points.shape[:-1], int(n) + 1, self.n_differences)
+        return orbits.reshape(*points.shape[:-1], int(n) + 1, self.dimension)
 
     # --- kernels --------------------------------------------------------------------------
 
@@ -260,16 +268,16 @@ class BlocksEventMap:
 
     @cached_property
     def _no_directions(self) -> BlockDirections:
-        return self._directions([], self._law_changes(0), np.zeros((0, self.n_differences)))
+        return self._directions([], self._law_changes(0), np.zeros((0, self.dimension)))
 
     @cached_property
     def _start_directions(self) -> BlockDirections:
-        m = self.n_differences
+        m = self.dimension
         return self._directions([None] * m, self._law_changes(m), np.eye(m))
 
     def _parameter_direction(self, name: str) -> BlockDirections:
         laws = self._law_changes(1)
-        start = np.zeros((1, self.n_differences))
+        start = np.zeros((1, self.dimension))
         owners = self.model.law_parameters.get(name)
         if owners is None:
             return self._directions([self.model.structure_direction(name)], laws, start)
@@ -286,7 +294,7 @@ class BlocksEventMap:
             none = self._directions(
                 [None] * (count + 2 * n),
                 self._law_changes(count + 2 * n),
-                np.zeros((count + 2 * n, self.n_differences)),
+                np.zeros((count + 2 * n, self.dimension)),
             )
             held[count] = BlockScratch(
                 new_block_motion(n, count),
@@ -305,7 +313,7 @@ class BlocksEventMap:
         self, points: Floats, directions: BlockDirections, *, watch: bool = False
     ) -> BlockOutputs:
         """Evaluate all points on all threads."""
-        rows = points.reshape(-1, self.n_differences)
+        rows = points.reshape(-1, self.dimension)
         n = len(rows)
         outputs = BlockOutputs(
             value=np.full(rows.shape, np.nan),

@@ -81,7 +81,7 @@ def _batches(n: int, numbers: int) -> list[slice]:
 
 def _kernels(engine: Engine, carrying: ModuleType, n_columns: int) -> ModuleType:
     """Kernels that carry motions of an engine with so many tangents."""
-    key = f"{engine.key}-{n_columns}"
+    key = f"{engine.key}-{len(engine.laws)}-{n_columns}"
     arrays = (new_scratch(engine, n_columns), engine.laws, np.zeros(1, dtype=np.int8))
     return instantiate(
         "stickslip.mechanics.eventmap._cuda_kernels",

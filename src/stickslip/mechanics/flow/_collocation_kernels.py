@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.flow.dense import find_events, watch_step
+from stickslip.mechanics.flow.dense import find_events, stay_on_pieces, watch_step
+from stickslip.mechanics.flow.pieces import piece_row
 from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.system import (
     ALPHA,
@@ -103,7 +104,10 @@ def advance(
         growth = (rtol / max(error, 1e-3 * rtol)) ** (1.0 / DEGREE)
         work.length[0] = min(LONGEST_STEP, h * min(2.0, max(0.5, 0.95 * growth)))
         polynomials(system, motion, work, h)
-        end = find_events(system, motion, work.w, work.e, work.signal, h)
+        end = stay_on_pieces(laws, motion, work.w, work.signal, h)
+        if not end > 0.0:
+            return 0.0, STEP_FAILED
+        end = find_events(system, motion, work.w, work.e, work.signal, end)
         if end < 0.0:
             return 0.0, STEP_FAILED
         if (motion.event[0] != 0 or motion.event[1] != 0) and h - end > OVERSHOOT * h:
@@ -138,12 +142,13 @@ def finish(
 def acceleration(
     system: System, laws: Floats, motion: Motion, block: int, w: float, e: float
 ) -> float:
-    """Rate w' of a block at relative velocity `w` and needed force `e`."""
+    """Rate w' of a block at relative velocity `w` and needed force `e` on its present piece."""
     mode = motion.mode[block]
     if mode == 0:
         return 0.0
     end = limit(system, block)
-    pull = -mode * end * force_continued(laws[block], mode, mode * w) - e
+    row = piece_row(laws, block, mode * motion.w[block])
+    pull = -mode * end * force_continued(laws[row], mode, mode * w) - e
     if w == 0.0 and abs(pull) <= 4.0 * EPSILON * end:
         return 0.0  # F(0) = 1: a slip starts at a double root
     return pull
@@ -334,14 +339,15 @@ def friction_tangent(
     """Differentiate the friction force -mode limit F(mode w; parameters) at a node."""
     mode = motion.mode[block]
     s = max(mode * work.node_w[block, node], 0.0)
-    changed = slope(laws[block], mode, s) * mode * work.d_node_w[block, node]
+    row = piece_row(laws, block, mode * motion.w[block])
+    changed = slope(laws[row], mode, s) * mode * work.d_node_w[block, node]
     n = law_parameters(motion)
     wanted = False
     for j in range(n):
         wanted = wanted or direction[LAWS + block * n + j] != 0.0
     if wanted:
-        gradient(laws[block], mode, s, work.gradient)
+        gradient(laws[row], mode, s, work.gradient)
         for j in range(n):
             changed += direction[LAWS + block * n + j] * work.gradient[j]
-    grown = direction[BETA] * block * force(laws[block], mode, s)
+    grown = direction[BETA] * block * force(laws[row], mode, s)
     return -mode * (limit(system, block) * changed + grown)

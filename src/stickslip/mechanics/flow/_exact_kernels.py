@@ -22,7 +22,6 @@ from stickslip.mechanics.flow.system import (
     BETA,
     LANDING,
     LAWS,
-    STATIC_VALUE,
     VELOCITY,
     Floats,
     Motion,
@@ -32,6 +31,7 @@ from stickslip.mechanics.flow.system import (
     limit,
     loading_rate,
 )
+from stickslip.mechanics.friction.columns import STATIC_COLUMN
 from stickslip.numerics.roots import EPSILON, contact_time, leaving_step, safe_step
 from stickslip.numerics.targets import kernel
 from stickslip.status import OK, STEP_FAILED
@@ -73,7 +73,7 @@ def landing_rate(system: System, laws: Floats, motion: Motion, block: int) -> fl
 @kernel(inline=True)
 def friction(system: System, laws: Floats, motion: Motion, block: int) -> float:
     """Kinetic friction on a block (eq. 8): a constant, so that mu = F(0)."""
-    return -motion.mode[block] * laws[block, STATIC_VALUE] * limit(system, block)
+    return -motion.mode[block] * laws[block, STATIC_COLUMN] * limit(system, block)
 
 
 @kernel
@@ -84,7 +84,7 @@ def friction_direction(
     direction = motion.directions[column]
     d_mu = direction[LAWS + block * law_parameters(motion)]
     d_limit = direction[BETA] * block
-    mu = laws[block, STATIC_VALUE]
+    mu = laws[block, STATIC_COLUMN]
     return -motion.mode[block] * (d_mu * limit(system, block) + mu * d_limit)
 
 

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from stickslip.mechanics.flow.pieces import piece_row
 from stickslip.mechanics.flow.sliding import CLEARANCE, energy_reach
 from stickslip.mechanics.flow.system import Floats, Motion, System, limit
 from stickslip.numerics.targets import kernel
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.friction.stub import force, slope, static_value
+    from stickslip.mechanics.flow._least_slope_kernels import least_slope
+    from stickslip.mechanics.friction.stub import force, static_value
 
 
 @kernel
@@ -25,13 +27,10 @@ def landing_rate(system: System, laws: Floats, motion: Motion, block: int) -> fl
 @kernel
 def slides_for_ever(system: System, laws: Floats, motion: Motion, work: Any) -> bool:
     """Whether two blocks slipping backward can be shown never to reach the belt again."""
-    force_1 = force(laws[0], -1, system.V)
-    force_2 = force(laws[1], -1, system.V)
+    force_1 = force(laws[piece_row(laws, 0, system.V)], -1, system.V)
+    force_2 = force(laws[piece_row(laws, 1, system.V)], -1, system.V)
     reach = energy_reach(system, motion, force_1, force_2)
     if not reach < system.V * (1.0 - CLEARANCE):
         return False
-    for k in range(33):
-        s = system.V + reach * (k / 16.0 - 1.0)
-        if slope(laws[0], -1, s) < 0.0 or slope(laws[1], -1, s) < 0.0:
-            return False
-    return True
+    low, high = system.V - reach, system.V + reach
+    return min(least_slope(laws, 0, low, high), least_slope(laws, 1, low, high)) >= 0.0

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.mechanics.flow.dense import find_events, watch_step
+from stickslip.mechanics.flow.dense import find_events, stay_on_pieces, watch_step
+from stickslip.mechanics.flow.pieces import piece_row
 from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.system import (
     ALPHA,
@@ -72,6 +73,9 @@ def advance(
     h = min(cap, step_length(motion, work, rtol))
     if not h > 0.0:
         return 0.0, LAW_FAILED if math.isnan(h) else STEP_FAILED
+    h = stay_on_pieces(laws, motion, work.w, work.signal, h)
+    if not h > 0.0:
+        return 0.0, STEP_FAILED
     h = find_events(system, motion, work.w, work.e, work.signal, h)
     if h < 0.0:
         return 0.0, STEP_FAILED
@@ -96,7 +100,10 @@ def rate(system: System, laws: Floats, motion: Motion, block: int) -> float:
     if mode == 0:
         return 0.0
     s = max(mode * motion.w[block], 0.0)
-    return -mode * limit(system, block) * force(laws[block], mode, s) - motion.e[block]
+    return (
+        -mode * limit(system, block) * force(laws[piece_row(laws, block, s)], mode, s)
+        - motion.e[block]
+    )
 
 
 @kernel(inline=True)
@@ -113,7 +120,8 @@ def expand(system: System, laws: Floats, motion: Motion, work: TaylorWork) -> No
             mode = motion.mode[block]
             if mode != 0:
                 work.rows[block, 0, k] = mode * w[block, k]
-                series(laws[block], mode, work.rows[block], k)
+                row = piece_row(laws, block, mode * motion.w[block])
+                series(laws[row], mode, work.rows[block], k)
                 pull = -mode * limit(system, block) * work.rows[block, FORCE_ROW, k] - e[block, k]
                 if k == 0 and w[block, 0] == 0.0:
                     # F(0) = 1: a slip starts at a double root
@@ -149,8 +157,9 @@ def tangents(system: System, laws: Floats, motion: Motion, work: TaylorWork, h: 
         mode = motion.mode[block]
         if mode != 0:
             work.rows[block, 0, ORDER] = mode * work.w[block, ORDER]
-            series(laws[block], mode, work.rows[block], ORDER)
-            series_tangent(laws[block], mode, work.rows[block], ORDER)
+            row = piece_row(laws, block, mode * motion.w[block])
+            series(laws[row], mode, work.rows[block], ORDER)
+            series_tangent(laws[row], mode, work.rows[block], ORDER)
     for column in range(motion.directions.shape[0]):
         tangent_series(system, motion, work, column)
         for block in range(2):

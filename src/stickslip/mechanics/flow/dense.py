@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.mechanics.flow.pieces import leaving_time
 from stickslip.mechanics.flow.system import (
     AT_LOWER_LIMIT,
     AT_UPPER_LIMIT,
@@ -40,6 +41,17 @@ def slip_signal(motion: Motion, w: Rows, signal: Floats, block: int) -> None:
     """|w| of a slipping block, which lands where it reaches zero."""
     for k in range(signal.shape[0]):
         signal[k] = motion.mode[block] * w[block, k]
+
+
+@kernel(inline=True)
+def stay_on_pieces(laws: Floats, motion: Motion, w: Rows, signal: Floats, h: float) -> float:
+    """Length of a step on which both laws stay smooth, at most `h`; <= 0 if a search failed."""
+    if laws.shape[0] > 2:
+        for block in range(2):
+            if motion.mode[block] != 0 and h > 0.0:
+                slip_signal(motion, w, signal, block)
+                h = leaving_time(laws, block, signal, h)
+    return h
 
 
 @kernel(inline=True)

@@ -132,10 +132,18 @@ def _kernels(name: str, code: LawCode) -> ModuleType:
 
         return _exact_kernels
     bindings = {role: getattr(code, role) for role in LAW_KERNELS}
+    bindings["least_slope"] = least_slope_kernel(code)
     sliding = instantiate(f"{FLOW}._sliding_kernels", code.key, cached=code.traceable, **bindings)
     bindings |= {role: getattr(sliding, role) for role in ("landing_rate", "slides_for_ever")}
     template = f"{FLOW}._{name}_kernels"
     return instantiate(template, code.key, cached=code.traceable, **bindings)
+
+
+@lru_cache(maxsize=64)
+def least_slope_kernel(code: LawCode) -> Any:
+    """Return ``least_slope`` for some laws."""
+    template = f"{FLOW}._least_slope_kernels"
+    return instantiate(template, code.key, cached=code.traceable, slope=code.slope).least_slope
 
 
 def bind_engine(template: str, engine: Engine) -> ModuleType:

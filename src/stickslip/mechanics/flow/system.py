@@ -33,9 +33,6 @@ LANDING, AT_UPPER_LIMIT, AT_LOWER_LIMIT = 1, 2, 3
 # LAWS on, the law parameters of block 1 and of block 2.
 ALPHA, BETA, VELOCITY, START, LAWS = 0, 1, 2, 3, 4
 
-# Column of a law's parameter row that holds F(0) (`friction.code`).
-STATIC_VALUE = 1
-
 
 class System(NamedTuple):
     """Parameters of two blocks (eqs. 5a-7a); the limits are 1 and `beta`."""

@@ -5,6 +5,7 @@ from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.friction.parse import law_from_text
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.friction.stribeck import Stribeck
+from stickslip.mechanics.friction.tabulated import TabulatedFriction
 from stickslip.mechanics.friction.user_law import UserLaw, friction_law
 
 LAWS: dict[str, type[FrictionLaw]] = {law.name: law for law in (Coulomb, PoppStelter, Stribeck)}
@@ -21,6 +22,7 @@ __all__ = [
     "FrictionLaw",
     "PoppStelter",
     "Stribeck",
+    "TabulatedFriction",
     "UserLaw",
     "friction_law",
     "parse_law",

@@ -1,7 +1,6 @@
 """The text of a module of friction kernels, generated from the laws' formulas.
 
-A parameter row p holds: 0 the number of the law, 1 and 2 its F(0) backward and forward, then
-its parameters, then constants made of them. The rows of a series hold: 0 the speed s, 1 the
+What a parameter row p holds: `friction.columns`. The rows of a series hold: 0 the speed s, 1 the
 force, 2 dF/ds, then dF/d(parameter), then whatever the recurrences look back at.
 """
 
@@ -12,6 +11,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from stickslip.mechanics.friction.columns import (
+    FORWARD_STATIC_COLUMN,
+    LAW_COLUMN,
+    PARAMETER_COLUMN,
+    STATIC_COLUMN,
+)
 from stickslip.mechanics.friction.formula import (
     CallableFormula,
     Formula,
@@ -21,8 +26,6 @@ from stickslip.mechanics.friction.formula import (
 from stickslip.numerics.calculus import derivative
 from stickslip.numerics.series import Lines, Scalars, SeriesText, indented, value_lines
 
-STATIC_COLUMNS = (1, 2)
-PARAMETER_COLUMN = 3
 SPEED_ROW, FORCE_ROW, SLOPE_ROW, GRADIENT_ROW = range(4)
 
 # Differences of a law that is known by its values only: central ones of order 6, one-sided
@@ -218,21 +221,21 @@ def _kernel(signature: str, about: str, *bodies: Lines, inline: bool = False) ->
 
 
 def _chosen(laws: Sequence[LawText], part: Callable[[Any], Lines]) -> Lines:
-    """Choose the lines of the law that ``p[0]`` names."""
+    """Choose the lines of the law that the row names."""
     if len(laws) == 1:
         return laws[0].lines(part)
     lines: Lines = []
     for i, law in enumerate(laws):
         last = i == len(laws) - 1
-        lines.append("else:" if last else f"{'el' if i else ''}if p[0] == {float(i)}:")
+        lines.append("else:" if last else f"{'el' if i else ''}if p[{LAW_COLUMN}] == {float(i)}:")
         lines += indented(law.lines(part) or ["pass"])
     return lines
 
 
 def _pointwise_kernels(laws: Sequence[LawText]) -> list[str]:
     symmetric = all(len(law.directions) == 1 for law in laws)
-    backward, forward = STATIC_COLUMNS
-    static = [f"return p[{backward}]" + ("" if symmetric else f" if m < 0 else p[{forward}]")]
+    forward = "" if symmetric else f" if m < 0 else p[{FORWARD_STATIC_COLUMN}]"
+    static = [f"return p[{STATIC_COLUMN}]{forward}"]
     return [
         _kernel("static_value(p, m)", "F(0).", static),
         _kernel(

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.mechanics.friction import _text
+from stickslip.mechanics.friction.columns import NEXT_PIECE_COLUMN, PARAMETER_COLUMN
 from stickslip.mechanics.friction.formula import (
     CallableFormula,
     Formula,
@@ -81,9 +82,19 @@ class LawCode:
     GRADIENT_ROW: int = _text.GRADIENT_ROW
 
     def parameter_rows(self, laws: Iterable[FrictionLaw]) -> NDArray[np.float64]:
-        """Return the rows ``p`` of some laws, one per block: shape (n_blocks, n_columns)."""
-        rows = [self._parameter_row(law) for law in laws]
-        width = _text.PARAMETER_COLUMN + max(
+        """Return the rows ``p`` of some laws, one per block: shape (n_blocks, n_columns).
+
+        A law of several pieces has its first one there; the others follow after all blocks.
+        """
+        pieces = [self._pieces(law) for law in laws]
+        rows = [first for first, *_ in pieces]
+        for block, (_, *later) in enumerate(pieces):
+            before = rows[block]
+            for row in later:
+                before[NEXT_PIECE_COLUMN] = float(len(rows))
+                rows.append(row)
+                before = row
+        width = PARAMETER_COLUMN + max(
             len(formula.parameters) + len(scalars.constants if scalars else ())
             for formula, scalars in zip(self.formulas, self.scalars, strict=True)
         )
@@ -92,20 +103,20 @@ class LawCode:
             table[i, : len(row)] = row
         return table
 
-    def _parameter_row(self, law: FrictionLaw) -> list[float]:
-        """Law number, F(0) backward and forward, the parameters, constants made of them."""
+    def _pieces(self, law: FrictionLaw) -> list[list[float]]:
+        """Law number, F(0) twice, end, no next piece, parameters, constants made of them."""
         index = self.formulas.index(law.formula)
-        values = {name: np.float64(value) for name, value in law.arguments.items()}
-        row = [
-            float(index),
-            law.static_value(),
-            law.static_value(forward=True),
-            *(values[name] for name in law.formula.parameters),
-        ]
+        static = (law.static_value(), law.static_value(forward=True))
         scalars = self.scalars[index]
-        if scalars is not None:
-            row += quietly(evaluate, scalars.graph, scalars.constants, values)
-        return row
+        rows: list[list[float]] = []
+        for end, arguments in law.pieces:
+            values = {name: np.float64(value) for name, value in arguments.items()}
+            row = [float(index), *static, end, -1.0]
+            row += [values[name] for name in law.formula.parameters]
+            if scalars is not None:
+                row += quietly(evaluate, scalars.graph, scalars.constants, values)
+            rows.append(row)
+        return rows
 
     def parameter_index(self, law: FrictionLaw, name: str) -> int:
         """Return the j of a parameter in `gradient` and among the rows of `series_tangent`."""
@@ -117,7 +128,7 @@ class LawCode:
 
     def parameter_column(self, law: FrictionLaw, name: str) -> int:
         """Return the column of a parameter in a parameter row."""
-        return _text.PARAMETER_COLUMN + self.parameter_index(law, name)
+        return PARAMETER_COLUMN + self.parameter_index(law, name)
 
 
 _codes: dict[tuple[Formula, ...], LawCode] = {}

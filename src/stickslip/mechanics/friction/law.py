@@ -182,9 +182,14 @@ class FrictionLaw:
         return self.formula.symmetric
 
     @property
+    def pieces(self) -> tuple[tuple[float, Mapping[str, float]], ...]:
+        """Where each smooth piece of the law ends, ascending, and its numbers in the formula."""
+        return ((math.inf, self.arguments),)
+
+    @property
     def knots(self) -> tuple[float, ...]:
         """Speeds at which the law is not smooth; a crossing ends an integration step."""
-        return ()
+        return tuple(end for end, _ in self.pieces[:-1])
 
     def force(self, s: ArrayLike, *, forward: bool = False) -> Any:
         """Friction force over the static limit.

@@ -301,6 +301,16 @@ class BeltModel(ABC):
         """
         return np.asarray(np.diff(self.structure.sample_sticking(n, rng), axis=-1))
 
+    def spread_domain(self, n: int) -> Floats:
+        """Return differences spread evenly over those of global stick phases, always the same.
+
+        Shape (n, n_blocks - 1); the needed forces are a Sobol sequence within the limits.
+        """
+        from scipy.stats.qmc import Sobol
+
+        shares = Sobol(self.n_blocks, rng=0).random_base2(max(n - 1, 1).bit_length())[:n]
+        return np.asarray(np.diff(self.structure.sticking(shares), axis=-1))
+
     def sample_state(
         self, rng: np.random.Generator | int | None = None, *, riding: bool = False
     ) -> tuple[Floats, Floats]:

@@ -85,8 +85,17 @@ class Structure:
 
         The needed forces are uniform within the static limits.
         """
-        generator = np.random.default_rng(rng)
-        force = generator.uniform(-self.static, self.static, size=(n, self.n_blocks))
+        return self.sticking(np.random.default_rng(rng).uniform(size=(n, self.n_blocks)))
+
+    def sticking(self, share: ArrayLike) -> Floats:
+        """Displacements with which all blocks ride.
+
+        Parameters
+        ----------
+        share : array_like of float, shape (..., n_blocks)
+            Where each needed force is between its limits: 0 at the lower, 1 at the upper.
+        """
+        force = self.static * (2.0 * np.asarray(share) - 1.0)
         return self._displacements(force, np.full(self.n_blocks, self.V))
 
     def sample_state(

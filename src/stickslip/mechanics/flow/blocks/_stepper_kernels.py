@@ -26,6 +26,7 @@ from stickslip.mechanics.flow.blocks.system import (
 )
 from stickslip.mechanics.flow.blocks.work import BlockWork
 from stickslip.mechanics.flow.dense import clearance
+from stickslip.mechanics.flow.pieces import leaving_time, piece_row
 from stickslip.mechanics.flow.sliding import CLEARANCE
 from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING
 from stickslip.numerics.polynomial import NO_ROOT, UNFINISHED, first_contact, value
@@ -35,6 +36,7 @@ from stickslip.numerics.trigonometry import sincos
 from stickslip.status import LAW_FAILED, OK, STEP_FAILED
 
 if TYPE_CHECKING:
+    from stickslip.mechanics.flow._least_slope_kernels import least_slope
     from stickslip.mechanics.friction.stub import (
         FORCE_ROW,
         GRADIENT_ROW,
@@ -42,7 +44,6 @@ if TYPE_CHECKING:
         force,
         series,
         series_tangent,
-        slope,
         static_value,
     )
 
@@ -69,6 +70,9 @@ def advance(
     h = min(cap, step_length(system, motion, work, rtol))
     if not h > 0.0:
         return 0.0, LAW_FAILED if math.isnan(h) else STEP_FAILED
+    h = stay_on_pieces(laws, motion, work, h)
+    if not h > 0.0:
+        return 0.0, STEP_FAILED
     h = find_events(system, motion, work, h)
     if h < 0.0 or h == math.inf:
         return 0.0, STEP_FAILED
@@ -100,7 +104,7 @@ def rate(system: BlockSystem, laws: Floats, motion: BlockMotion, block: int) -> 
     if mode == 0:
         return 0.0
     s = max(mode * motion.w[block], 0.0)
-    friction = -mode * system.static[block] * force(laws[block], mode, s)
+    friction = -mode * system.static[block] * force(laws[piece_row(laws, block, s)], mode, s)
     return (friction - motion.e[block]) / system.mass[block]
 
 
@@ -142,7 +146,8 @@ def expand(system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWo
             i = work.active[a]
             mode = motion.mode[i]
             work.rows[i, 0, k] = mode * w[i, k]
-            series(laws[i], mode, work.rows[i], k)
+            row = piece_row(laws, i, mode * motion.w[i])
+            series(laws[row], mode, work.rows[i], k)
             needed = motion.e[i] if k == 0 else needed_coefficient(system, work, i, k)
             pull = -mode * system.static[i] * work.rows[i, FORCE_ROW, k] - needed
             if k == 0 and w[i, 0] == 0.0 and abs(pull) <= force_tolerance(system, motion, i):
@@ -194,6 +199,19 @@ def step_length(system: BlockSystem, motion: BlockMotion, work: BlockWork, rtol:
 
 
 # --- events -----------------------------------------------------------------------------------
+
+
+@kernel(inline=True)
+def stay_on_pieces(laws: Floats, motion: BlockMotion, work: BlockWork, h: float) -> float:
+    """Length of a step on which all laws stay smooth, at most `h`; <= 0 if a search failed."""
+    if laws.shape[0] > motion.mode.shape[0]:
+        for a in range(work.n_active[0]):
+            i = work.active[a]
+            if h > 0.0:
+                for k in range(ORDER + 1):
+                    work.e[k] = motion.mode[i] * work.w[i, k]
+                h = leaving_time(laws, i, work.e, h)
+    return h
 
 
 @kernel
@@ -297,8 +315,9 @@ def tangents(
         i = work.active[a]
         mode = motion.mode[i]
         work.rows[i, 0, ORDER] = mode * work.w[i, ORDER]
-        series(laws[i], mode, work.rows[i], ORDER)
-        series_tangent(laws[i], mode, work.rows[i], ORDER)
+        row = piece_row(laws, i, mode * motion.w[i])
+        series(laws[row], mode, work.rows[i], ORDER)
+        series_tangent(laws[row], mode, work.rows[i], ORDER)
     for column in range(motion.tangent_w.shape[1]):
         tangent_series(system, directions, motion, work, column)
         for i in range(motion.mode.shape[0]):
@@ -427,7 +446,9 @@ def slides_for_ever(
             return False
         v = motion.w[i] + system.V
         energy += system.mass[i] * v * v
-        deviation[i] = motion.e[i] - system.static[i] * force(laws[i], -1, system.V)
+        deviation[i] = motion.e[i] - system.static[i] * force(
+            laws[piece_row(laws, i, system.V)], -1, system.V
+        )
         for entry in range(system.first[i], system.first[i + 1]):
             j = system.column[entry]
             deviation[i] -= system.damping[entry] * (motion.w[j] + system.V)
@@ -439,9 +460,7 @@ def slides_for_ever(
         reach = math.sqrt(energy / system.mass[i])
         if not reach < system.V * (1.0 - CLEARANCE):
             return False
-        steepest = math.inf
-        for k in range(33):
-            steepest = min(steepest, slope(laws[i], -1, system.V + reach * (k / 16.0 - 1.0)))
+        steepest = least_slope(laws, i, system.V - reach, system.V + reach)
         work.deviation[i] = system.static[i] * steepest
         falls = falls or steepest < 0.0
     return damping_outweighs(system, work) if falls else True

@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.mechanics.flow.blocks.system import BlockSystem, block_system
 from stickslip.mechanics.flow.blocks.work import BlockWork, new_block_work
-from stickslip.mechanics.flow.engine import LAW_KERNELS
+from stickslip.mechanics.flow.engine import LAW_KERNELS, least_slope_kernel
 from stickslip.mechanics.friction.code import LawCode, law_code
 from stickslip.numerics.targets import instantiate
 
@@ -79,4 +79,5 @@ def block_engine(model: BeltModel | TwoBlock) -> BlockEngine:
 @lru_cache(maxsize=64)
 def _kernels(code: LawCode) -> ModuleType:
     bindings = {role: getattr(code, role) for role in LAW_KERNELS}
+    bindings["least_slope"] = least_slope_kernel(code)
     return instantiate(STEPPER, f"blocks-{code.key}", **bindings)

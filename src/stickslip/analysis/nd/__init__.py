@@ -1,0 +1,1 @@
+"""Maps of R^n: their periodic orbits, and how these change with a parameter."""

@@ -1,0 +1,118 @@
+"""Friction laws as plain values, checked key by key."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, Final
+
+from stickslip.mechanics.friction import LAWS, FrictionLaw, TabulatedFriction
+from stickslip.vocabulary import did_you_mean
+
+__all__ = ["friction_of", "law_values", "listed", "refuse_missing", "refuse_unknown", "within"]
+
+TABLE: Final = ("speed", "force")
+ABOVE_TABLES: Final = (
+    *("kind", "alpha", "beta", "V", "damping", "static", "mass", "stiffness", "support", "ends"),
+    *("friction", "units", "physical", "forcing"),
+)
+"""Keys of models, of any kind, which slip under a table that is written too early."""
+LAWS_IN_FILES: Final = (*LAWS, TabulatedFriction.name)
+
+
+def law_values(law: FrictionLaw) -> dict[str, Any]:
+    """Return a law as plain values.
+
+    Raises
+    ------
+    ValueError
+        It is a Python function, which a file cannot hold.
+    """
+    if isinstance(law, TabulatedFriction):
+        return {"law": law.name, "speed": list(law.speeds), "force": list(law.forces)}
+    if LAWS.get(law.name) is not type(law):
+        raise ValueError(
+            f"the friction law {law.title} is a Python function, which a file cannot hold. "
+            f"Laws in files: {', '.join(LAWS_IN_FILES)}."
+        )
+    return {"law": law.name, **law.parameters, **law.options}
+
+
+def friction_of(given: Any, n_blocks: int | None) -> FrictionLaw | tuple[FrictionLaw, ...]:
+    """Read ``[friction]``, or ``[[friction]]`` once for each block (of any number if None).
+
+    Raises
+    ------
+    ValueError
+        Neither, or a law with an unknown or missing key or a value out of range.
+    """
+    match given:
+        case dict():
+            with within("[friction] "):
+                return _law(given)
+        case [dict(), *rest] if all(isinstance(item, dict) for item in rest):
+            if n_blocks in (None, len(given)):
+                return tuple(_law_of_block(block, law) for block, law in enumerate(given, start=1))
+            raise ValueError(
+                f"[[friction]] stands {len(given)} times for {n_blocks} blocks. "
+                "Write [friction] once for all, or [[friction]] for each block, in their order."
+            )
+    raise ValueError(
+        f"friction = {given!r} must be a table: a line [friction], under it law and its parameters."
+    )
+
+
+def _law_of_block(block: int, table: dict[str, Any]) -> FrictionLaw:
+    with within(f"[[friction]] of block {block}: "):
+        return _law(table)
+
+
+def _law(table: dict[str, Any]) -> FrictionLaw:
+    """Make a law of its table; the law checks its parameters."""
+    values = dict(table)
+    name = values.pop("law", None)
+    if name is None:
+        raise ValueError(f"lacks law. {listed(LAWS_IN_FILES)}")
+    if not isinstance(name, str):
+        raise ValueError(f"law = {name!r} must be text in quotation marks. {listed(LAWS_IN_FILES)}")
+    if name == TabulatedFriction.name:
+        refuse_unknown(values, TABLE)
+        refuse_missing(values, TABLE)
+        return TabulatedFriction(**values)
+    if name not in LAWS:
+        raise ValueError(f"law = {name!r} is no friction law. {did_you_mean(name, LAWS_IN_FILES)}")
+    law = LAWS[name]
+    refuse_unknown(values, law.fields())
+    return law.from_values(values)
+
+
+def refuse_unknown(
+    table: Mapping[str, Any], known: Collection[str], *, is_whole: bool = False
+) -> None:
+    """Raise ValueError for a key that is not known, in a table or in the `is_whole` file."""
+    for name in table:
+        if name not in known:
+            hint = did_you_mean(name, known)
+            if name in ABOVE_TABLES and not is_whole:
+                hint = "In TOML a key belongs to the table above it: write it before any [table]."
+            raise ValueError(f"unknown key {name!r}. {hint}")
+
+
+def refuse_missing(table: Mapping[str, Any], needed: Collection[str]) -> None:
+    """Raise ValueError where a key is missing."""
+    if missing := [name for name in needed if name not in table]:
+        raise ValueError(f"lacks {', '.join(missing)}")
+
+
+def listed(known: Collection[str]) -> str:
+    """Say what is known."""
+    return f"Known: {', '.join(known)}."
+
+
+@contextmanager
+def within(place: str) -> Iterator[None]:
+    """Put the place before the message of a ValueError."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"{place}{error}") from error
