@@ -4,6 +4,7 @@ from . import status as status
 from .analysis.piecewise_map import PiecewiseMap as PiecewiseMap
 from .mechanics.cycle.cycle import find_cycle as find_cycle
 from .mechanics.cycle.equilibria import equilibria as equilibria
+from .mechanics.cycle.stroboscopic import stroboscopic_map as stroboscopic_map
 from .mechanics.flow.trajectory import simulate as simulate
 from .mechanics.friction import Coulomb as Coulomb
 from .mechanics.friction import FrictionLaw as FrictionLaw

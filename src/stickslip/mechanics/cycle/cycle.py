@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from stickslip.mechanics.cycle.equilibria import Model
+    from stickslip.mechanics.cycle.sliding import Model
 
     Floats = NDArray[np.float64]
 

@@ -230,8 +230,9 @@ def _lyapunov(
     p = left[:, np.argmin(np.abs(values - 1j * frequency))]
     p = p / (p @ q)
     bar: Complexes = np.conj(q)
-    mean: Complexes = np.linalg.solve(matrix, quadratic(q, bar))
-    twice: Complexes = np.linalg.solve(2j * frequency * np.eye(2 * n) - matrix, quadratic(q, q))
+    mean = np.linalg.solve(matrix, quadratic(q, bar)).astype(np.complex128)
+    resonant = 2j * frequency * np.eye(2 * n) - matrix
+    twice = np.linalg.solve(resonant, quadratic(q, q)).astype(np.complex128)
     parts = (cubic(q, q, bar), -2.0 * quadratic(q, mean), quadratic(bar, twice))
     terms = np.array([np.dot(p, part) for part in parts])
     return float(terms.sum().real) / 8.0, float(np.abs(terms).sum()) / 8.0
