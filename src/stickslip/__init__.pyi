@@ -2,8 +2,9 @@
 from . import examples as examples
 from . import status as status
 from .analysis.piecewise_map import PiecewiseMap as PiecewiseMap
-from .mechanics.cycle.cycle import find_cycle as find_cycle
+from .mechanics.cycle.continuation import continue_cycle as continue_cycle
 from .mechanics.cycle.equilibria import equilibria as equilibria
+from .mechanics.cycle.search import find_cycle as find_cycle
 from .mechanics.cycle.stroboscopic import stroboscopic_map as stroboscopic_map
 from .mechanics.flow.trajectory import simulate as simulate
 from .mechanics.friction import Coulomb as Coulomb

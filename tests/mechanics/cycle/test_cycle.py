@@ -97,3 +97,32 @@ def test_bad_input_is_told() -> None:
         ss.find_cycle(COULOMB, [0.1], [0.0])
     with pytest.raises(ValueError, match="max_events"):
         ss.find_cycle(COULOMB, [0.1, 0.1], [0.0, 0.0], max_events=0)
+
+
+def test_the_period_is_the_least_one() -> None:
+    """Law (9) without global stick: complex multipliers, so that a second return is nearer."""
+    model = ss.examples.law9()
+    cycle = ss.find_cycle(model, model.onset(0.62), [model.V] * 2)
+    motion = cycle.trajectory
+    t = np.linspace(0, 1, 50) * cycle.period
+    for part in (2, 3, 4):
+        shifted = motion.x((t + cycle.period / part) % cycle.period)
+        assert np.abs(shifted - motion.x(t)).max() > 0.01
+    # Their squares are those of two rounds.
+    assert abs((cycle.multipliers[0] ** 2).imag) == pytest.approx(0.633325, abs=1e-6)
+    assert cycle.period == pytest.approx(4.380753446647, abs=1e-11)
+
+
+def test_a_cycle_without_events_is_found_from_a_near_guess() -> None:
+    """Leine et al. (1998): between steady sliding and stick–slip lies a cycle that repels."""
+    block = ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3), damping=1.25)
+    (sliding,) = ss.equilibria(block)
+    cycle = ss.find_cycle(block, sliding.x + 0.198, [0.0])
+    assert cycle.events == ()
+    assert not cycle.stable
+    assert cycle.residual < 1e-13
+    with pytest.raises(ValueError, match="no cycle was found"):
+        ss.find_cycle(block, sliding.x + 0.1, [0.0])
+    outside = ss.find_cycle(block, sliding.x + 0.23, [0.0])
+    assert outside.stable
+    assert len(outside.events) == 2

@@ -113,3 +113,25 @@ def test_two_modes_may_cross_at_one_speed() -> None:
 def test_a_range_of_speeds_is_checked(speeds: object) -> None:
     with pytest.raises(ValueError, match="speeds"):
         ss.equilibria(ss.examples.law9(), speeds=speeds)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("share", [0.999, 1.001])
+def test_a_neutral_family_ends_where_a_motion_grazes(share: float) -> None:
+    """Just inside its boundary no block ever sticks; just outside one does."""
+    model = ss.examples.coulomb().replace(V=0.3)
+    family = ss.equilibria(model)[0].neutral_family
+    assert family is not None
+    for mode in range(2):
+        x = family.x + share * family.boundary[mode] * family.modes[:, mode]
+        assert family.clearance(x, [0, 0]) == pytest.approx(0.3 * (1 - share), abs=1e-13)
+        events = ss.simulate(model, x, [0, 0], t_end=20).events
+        assert bool(events) == (share > 1)
+    together = family.x + 0.45 * share * (family.modes * family.boundary).sum(axis=1)
+    assert family.clearance(together, [0, 0]) > 0
+    assert not ss.simulate(model, together, [0, 0], t_end=200).events
+
+
+def test_other_models_have_no_neutral_family() -> None:
+    assert ss.equilibria(ss.examples.law9())[0].neutral_family is None
+    damped = ss.examples.coulomb().replace(damping=0.1)
+    assert ss.equilibria(damped)[0].neutral_family is None

@@ -9,6 +9,7 @@ import numpy as np
 
 from stickslip.checks import checked_interval
 from stickslip.mechanics.cycle.hopf import NEUTRAL, HopfPoint, hopf_points
+from stickslip.mechanics.cycle.neutral import NeutralFamily, neutral_family
 from stickslip.mechanics.cycle.sliding import Model, modes, steady_displacements
 
 if TYPE_CHECKING:
@@ -35,6 +36,9 @@ class Equilibrium:
         All growth rates are negative; an undamped mode makes it neutral, which is not stable.
     neutral : bool
         The largest growth rate is zero: small motions neither grow nor decay.
+    neutral_family : NeutralFamily or None
+        Without damping and with constant friction: the motions about it, none of which is a
+        cycle, and where they graze the belt.
     hopf_points : tuple of HopfPoint
         Where a pair of modes begins or ceases to grow in the range of belt speeds searched.
     """
@@ -44,6 +48,7 @@ class Equilibrium:
     eigenvalues: NDArray[np.complex128]
     stable: bool
     neutral: bool
+    neutral_family: NeutralFamily | None
     hopf_points: tuple[HopfPoint, ...]
 
     @property
@@ -123,6 +128,7 @@ def equilibria(
             eigenvalues=values,
             stable=largest < 0.0 and not neutral,
             neutral=neutral,
+            neutral_family=neutral_family(model),
             hopf_points=hopf_points(model, (low, high)),
         ),
     )

@@ -117,26 +117,18 @@ class Shooter:
         return self._state()
 
     def leg(self, state: State, n_events: int, *, max_time: float = math.inf) -> Leg:
-        """Follow a motion for some changes of mode, or for a time."""
-        motion, engine = self.motion, self.engine
-        self._place(state)
+        """Follow a motion for some events that change modes, or for a time."""
+        motion = self.motion
+        self.place(state)
         self._start_tangents()
         t = 0.0
         events: list[tuple[float, int, int]] = []
-        status = status_codes.OK
-        while len(events) < n_events and t < max_time:
-            if math.isinf(max_time) and self._slides_for_ever():
+        count, status = 0, status_codes.OK
+        while count < n_events and t < max_time:
+            if math.isinf(max_time) and self.slides_for_ever():
                 status = status_codes.NEVER_SLIPPING
                 break
-            h, status = engine.kernels.advance(
-                self.system,
-                engine.laws,
-                self.directions,
-                motion,
-                self.work,
-                self.rtol,
-                max_time - t,
-            )
+            h, status = self.advance(max_time - t)
             t += h
             if status != status_codes.OK:
                 break
@@ -144,23 +136,32 @@ class Shooter:
                 before = motion.mode.copy()
                 settle(self.system, motion, self.work.rates)
                 changed = np.flatnonzero(motion.mode != before)
-                if changed.size:
-                    events.append((t, int(changed[0]), int(motion.mode[changed[0]])))
+                events += [(t, int(block), int(motion.mode[block])) for block in changed]
+                count += changed.size > 0
         tangent = self._tangent(t if t >= max_time else None)
         states = tangent.shape[1] - (tangent.shape[1] % 2)
         parameter = tangent[:, states] if tangent.shape[1] > states else np.zeros(2 * self.n)
         return Leg(self._state(), t, int(status), tangent[:, :states], parameter, events)
 
+    def advance(self, cap: float) -> tuple[float, int]:
+        """Take one step, at most `cap` long, up to an event if one comes; length and status."""
+        engine = self.engine
+        h, status = engine.kernels.advance(
+            self.system, engine.laws, self.directions, self.motion, self.work, self.rtol, cap
+        )
+        return float(h), int(status)
+
     def velocity(self, state: State) -> Floats:
         """Rate of change of a state, (x', w'), shape (2 N,)."""
-        self._place(state)
+        self.place(state)
         engine, motion = self.engine, self.motion
         rates = [
             engine.kernels.rate(self.system, engine.laws, motion, block) for block in range(self.n)
         ]
         return np.concatenate([motion.w + self.system.V, rates])
 
-    def _place(self, state: State) -> None:
+    def place(self, state: State) -> None:
+        """Take a state as the present one."""
         motion = self.motion
         motion.x[:], motion.w[:], motion.mode[:] = state.x, state.w, state.mode
         motion.phase[0] = state.phase
@@ -191,7 +192,8 @@ class Shooter:
             motion.tangent_x[index, index] = 1.0
             motion.tangent_w[index, n + index] = motion.mode != 0
 
-    def _slides_for_ever(self) -> bool:
+    def slides_for_ever(self) -> bool:
+        """Whether the present motion can be shown never to reach the belt again."""
         engine = self.engine
         proved = engine.kernels.slides_for_ever(self.system, engine.laws, self.motion, self.work)
         return bool(proved)

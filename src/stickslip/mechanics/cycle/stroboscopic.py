@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.mechanics.cycle.cycle import Cycle, find_cycle
+from stickslip.mechanics.cycle.cycle import Cycle
+from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.cycle.shooting import Leg, Shooter
 from stickslip.mechanics.flow.settings import positive_integer, tolerance
 
