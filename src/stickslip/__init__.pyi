@@ -24,6 +24,7 @@ from .study.bifurcations import continue_breakpoint as continue_breakpoint
 from .study.bifurcations import continue_orbit as continue_orbit
 from .study.diagram import bifurcation_diagram as bifurcation_diagram
 from .study.event_map import event_map as event_map
+from .study.limit_cycles import limit_cycles as limit_cycles
 from .study.maps import attractors as attractors
 from .study.maps import basins as basins
 from .study.maps import branches as branches

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["NEUTRAL", "Cycle", "cycle_of", "events_of"]
+__all__ = ["NEUTRAL", "Cycle", "cycle_of", "events_of", "same_cycle"]
 
+SAME: Final = 1e-9  # relative: periods that rounding tells apart
 NEUTRAL: Final = 1e-7  # multipliers this close to the unit circle neither attract nor repel
 
 
@@ -110,3 +111,24 @@ def cycle_of(shot: Shot) -> Cycle:
 def events_of(leg: Leg) -> tuple[Event, ...]:
     """Return the changes of mode along a leg, blocks counted from 1."""
     return tuple(Event(time, block + 1, EVENT_KINDS[mode]) for time, block, mode in leg.events)
+
+
+def same_cycle(a: Cycle, b: Cycle) -> bool:
+    """Tell whether two cycles of one model are the same motion, up to a shift of time."""
+    if abs(a.period - b.period) > SAME * a.period or len(a.events) != len(b.events):
+        return False
+    if not a.events:
+        t = np.linspace(0.0, 1.0, 65)
+        ends = [cycle.trajectory.x(t * cycle.period).max(axis=0) for cycle in (a, b)]
+        return bool(np.abs(ends[0] - ends[1]).max() <= 1e-2 * np.abs(ends[0]).max())
+    words = [[(event.block, event.kind) for event in cycle.events] for cycle in (a, b)]
+    gaps = [
+        np.diff([event.time for event in cycle.events], append=cycle.events[0].time + cycle.period)
+        for cycle in (a, b)
+    ]
+    shifts = range(len(a.events))
+    return any(
+        words[0] == words[1][k:] + words[1][:k]
+        and np.abs(gaps[0] - np.roll(gaps[1], -k)).max() <= np.sqrt(SAME) * a.period
+        for k in shifts
+    )

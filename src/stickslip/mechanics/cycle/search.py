@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["find_cycle"]
+__all__ = ["NoCycleError", "find_cycle"]
 
 CLOSE: Final = 1e-3  # of the state's size: a return this close is worth an attempt
 SETTLED: Final = 1e-9  # ... and this close is a cycle that attracts
@@ -35,7 +35,7 @@ MAX_ATTEMPTS: Final = 8
 WAIT: Final = 40  # periods of the slowest mode without a change of modes
 MAX_WAITS: Final = 50
 SLIDES: Final = (
-    "no cycle was found from this state: all blocks slip and can be shown never to stick again. "
+    ": all blocks slip and can be shown never to stick again. "
     "Steady sliding is what stickslip.equilibria describes; without damping and with constant "
     "friction the motions about it are a neutral family, not a cycle."
 )
@@ -95,6 +95,20 @@ def _vector(name: str, values: ArrayLike, model: Model) -> Floats:
     return array
 
 
+class NoCycleError(ValueError):
+    """No cycle was found from a state.
+
+    Attributes
+    ----------
+    kind : {"slides", "undecided"}
+        Whether all blocks can be shown to slip for ever, or the search gave up.
+    """
+
+    def __init__(self, why: str, kind: Literal["slides", "undecided"] = "undecided") -> None:
+        super().__init__(f"no cycle was found from this state{why}")
+        self.kind: Literal["slides", "undecided"] = kind
+
+
 class _OnlySlipsError(Exception):
     """A motion has settled on a cycle without events."""
 
@@ -134,8 +148,8 @@ class _Search:
                 return found
             if distance <= SETTLED * self.size:
                 break
-        raise ValueError(
-            f"no cycle was found from this state: the motion came back {attempts} times, but not "
+        raise NoCycleError(
+            f": the motion came back {attempts} times, but not "
             f"onto a cycle, in {max_events} events. Start closer to one, or raise max_events."
         )
 
@@ -171,14 +185,13 @@ class _Search:
                 return leg.state
             state = leg.state
             if self.plain.slides_for_ever():
-                raise ValueError(SLIDES)
+                raise NoCycleError(SLIDES, "slides")
             if (state.mode == 0).any():
                 continue
             if (shot := slip_cycle(self.model, state, rtol=self.plain.rtol)) is not None:
                 raise _OnlySlipsError(shot)
-        raise ValueError(
-            "no cycle was found from this state: no block reached the belt in "
-            f"{MAX_WAITS * WAIT} periods of the slowest mode."
+        raise NoCycleError(
+            f": no block reached the belt in {MAX_WAITS * WAIT} periods of the slowest mode."
         )
 
     def _converged(self, state: State, n_events: int, distance: float) -> Cycle | None:
@@ -248,9 +261,8 @@ class _Search:
                     closest = 0.1 * distance
                     break
             states.append(state)
-        raise ValueError(
-            f"no cycle was found from this state in {max_periods} periods of the forcing. Start "
-            "closer to one, or raise max_events."
+        raise NoCycleError(
+            f" in {max_periods} periods of the forcing. Start closer to one, or raise max_events."
         )
 
     def _converged_in_time(self, state: State, period: float, distance: float) -> Cycle | None:
@@ -312,6 +324,6 @@ class _Search:
 def _check(leg: Leg) -> None:
     """Raise where a motion cannot become a cycle."""
     if leg.status == status_codes.NEVER_SLIPPING:
-        raise ValueError(SLIDES)
+        raise NoCycleError(SLIDES, "slides")
     if leg.status != status_codes.OK:
-        raise ValueError(f"no cycle was found from this state: {status_codes.MESSAGES[leg.status]}")
+        raise NoCycleError(f": {status_codes.MESSAGES[leg.status]}")
