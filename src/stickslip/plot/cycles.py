@@ -43,3 +43,46 @@ def plot_cycle_branch(branch: Any, ax: Axes | None = None) -> Axes:
     ax.set_xlabel(branch.parameter)
     ax.set_ylabel("period")
     return ax
+
+
+def plot_return_region(region: Any, ax: Axes | None = None) -> Axes:
+    """Draw the gaps of the event map over the parameter, the domain of d as a frame.
+
+    Parameters
+    ----------
+    region : ReturnRegion
+    ax : matplotlib.axes.Axes, optional
+        By default a new figure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Bars: differences without a return, lighter where undecided; dotted lines: where a cycle
+        without global stick begins or ceases to attract.
+    """
+    ax = axes_or_new(ax)
+    domains = np.array(
+        [region.model.replace(**{region.parameter: float(p)}).domain for p in region.values]
+    )
+    for end in domains.T:
+        ax.plot(region.values, end, color=PALETTE["black"], lw=0.8)
+    step = float(np.ptp(region.values)) / max(len(region.values) - 1, 1)
+    for gaps in region.gaps:
+        for gap in gaps:
+            alpha = 0.8 if gap.shown else 0.3
+            ax.bar(
+                gap.value,
+                gap.d[1] - gap.d[0],
+                width=0.8 * step,
+                bottom=gap.d[0],
+                color=PALETTE["vermillion"],
+                alpha=alpha,
+            )
+    for number in range(len(region.branches)):
+        for low, high in region.attracting(number):
+            for end in (low, high):
+                if region.values[0] < end < region.values[-1]:
+                    ax.axvline(end, color=PALETTE["blue"], ls=":", lw=0.8)
+    ax.set_xlabel(region.parameter)
+    ax.set_ylabel("$d$")
+    return ax

@@ -97,7 +97,9 @@ def continue_cycle(
     cycles = [*reversed(backward.cycles), *forward.cycles[1:]]
     values = [*reversed(backward.values), *forward.values[1:]]
     offset = len(backward.cycles) - 1
-    passed = [replace(item, row=offset - item.row) for item in reversed(backward.passed)]
+    passed = [
+        replace(item, row=max(offset - item.row - 1, 0)) for item in reversed(backward.passed)
+    ]
     passed += [replace(item, row=offset + item.row) for item in forward.passed]
     return CycleBranch(
         parameters={parameter: np.array(values)},
@@ -152,6 +154,7 @@ class _Walk:
         self.values = [here.parameter]
         self.passed: list[CycleBifurcation] = []
         self.end = CycleEnd("step limit", here.parameter)
+        self.fresh = 0  # cycles when the section was last chosen
 
     def _curve(self, y: np.ndarray) -> Curve:
         low, high = self.ends
@@ -198,7 +201,21 @@ class _Walk:
         self.here = end.last
         if end.reason == "end of range":
             return "end of range"
-        return None if self._touch() is not None else "step limit"
+        if self._touch() is not None:
+            return None
+        return self._elsewhere()
+
+    def _elsewhere(self) -> CycleEndReason | None:
+        """Go on from another section, where an event of another block has come to this one."""
+        if len(self.cycles) < self.fresh + 2:
+            return "step limit"
+        rising = self.here.tangent[-1] > 0.0
+        self.shooting, y = on_section(self.cycles[-1], self.name)
+        self.curve = self._curve(y)
+        start = self.curve.point(y)
+        self.here = start if (start.tangent[-1] > 0.0) == rising else start.reversed()
+        self.fresh = len(self.cycles)
+        return self._smooth_piece()
 
     def _passes_rest(self, a: CurvePoint, b: CurvePoint) -> bool:
         """Whether a slip cycle has shrunk to steady sliding and grown again, mirrored in time."""

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["Partner", "on_section", "partners"]
 
 SAMPLES: Final = 48  # per unit of time, when a block's rest in space is looked for
+FAR: Final = 0.1  # of the period: an event this far from the section is far
 BESIDE: Final = (1e-6, 1e-5)  # of the range: how far beside a change of modes cycles are sought
 PUSHES: Final = (0.0, 1e-4, -1e-4, 1e-2, -1e-2)  # of the motion's size
 NEAR: Final = 0.2  # of the motion's size: a partner is no farther from the cycle that it meets
@@ -29,7 +30,7 @@ NEAR: Final = 0.2  # of the motion's size: a partner is no farther from the cycl
 def on_section(cycle: Cycle, name: str, *, rtol: float = 1e-15) -> tuple[Shooting, Floats]:
     """Equations of a cycle along a parameter, with its sequence of modes, and its unknowns.
 
-    The section is the rest in space, of any block, that has the largest acceleration.
+    The section is the rest in space, of any block, that is sharpest and farthest from events.
     """
     model = cycle.model
     shooter = Shooter(model, rtol=rtol, tangents=False)
@@ -51,15 +52,18 @@ def on_section(cycle: Cycle, name: str, *, rtol: float = 1e-15) -> tuple[Shootin
 
 
 def _rest_in_space(cycle: Cycle) -> tuple[float, int]:
-    """Time and block of the sharpest extreme of a displacement."""
+    """Time and block of an extreme of a displacement: sharp, and far from events."""
     trajectory = cycle.trajectory
     t = np.linspace(0.0, cycle.period, max(400, int(SAMPLES * cycle.period)))
     v = trajectory.v(t)
+    events = np.array([event.time for event in cycle.events])
     best = (-1.0, 0.0, 0)
     for block in range(v.shape[1]):
         for i in np.flatnonzero(v[:-1, block] * v[1:, block] <= 0.0):
             sharpness = abs(v[i + 1, block] - v[i, block]) / (t[i + 1] - t[i])
-            best = max(best, (float(sharpness), float(t[i]), block))
+            apart = np.abs((t[i] - events + 0.5 * cycle.period) % cycle.period - 0.5 * cycle.period)
+            room = min(float(apart.min(initial=np.inf)), FAR * cycle.period)
+            best = max(best, (float(sharpness) * room, float(t[i]), block))
     _, near, block = best
 
     def speed(time: float) -> float:

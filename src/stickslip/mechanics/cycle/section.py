@@ -32,7 +32,7 @@ class Section(NamedTuple):
     """Where a period begins: at an extreme of a block's displacement, or with the forcing.
 
     Every block that moves in space comes to rest in space twice a period or more, and slips
-    there, because the belt does not rest: no event is ever at the section itself.
+    there, because the belt does not rest: it has no event at its own section.
 
     ``block``: whose velocity is zero there, from 0; None of a forced model, whose period begins
     at the forcing's phase at time 0. ``mode``: of all blocks there.
