@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import itertools
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
@@ -237,17 +238,17 @@ def _intervals(
     first = np.flatnonzero(missing & ~np.append(False, missing[:-1]))
     last = np.flatnonzero(missing & ~np.append(missing[1:], False))
     # From outside to inside of each gap; at an end of the domain both are that end.
-    outside = np.concatenate(
-        [grid[np.maximum(first - 1, 0)], grid[np.minimum(last + 1, len(grid) - 1)]]
-    )
-    inside = np.concatenate([grid[first], grid[last]])
-    for _ in np.arange(HALVINGS) if inside.size else ():
+    beside = np.concatenate([np.maximum(first - 1, 0), np.minimum(last + 1, len(grid) - 1)])
+    outside, inside = grid[beside], np.concatenate([grid[first], grid[last]])
+    if not inside.size:
+        return []
+    for _ in itertools.repeat(None, HALVINGS):
         middle = 0.5 * (outside + inside)
         gone = np.isnan(f(middle))
         inside = np.where(gone, middle, inside)
         outside = np.where(gone, outside, middle)
     lows, highs = np.split(inside, 2)
-    statuses = f.evaluate(0.5 * (lows + highs)).status if lows.size else []
+    statuses = f.evaluate(0.5 * (lows + highs)).status
     return [
         ((float(a), float(b)), int(status))
         for a, b, status in zip(lows, highs, statuses, strict=True)
@@ -283,7 +284,7 @@ def _gap(
 
 
 def _known(branches: list[CycleBranch], cycle: Cycle, value: float) -> int | None:
-    """Number of the branch that passes through a cycle, by its period and events."""
+    """Find the branch that passes through a cycle, by its period and events."""
     for number, branch in enumerate(branches):
         steps = np.flatnonzero((branch.values[:-1] - value) * (branch.values[1:] - value) <= 0.0)
         for row in steps:
