@@ -111,7 +111,9 @@ def event_map(
         "exact": closed forms, for constant kinetic friction. "adaptive": series of high
         order, for every law. "auto" takes the exact engine where it exists, which is for two
         undamped blocks.
-    device : {"cpu"}
+    device : {"cpu", "cuda"}
+        "cuda": an NVIDIA GPU (extra ``gpu``) carries the motions of two undamped blocks, with
+        the same arithmetic up to fused multiply-adds; itineraries come from the CPU.
     threads : int, optional
         Processor cores used for large arrays; all by default.
 
@@ -136,6 +138,11 @@ def event_map(
             raise ValueError(
                 "engine = 'exact' is that of two undamped blocks with constant friction; other "
                 "models have one engine, whose series are exact to rounding. Take engine='auto'."
+            )
+        if device != "cpu":
+            raise ValueError(
+                f"device = {device!r} is not allowed: of the event maps only that of two "
+                "undamped blocks runs elsewhere. Take device='cpu'."
             )
         return BlocksEventMap(
             model, rtol=rtol, max_events=max_events, max_time=max_time, threads=threads
