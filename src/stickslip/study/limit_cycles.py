@@ -109,6 +109,7 @@ def limit_cycles(
     n_starts: int = 50,
     max_period: int = 1,
     max_events: int = 5000,
+    rtol: float = 1e-15,
     rng: np.random.Generator | int | None = None,
 ) -> CycleList:
     """Search the limit cycles of a model from many states.
@@ -123,6 +124,8 @@ def limit_cycles(
         looked up as well.
     max_events : int
         Changes of mode (of a forced model: periods of the forcing) that a motion is followed for.
+    rtol : float
+        Local truncation error of the flow.
     rng : numpy.random.Generator or int, optional
 
     Returns
@@ -165,7 +168,7 @@ def limit_cycles(
     for number in range(count):
         x, v = model.sample_state(generator, riding=number % 2 == 0)
         try:
-            note(find_cycle(model, x, v, max_events=max_events), 1)
+            note(find_cycle(model, x, v, max_events=max_events, rtol=rtol), 1)
         except NoCycleError as reason:
             missed[reason.kind] += 1
     for cycle in _of_the_event_map(model, max_period):
