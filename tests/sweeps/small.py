@@ -52,10 +52,10 @@ def many_slow(f, d0):
     return f(d0)
 
 
-def run_slowly(store):
+def run_slowly(store, **more):
     """Take a second or two, so that there is time to be killed."""
     wanted = [*observables(), ss.observables.Function(function="tests.sweeps.small:many_slow")]
-    return run(store, observables=wanted)
+    return run(store, observables=wanted, **more)
 
 
 if __name__ == "__main__":  # a process to be killed

@@ -20,13 +20,27 @@ from stickslip.cli import (
     doctor,
     map,
     orbits,
+    plot,
     reproduce,
     simulate,
+    sweep,
     warmup,
 )
 from stickslip.cli.failure import BAD_USAGE, DONE, INTERRUPTED, exit_code_of
 
-COMMANDS = (map, orbits, basins, bifurcations, diagram, simulate, reproduce, doctor, warmup)
+COMMANDS = (
+    map,
+    orbits,
+    basins,
+    bifurcations,
+    diagram,
+    simulate,
+    sweep,
+    plot,
+    reproduce,
+    doctor,
+    warmup,
+)
 
 
 def application() -> App:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.model.two_block import TwoBlock
 
-__all__ = ["model_text", "read_model", "write_model"]
+__all__ = ["model_text", "read_model", "toml_table", "write_model"]
 
 
 def read_model(path: str | PathLike[str]) -> TwoBlock:
@@ -43,7 +43,7 @@ def read_model(path: str | PathLike[str]) -> TwoBlock:
     """
     path = Path(path)
     with within(f"{path}: "):
-        return model_of_values(_toml(path.read_bytes()))
+        return model_of_values(toml_table(path.read_bytes()))
 
 
 def write_model(model: TwoBlock, path: str | PathLike[str]) -> None:
@@ -103,7 +103,14 @@ def _lines(values: Mapping[str, str | float]) -> list[str]:
     ]
 
 
-def _toml(content: bytes) -> dict[str, Any]:
+def toml_table(content: bytes) -> dict[str, Any]:
+    """Read TOML.
+
+    Raises
+    ------
+    ValueError
+        It is none; the message names the line.
+    """
     try:
         return tomllib.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
@@ -115,4 +122,4 @@ def _toml(content: bytes) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         raise ValueError(f"not TOML: {error}") from None
     except RecursionError:
-        raise ValueError("not a model: its arrays or tables are nested too deeply") from None
+        raise ValueError("its arrays or tables are nested too deeply") from None
