@@ -64,9 +64,10 @@ def command(
             raise RefusalError(f"{where} exists, {done}; --resume goes on with it")
         _run(read, where, threads, scheduler, quiet=output.quiet)
         known = _known(read, where)
-    facts = {"store": where, **(known or {"done": 0, "chunks": None})}
+    facts: dict[str, Any] = {"store": where, "done": 0, "chunks": None, **(known or {})}
     if output.json:
-        print(columns.document("sweep", {"plan": str(plan)}, facts), end="")
+        row = {name: [fact] for name, fact in facts.items()}
+        print(columns.document("sweep", {"plan": str(plan)}, row), end="")
     elif not status:
         print(where)
     elif known is None:
@@ -108,9 +109,9 @@ def _client(scheduler: str | None) -> Any:
 
     if scheduler is None:
         return nullcontext()
-    from distributed import Client
+    from stickslip.sweeps.engines import connect
 
     try:
-        return Client(scheduler, timeout=10)
+        return connect(scheduler)
     except (OSError, ValueError) as error:
         raise UsageError(f"--scheduler {scheduler}: {error}") from error

@@ -129,6 +129,7 @@ OPTIONS: dict[str, Any] = {
     "_nrt": False,
 }
 _instance_key = threading.local()
+_making = threading.RLock()  # held while a module is made: other threads wait for the whole of it
 _ours: set[int] = set()
 
 
@@ -203,7 +204,13 @@ def instantiate(template: str, key: str, *, cached: bool = True, **bindings: Any
     **bindings
         The global names to bind.
     """
-    name = f"{template}[{key}]"
+    with _making:
+        return _instantiated(template, f"{template}[{key}]", key, cached, bindings)
+
+
+def _instantiated(
+    template: str, name: str, key: str, cached: bool, bindings: dict[str, Any]
+) -> ModuleType:
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.find_spec(template)
@@ -230,7 +237,11 @@ def write_module(stem: str, text: str) -> ModuleType:
     writable folder it lives in a temporary one for this process.
     """
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
-    name = f"stickslip_generated_{stem}_{digest}"
+    with _making:
+        return _generated(f"stickslip_generated_{stem}_{digest}", digest, text)
+
+
+def _generated(name: str, digest: str, text: str) -> ModuleType:
     if name in sys.modules:
         return sys.modules[name]
     folder = (cache_root() or Path(tempfile.mkdtemp(prefix="stickslip-"))) / "generated"

@@ -127,7 +127,7 @@ def _limits(values: Any) -> tuple[float | None, float | None]:
 def _categories(array: Any, values: Any, x: NDArray[Any], y: NDArray[Any], ax: Axes) -> None:
     """Give each kind, or each small period, a colour of its own, named in a legend."""
     if array.name == "period":
-        values = np.ma.where(values > LONGER, LONGER, values)
+        values = np.minimum(values, LONGER)
         names = {0: "none", **{p: str(p) for p in range(1, LONGER)}, LONGER: f"{LONGER} and more"}
         colours = {0: PALETTE["light"]} | {
             p: PALETTE[name] for p, name in enumerate(CATEGORIES, start=1)

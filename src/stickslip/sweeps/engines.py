@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 if TYPE_CHECKING:
     from stickslip.sweeps.job import Computed, Job, Tile
 
-__all__ = ["in_dask", "in_threads"]
+__all__ = ["connect", "in_dask", "in_threads"]
 
 # Tiles handed out for each core: enough that no core waits while results are written.
 AHEAD: Final = 3
+CONNECT_SECONDS: Final = 10
 
 Outcome: TypeAlias = "tuple[Tile, Computed | Exception]"
 Compute: TypeAlias = "Callable[[Job, Tile], Computed]"
@@ -78,6 +79,12 @@ def in_dask(
             futures.update(submit(1))
     finally:
         client.cancel([future for future in list(futures.futures)], force=True)
+
+
+def connect(address: str) -> Any:
+    """Connect to a dask scheduler; OSError or ValueError if there is none."""
+    distributed: Any = importlib.import_module("distributed")
+    return distributed.Client(address, timeout=CONNECT_SECONDS)
 
 
 def _outcome(error: BaseException | None, result: Callable[[], Any]) -> Any:

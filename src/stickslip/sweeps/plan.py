@@ -11,6 +11,7 @@ from stickslip.study.event_map import event_map
 from stickslip.study.model_file import read_model, toml_table
 from stickslip.study.model_values import model_of_values, within
 from stickslip.sweeps.axis import axis
+from stickslip.sweeps.errors import StoreRefused
 from stickslip.sweeps.identity import import_function
 from stickslip.sweeps.observables import OBSERVABLES, as_observables
 from stickslip.sweeps.sweep import sweep
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Plan", "read_plan"]
 
-T = TypeVar("T")
+T = TypeVar("T", bound=msgspec.Struct)
 
 
 class _Range(
@@ -94,8 +95,12 @@ class Plan(msgspec.Struct, frozen=True):
         ValueError
             And others, as in `stickslip.sweep`; of a description, with the name of the file.
         """
-        with within(f"{self.path}: "):
+        try:
             return sweep(**self.arguments, **{"store": self.store, **more})
+        except StoreRefused:
+            raise
+        except ValueError as error:
+            raise ValueError(f"{self.path}: {error}") from error
 
 
 def read_plan(path: str | PathLike[str]) -> Plan:
@@ -124,7 +129,9 @@ def read_plan(path: str | PathLike[str]) -> Plan:
         arguments: dict[str, Any] = {
             "system": _system(file, path.parent),
             "axes": {name: _axis(name, given) for name, given in file.axes.items()},
-            "observables": as_observables(map(_observable, range(10**9), file.observables)),
+            "observables": as_observables(
+                [_observable(*item) for item in enumerate(file.observables)]
+            ),
             "seed": file.seed,
             "d0": file.d0,
             "chunks": file.chunks,
