@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 EXAMPLES = """\
 stickslip plot coulomb.zarr --out map.png
-stickslip plot coulomb.zarr --variable lyapunov_exponent --curve fold.json --out map.pdf
+stickslip plot coulomb.zarr --variable lyapunov_exponent \\
+    --curve fold.json --out map.pdf
 stickslip plot s3://bucket/map --at beta=1.3 --out map.svg
 """
 

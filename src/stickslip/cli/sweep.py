@@ -19,7 +19,8 @@ EXAMPLES = """\
 stickslip sweep plan.toml
 stickslip sweep plan.toml --status
 stickslip sweep plan.toml --resume --threads 8
-stickslip sweep plan.toml --store s3://bucket/map --scheduler tcp://10.0.0.1:8786
+stickslip sweep plan.toml --store s3://bucket/map \\
+    --scheduler tcp://10.0.0.1:8786
 """
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 
@@ -21,9 +22,11 @@ __all__ = ["SweepMap", "draw_sweep"]
 
 SCALE: Final = "viridis"  # even to the eye, and to colour-blind ones
 CLIPPED: Final = 1.0  # percent of the values at each end that may lie beyond the scale
-CATEGORIES: Final = ("sky", "orange", "green", "purple", "blue", "vermillion", "black")
+CYCLES: Final = 2.0  # how far a scale of exponents goes down, times how far it goes up
+CATEGORIES: Final = ("sky", "orange", "green", "purple", "blue", "vermillion")
 NONE: Final = {"undecided": "light", "left": "grey"}  # kinds that are no attractors
-LONGER: Final = 7  # periods from which on all have one colour
+LONG: Final = {7: "7 to 15", 16: "16 to 31", 32: "32 to 63", 64: "64 and more"}  # by first one
+LONG_SCALE: Final = "copper_r"  # their colours
 EVEN: Final = 1e-6  # relative differences of steps of an axis that is called even
 CURVE: Final[dict[str, Any]] = {"color": "black", "lw": 1.0}
 CASING: Final[dict[str, Any]] = {"color": "white", "lw": 2.4}  # keeps curves apart from dark cells
@@ -89,7 +92,7 @@ def draw_sweep(
     if "flag_values" in array.attrs or array.name == "period":
         _categories(array, values, x, y, ax)
     else:
-        low, high = _limits(values)
+        low, high = _limits(values, str(array.name))
         mesh = ax.pcolormesh(x, y, values, cmap=SCALE, vmin=low, vmax=high, shading="nearest")
         mesh.set_rasterized(True)
         title = array.attrs.get("long_name", str(array.name))
@@ -115,30 +118,29 @@ def _chosen(dataset: Any, variable: str | None) -> Any:
     return array
 
 
-def _limits(values: Any) -> tuple[float | None, float | None]:
+def _limits(values: Any, name: str) -> tuple[float | None, float | None]:
     """Return the ends of a scale on which single extreme values do not hide the rest."""
     known = values.compressed()
     if not known.size:
         return None, None
     low, high = np.percentile(known[np.isfinite(known)], (CLIPPED, 100 - CLIPPED))
+    if name == "lyapunov_exponent" and high > 0:
+        # Exponents of cycles have no lower bound; shown to their end they would hide chaos.
+        low = max(low, -CYCLES * high)
     return float(low), float(high)
 
 
 def _categories(array: Any, values: Any, x: NDArray[Any], y: NDArray[Any], ax: Axes) -> None:
     """Give each kind, or each small period, a colour of its own, named in a legend."""
     if array.name == "period":
-        values = np.minimum(values, LONGER)
-        names = {0: "none", **{p: str(p) for p in range(1, LONGER)}, LONGER: f"{LONGER} and more"}
-        colours = {0: PALETTE["light"]} | {
-            p: PALETTE[name] for p, name in enumerate(CATEGORIES, start=1)
-        }
+        values, names, colours = _periods(values)
     else:
         meanings = array.attrs["flag_meanings"].split()
         names = dict(zip(array.attrs["flag_values"], meanings, strict=True))
         free = iter(CATEGORIES)
         colours = {code: PALETTE[NONE.get(name) or next(free)] for code, name in names.items()}
     codes = sorted(names)
-    edges = [codes[0] - 0.5, *(code + 0.5 for code in codes)]
+    edges = [*(code - 0.5 for code in codes), codes[-1] + 0.5]
     scale = ListedColormap([colours[code] for code in codes])
     mesh = ax.pcolormesh(
         x, y, values, cmap=scale, norm=BoundaryNorm(edges, len(codes)), shading="nearest"
@@ -148,6 +150,18 @@ def _categories(array: Any, values: Any, x: NDArray[Any], y: NDArray[Any], ax: A
     title = "period" if array.name == "period" else None
     patches = [Patch(color=colours[code], label=names[code]) for code in codes if code in there]
     ax.legend(handles=patches, title=title, loc="upper left", bbox_to_anchor=(1.01, 1.0))
+
+
+def _periods(values: Any) -> tuple[Any, dict[int, str], dict[int, Any]]:
+    """Group long periods; give names and colours by the first period of each group."""
+    first = np.array([0, *range(1, min(LONG)), *LONG])
+    groups = first[np.searchsorted(first, np.ma.getdata(values), side="right") - 1]
+    names = {0: "not periodic", **{p: str(p) for p in range(1, min(LONG))}, **LONG}
+    colours: dict[int, Any] = {0: PALETTE["light"]}
+    colours |= {p: PALETTE[name] for p, name in enumerate(CATEGORIES[: min(LONG) - 1], start=1)}
+    shades = colormaps[LONG_SCALE](np.linspace(0.25, 1.0, len(LONG)))
+    colours |= dict(zip(LONG, shades, strict=True))
+    return np.ma.array(groups, mask=np.ma.getmaskarray(values)), names, colours
 
 
 def _name_axis(ax: Axes, which: str, name: str, ticks: NDArray[Any]) -> None:
@@ -165,6 +179,7 @@ def _draw_curves(curves: tuple[Any, ...], across: str, ax: Axes) -> None:
         other = curve.solve_for if curve.along == across else curve.along
         line = curve.parameters[across], curve.parameters[other]
         ax.plot(*line, **CASING)
-        ax.plot(*line, **CURVE)
+        label = f"{curve.kind.replace('_', ' ')} of period {curve.period}"
+        ax.plot(*line, **CURVE, label=label)
     ax.set_xlim(limits[0])
     ax.set_ylim(limits[1])

@@ -107,7 +107,7 @@ class _OfOrbit(Observable):
 
     transient: int = _count(1000, least=0)
     n: int = _count(1000, least=2)
-    max_period: int = _count(64)
+    max_period: int = _count(256)
 
     @property
     def _run(self) -> Run:

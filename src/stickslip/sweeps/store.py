@@ -8,8 +8,9 @@ content (the mark does not fit) makes its tile one to compute again.
 from __future__ import annotations
 
 import hashlib
+import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -25,6 +26,8 @@ from stickslip.sweeps.place import is_full
 from stickslip.vocabulary import TERMS
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from stickslip.sweeps.axis import Axis
     from stickslip.sweeps.job import Computed, Job, Tile
     from stickslip.sweeps.observables import Output
@@ -36,6 +39,7 @@ ATTRIBUTE: Final = "stickslip"  # of the root group: what the sweep is and who c
 BEING_MADE: Final = {"being made": True}  # instead, until all arrays are laid out
 ROOT: Final = "zarr.json"
 MARKS: Final = "checksum"
+READ_AHEAD: Final = 1024
 READERS: Final = 8  # threads that check marked tiles: they wait for disk or network
 
 
@@ -46,14 +50,15 @@ class Store:
     Attributes
     ----------
     place : Place
-    group : zarr.Group
+    arrays : dict of str to zarr.Array
+        Each variable and the marks by name, opened once: that costs as much as a chunk.
     outputs : tuple of Output
     chunks : tuple of int
         Points of a tile along each axis.
     """
 
     place: Place
-    group: Any
+    arrays: dict[str, Any]
     outputs: tuple[Output, ...]
     chunks: tuple[int, ...]
 
@@ -67,8 +72,8 @@ class Store:
         """
         try:
             for output in self.outputs:
-                self.group[output.name][tile.region] = computed.arrays[output.name]
-            self.group[MARKS][tile.index] = _checksum(computed.arrays, self.outputs)
+                self.arrays[output.name][tile.region] = computed.arrays[output.name]
+            self.arrays[MARKS][tile.index] = _checksum(computed.arrays, self.outputs)
         except Exception as error:
             if is_full(error):
                 raise StoreFull(
@@ -79,7 +84,7 @@ class Store:
 
     def marks(self) -> Any:
         """Read all marks, 0 where there is none or it is damaged."""
-        array = self.group[MARKS]
+        array = self.arrays[MARKS]
         try:
             return array[...]
         except Exception:  # whatever the codecs say of a torn one: look at each by itself
@@ -91,26 +96,27 @@ class Store:
                     marks[index] = 0
             return marks
 
-    def done(self, tiles: list[Tile]) -> set[tuple[int, ...]]:
-        """Find the tiles that are marked and whole; what is left of others is removed."""
+    def done(self, tiles: Iterable[Tile]) -> NDArray[np.bool_]:
+        """Tell which tiles are marked and whole; what is left of others is removed."""
         marks = self.marks()
+        done = np.zeros(marks.shape, dtype=bool)
+        marked = (tile for tile in tiles if marks[tile.index])
         with ThreadPoolExecutor(READERS) as pool:
-            whole = pool.map(lambda tile: self._is_whole(tile, marks[tile.index]), tiles)
-            done = {tile.index for tile, fine in zip(tiles, whole, strict=True) if fine}
-        for tile in tiles:
-            # A damaged chunk would be read before the part of it inside the grid is written.
-            if tile.index not in done and marks[tile.index]:
-                self._forget(tile)
+            # Some at a time: there may be millions.
+            while some := list(itertools.islice(marked, READ_AHEAD)):
+                for tile, found in zip(some, pool.map(self._checksum_of, some), strict=True):
+                    done[tile.index] = found == marks[tile.index]
+                    if not done[tile.index]:
+                        # Or it would be read before the part of it inside the grid is written.
+                        self._forget(tile)
         return done
 
-    def _is_whole(self, tile: Tile, mark: int) -> bool:
-        if not mark:
-            return False
+    def _checksum_of(self, tile: Tile) -> np.uint64:
         try:
-            arrays = {each.name: self.group[each.name][tile.region] for each in self.outputs}
+            arrays = {each.name: self.arrays[each.name][tile.region] for each in self.outputs}
         except Exception:  # a codec's complaint of whatever kind: torn
-            return False
-        return bool(_checksum(arrays, self.outputs) == mark)
+            return np.uint64(0)
+        return _checksum(arrays, self.outputs)
 
     def _forget(self, tile: Tile) -> None:
         self.place.remove(self.place.of(f"{MARKS}/c/{'/'.join(map(str, tile.index))}"))
@@ -152,8 +158,9 @@ def create_or_open(
         stored = described(place, group)
         if stored != BEING_MADE:
             _compare(place, stored, job.identity(axes), chunks if given else None)
-            return Store(place, group, job.outputs, tuple(stored["chunks"]))
-    return Store(place, _created(place, job, axes, chunks), job.outputs, chunks)
+            return Store(place, dict(group.arrays()), job.outputs, tuple(stored["chunks"]))
+    group = _created(place, job, axes, chunks)
+    return Store(place, dict(group.arrays()), job.outputs, chunks)
 
 
 def refuse_foreign(place: Place) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from time import perf_counter
@@ -272,7 +273,7 @@ def _check_values(system: System, name: str, values: Axis) -> None:
     """Refuse names and values that the system does not know."""
     for value in values.values.tolist():
         try:
-            system.map_at({name: value})
+            system.check({name: value})
         except ValueError as error:
             raise ValueError(f"axis {name!r}: {error}") from error
 
@@ -288,12 +289,11 @@ def _chunks(axes: Mapping[str, Axis], job: Job, given: Mapping[str, int] | None)
 
 def _todo(
     store: Store, axes: Mapping[str, Axis], progress: Callable[[Progress], object] | None
-) -> tuple[list[Tile], Callable[[int], None]]:
+) -> tuple[Iterator[Tile], Callable[[int], None]]:
     """Return the tiles that are not done, and a function that shows more points as done."""
-    every = list(tiles(axes, store.chunks))
-    done = store.done(every)
-    total = sum(_size(tile) for tile in every)
-    resumed = sum(_size(tile) for tile in every if tile.index in done)
+    done = store.done(tiles(axes, store.chunks))
+    total = math.prod(map(len, axes.values()))
+    resumed = sum(_size(tile) for tile in tiles(axes, store.chunks) if done[tile.index])
     state = {"done": resumed}
     began = perf_counter()
 
@@ -303,11 +303,11 @@ def _todo(
             progress(Progress(state["done"], total, resumed, perf_counter() - began))
 
     show(0)
-    return [tile for tile in every if tile.index not in done], show
+    return (tile for tile in tiles(axes, store.chunks) if not done[tile.index]), show
 
 
 def _size(tile: Tile) -> int:
-    return int(np.prod(tile.shape))
+    return math.prod(tile.shape)
 
 
 def _written(

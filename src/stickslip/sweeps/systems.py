@@ -45,8 +45,11 @@ class System(Protocol):
     def identity(self) -> dict[str, Any]:
         """Describe it in values that JSON can hold."""
 
+    def check(self, values: Mapping[str, float]) -> None:
+        """Raise ValueError if some parameter values are not allowed."""
+
     def map_at(self, values: Mapping[str, float]) -> Map1D:
-        """Make the map at some parameter values; ValueError if they are not allowed."""
+        """Make the map at some parameter values."""
 
     def domains(self, columns: Columns, size: int) -> tuple[Floats, Floats]:
         """Return the ends of the domain at each of `size` grid points."""
@@ -93,6 +96,10 @@ class ModelSystem:
         options = [law.options | law_identity(law) for law in laws]
         settings = {name: str(value) for name, value in self.settings.items()}
         return {"model": "two_block", "parameters": numbers, "laws": options, "engine": settings}
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Raise ValueError if some values are not allowed."""
+        self.model.replace(**values)
 
     def map_at(self, values: Mapping[str, float]) -> EventMap:
         """Make the map at some parameter values."""
@@ -211,6 +218,10 @@ class MapSystem:
         functions = {role: function_identity(each) for role, each in self.f.callables.items()}
         numbers = {"domain": self.f.domain, "breakpoints": self.f.breakpoints.tolist()}
         return {"map": functions, "parameters": self.f.parameters, **numbers}
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Raise ValueError if some values are not allowed."""
+        self.f.replace(**values)
 
     def map_at(self, values: Mapping[str, float]) -> PiecewiseMap:
         """Make the map at some parameter values."""
