@@ -19,6 +19,8 @@ __all__ = ["connect", "in_dask", "in_threads"]
 
 # Tiles handed out for each core: enough that no core waits while results are written.
 AHEAD: Final = 3
+# And at least so many through a scheduler, where the way there and back takes its time.
+LEAST_AHEAD: Final = 32
 CONNECT_SECONDS: Final = 10
 
 Outcome: TypeAlias = "tuple[Tile, Computed | Exception]"
@@ -70,7 +72,7 @@ def in_dask(
     cores = sum(client.ncores().values())
     if not cores:
         raise ValueError("client: its scheduler has no workers.")
-    futures = distributed.as_completed(submit(AHEAD * cores))
+    futures = distributed.as_completed(submit(max(AHEAD * cores, LEAST_AHEAD)))
     try:
         for future in futures:
             outcome = _outcome(future.exception(), future.result)
