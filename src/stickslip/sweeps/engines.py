@@ -72,13 +72,15 @@ def in_dask(
     cores = sum(client.ncores().values())
     if not cores:
         raise ValueError("client: its scheduler has no workers.")
-    futures = distributed.as_completed(submit(max(AHEAD * cores, LEAST_AHEAD)))
+    first = submit(max(AHEAD * cores, LEAST_AHEAD))
+    futures = distributed.as_completed(first, with_results=True, raise_errors=False)
     try:
-        for future in futures:
-            outcome = _outcome(future.exception(), future.result)
-            yield running.pop(future.key), outcome
-            future.release()
-            futures.update(submit(1))
+        for batch in futures.batches():  # one answer of the scheduler for all that are ready
+            for future, result in batch:
+                fine = future.status == "finished"
+                yield running.pop(future.key), result if fine else future.exception()
+                future.release()
+            futures.update(submit(len(batch)))
     finally:
         client.cancel([future for future in list(futures.futures)], force=True)
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stickslip.mechanics.eventmap.carrier import NO_ITINERARY
+from stickslip.mechanics.eventmap.carrier import NO_ITINERARY, new_scratch
 from stickslip.mechanics.eventmap.follow_records import ModelTable, new_followed
-from stickslip.mechanics.eventmap.records import Scratch
 from stickslip.mechanics.flow.engine import bind_engine, start_direction
-from stickslip.mechanics.flow.system import new_motion
 from stickslip.numerics.long_run import new_long_run, new_path
 from stickslip.numerics.targets import instantiate
 
@@ -16,7 +14,7 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     from stickslip.mechanics.eventmap.follow_records import Followed
-    from stickslip.mechanics.eventmap.records import Controls
+    from stickslip.mechanics.eventmap.records import Controls, Scratch
     from stickslip.mechanics.flow.engine import Engine
     from stickslip.mechanics.flow.system import Floats
     from stickslip.numerics.long_run import LongRun
@@ -89,13 +87,7 @@ def _kernels(engine: Engine) -> ModuleType:
 
 
 def _scratch(engine: Engine, n_columns: int) -> Scratch:
-    n_law = engine.n_law_parameters
-    scratch = Scratch(
-        new_motion(n_columns, n_law),
-        new_motion(n_columns + 4, n_law),
-        new_motion(0, n_law),
-        engine.new_work(),
-    )
+    scratch = new_scratch(engine, n_columns)
     for column in range(n_columns):
         scratch.motion.directions[column] = start_direction(engine)
         scratch.long_motion.directions[column] = start_direction(engine)
