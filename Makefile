@@ -111,8 +111,9 @@ $(STAMPS)/docs: $(STAMPS)/core requirements-docs.lock
 	@touch $@
 
 # The locks: hashes, no URL, every platform and every supported Python. Needs uv (pip install uv).
+# The largest comes first: what its packages allow holds for the core too.
 lock:
-	$(COMPILE) pyproject.toml --group build -o requirements.lock
-	$(COMPILE) pyproject.toml --group build --extra dev -c requirements.lock -o requirements-dev.lock
+	$(COMPILE) pyproject.toml --group build --extra dev -o requirements-dev.lock
+	$(COMPILE) pyproject.toml --group build -c requirements-dev.lock -o requirements.lock
 	$(COMPILE) pyproject.toml --group build --extra docs -c requirements.lock -o requirements-docs.lock
 	@! grep -n '://' requirements*.lock

@@ -8,6 +8,7 @@ import sys
 import textwrap
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -233,6 +234,26 @@ def test_a_template_that_fails_leaves_nothing_behind(tmp_path, monkeypatch):
         with pytest.raises(RuntimeError, match="broken"):
             targets.instantiate("broken_template", "key")
     assert "broken_template[key]" not in sys.modules
+
+
+SLOW_MODULE = "import time\ntime.sleep(0.2)\nready = True\n"
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: targets.instantiate("slow_template", "key"),
+        lambda: targets.write_module("slow", SLOW_MODULE),
+    ],
+    ids=["instance", "generated"],
+)
+def test_threads_never_see_a_module_that_is_half_made(tmp_path, monkeypatch, make):
+    (tmp_path / "slow_template.py").write_text(SLOW_MODULE)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(targets, "cache_root", lambda: tmp_path)
+    with ThreadPoolExecutor(3) as pool:
+        modules = list(pool.map(lambda _: make().ready, range(3)))
+    assert modules == [True] * 3
 
 
 def test_an_unknown_template_is_named():

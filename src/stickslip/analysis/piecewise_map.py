@@ -117,6 +117,27 @@ class PiecewiseMap(LineMap):
         return self._func
 
     @property
+    def callables(self) -> dict[str, Function]:
+        """Every function that was given, by what it is for."""
+        given: dict[str, Any] = {
+            "func": self._func,
+            "derivative": self._given_derivative,
+            "label": self._given_label,
+            "breakpoints": self._given_breakpoints,
+        }
+        slopes = self._given_parameter_derivative
+        if isinstance(slopes, Mapping):
+            given |= {f"derivative in {name}": slope for name, slope in slopes.items()}
+        else:
+            given["parameter_derivative"] = slopes
+        return {role: function for role, function in given.items() if callable(function)}
+
+    @property
+    def breakpoints(self) -> Floats:
+        """Where the user says that the branches end, at the present parameter values."""
+        return self._breakpoints.copy()
+
+    @property
     def domain(self) -> tuple[float, float]:
         """Ends of the closed interval of arguments."""
         return self._domain

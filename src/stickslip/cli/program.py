@@ -21,8 +21,10 @@ from stickslip.cli import (
     doctor,
     map,
     orbits,
+    plot,
     reproduce,
     simulate,
+    sweep,
     warmup,
 )
 from stickslip.cli.failure import BAD_USAGE, DONE, INTERRUPTED, exit_code_of
@@ -35,6 +37,8 @@ COMMANDS = (
     diagram,
     simulate,
     cycles,
+    sweep,
+    plot,
     reproduce,
     doctor,
     warmup,

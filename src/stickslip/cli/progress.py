@@ -5,7 +5,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TypeVar
+from datetime import timedelta
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from stickslip.sweeps.sweep import Progress
 
 Item = TypeVar("Item")
 
@@ -35,6 +39,35 @@ def shares(what: str, *, quiet: bool) -> Iterator[Callable[[float], None] | None
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=1.0)
         yield lambda share: bar.update(task, completed=share)
+
+
+@contextmanager
+def points(what: str, *, quiet: bool) -> Iterator[Callable[[Progress], None] | None]:
+    """Give a function that shows points done, their rate and the time left; None as above."""
+    if not _watched(quiet):
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
+    from rich.progress import Progress as Bar
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+    )
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(what, total=None, rate="")
+
+        def show(progress: Progress) -> None:
+            rate = ""
+            if progress.rate > 0:
+                left = timedelta(seconds=round(progress.remaining))
+                rate = f"{progress.rate:.3g}/s, {left} left"
+            bar.update(task, completed=progress.done, total=progress.total, rate=rate)
+
+        yield show
 
 
 def _watched(quiet: bool) -> bool:

@@ -156,6 +156,7 @@ OPTIONS: dict[str, Any] = {
     "_nrt": False,
 }
 _instance_key = threading.local()
+_making = threading.RLock()  # held while a module is made: other threads wait for the whole of it
 _ours: set[int] = set()
 
 
@@ -230,7 +231,13 @@ def instantiate(template: str, key: str, *, cached: bool = True, **bindings: Any
     **bindings
         The global names to bind.
     """
-    name = f"{template}[{key}]"
+    with _making:
+        return _instantiated(template, f"{template}[{key}]", key, cached, bindings)
+
+
+def _instantiated(
+    template: str, name: str, key: str, cached: bool, bindings: dict[str, Any]
+) -> ModuleType:
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.find_spec(template)
@@ -262,7 +269,11 @@ def generated_module(stem: str, key: str, make_text: Callable[[], str]) -> Modul
     among those that this version of the sources generates; without a writable folder it lives
     in a temporary one for this process. `make_text` is called if there is no such file.
     """
-    name = f"stickslip_generated_{stem}_{key}"
+    with _making:
+        return _generated(f"stickslip_generated_{stem}_{key}", key, make_text)
+
+
+def _generated(name: str, key: str, make_text: Callable[[], str]) -> ModuleType:
     if name in sys.modules:
         return sys.modules[name]
     folder = (cache_root() or Path(tempfile.mkdtemp(prefix="stickslip-"))) / "generated"

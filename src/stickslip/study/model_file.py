@@ -14,7 +14,7 @@ from stickslip.study.model_values import Model, model_of_values, model_values
 if TYPE_CHECKING:
     from os import PathLike
 
-__all__ = ["model_text", "read_model", "write_model"]
+__all__ = ["model_text", "read_model", "toml_table", "write_model"]
 
 
 def read_model(path: str | PathLike[str]) -> Model:
@@ -42,7 +42,7 @@ def read_model(path: str | PathLike[str]) -> Model:
     """
     path = Path(path)
     with within(f"{path}: "):
-        return model_of_values(_toml(path.read_bytes()))
+        return model_of_values(toml_table(path.read_bytes()))
 
 
 def write_model(model: Model, path: str | PathLike[str]) -> None:
@@ -102,7 +102,14 @@ def _lines(values: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _toml(content: bytes) -> dict[str, Any]:
+def toml_table(content: bytes) -> dict[str, Any]:
+    """Read TOML.
+
+    Raises
+    ------
+    ValueError
+        It is none; the message names the line.
+    """
     try:
         return tomllib.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
@@ -114,4 +121,4 @@ def _toml(content: bytes) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         raise ValueError(f"not TOML: {error}") from None
     except RecursionError:
-        raise ValueError("not a model: its arrays or tables are nested too deeply") from None
+        raise ValueError("its arrays or tables are nested too deeply") from None

@@ -1,0 +1,118 @@
+"""``stickslip sweep``: a grid of parameters computed into a store, as a plan file says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from stickslip.cli import columns
+from stickslip.cli.failure import ComputationError, RefusalError, UsageError
+from stickslip.cli.options import OUTPUT, Flag, OutputOptions, Whole
+from stickslip.cli.progress import points
+
+if TYPE_CHECKING:
+    from stickslip.sweeps.plan import Plan
+
+EXAMPLES = """\
+stickslip sweep plan.toml
+stickslip sweep plan.toml --status
+stickslip sweep plan.toml --resume --threads 8
+stickslip sweep plan.toml --store s3://bucket/map \\
+    --scheduler tcp://10.0.0.1:8786
+"""
+
+
+def command(
+    plan: Path,
+    *,
+    store: Annotated[str | None, Parameter(group=OUTPUT)] = None,
+    resume: Flag = False,
+    status: Flag = False,
+    threads: Whole | None = None,
+    scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
+    output: OutputOptions = OutputOptions(),
+) -> None:
+    """Compute what a plan describes into its store, and print the store's name.
+
+    It may be interrupted or killed at any moment: with --resume it goes on where it stopped. Files
+    that were damaged meanwhile are found and computed again. A store of another plan is refused.
+
+    Parameters
+    ----------
+    plan
+        TOML file with the model, the axes and what to record.
+    store
+        Folder, .zip file or URL to use in place of the plan's.
+    resume
+        Go on with a store that exists.
+    status
+        Only say how much of the store is done.
+    threads
+        Processor cores used; all by default.
+    scheduler
+        Compute on the workers of this dask scheduler.
+    """
+    from stickslip.sweeps.plan import read_plan
+
+    read = read_plan(plan)
+    where = store or read.store
+    known = _known(read, where)
+    if not status:
+        if known is not None and not resume:
+            done = f"{known['done']} of {known['chunks']} chunks done"
+            raise RefusalError(f"{where} exists, {done}; --resume goes on with it")
+        _run(read, where, threads, scheduler, quiet=output.quiet)
+        known = _known(read, where)
+    facts: dict[str, Any] = {"store": where, "done": 0, "chunks": None, **(known or {})}
+    if output.json:
+        row = {name: [fact] for name, fact in facts.items()}
+        print(columns.document("sweep", {"plan": str(plan)}, row), end="")
+    elif not status:
+        print(where)
+    elif known is None:
+        print(f"{where}: not begun")
+    else:
+        print(f"{where}: {facts['done']} of {facts['chunks']} chunks done")
+
+
+def _known(plan: Plan, where: str) -> dict[str, int] | None:
+    """Count the chunks of a store, all and done; None if there is no store."""
+    from stickslip.sweeps.errors import StoreRefused
+    from stickslip.sweeps.sweep import open_sweep
+
+    try:
+        found = open_sweep(where, storage_options=plan.arguments["storage_options"])
+    except StoreRefused:  # what is wrong, if anything is, shows when it is written to
+        return None
+    return {name: found.attrs[name] for name in ("done", "chunks")}
+
+
+def _run(
+    plan: Plan, where: str, threads: int | None, scheduler: str | None, *, quiet: bool
+) -> None:
+    """Run the sweep, and give each way of ending badly its exit code."""
+    from stickslip.sweeps.errors import StoreBusy, StoreFull, StoreRefused, TilesFailed
+
+    with _client(scheduler) as client, points("grid points", quiet=quiet) as show:
+        try:
+            plan.run(store=where, threads=threads, client=client, progress=show)
+        except (StoreRefused, StoreBusy) as error:
+            raise RefusalError(str(error)) from error
+        except (StoreFull, TilesFailed) as error:
+            raise ComputationError(str(error)) from error
+
+
+def _client(scheduler: str | None) -> Any:
+    """Connect to a scheduler, if one is named."""
+    from contextlib import nullcontext
+
+    if scheduler is None:
+        return nullcontext()
+    from stickslip.sweeps.engines import connect
+
+    try:
+        return connect(scheduler)
+    except (OSError, ValueError) as error:
+        raise UsageError(f"--scheduler {scheduler}: {error}") from error

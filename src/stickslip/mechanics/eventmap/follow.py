@@ -1,0 +1,94 @@
+"""Orbits of many event maps at once: one compiled loop for models that differ in numbers only."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stickslip.mechanics.eventmap.carrier import NO_ITINERARY, new_scratch
+from stickslip.mechanics.eventmap.follow_records import ModelTable, new_followed
+from stickslip.mechanics.flow.engine import bind_engine, start_direction
+from stickslip.numerics.long_run import new_long_run, new_path
+from stickslip.numerics.targets import instantiate
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from stickslip.mechanics.eventmap.follow_records import Followed
+    from stickslip.mechanics.eventmap.records import Controls, Scratch
+    from stickslip.mechanics.flow.engine import Engine
+    from stickslip.mechanics.flow.system import Floats
+    from stickslip.numerics.long_run import LongRun
+
+__all__ = ["ModelTable", "follow"]
+
+
+def follow(
+    engine: Engine,
+    models: ModelTable,
+    starts: Floats,
+    *,
+    controls: Controls,
+    transient: int,
+    n: int,
+    max_period: int,
+    tail: int,
+) -> tuple[LongRun, Followed]:
+    """Follow the orbit of each starting point under the map of its own model.
+
+    Parameters
+    ----------
+    engine : Engine
+        Its kernels serve all the models; its own system and laws are not looked at.
+    models : ModelTable
+    starts : ndarray of float, shape (m,)
+        Inside the domain of their models; NaN for those that are to be passed over.
+    controls : Controls
+    transient, n : int
+        Maps applied before the stretch that is looked at, and its length.
+    max_period : int
+        Longest period that is recognised.
+    tail : int
+        Number of last points that are kept, at most n + 1.
+
+    Returns
+    -------
+    LongRun, Followed
+        An entry for each starting point, whatever the other ones are.
+    """
+    kernels = _kernels(engine)
+    verdicts, followed = new_long_run(starts.size), new_followed(starts.size, tail)
+    kernels.follow_range(
+        models,
+        starts,
+        0,
+        starts.size,
+        transient,
+        max_period,
+        _scratch(engine, 0),
+        _scratch(engine, 1),
+        controls,
+        NO_ITINERARY,
+        new_path(n),
+        verdicts,
+        followed,
+    )
+    return verdicts, followed
+
+
+def _kernels(engine: Engine) -> ModuleType:
+    maps = bind_engine("stickslip.mechanics.eventmap._kernels", engine)
+    return instantiate(
+        "stickslip.mechanics.eventmap._follow_kernels",
+        engine.key,
+        cached=engine.cached,
+        carry=maps.carry,
+        value_tangent=maps.value_tangent,
+    )
+
+
+def _scratch(engine: Engine, n_columns: int) -> Scratch:
+    scratch = new_scratch(engine, n_columns)
+    for column in range(n_columns):
+        scratch.motion.directions[column] = start_direction(engine)
+        scratch.long_motion.directions[column] = start_direction(engine)
+    return scratch

@@ -1,0 +1,55 @@
+"""What goes into the kernels that follow orbits of many maps, and what comes out."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.mechanics.flow.system import Floats, Ints
+
+__all__ = ["Followed", "ModelTable"]
+
+
+class ModelTable(NamedTuple):
+    """Models of two blocks, and which starting point belongs to which.
+
+    ``alpha``, ``beta``, ``V``, ``law_row``: one entry a model; ``laws`` (rows, 2, columns):
+    parameter rows of the laws; ``of_start``: the model of each starting point.
+    """
+
+    alpha: Floats
+    beta: Floats
+    V: Floats
+    laws: Floats
+    law_row: Ints
+    of_start: Ints
+
+
+class Followed(NamedTuple):
+    """What is kept of each orbit besides the verdict.
+
+    ``status``: OK, or why its last motion has no value; ``steps``: maps applied, the transient
+    included; the rest is of the stretch after the transient: its last points ``tail``
+    (m, kept), and events and time of a step.
+    """
+
+    status: NDArray[np.int8]
+    steps: NDArray[np.int64]
+    tail: Floats
+    mean_events: Floats
+    most_events: Ints
+    mean_duration: Floats
+
+
+def new_followed(m: int, tail: int) -> Followed:
+    """Arrays for m orbits."""
+    return Followed(
+        np.zeros(m, dtype=np.int8),
+        np.zeros(m, dtype=np.int64),
+        np.full((m, tail), np.nan),
+        np.full(m, np.nan),
+        np.zeros(m, dtype=np.int64),
+        np.full(m, np.nan),
+    )

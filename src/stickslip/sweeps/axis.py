@@ -1,0 +1,118 @@
+"""Axes of a sweep: a name and its values, given as numbers or as a range."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+
+import numpy as np
+
+from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    Floats: TypeAlias = NDArray[np.float64]
+
+__all__ = ["Axis", "as_axes", "axis"]
+
+SCALES: Final = ("linear", "log")
+
+AxisLike: TypeAlias = "Axis | tuple[float, float, int] | ArrayLike"
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """Values of one parameter; `axis` makes it.
+
+    Attributes
+    ----------
+    values : ndarray of float64, shape (n,)
+        Distinct, in ascending or descending order.
+    """
+
+    values: Floats
+
+    def __len__(self) -> int:
+        """Count the values."""
+        return len(self.values)
+
+
+def axis(lo: float, hi: float, n: int, scale: Literal["linear", "log"] = "linear") -> Axis:
+    """Make an axis of equally spaced values, both ends included.
+
+    Parameters
+    ----------
+    lo, hi : float
+        Ends; with ``scale="log"`` both above 0.
+    n : int
+        Number of values, >= 1; with 1, ``lo`` alone.
+    scale : {"linear", "log"}
+        Whether differences or ratios of neighbours are equal.
+
+    Returns
+    -------
+    Axis
+        For `stickslip.sweep`.
+
+    Raises
+    ------
+    ValueError
+        An end is not finite or out of range, n is no whole number >= 1, the scale is unknown.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> ss.axis(0.01, 1.0, 3, scale="log").values
+    array([0.01, 0.1 , 1.  ])
+    """
+    if scale not in SCALES:
+        raise ValueError(f"scale = {scale!r} is unknown. {did_you_mean(str(scale), SCALES)}")
+    if isinstance(n, bool) or int(n) != n or n < 1:
+        raise ValueError(f"n = {n!r}: a whole number >= 1 is needed.")
+    if not (np.isfinite(lo) and np.isfinite(hi)):
+        raise ValueError(f"ends ({lo!r}, {hi!r}) of an axis: finite numbers are needed.")
+    if scale == "log" and not (lo > 0 and hi > 0):
+        raise ValueError(f"ends ({lo!r}, {hi!r}) of a logarithmic axis: both must be above 0.")
+    spaced = np.geomspace if scale == "log" else np.linspace
+    return Axis(_ordered(spaced(lo, hi, int(n))))
+
+
+def as_axes(given: Mapping[str, AxisLike]) -> dict[str, Axis]:
+    """Read the axes of a sweep in the forms that `stickslip.sweep` takes.
+
+    Raises
+    ------
+    ValueError
+        None given, or one that is no axis; the message names it.
+    """
+    if not given:
+        raise ValueError("axes = {}: a sweep needs at least one axis, {name: values}.")
+    return {name: _as_axis(name, values) for name, values in given.items()}
+
+
+def _as_axis(name: str, given: Any) -> Axis:
+    if isinstance(given, Axis):
+        return given
+    try:
+        # (lo, hi, n) is a tuple whose last entry is a whole number; everything else is values.
+        if isinstance(given, tuple) and len(given) == 3 and type(given[2]) is int:
+            return axis(*given)
+        if isinstance(given, str) or np.ndim(given) != 1:
+            raise ValueError(f"{given!r} is neither (lo, hi, n) nor a list of numbers.")
+        return Axis(_ordered(np.asarray(given, dtype=np.float64)))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"axis {name!r}: {error}") from error
+
+
+def _ordered(values: Sequence[float] | Floats) -> Floats:
+    """Return a copy of values that are finite, distinct and in order."""
+    array = np.array(values, dtype=np.float64)
+    if array.size == 0 or not np.isfinite(array).all():
+        raise ValueError("finite numbers are needed, at least one.")
+    steps = np.diff(array)
+    if not (np.all(steps > 0) or np.all(steps < 0)):
+        raise ValueError("its values must be distinct and in ascending or descending order.")
+    array.setflags(write=False)
+    return array

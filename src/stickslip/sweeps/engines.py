@@ -1,0 +1,99 @@
+"""Who computes the tiles: threads of this process, or the workers of a dask scheduler.
+
+Both hand back what is ready, in any order, and hold only a few tiles at a time.
+"""
+
+from __future__ import annotations
+
+import importlib
+import itertools
+import uuid
+from collections.abc import Callable, Generator, Iterable
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+if TYPE_CHECKING:
+    from stickslip.sweeps.job import Computed, Job, Tile
+
+__all__ = ["connect", "in_dask", "in_threads"]
+
+# Tiles handed out for each core: enough that no core waits while results are written.
+AHEAD: Final = 3
+# And at least so many through a scheduler, where the way there and back takes its time.
+LEAST_AHEAD: Final = 32
+CONNECT_SECONDS: Final = 10
+
+Outcome: TypeAlias = "tuple[Tile, Computed | Exception]"
+Compute: TypeAlias = "Callable[[Job, Tile], Computed]"
+
+
+def in_threads(
+    compute: Compute, job: Job, tiles: Iterable[Tile], threads: int
+) -> Generator[Outcome, None, None]:
+    """Compute tiles in threads; kernels release the interpreter's lock."""
+    queue = iter(tiles)
+    pool = ThreadPoolExecutor(threads, thread_name_prefix="stickslip-sweep")
+    running: dict[Future[Computed], Tile] = {}
+    try:
+        while True:
+            for tile in itertools.islice(queue, AHEAD * threads - len(running)):
+                running[pool.submit(compute, job, tile)] = tile
+            if not running:
+                return
+            done, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield running.pop(future), _outcome(future.exception(), future.result)
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def in_dask(
+    compute: Compute, job: Job, tiles: Iterable[Tile], client: Any
+) -> Generator[Outcome, None, None]:
+    """Compute tiles on the workers of a ``dask.distributed`` client.
+
+    The scheduler gives the tiles of a worker that died to others. Results come back to this
+    process, which alone writes, so that workers need no access to the store.
+    """
+    distributed: Any = importlib.import_module("distributed")
+
+    name = f"stickslip-{uuid.uuid4().hex[:8]}"
+    queue = iter(tiles)
+    running: dict[str, Tile] = {}
+
+    def submit(count: int) -> list[Any]:
+        futures = []
+        for tile in itertools.islice(queue, count):
+            key = f"{name}-{'-'.join(map(str, tile.index))}"
+            running[key] = tile
+            futures.append(client.submit(compute, job, tile, key=key, pure=False))
+        return futures
+
+    cores = sum(client.ncores().values())
+    if not cores:
+        raise ValueError("client: its scheduler has no workers.")
+    first = submit(max(AHEAD * cores, LEAST_AHEAD))
+    futures = distributed.as_completed(first, with_results=True, raise_errors=False)
+    try:
+        for batch in futures.batches():  # one answer of the scheduler for all that are ready
+            for future, result in batch:
+                fine = future.status == "finished"
+                yield running.pop(future.key), result if fine else future.exception()
+                future.release()
+            futures.update(submit(len(batch)))
+    finally:
+        client.cancel([future for future in list(futures.futures)], force=True)
+
+
+def connect(address: str) -> Any:
+    """Connect to a dask scheduler; OSError or ValueError if there is none."""
+    distributed: Any = importlib.import_module("distributed")
+    return distributed.Client(address, timeout=CONNECT_SECONDS)
+
+
+def _outcome(error: BaseException | None, result: Callable[[], Any]) -> Any:
+    if error is None:
+        return result()
+    if isinstance(error, Exception):
+        return error
+    raise error

@@ -1,0 +1,21 @@
+"""Why a sweep does not go on."""
+
+from __future__ import annotations
+
+__all__ = ["StoreBusy", "StoreFull", "StoreRefused", "TilesFailed"]
+
+
+class StoreRefused(ValueError):
+    """The store holds something else than what is asked for; nothing was changed."""
+
+
+class StoreBusy(RuntimeError):
+    """Another process writes to the store."""
+
+
+class StoreFull(OSError):
+    """No space is left where the store lies; what was finished is kept."""
+
+
+class TilesFailed(RuntimeError):
+    """Some chunks could not be computed; the others are stored."""

@@ -1,0 +1,161 @@
+"""The description of a sweep, cut into tiles, and the computation of one tile.
+
+A tile is what one task computes and one chunk of each array of the store. `compute` is a pure
+function of a job and a tile, so that it may run in any thread or process, any number of times.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from stickslip.sweeps.identity import digest
+from stickslip.sweeps.points import Points
+from stickslip.sweeps.target import target
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.sweeps.axis import Axis
+    from stickslip.sweeps.observables import Observable, Output
+    from stickslip.sweeps.orbits import Run
+    from stickslip.sweeps.systems import System
+
+__all__ = ["D0", "Computed", "Job", "Tile", "compute", "default_chunks", "tiles"]
+
+FORMAT: Final = 1  # raised when the same description would give other results
+D0: Final = "d0"  # name of an axis of starting points
+POINTS_PER_TILE: Final = 4096
+TILES: Final = 64  # of a small sweep, so that all cores have work and little is lost
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """Everything that the results of a sweep depend on, the machine and its kernels apart."""
+
+    system: System
+    names: tuple[str, ...]
+    shape: tuple[int, ...]
+    observables: tuple[Observable, ...]
+    seed: int
+    d0: float | None
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """Variables, in the order in which they are written."""
+        return tuple(output for each in self.observables for output in each.outputs())
+
+    @cached_property
+    def tails(self) -> dict[Run, int]:
+        """Runs of orbits that the observables ask for, and the most last points of each."""
+        found: dict[Run, int] = {}
+        for each in self.observables:
+            for run, tail in each.runs().items():
+                found[run] = max(tail, found.get(run, 0))
+        return found
+
+    def identity(self, axes: Mapping[str, Axis]) -> dict[str, Any]:
+        """Describe the sweep in values that JSON can hold; equal ones give equal results."""
+        return {
+            "format": FORMAT,
+            "system": self.system.identity(),
+            "axes": {name: _axis_identity(axes[name].values) for name in self.names},
+            "observables": [each.identity() for each in self.observables],
+            "seed": self.seed,
+            "d0": self.d0,
+        }
+
+
+def _axis_identity(values: NDArray[np.float64]) -> dict[str, Any]:
+    text = digest(values.astype("<f8").tobytes())
+    return {"from": float(values[0]), "to": float(values[-1]), "n": len(values), "values": text}
+
+
+@dataclass(frozen=True, eq=False)
+class Tile:
+    """A part of the grid.
+
+    Attributes
+    ----------
+    index : tuple of int
+        Place among the tiles, along each axis.
+    start : tuple of int
+        Place of its first point in the grid.
+    values : tuple of ndarray
+        Of each axis.
+    """
+
+    index: tuple[int, ...]
+    start: tuple[int, ...]
+    values: tuple[NDArray[np.float64], ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of points along each axis."""
+        return tuple(map(len, self.values))
+
+    @property
+    def region(self) -> tuple[slice, ...]:
+        """Where it lies in the grid."""
+        return tuple(slice(a, a + n) for a, n in zip(self.start, self.shape, strict=True))
+
+    def points(self, job: Job) -> Points:
+        """List its grid points, in C order."""
+        grids = np.meshgrid(*self.values, indexing="ij", copy=False)
+        columns = {name: grid.ravel() for name, grid in zip(job.names, grids, strict=True)}
+        d0 = columns.pop(D0, None)
+        if d0 is None and job.d0 is not None:
+            d0 = np.full(grids[0].size, job.d0)
+        places = np.ix_(*(np.arange(a, a + n) for a, n in zip(self.start, self.shape, strict=True)))
+        index = np.ravel_multi_index(np.broadcast_arrays(*places), job.shape).ravel()
+        return Points(job.system, columns, d0, index.astype(np.uint64), job.seed, job.tails)
+
+
+@dataclass(frozen=True, eq=False)
+class Computed:
+    """The variables of a tile, shapes (*tile, *sizes), and what computed them."""
+
+    arrays: dict[str, NDArray[Any]]
+    target: dict[str, str]
+
+
+def compute(job: Job, tile: Tile) -> Computed:
+    """Compute all variables of a tile."""
+    points = tile.points(job)
+    arrays = {}
+    for each in job.observables:
+        columns = each.compute(points)
+        for output in each.outputs():
+            shape = (*tile.shape, *output.sizes)
+            arrays[output.name] = np.ascontiguousarray(
+                columns[output.name].reshape(shape), dtype=output.dtype
+            )
+    return Computed(arrays, target())
+
+
+def default_chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Choose tiles of at most 4096 points, and 64 tiles or more if there are so many points."""
+    wanted = max(1, min(POINTS_PER_TILE, math.prod(shape) // TILES))
+    chunks: list[int] = []
+    for k in sorted(range(len(shape)), key=lambda k: shape[k]):
+        # What is left is shared evenly by the axes that are left, the short ones first.
+        side = round((wanted / math.prod(chunks)) ** (1 / (len(shape) - len(chunks))))
+        chunks.append(max(1, min(shape[k], side)))
+    in_order = sorted(range(len(shape)), key=lambda k: shape[k])
+    return tuple(chunks[in_order.index(k)] for k in range(len(shape)))
+
+
+def tiles(axes: Mapping[str, Axis], chunks: tuple[int, ...]) -> Iterator[Tile]:
+    """Cut the grid of some axes into tiles, in C order."""
+    values = [each.values for each in axes.values()]
+    counts = [range(-(-len(v) // n)) for v, n in zip(values, chunks, strict=True)]
+    for index in itertools.product(*counts):
+        start = tuple(i * n for i, n in zip(index, chunks, strict=True))
+        parts = (v[a : a + n] for v, a, n in zip(values, start, chunks, strict=True))
+        yield Tile(index, start, tuple(parts))

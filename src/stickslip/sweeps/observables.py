@@ -1,0 +1,483 @@
+"""What a sweep records at each grid point: small named objects with fixed shapes and types.
+
+Each is a frozen set of settings; `Points` does the work that several of them share. A new one is
+a class here with `outputs` and `compute`, listed in `OBSERVABLES`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, field, fields
+from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
+
+import numpy as np
+
+from stickslip.numerics.long_run import CHAOTIC, LEFT, PERIODIC, UNDECIDED
+from stickslip.status import NEVER_CYCLE, NEVER_SLIPPING
+from stickslip.sweeps.identity import function_identity, import_function
+from stickslip.sweeps.orbits import Run
+from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.sweeps.points import Orbits, Points
+
+__all__ = [
+    "Attractor",
+    "CoexistingAttractors",
+    "Events",
+    "Function",
+    "LyapunovExponent",
+    "NeverReturns",
+    "Observable",
+    "OrbitPoints",
+    "Output",
+    "as_observables",
+]
+
+SAME_POINT: Final = 1e-6  # of the domain: cycles whose rightmost points are this close are one
+KINDS: Final = {UNDECIDED: "undecided", LEFT: "left", PERIODIC: "periodic", CHAOTIC: "chaotic"}
+
+Columns: TypeAlias = "dict[str, NDArray[Any]]"
+
+
+@dataclass(frozen=True)
+class Output:
+    """One variable of a store: ``dims`` and ``sizes`` are what it has besides the axes."""
+
+    name: str
+    dtype: str
+    long_name: str
+    dims: tuple[str, ...] = ()
+    sizes: tuple[int, ...] = ()
+    flags: Mapping[int, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observable:
+    """Settings of something to record.
+
+    Attributes
+    ----------
+    name : str
+        What plan files call it.
+    needs_events : bool
+        Whether it asks for events, which maps of the user's own do not have.
+    """
+
+    name: ClassVar[str]
+    needs_events: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        """Check that counts are whole numbers in range."""
+        for each in fields(self):
+            if least := each.metadata.get("least"):
+                value = getattr(self, each.name)
+                if isinstance(value, bool) or not isinstance(value, int) or value < least[0]:
+                    raise ValueError(
+                        f"{each.name} = {value!r} of {self.name}: a whole number "
+                        f">= {least[0]} is needed."
+                    )
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return the variables that `compute` returns."""
+        raise NotImplementedError
+
+    def runs(self) -> dict[Run, int]:
+        """Return the orbits that it asks for, and how many of their last points."""
+        return {}
+
+    def compute(self, points: Points) -> Columns:
+        """Return each variable by name, shape (grid points, *sizes)."""
+        raise NotImplementedError
+
+    def identity(self) -> dict[str, Any]:
+        """Describe it in values that JSON can hold."""
+        return {"name": self.name, **asdict(self)}
+
+
+def _count(default: int, least: int = 1) -> Any:
+    return field(default=default, metadata={"least": (least,)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class _OfOrbit(Observable):
+    """Of one orbit for each grid point."""
+
+    transient: int = _count(1000, least=0)
+    n: int = _count(1000, least=2)
+    max_period: int = _count(256)
+
+    @property
+    def _run(self) -> Run:
+        return Run(1, self.transient, self.n, self.max_period)
+
+    def runs(self) -> dict[Run, int]:
+        """Return the orbits that it asks for."""
+        return {self._run: 1}
+
+    def _orbits(self, points: Points) -> Orbits:
+        return points.orbits(self._run)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Attractor(_OfOrbit):
+    """Kind and period of what the orbit settles on.
+
+    Parameters
+    ----------
+    transient, n : int
+        Maps applied before the stretch that is looked at, and its length.
+    max_period : int
+        Longest period that is recognised; it must fit into `n` twice.
+
+    Notes
+    -----
+    *Periodic*: points and itineraries repeat over ten periods and at least 256 steps, to 1e-9 of
+    the domain, with a multiplier inside the unit circle. *Chaotic*: no repetition, and an
+    exponent above zero by five standard errors. *Left*: some step has no value, for the reason in
+    ``status``. Everything else is *undecided*. `stickslip.attractors` proves more, for one map.
+    """
+
+    name: ClassVar[str] = "attractor"
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return its variables."""
+        return (
+            Output("kind", "int8", "kind of attractor", flags=KINDS),
+            Output("period", "int32", "period of the attractor, 0 if not periodic"),
+            Output("status", "int8", "why the orbit ended, 0 if it did not"),
+        )
+
+    def compute(self, points: Points) -> Columns:
+        """Return their values."""
+        found = self._orbits(points)
+        return {
+            "kind": found.verdicts.kind,
+            "period": found.verdicts.period,
+            "status": found.followed.status,
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class LyapunovExponent(_OfOrbit):
+    """Mean of log |f'| per step along the orbit, and its standard error.
+
+    Parameters as in `Attractor`. Of a cycle the mean is over one period and the error 0; else the
+    error is from the scatter of sixteen batches.
+    """
+
+    name: ClassVar[str] = "lyapunov_exponent"
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return its variables."""
+        return (
+            Output("lyapunov_exponent", "float64", "Lyapunov exponent per step of the map"),
+            Output("lyapunov_error", "float64", "standard error of the Lyapunov exponent"),
+        )
+
+    def compute(self, points: Points) -> Columns:
+        """Return their values."""
+        found = self._orbits(points).verdicts
+        return {"lyapunov_exponent": found.exponent, "lyapunov_error": found.error}
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrbitPoints(_OfOrbit):
+    """The last points of the orbit.
+
+    Parameters
+    ----------
+    count : int
+        Number of points, at most ``n``.
+    transient, n, max_period : int
+        As in `Attractor`.
+    """
+
+    name: ClassVar[str] = "orbit_points"
+    count: int = _count(16)
+
+    def __post_init__(self) -> None:
+        """Check the numbers, and that the stretch is long enough."""
+        super().__post_init__()
+        if self.count > self.n:
+            raise ValueError(f"count = {self.count} of {self.name}: at most n = {self.n} points.")
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return its variables."""
+        title = "points of the orbit, the last one last"
+        return (Output("orbit", "float64", title, ("iterate",), (self.count,)),)
+
+    def runs(self) -> dict[Run, int]:
+        """Return the orbits that it asks for."""
+        return {self._run: self.count}
+
+    def compute(self, points: Points) -> Columns:
+        """Return their values."""
+        return {"orbit": self._orbits(points).followed.tail[:, -self.count :]}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Events(_OfOrbit):
+    """Changes of mode and time between two global stick phases, along the orbit.
+
+    Parameters as in `Attractor`; for models only.
+    """
+
+    name: ClassVar[str] = "events"
+    needs_events: ClassVar[bool] = True
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return its variables."""
+        return (
+            Output("mean_events", "float64", "mean number of events per step of the map"),
+            Output("most_events", "int32", "largest number of events in a step of the map"),
+            Output("mean_duration", "float64", "mean time per step of the map, in sqrt(m / k)"),
+        )
+
+    def compute(self, points: Points) -> Columns:
+        """Return their values."""
+        found = self._orbits(points).followed
+        return {
+            "mean_events": found.mean_events,
+            "most_events": found.most_events.astype(np.int32),
+            "mean_duration": found.mean_duration,
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoexistingAttractors(Observable):
+    """Number of different attractors that orbits from several starting points settle on.
+
+    Parameters
+    ----------
+    n_seeds : int
+        Starting points, one at random in each of as many equal cells of the domain.
+    transient, n, max_period : int
+        As in `Attractor`.
+
+    Notes
+    -----
+    Two cycles are one if their periods agree and their rightmost points lie within 1e-6 of the
+    domain; two chaotic orbits are one if they share at least half of the cells, of 256, that the
+    smaller one visits. Orbits that are undecided count as no attractor, so that the number is a
+    lower bound where ``undecided_share`` is above zero, and wherever a basin holds no seed.
+    """
+
+    name: ClassVar[str] = "coexisting_attractors"
+    n_seeds: int = _count(16)
+    transient: int = _count(1000, least=0)
+    n: int = _count(1000, least=2)
+    max_period: int = _count(64)
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return its variables."""
+        return (
+            Output("n_attractors", "int32", "number of coexisting attractors found"),
+            Output("undecided_share", "float64", "share of starting points without a verdict"),
+            Output("left_share", "float64", "share of starting points whose orbit ends"),
+        )
+
+    @property
+    def _run(self) -> Run:
+        return Run(self.n_seeds, self.transient, self.n, self.max_period)
+
+    def runs(self) -> dict[Run, int]:
+        """Return the orbits that it asks for."""
+        return {self._run: min(self.max_period, self.n // 2)}
+
+    def compute(self, points: Points) -> Columns:
+        """Return their values."""
+        found = points.orbits(self._run)
+        by_point = (points.size, self.n_seeds)
+        kind = found.verdicts.kind.reshape(by_point)
+        period = found.verdicts.period.reshape(by_point)
+        cells = found.verdicts.cells.reshape(*by_point, -1)
+        tail = found.followed.tail.reshape(*by_point, -1)
+        width = SAME_POINT * (points.high - points.low)
+        number = [
+            _cycles(period[i][kind[i] == PERIODIC], tail[i][kind[i] == PERIODIC], width[i])
+            + _chaotic_sets(cells[i][kind[i] == CHAOTIC])
+            for i in range(points.size)
+        ]
+        return {
+            "n_attractors": np.array(number, dtype=np.int32),
+            "undecided_share": (kind == UNDECIDED).mean(axis=1),
+            "left_share": (kind == LEFT).mean(axis=1),
+        }
+
+
+def _cycles(period: NDArray[Any], tail: NDArray[Any], apart: float) -> int:
+    """Count different cycles among orbits that have settled on one."""
+    found: list[tuple[int, float]] = []
+    for p, points in zip(period.tolist(), tail, strict=True):
+        rightmost = float(points[-p:].max())
+        if not any(p == q and abs(rightmost - other) <= apart for q, other in found):
+            found.append((p, rightmost))
+    return len(found)
+
+
+def _chaotic_sets(cells: NDArray[np.uint64]) -> int:
+    """Count different sets among chaotic orbits by the cells that they visit."""
+    found: list[NDArray[np.uint64]] = []
+    for bits in cells:
+        for other in found:
+            least = min(np.bitwise_count(bits).sum(), np.bitwise_count(other).sum())
+            if 2 * np.bitwise_count(bits & other).sum() >= least:
+                break
+        else:
+            found.append(bits)
+    return len(found)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NeverReturns(Observable):
+    """Share of starting points whose motion at last never returns to global stick.
+
+    Parameters
+    ----------
+    n_seeds : int
+        Starting points, one at random in each of as many equal cells of the domain.
+    n : int
+        Returns after which a motion counts as one that returns.
+    """
+
+    name: ClassVar[str] = "never_returns"
+    needs_events: ClassVar[bool] = True
+    n_seeds: int = _count(64)
+    n: int = _count(100, least=2)
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return its variables."""
+        return (
+            Output("never_share", "float64", "share that never returns to global stick"),
+            Output("gave_up_share", "float64", "share that was given up, at a limit or undecided"),
+        )
+
+    @property
+    def _run(self) -> Run:
+        return Run(self.n_seeds, 0, self.n, 1)
+
+    def runs(self) -> dict[Run, int]:
+        """Return the orbits that it asks for."""
+        return {self._run: 1}
+
+    def compute(self, points: Points) -> Columns:
+        """Return their values."""
+        found = points.orbits(self._run)
+        status = found.followed.status.reshape(points.size, self.n_seeds)
+        never = np.isin(status, (NEVER_SLIPPING, NEVER_CYCLE))
+        return {
+            "never_share": never.mean(axis=1),
+            "gave_up_share": ((status != 0) & ~never).mean(axis=1),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Function(Observable):
+    """A function of the user's own, ``function(f, d0)``, of the map and a starting point.
+
+    Parameters
+    ----------
+    function : callable or str
+        A function of a module, or its name, ``"module:function"``. Its name and its source text
+        are part of the description of the sweep.
+    label : str, optional
+        Name of the variable; by default the function's.
+    dtype : str
+        Type of what it returns, such as ``"float64"`` or ``"int32"``.
+    shape : tuple of int
+        Shape of what it returns; () for a number.
+    """
+
+    name: ClassVar[str] = "function"
+    function: Callable[..., Any] | str
+    label: str = ""
+    dtype: str = "float64"
+    shape: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Import the function, and check that others could."""
+        if isinstance(self.function, str):
+            object.__setattr__(self, "function", import_function(self.function))
+        function: Any = self.function
+        place = f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', '')}"
+        if not callable(function) or "<" in place or place.startswith("__main__"):
+            raise ValueError(
+                f"function = {function!r}: a function that other processes can import is needed, "
+                "one of a module and neither a lambda nor one made inside another function."
+            )
+        if np.dtype(self.dtype).kind not in "biuf":
+            raise ValueError(f"dtype = {self.dtype!r}: a type of numbers is needed.")
+        object.__setattr__(self, "shape", tuple(self.shape))
+        object.__setattr__(self, "label", self.label or function.__name__)
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return its variables."""
+        dims = tuple(f"{self.label}_{k}" for k in range(len(self.shape)))
+        return (Output(self.label, self.dtype, self.label, dims, self.shape),)
+
+    def compute(self, points: Points) -> Columns:
+        """Return their values."""
+        assert callable(self.function)
+        result = np.empty((points.size, *self.shape), dtype=self.dtype)
+        for i, (f, d0) in enumerate(points.maps()):
+            result[i] = self.function(f, d0)
+        return {self.label: result}
+
+    def identity(self) -> dict[str, Any]:
+        """Describe it."""
+        assert callable(self.function)
+        rest = {"label": self.label, "dtype": self.dtype, "shape": list(self.shape)}
+        return {"name": self.name, **function_identity(self.function), **rest}
+
+
+OBSERVABLES: Final[dict[str, type[Observable]]] = {
+    each.name: each
+    for each in (
+        Attractor,
+        LyapunovExponent,
+        OrbitPoints,
+        Events,
+        CoexistingAttractors,
+        NeverReturns,
+        Function,
+    )
+}
+"""What plan files and `stickslip.sweep` know by name."""
+
+
+def as_observables(given: Iterable[Observable | str]) -> tuple[Observable, ...]:
+    """Read a list of observables; a name stands for one with its default settings.
+
+    Raises
+    ------
+    ValueError
+        None given, an unknown name, or two that record a variable of one name.
+    """
+    if isinstance(given, str | Observable):
+        given = [given]
+    found = tuple(map(_as_observable, given))
+    if not found:
+        raise ValueError(f"observables = []: at least one is needed. Known: {_known()}.")
+    names = [output.name for each in found for output in each.outputs()]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"observables: two of them record a variable {name!r}.")
+    return found
+
+
+def _as_observable(given: Any) -> Observable:
+    if isinstance(given, Observable):
+        return given
+    if callable(given) and not isinstance(given, type):
+        return Function(function=given)
+    if not isinstance(given, str) or given not in OBSERVABLES or given == Function.name:
+        hint = did_you_mean(str(given), [name for name in OBSERVABLES if name != Function.name])
+        raise ValueError(f"observable {given!r} is unknown. {hint}")
+    return OBSERVABLES[given]()
+
+
+def _known() -> str:
+    return ", ".join(OBSERVABLES)

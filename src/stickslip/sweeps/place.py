@@ -1,0 +1,169 @@
+"""Where a store lies: a local folder, a zip file, or a bucket, by its URL."""
+
+from __future__ import annotations
+
+import errno
+import shutil
+import zipfile
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stickslip.files import whole_file
+from stickslip.sweeps.errors import StoreRefused
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+__all__ = ["Place", "is_full", "place_of"]
+
+ZIP = ".zip"
+GONE = "gone"  # a work folder that is being removed
+WORKING = ".partial"  # what is added to the name of a zip file while it is being computed
+
+
+@dataclass(frozen=True)
+class Place:
+    """A folder of objects, in a file system or a bucket.
+
+    Attributes
+    ----------
+    url : str
+        As the user wrote it.
+    path : str
+        Of the folder that is written to, as its file system names it.
+    fs : fsspec file system
+    local : bool
+        Whether it is a folder of this machine, whose files appear whole or not at all.
+    archive : Path or None
+        The zip file that the folder becomes once it is complete.
+    """
+
+    url: str
+    path: str
+    fs: Any
+    local: bool
+    archive: Path | None = None
+    options: dict[str, Any] = field(default_factory=dict)
+
+    def of(self, name: str) -> str:
+        """Path of an object."""
+        return f"{self.path}/{name}"
+
+    def beside(self, what: str) -> str:
+        """Path of a hidden object next to the folder."""
+        above, _, name = self.path.rpartition("/")
+        return f"{above}/.{name}.{what}"
+
+    def exists(self, name: str) -> bool:
+        """Whether there is such an object in the folder."""
+        self.fs.invalidate_cache()
+        return bool(self.fs.exists(self.of(name)))
+
+    def remove(self, path: str) -> None:
+        """Remove an object, if it is there."""
+        with suppress(FileNotFoundError):
+            self.fs.rm_file(path)
+        self.fs.invalidate_cache()
+
+    def empty(self) -> bool:
+        """Whether there is nothing in the folder, or no folder."""
+        self.fs.invalidate_cache()
+        return not self.fs.exists(self.path) or not self.fs.ls(self.path, detail=False)
+
+    def zarr_store(self, *, read_only: bool = False) -> Any:
+        """Open it as a zarr store; a finished archive only for reading."""
+        from zarr import storage
+
+        if self.packed:
+            return storage.ZipStore(str(self.archive), mode="r", read_only=True)
+        if self.local:
+            return storage.LocalStore(self.path, read_only=read_only)
+        return storage.FsspecStore.from_url(
+            self.url, storage_options=self.options, read_only=read_only
+        )
+
+    @property
+    def packed(self) -> bool:
+        """Whether it is an archive that was finished, with no work folder beside it."""
+        return self.archive is not None and self.archive.exists() and not Path(self.path).exists()
+
+    def clear_remains(self) -> None:
+        """Remove what a writer that was killed has left half-written."""
+        if self.local:
+            shutil.rmtree(self.beside(GONE), ignore_errors=True)
+            for partial in Path(self.path).rglob("*.partial"):
+                partial.unlink(missing_ok=True)
+
+    def pack(self) -> None:
+        """Make the archive of the folder, then remove the folder; nothing for other places."""
+        if self.archive is None or self.packed:
+            return
+        folder = Path(self.path)
+        with whole_file(self.archive) as temporary:
+            with zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
+                for path in sorted(folder.rglob("*")):
+                    if path.is_file():
+                        # A fixed date: equal stores are equal files.
+                        info = zipfile.ZipInfo(path.relative_to(folder).as_posix())
+                        archive.writestr(info, path.read_bytes())
+        # Gone at once: a folder that lost some of its files would be taken for a damaged sweep.
+        gone = folder.rename(self.beside(GONE))
+        shutil.rmtree(gone)
+
+    def unpack(self) -> None:
+        """Make the folder of a finished archive again, to write to it."""
+        if self.packed:
+            assert self.archive is not None
+            with whole_file(Path(self.path)) as temporary:
+                with zipfile.ZipFile(self.archive) as archive:
+                    archive.extractall(temporary)
+
+
+def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) -> Place:
+    """Find the place that a path or URL names.
+
+    Parameters
+    ----------
+    store : str or path
+        A local folder, a name that ends in ``.zip``, or a URL of a file system that fsspec knows.
+    options : dict, optional
+        For the file system: credentials, endpoint.
+
+    Raises
+    ------
+    StoreRefused
+        A file stands where the folder should be.
+    ValueError
+        No such file system, or what it needs is not installed.
+    """
+    from fsspec.core import url_to_fs
+    from fsspec.implementations.local import LocalFileSystem
+
+    url, options = str(store), options or {}
+    try:
+        fs, path = url_to_fs(url, **options)
+    except (ImportError, ValueError) as error:
+        raise ValueError(f"store = {url!r} cannot be reached: {error}") from error
+    local = isinstance(fs, LocalFileSystem)
+    if "/" not in path.strip("/") and not local:
+        raise ValueError(f"store = {url!r}: a name inside the bucket is needed, {url}/name.")
+    if not local:
+        return Place(url, path.rstrip("/"), fs, local, options=options)
+    folder, archive = Path(path), None
+    if folder.suffix == ZIP:
+        folder, archive = folder.with_name(folder.name + WORKING), folder
+    if folder.exists() and not folder.is_dir():
+        raise StoreRefused(f"store = {url!r}: there is a file of that name. Take another name.")
+    return Place(url, str(folder), fs, local, archive)
+
+
+def is_full(error: BaseException) -> bool:
+    """Whether an error says that no space is left."""
+    seen: BaseException | None = error
+    while seen is not None:
+        if isinstance(seen, OSError) and seen.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+            return True
+        seen = seen.__cause__ or seen.__context__
+    return False

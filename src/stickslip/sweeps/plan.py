@@ -1,0 +1,211 @@
+"""Plans of sweeps as TOML files, checked key by key before anything is computed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
+
+import msgspec
+
+from stickslip.study.event_map import event_map
+from stickslip.study.model_file import read_model, toml_table
+from stickslip.study.model_values import model_of_values, within
+from stickslip.sweeps.axis import axis
+from stickslip.sweeps.errors import StoreRefused
+from stickslip.sweeps.identity import import_function
+from stickslip.sweeps.observables import OBSERVABLES, as_observables
+from stickslip.sweeps.sweep import sweep
+from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    import xarray
+
+    from stickslip.sweeps.observables import Observable
+
+__all__ = ["Plan", "read_plan"]
+
+T = TypeVar("T", bound=msgspec.Struct)
+
+
+class _Range(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"lo": "from", "hi": "to"}
+):
+    """An axis as a range."""
+
+    lo: float
+    hi: float
+    n: int
+    scale: Literal["linear", "log"] = "linear"
+
+
+class _Values(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """An axis as a list."""
+
+    values: list[float]
+
+
+class _Engine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Settings of the event map."""
+
+    rtol: float | None = None
+    max_events: int | None = None
+    max_time: float | None = None
+    engine: str | None = None
+
+
+class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The keys of a plan; what stands in tables is read further."""
+
+    store: str
+    axes: dict[str, Any]
+    observables: list[Any]
+    model: str | dict[str, Any] | None = None
+    map: str | None = None
+    engine: dict[str, Any] | None = None
+    chunks: dict[str, int] | None = None
+    storage_options: dict[str, Any] | None = None
+    seed: int = 0
+    d0: float | None = None
+
+
+class Plan(msgspec.Struct, frozen=True):
+    """A sweep that was read from a file.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    store : str
+        Path or URL.
+    arguments : dict
+        Of `stickslip.sweep`, apart from the store and what belongs to the machine.
+    """
+
+    path: Path
+    store: str
+    arguments: dict[str, Any]
+
+    def run(self, **more: Any) -> xarray.Dataset:
+        """Run the sweep; further arguments as of `stickslip.sweep`.
+
+        Raises
+        ------
+        ValueError
+            And others, as in `stickslip.sweep`; of a description, with the name of the file.
+        """
+        try:
+            return sweep(**self.arguments, **{"store": self.store, **more})
+        except StoreRefused:
+            raise
+        except ValueError as error:
+            raise ValueError(f"{self.path}: {error}") from error
+
+
+def read_plan(path: str | PathLike[str]) -> Plan:
+    """Read a plan.
+
+    Parameters
+    ----------
+    path : str or path
+        The file. Paths in it are relative to its folder.
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    ValueError
+        The file is not TOML; a key is unknown or missing; a value is of the wrong type or out of
+        its range. The message names file and key.
+    OSError
+        The file cannot be read.
+    """
+    path = Path(path)
+    with within(f"{path}: "):
+        file = _read(toml_table(path.read_bytes()), _File, "")
+        arguments: dict[str, Any] = {
+            "system": _system(file, path.parent),
+            "axes": {name: _axis(name, given) for name, given in file.axes.items()},
+            "observables": as_observables(
+                [_observable(*item) for item in enumerate(file.observables)]
+            ),
+            "seed": file.seed,
+            "d0": file.d0,
+            "chunks": file.chunks,
+            "storage_options": file.storage_options,
+        }
+    local = "://" not in file.store and not file.store.startswith("memory:")
+    return Plan(path, str(path.parent / file.store) if local else file.store, arguments)
+
+
+def _read(table: Any, kind: type[T], place: str) -> T:
+    """Turn a table into one of the structures above; messages begin with the place of the key."""
+    if not isinstance(table, dict):
+        raise ValueError(f"{place.rstrip('.')} = {table!r}: a table is needed, {{ key = value }}.")
+    fields = msgspec.structs.fields(kind)
+    known = [field.encode_name for field in fields]
+    for key in table:
+        if key not in known:
+            raise ValueError(f"{place}{key}: unknown key. {did_you_mean(key, known)}")
+    for field in fields:
+        if field.required and field.encode_name not in table:
+            raise ValueError(f"{place}{field.encode_name}: missing.")
+    try:
+        return msgspec.convert(table, kind)
+    except msgspec.ValidationError as error:
+        told, _, where = str(error).partition(" - at `$.")
+        raise ValueError(f"{place}{where.rstrip('`')}: {told}") from None
+
+
+def _system(file: _File, folder: Path) -> Any:
+    if (file.model is None) == (file.map is None):
+        raise ValueError("model, map: exactly one of them is needed.")
+    if file.map is not None:
+        if file.engine is not None:
+            raise ValueError("engine: settings of a model's event map, beside a map of one's own.")
+        with within("map: "):
+            return import_function(file.map)
+    if isinstance(file.model, str):
+        with within("model: "):
+            model = read_model(folder / file.model)
+    else:
+        with within("[model] "):
+            model = model_of_values(file.model or {})
+    settings = msgspec.to_builtins(_read(file.engine or {}, _Engine, "engine."))
+    with within("engine: "):
+        return event_map(model, **settings)
+
+
+def _axis(name: str, given: Any) -> Any:
+    if isinstance(given, list):
+        given = {"values": given}
+    place = f"axes.{name}."
+    if isinstance(given, dict) and "values" in given:
+        return _read(given, _Values, place).values
+    found = _read(given, _Range, place)
+    with within(f"axes.{name}: "):
+        return axis(found.lo, found.hi, found.n, found.scale)
+
+
+def _observable(number: int, given: Any) -> Observable | str:
+    """Read an observable: a name, or a table with its name and settings."""
+    if isinstance(given, str):
+        return given
+    place = f"observables[{number}]"
+    if not isinstance(given, dict) or "name" not in given:
+        raise ValueError(f"{place}: a name, or a table with name and settings, is needed.")
+    settings = dict(given)
+    name = settings.pop("name")
+    if name not in OBSERVABLES:
+        raise ValueError(f"{place}.name: {name!r} is unknown. {did_you_mean(name, OBSERVABLES)}")
+    known = OBSERVABLES[name].__dataclass_fields__
+    for key in settings:
+        if key not in known:
+            raise ValueError(f"{place}.{key}: unknown key. {did_you_mean(key, known)}")
+    try:
+        return OBSERVABLES[name](**settings)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{place}: {error}") from error

@@ -1,0 +1,50 @@
+"""Starting points of orbits: a function of seed and place in the grid alone.
+
+So a point starts alike whatever chunk it lies in and whoever computes it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.analysis.protocol import mix_labels
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["spread_starts"]
+
+BITS = 53  # of a random number
+
+
+def spread_starts(
+    seed: int, index: NDArray[np.uint64], count: int, low: Floats, high: Floats
+) -> Floats:
+    """Draw starting points, one at random in each of `count` equal cells of every domain.
+
+    Parameters
+    ----------
+    seed : int
+        Of the sweep, 0 or more.
+    index : ndarray of uint64, shape (n,)
+        Place of each grid point in the whole grid, in C order.
+    count : int
+        Starting points for each grid point.
+    low, high : ndarray of float, shape (n,)
+        Ends of the domain at each grid point.
+
+    Returns
+    -------
+    ndarray of float, shape (n, count)
+    """
+    cell = np.arange(count, dtype=np.uint64)
+    start = np.full(index.shape, seed, dtype=np.uint64)
+    mixed = mix_labels(mix_labels(start, index)[:, None], cell[None, :])
+    share = (mixed >> np.uint64(64 - BITS)).astype(np.float64) * 2.0**-BITS
+    width = (high - low)[:, None]
+    drawn: Floats = low[:, None] + width * ((cell.astype(np.float64) + share) / count)
+    return drawn

@@ -1,0 +1,336 @@
+"""`sweep`: run a description into a store, go on where it stopped, open what is there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.analysis.arguments import checked_count
+from stickslip.checks import finite_number
+from stickslip.numerics.targets import available_threads
+from stickslip.sweeps import engines, target
+from stickslip.sweeps.axis import as_axes
+from stickslip.sweeps.errors import StoreRefused, TilesFailed
+from stickslip.sweeps.job import D0, Job, compute, default_chunks, tiles
+from stickslip.sweeps.lock import writing
+from stickslip.sweeps.observables import as_observables
+from stickslip.sweeps.place import place_of
+from stickslip.sweeps.store import (
+    BEING_MADE,
+    MARKS,
+    ROOT,
+    check_target,
+    create_or_open,
+    described,
+    refuse_foreign,
+)
+from stickslip.sweeps.systems import as_system
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    import xarray
+
+    from stickslip.sweeps.axis import Axis, AxisLike
+    from stickslip.sweeps.engines import Outcome
+    from stickslip.sweeps.job import Tile
+    from stickslip.sweeps.observables import Observable
+    from stickslip.sweeps.store import Store
+    from stickslip.sweeps.systems import System
+
+__all__ = ["Progress", "open_sweep", "sweep"]
+
+LARGEST_SEED = 2**63
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a sweep is.
+
+    Attributes
+    ----------
+    done, total : int
+        Grid points computed, those of earlier runs included, and all.
+    resumed : int
+        Grid points that earlier runs had computed.
+    seconds : float
+        Since this run began.
+    """
+
+    done: int
+    total: int
+    resumed: int
+    seconds: float
+
+    @property
+    def rate(self) -> float:
+        """Grid points per second of this run."""
+        return (self.done - self.resumed) / self.seconds if self.seconds > 0 else 0.0
+
+    @property
+    def remaining(self) -> float:
+        """Seconds until the end at that rate."""
+        return (self.total - self.done) / self.rate if self.rate > 0 else float("inf")
+
+
+def sweep(
+    system: Any,
+    axes: Mapping[str, AxisLike],
+    observables: Iterable[Observable | str],
+    *,
+    store: str | PathLike[str],
+    d0: float | None = None,
+    seed: int = 0,
+    chunks: Mapping[str, int] | None = None,
+    client: Any = None,
+    device: str = "cpu",
+    threads: int | None = None,
+    storage_options: dict[str, Any] | None = None,
+    progress: Callable[[Progress], object] | None = None,
+) -> xarray.Dataset:
+    """Record what a system does over a grid of parameters, in a store that survives anything.
+
+    Called again with the same description it goes on where it stopped, for whatever reason it
+    did; a store that is complete is opened.
+
+    Parameters
+    ----------
+    system : TwoBlock, EventMap or PiecewiseMap
+        Values of the parameters that do not vary; an event map with its settings.
+    axes : mapping
+        Name of each varied parameter, or ``"d0"`` for the starting point, to its values:
+        ``(lo, hi, n)`` with whole n, `stickslip.axis`, or explicit ones.
+    observables : iterable
+        Of `stickslip.observables`, or their names for the default settings.
+    store : str or path
+        Local folder, file name ending in ``.zip``, or URL that fsspec knows, such as
+        ``s3://bucket/name``.
+    d0 : float, optional
+        Starting point of every orbit; without it, and without an axis ``"d0"``, one at random in
+        the domain for each grid point. Observables of several orbits draw their own.
+    seed : int
+        What starting points are drawn from, by the place of a point in the grid.
+    chunks : mapping of str to int, optional
+        Points of a chunk along some axes; by default about 4096 in all. A chunk is one task and
+        one file for each variable.
+    client : distributed.Client, optional
+        Workers to compute on, in place of threads of this process.
+    device : {"cpu"}
+    threads : int, optional
+        Processor cores used; all by default.
+    storage_options : dict, optional
+        For the file system of the store.
+    progress : callable, optional
+        Called with a `Progress` at the start and after each chunk.
+
+    Returns
+    -------
+    xarray.Dataset
+        As `open_sweep`: one variable for each that the observables record, with the axes as its
+        dimensions. Nothing is read until it is asked for.
+
+    Raises
+    ------
+    ValueError
+        An axis, an observable or a setting is not allowed, before anything runs.
+    StoreRefused
+        A ValueError: the store holds another sweep, or one computed on another kind of machine or
+        by other kernels.
+    StoreBusy
+        Another process writes to the store.
+    StoreFull
+        An OSError: no space is left.
+    TilesFailed
+        Chunks could not be computed, all others are stored.
+    ImportError
+        The extra is not installed: ``pip install "stickslip[sweep]"``.
+
+    Notes
+    -----
+    Values do not depend on chunks, threads, workers or interruptions: a point is computed from
+    its parameters and its place in the grid alone.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     found = ss.sweep(
+    ...         ss.examples.coulomb(),
+    ...         {"V": (0.0366, 0.0372, 3)},
+    ...         ["attractor"],
+    ...         store=folder + "/map",
+    ...         d0=0.279,
+    ...     )
+    ...     found.period.values
+    array([4, 4, 0], dtype=int32)
+    """
+    if device != "cpu":
+        raise ValueError(f"device = {device!r} is not available; allowed: 'cpu'.")
+    if client is not None and threads is not None:
+        raise ValueError("threads and client: a client's workers have their own threads.")
+    cores = available_threads() if threads is None else checked_count("threads", threads, 1)
+    grid = as_axes(axes)
+    job = _job(as_system(system), grid, as_observables(observables), seed, d0)
+    sizes = _chunks(grid, job, chunks)
+    place = place_of(store, storage_options)
+    refuse_foreign(place)
+    with writing(place) as check:
+        place.unpack()
+        place.clear_remains()
+        opened = create_or_open(place, job, grid, sizes, given=chunks is not None)
+        todo, shown = _todo(opened, grid, progress)
+        run = (
+            engines.in_threads(compute, job, todo, cores)
+            if client is None
+            else engines.in_dask(compute, job, todo, client)
+        )
+        with closing(run):
+            _written(opened, run, check, shown)
+        place.pack()
+    return open_sweep(store, storage_options=storage_options)
+
+
+def open_sweep(
+    store: str | PathLike[str], *, storage_options: dict[str, Any] | None = None
+) -> xarray.Dataset:
+    """Open the store of a sweep for reading, finished or not.
+
+    Parameters
+    ----------
+    store : str or path
+        As for `sweep`.
+    storage_options : dict, optional
+        For the file system of the store.
+
+    Returns
+    -------
+    xarray.Dataset
+        Values that were not computed yet are NaN, or the least number of their type. The
+        attributes tell the description, how many chunks there are and how many are ``done``.
+
+    Raises
+    ------
+    StoreRefused
+        A ValueError: there is no sweep.
+    """
+    import xarray
+    import zarr
+
+    place = place_of(store, storage_options)
+    if not place.packed and not place.exists(ROOT):
+        raise StoreRefused(f"{place.url}: there is no sweep.")
+    source = place.zarr_store(read_only=True)
+    facts = described(place, zarr.open_group(source, mode="r"))
+    if facts == BEING_MADE:
+        raise StoreRefused(f"{place.url}: the sweep has only begun.")
+    dataset = xarray.open_zarr(source, chunks=None, consolidated=False)
+    marks = dataset[MARKS].values
+    dataset.attrs = {
+        **{key: facts[key] for key in ("version", "created", "digest")},
+        "description": facts["description"],
+        "target": facts["target"],
+        "chunks": int(marks.size),
+        "done": int(np.count_nonzero(marks)),
+    }
+    return dataset.drop_vars(MARKS)
+
+
+def _job(
+    system: System,
+    axes: Mapping[str, Axis],
+    observables: tuple[Observable, ...],
+    seed: int,
+    d0: float | None,
+) -> Job:
+    """Check a description as a whole."""
+    if isinstance(seed, bool) or int(seed) != seed or not 0 <= seed < LARGEST_SEED:
+        raise ValueError(f"seed = {seed!r}: a whole number, 0 <= seed < 2^63, is needed.")
+    if d0 is not None:
+        if D0 in axes:
+            raise ValueError("d0 is an axis and a number: give one of them.")
+        d0 = finite_number(D0, d0)
+    for each in observables:
+        if each.needs_events and not system.has_events:
+            raise ValueError(f"observable {each.name!r}: a map of one's own has no events.")
+        for name in (output.name for output in each.outputs()):
+            if name in axes or name == MARKS:
+                raise ValueError(f"observable {each.name!r}: the name {name!r} is taken.")
+    for name, each_axis in axes.items():
+        if name != D0:
+            _check_values(system, name, each_axis)
+    shape = tuple(map(len, axes.values()))
+    return Job(system, tuple(axes), shape, observables, int(seed), d0)
+
+
+def _check_values(system: System, name: str, values: Axis) -> None:
+    """Refuse names and values that the system does not know."""
+    for value in values.values.tolist():
+        try:
+            system.check({name: value})
+        except ValueError as error:
+            raise ValueError(f"axis {name!r}: {error}") from error
+
+
+def _chunks(axes: Mapping[str, Axis], job: Job, given: Mapping[str, int] | None) -> tuple[int, ...]:
+    chosen = dict(zip(job.names, default_chunks(job.shape), strict=True))
+    for name, size in (given or {}).items():
+        if name not in axes:
+            raise ValueError(f"chunks: {name!r} is no axis; the axes are {', '.join(axes)}.")
+        chosen[name] = min(checked_count(f"chunks[{name!r}]", size, 1), len(axes[name]))
+    return tuple(chosen[name] for name in job.names)
+
+
+def _todo(
+    store: Store, axes: Mapping[str, Axis], progress: Callable[[Progress], object] | None
+) -> tuple[Iterator[Tile], Callable[[int], None]]:
+    """Return the tiles that are not done, and a function that shows more points as done."""
+    done = store.done(tiles(axes, store.chunks))
+    total = math.prod(map(len, axes.values()))
+    resumed = sum(_size(tile) for tile in tiles(axes, store.chunks) if done[tile.index])
+    state = {"done": resumed}
+    began = perf_counter()
+
+    def show(points: int) -> None:
+        state["done"] += points
+        if progress is not None:
+            progress(Progress(state["done"], total, resumed, perf_counter() - began))
+
+    show(0)
+    return (tile for tile in tiles(axes, store.chunks) if not done[tile.index]), show
+
+
+def _size(tile: Tile) -> int:
+    return math.prod(tile.shape)
+
+
+def _written(
+    store: Store,
+    outcomes: Iterable[Outcome],
+    check: Callable[[], None],
+    show: Callable[[int], None],
+) -> None:
+    """Write what is computed, as it comes."""
+    here = target.target()
+    failed: list[tuple[Tile, Exception]] = []
+    for tile, computed in outcomes:
+        check()
+        if isinstance(computed, Exception):
+            failed.append((tile, computed))
+            continue
+        check_target("A part of this sweep", computed.target, here)
+        store.write(tile, computed)
+        show(_size(tile))
+    if failed:
+        tile, error = failed[0]
+        where = ", ".join(f"{a} to {a + n}" for a, n in zip(tile.start, tile.shape, strict=True))
+        raise TilesFailed(
+            f"{len(failed)} chunks of {store.place.url} could not be computed, the others are "
+            f"stored. The first, grid points [{where}]: {type(error).__name__}: {error}"
+        ) from error

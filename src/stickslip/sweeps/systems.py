@@ -1,0 +1,251 @@
+"""What a sweep varies: a model of two blocks, or a map of the user's own, seen alike."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+
+import numpy as np
+
+from stickslip.analysis.piecewise_map import PiecewiseMap
+from stickslip.mechanics.eventmap import event_map as mechanics
+from stickslip.mechanics.eventmap.follow import ModelTable, follow
+from stickslip.mechanics.eventmap.follow_records import new_followed
+from stickslip.mechanics.eventmap.records import Controls
+from stickslip.mechanics.flow.engine import engine_for
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.long_run import new_long_run
+from stickslip.study.event_map import EventMap, event_map
+from stickslip.sweeps.identity import function_identity, law_identity
+from stickslip.sweeps.orbits import Run, follow_map
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.protocol import Map1D
+    from stickslip.mechanics.eventmap.follow_records import Followed
+    from stickslip.numerics.long_run import LongRun
+
+    Floats: TypeAlias = NDArray[np.float64]
+    Columns: TypeAlias = Mapping[str, Floats]
+
+__all__ = ["System", "as_system"]
+
+OWN = ("alpha", "beta", "V")  # parameters that the kernels take as numbers, not through the law
+
+
+class System(Protocol):
+    """A map with named parameters; columns hold a value of each varied one for each grid point."""
+
+    @property
+    def has_events(self) -> bool:
+        """Whether a step of the map is made of events and takes time."""
+
+    def identity(self) -> dict[str, Any]:
+        """Describe it in values that JSON can hold."""
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Raise ValueError if some parameter values are not allowed."""
+
+    def map_at(self, values: Mapping[str, float]) -> Map1D:
+        """Make the map at some parameter values."""
+
+    def domains(self, columns: Columns, size: int) -> tuple[Floats, Floats]:
+        """Return the ends of the domain at each of `size` grid points."""
+
+    def follow(
+        self, columns: Columns, starts: Floats, run: Run, tail: int
+    ) -> tuple[LongRun, Followed]:
+        """Follow orbits from ``starts`` (grid points, n_seeds), NaN passed over, in C order."""
+
+
+def as_system(given: Any) -> System:
+    """Take a model, its event map or a map of the user's own.
+
+    Raises
+    ------
+    ValueError
+        It is none of these.
+    """
+    if isinstance(given, TwoBlock):
+        given = event_map(given)
+    if isinstance(given, mechanics.EventMap):
+        settings = {name: given.settings[name] for name in ModelSystem.SETTINGS}
+        return ModelSystem(given.model, settings)
+    if isinstance(given, PiecewiseMap):
+        return MapSystem(given)
+    raise ValueError(
+        f"system = {given!r}: a sweep takes a TwoBlock, its event map or a PiecewiseMap."
+    )
+
+
+class ModelSystem:
+    """Two blocks."""
+
+    SETTINGS = ("rtol", "max_events", "max_time", "engine")
+    has_events = True
+
+    def __init__(self, model: TwoBlock, settings: dict[str, Any]) -> None:
+        self.model, self.settings = model, settings
+
+    def identity(self) -> dict[str, Any]:
+        """Describe it."""
+        laws = self.model.laws if isinstance(self.model.friction, tuple) else self.model.laws[:1]
+        numbers = {**self.model.parameters, "damping": self.model.damping}
+        options = [law.options | law_identity(law) for law in laws]
+        settings = {name: str(value) for name, value in self.settings.items()}
+        return {"model": "two_block", "parameters": numbers, "laws": options, "engine": settings}
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Raise ValueError if some values are not allowed."""
+        self.model.replace(**values)
+
+    def map_at(self, values: Mapping[str, float]) -> EventMap:
+        """Make the map at some parameter values."""
+        return EventMap(self.model.replace(**values), **self.settings, threads=1)
+
+    def domains(self, columns: Columns, size: int) -> tuple[Floats, Floats]:
+        """Return the ends of the domains."""
+        alpha, beta = (self._column(columns, name, size) for name in ("alpha", "beta"))
+        end = (1.0 + beta) / (1.0 + 2.0 * alpha)
+        return -end, end
+
+    def follow(
+        self, columns: Columns, starts: Floats, run: Run, tail: int
+    ) -> tuple[LongRun, Followed]:
+        """Follow orbits."""
+        verdicts, followed = new_long_run(starts.size), new_followed(starts.size, tail)
+        of_start = np.repeat(np.arange(len(starts)), starts.shape[1])
+        for models, chosen in self._by_kernels(columns, len(starts)):
+            where = np.flatnonzero(chosen[of_start])
+            some = (starts.ravel()[where], of_start[where])
+            found = self._followed(models, columns, *some, run, tail)
+            for results, part in zip((verdicts, followed), found, strict=True):
+                for whole, piece in zip(results, part, strict=True):
+                    whole[where] = piece
+        return verdicts, followed
+
+    def _followed(
+        self,
+        models: list[tuple[TwoBlock, NDArray[np.bool_]]],
+        columns: Columns,
+        starts: Floats,
+        of_start: NDArray[np.int64],
+        run: Run,
+        tail: int,
+    ) -> tuple[LongRun, Followed]:
+        """Follow the starts of grid points whose models share their kernels."""
+        size = len(models[0][1])
+        if models[0][0].damping > 0.0:
+            return self._one_by_one(columns, starts, of_start, run, tail)
+        engines = [engine_for(model, self.settings["engine"]) for model, _ in models]
+        law_row = np.zeros(size, dtype=np.int64)
+        for row, (_, chosen) in enumerate(models):
+            law_row[chosen] = row
+        table = ModelTable(
+            alpha=self._column(columns, "alpha", size),
+            beta=self._column(columns, "beta", size),
+            V=self._column(columns, "V", size),
+            laws=np.stack([engine.laws for engine in engines]),
+            law_row=law_row,
+            of_start=of_start,
+        )
+        controls = Controls(*(self.settings[name] for name in Controls._fields))
+        return follow(
+            engines[0],
+            table,
+            starts,
+            controls=controls,
+            transient=run.transient,
+            n=run.n,
+            max_period=run.max_period,
+            tail=tail,
+        )
+
+    def _one_by_one(
+        self,
+        columns: Columns,
+        starts: Floats,
+        of_start: NDArray[np.int64],
+        run: Run,
+        tail: int,
+    ) -> tuple[LongRun, Followed]:
+        parts = []
+        for point in np.unique(of_start):
+            f = self.map_at({name: float(column[point]) for name, column in columns.items()})
+            parts.append(follow_map(f, starts[of_start == point], run, tail))
+        return _joined(parts)
+
+    def _by_kernels(
+        self, columns: Columns, size: int
+    ) -> list[tuple[list[tuple[TwoBlock, NDArray[np.bool_]]], NDArray[np.bool_]]]:
+        """Group the grid points: models that differ in alpha, beta and V alone are one model.
+
+        Returns, for each set of kernels, its models with their grid points, and all of these.
+        """
+        names = [name for name in columns if name not in OWN]
+        table = (
+            np.stack([columns[name] for name in names], axis=1) if names else np.empty((size, 0))
+        )
+        distinct, inverse = np.unique(table, axis=0, return_inverse=True)
+        groups: dict[str, list[tuple[TwoBlock, NDArray[np.bool_]]]] = {}
+        for number, values in enumerate(distinct):
+            model = self.model.replace(**dict(zip(names, values.tolist(), strict=True)))
+            damped = model.damping > 0.0
+            key = "damped" if damped else engine_for(model, self.settings["engine"]).key
+            groups.setdefault(key, []).append((model, inverse.ravel() == number))
+        return [
+            (models, np.any([chosen for _, chosen in models], axis=0)) for models in groups.values()
+        ]
+
+    def _column(self, columns: Columns, name: str, size: int) -> Floats:
+        if name in columns:
+            return np.ascontiguousarray(columns[name])
+        return np.full(size, getattr(self.model, name))
+
+
+class MapSystem:
+    """A map of the user's own."""
+
+    has_events = False
+
+    def __init__(self, f: PiecewiseMap) -> None:
+        self.f = f
+
+    def identity(self) -> dict[str, Any]:
+        """Describe it."""
+        functions = {role: function_identity(each) for role, each in self.f.callables.items()}
+        numbers = {"domain": self.f.domain, "breakpoints": self.f.breakpoints.tolist()}
+        return {"map": functions, "parameters": self.f.parameters, **numbers}
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Raise ValueError if some values are not allowed."""
+        self.f.replace(**values)
+
+    def map_at(self, values: Mapping[str, float]) -> PiecewiseMap:
+        """Make the map at some parameter values."""
+        return self.f.replace(**values)
+
+    def domains(self, columns: Columns, size: int) -> tuple[Floats, Floats]:
+        """Return the ends of the domains."""
+        low, high = self.f.domain
+        return np.full(size, low), np.full(size, high)
+
+    def follow(
+        self, columns: Columns, starts: Floats, run: Run, tail: int
+    ) -> tuple[LongRun, Followed]:
+        """Follow orbits."""
+        parts = []
+        for point, some in enumerate(starts):
+            f = self.map_at({name: float(column[point]) for name, column in columns.items()})
+            parts.append(follow_map(f, some, run, tail))
+        return _joined(parts)
+
+
+def _joined(parts: list[tuple[LongRun, Followed]]) -> tuple[LongRun, Followed]:
+    verdicts, followed = zip(*parts, strict=True)
+    return (
+        type(verdicts[0])(*map(np.concatenate, zip(*verdicts, strict=True))),
+        type(followed[0])(*map(np.concatenate, zip(*followed, strict=True))),
+    )

@@ -1,0 +1,332 @@
+"""Stores: whole whatever happened to them, of one description, of one writer."""
+
+import errno
+import hashlib
+import json
+import multiprocessing
+import os
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.sweeps import small
+
+import stickslip as ss
+from stickslip.sweeps import store as stores
+from stickslip.sweeps import target
+from stickslip.sweeps.errors import StoreBusy, StoreFull, StoreRefused, TilesFailed
+
+zarr = pytest.importorskip("zarr")
+
+VALUES = ("kind", "period", "status", "lyapunov_exponent", "lyapunov_error", "orbit", "checksum")
+
+
+def chunks_of(store):
+    """Bytes of every chunk file, by name."""
+    store = Path(store)
+    return {
+        str(path.relative_to(store)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in store.rglob("*")
+        if path.is_file() and "/c/" in path.as_posix()
+    }
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """An uninterrupted store, to compare with and never to touch."""
+    store = tmp_path_factory.mktemp("whole") / "store"
+    small.run(store)
+    return store
+
+
+@pytest.fixture
+def copy(whole, tmp_path):
+    """A copy of it, to damage."""
+    import shutil
+
+    return Path(shutil.copytree(whole, tmp_path / "copy"))
+
+
+def computed_points(store, **more):
+    """Run again; how many points had to be computed."""
+    seen = []
+    small.run(store, progress=seen.append, **more)
+    assert seen[-1].done == seen[-1].total == 120
+    return seen[-1].total - seen[-1].resumed
+
+
+def test_a_complete_store_is_only_opened(copy, whole):
+    assert computed_points(copy) == 0
+    assert chunks_of(copy) == chunks_of(whole)
+
+
+def truncate(path):
+    path.write_bytes(path.read_bytes()[:-3])
+
+
+def empty(path):
+    path.write_bytes(b"")
+
+
+def flip_a_bit(path):
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize("damage", [truncate, empty, flip_a_bit, Path.unlink])
+@pytest.mark.parametrize("name", VALUES)
+def test_a_damaged_chunk_is_found_and_computed_again(copy, whole, damage, name):
+    path = copy / name / "c/1/2"
+    damage(path / "0" if path.is_dir() else path)
+    assert computed_points(copy) == 12
+    assert chunks_of(copy) == chunks_of(whole)
+
+
+def test_a_chunk_of_another_tile_is_found(copy, whole):
+    # Whole in itself, and not what was computed here.
+    (copy / "period/c/1/2").write_bytes((copy / "period/c/2/1").read_bytes())
+    if chunks_of(copy) == chunks_of(whole):
+        pytest.skip("the two chunks are equal")
+    assert computed_points(copy) == 12
+    assert chunks_of(copy) == chunks_of(whole)
+
+
+def test_a_tile_without_any_value_is_a_result(tmp_path):
+    def run():
+        seen = []
+        found = ss.sweep(
+            ss.examples.coulomb(),
+            {"V": (0.03, 0.04, 4), "d0": [7.0, 8.0]},
+            [ss.observables.LyapunovExponent(transient=2, n=4)],
+            store=tmp_path / "x",
+            progress=seen.append,
+            threads=1,
+        )
+        return found, seen[-1].resumed
+
+    found, resumed = run()
+    assert np.isnan(found.lyapunov_exponent).all()
+    assert resumed == 0
+    assert run()[1] == 8
+
+
+def test_an_unfinished_store_can_be_read(copy, whole):
+    (copy / "checksum/c/0/0").unlink()
+    (copy / "period/c/0/0").unlink()
+    found = ss.open_sweep(copy)
+    assert (found.attrs["done"], found.attrs["chunks"]) == (11, 12)
+    assert (found.period[:4, :3] == np.iinfo("int32").min).all()
+    np.testing.assert_array_equal(found.period[4:], ss.open_sweep(whole).period[4:])
+
+
+def test_xarray_alone_reads_a_store(whole):
+    import xarray
+
+    found = xarray.open_zarr(whole, chunks=None, consolidated=False)
+    np.testing.assert_array_equal(found.kind, ss.open_sweep(whole).kind)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"seed": 1}, "seed = 0 there, 1 here"),
+        ({"d0": 0.1}, "d0 = None there, 0.1 here"),
+        ({"axes": {**small.AXES, "V": (0.03, 0.06, 12)}}, r"axes\.V\.to = 0\.05 there, 0\.06 here"),
+        ({"observables": ["attractor"]}, "observables"),
+        ({"chunks": {"V": 3}}, r"chunks \(4, 3\), not \(3, "),
+    ],
+)
+def test_another_description_is_refused(copy, whole, more, words):
+    with pytest.raises(StoreRefused, match=words):
+        small.run(copy, **more)
+    assert chunks_of(copy) == chunks_of(whole)
+
+
+def test_another_system_is_refused(copy):
+    model = ss.examples.coulomb().replace(mu=0.23)
+    with pytest.raises(StoreRefused, match=r"system\.parameters\.mu = 0\.22 there, 0\.23 here"):
+        ss.sweep(model, small.AXES, small.observables(), store=copy)
+
+
+def test_a_changed_function_is_another_description(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def run():
+        import importlib
+        import linecache
+
+        import changing_function
+
+        linecache.clearcache()
+        importlib.reload(changing_function)
+        return ss.sweep(
+            ss.examples.coulomb(),
+            {"V": [0.03]},
+            [changing_function.g],
+            store=tmp_path / "x",
+            threads=1,
+        )
+
+    module = tmp_path / "changing_function.py"
+    module.write_text("def g(f, d0):\n    return 1.0\n")
+    assert run().g == 1.0
+    assert run().g == 1.0
+    module.write_text("def g(f, d0):\n    return 22.0\n")
+    with pytest.raises(StoreRefused, match=r"observables\[0\]\.text"):
+        run()
+
+
+@pytest.mark.parametrize("key", ["device", "cpu", "features", "kernels"])
+def test_another_target_is_refused(copy, monkeypatch, key):
+    other = {**target.target(), key: "+something"}
+    monkeypatch.setattr(target, "target", lambda: other)
+    with pytest.raises(StoreRefused, match=r"computed otherwise.*something"):
+        small.run(copy)
+
+
+def test_a_worker_of_another_kind_is_refused(tmp_path, monkeypatch):
+    from stickslip.sweeps import job
+
+    monkeypatch.setattr(job, "target", lambda: {**target.target(), "cpu": "other"})
+    with pytest.raises(
+        StoreRefused, match=r"A part of this sweep was computed otherwise \(cpu other there"
+    ):
+        small.run(tmp_path / "x")
+
+
+def test_what_is_no_sweep_is_left_alone(tmp_path):
+    (tmp_path / "precious.txt").write_text("mine")
+    zarr.create_group(tmp_path / "group")
+    (tmp_path / "file").write_text("mine")
+    for name, words in [
+        (".", "is not empty and no sweep"),
+        ("group", "not one of a sweep"),
+        ("file", "a file of that name"),
+    ]:
+        with pytest.raises(StoreRefused, match=words):
+            small.run(tmp_path / name)
+    assert {path.name for path in tmp_path.iterdir()} == {"precious.txt", "group", "file"}
+    with pytest.raises(StoreRefused, match="there is no sweep"):
+        ss.open_sweep(tmp_path / "nothing")
+
+
+def test_a_store_whose_making_was_interrupted_is_made_again(tmp_path, whole, monkeypatch):
+    class Killed(BaseException):
+        pass
+
+    def killed(identity):
+        raise Killed
+
+    with monkeypatch.context() as patch:
+        patch.setattr(stores, "digest", killed)
+        with pytest.raises(Killed):
+            small.run(tmp_path / "x")
+    with pytest.raises(StoreRefused, match="has only begun"):
+        ss.open_sweep(tmp_path / "x")
+    assert computed_points(tmp_path / "x") == 120
+    assert chunks_of(tmp_path / "x") == chunks_of(whole)
+
+
+def hold(store, held, go):
+    from stickslip.sweeps.lock import writing
+    from stickslip.sweeps.place import place_of
+
+    with writing(place_of(store)):
+        held.set()
+        go.wait()
+
+
+def test_a_second_writer_is_told_who_the_first_is(copy, whole):
+    context = multiprocessing.get_context("spawn")
+    held, go = context.Event(), context.Event()
+    holder = context.Process(target=hold, args=(str(copy), held, go))
+    holder.start()
+    try:
+        assert held.wait(60)
+        with pytest.raises(StoreBusy, match=f"being written by process {holder.pid} on"):
+            small.run(copy)
+        assert ss.open_sweep(copy).attrs["done"] == 12
+    finally:
+        holder.kill()
+        holder.join()
+    # A lock of a process that was killed holds nobody up.
+    assert computed_points(copy) == 0
+    assert chunks_of(copy) == chunks_of(whole)
+
+
+def test_a_full_disk_is_told_and_the_store_goes_on_later(tmp_path, whole, monkeypatch):
+    store = tmp_path / "x"
+    real, left = os.replace, [70]
+
+    def replace(source, destination):
+        left[0] -= 1
+        if left[0] < 0 and "/c/" in str(destination):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(destination))
+        real(source, destination)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", replace)
+        patch.setattr(Path, "replace", lambda self, other: replace(self, other))
+        patch.setattr(Path, "rename", lambda self, other: replace(self, other))
+        with pytest.raises(StoreFull, match=r"no space is left for .*x.*run the same sweep again"):
+            small.run(store)
+    assert 0 < ss.open_sweep(store).attrs["done"] < 12
+    assert 0 < computed_points(store) < 120
+    assert chunks_of(store) == chunks_of(whole)
+    assert not list(store.rglob("*.partial"))
+
+
+def test_what_a_killed_writer_left_half_written_is_removed(copy):
+    remains = copy / "period/c/1/2.0123.partial"
+    remains.write_text("half")
+    small.run(copy)
+    assert not remains.exists()
+
+
+def test_a_tile_that_fails_keeps_no_other_from_being_stored(tmp_path):
+    def run(**more):
+        return small.run(tmp_path / "x", observables=[small.fails_somewhere], **more)
+
+    with pytest.raises(TilesFailed, match=r"4 chunks of .*ArithmeticError: on purpose"):
+        run()
+    found = ss.open_sweep(tmp_path / "x")
+    assert found.attrs["done"] == 8
+    assert np.isfinite(found.fails_somewhere[:8]).all()
+
+
+@pytest.mark.parametrize("name", ["x.zip", "folder/deep/x.zip"])
+def test_a_zip_file_appears_whole(tmp_path, whole, name):
+    store = tmp_path / name
+    found = small.run(store)
+    np.testing.assert_array_equal(found.orbit, ss.open_sweep(whole).orbit)
+    with zipfile.ZipFile(store) as archive:
+        names = {info for info in archive.namelist() if "/c/" in info}
+        assert names == set(chunks_of(whole))
+    before = store.read_bytes()
+    assert computed_points(store) == 0
+    assert store.read_bytes() == before
+    assert not store.with_name("x.zip.partial").exists()
+
+
+def test_an_interrupted_zip_file_goes_on(tmp_path, monkeypatch):
+    store = tmp_path / "x.zip"
+
+    def stop(progress):
+        if progress.done > 60:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        small.run(store, progress=stop)
+    assert not store.exists()
+    assert 0 < ss.open_sweep(store).attrs["done"] < 12
+    assert 0 < computed_points(store) < 120
+    assert store.exists()
+
+
+def test_the_description_is_readable_in_the_file(whole):
+    facts = json.loads((whole / "zarr.json").read_text())["attributes"]["stickslip"]
+    assert facts["version"] == ss.__version__
+    assert facts["description"]["observables"][0] == {"name": "attractor", **small.SHORT}
+    assert facts["description"]["system"]["parameters"]["mu"] == 0.22
