@@ -1,0 +1,1 @@
+"""Proofs about event maps in ball arithmetic: what holds to the last digit, and what does not."""

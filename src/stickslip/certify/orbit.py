@@ -1,0 +1,82 @@
+"""Periodic orbits proven: existence, uniqueness, points, multiplier, stability."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from flint import arb
+
+from stickslip.certify.jet import Jet, variables
+from stickslip.certify.newton import zero
+from stickslip.certify.power import Setting, step
+from stickslip.certify.verify import rounded
+from stickslip.certify.wave import Undecided
+
+__all__ = ["RADII", "closing", "orbit_entries", "proven_orbit"]
+
+RADII: Final = tuple(10.0**-k for k in range(4, 15))
+
+
+def closing(setting: Setting, period: int) -> Callable[[list[Jet]], list[Jet]]:
+    """Return f^period(d) - d as a function of a box, where the itinerary can be proven."""
+
+    def equations(box: list[Jet]) -> list[Jet]:
+        d, *parameters = box
+        x = d
+        for _ in range(period):
+            (piece,) = step(setting, x, parameters)
+            x = piece.value
+        return [x - d]
+
+    return equations
+
+
+def proven_orbit(
+    setting: Setting, near: arb, period: int, digits: int
+) -> tuple[arb, float, dict[str, Any]]:
+    """Prove the orbit through a point, and describe it.
+
+    Returns
+    -------
+    point : arb
+        Encloses the orbit's point.
+    alone : float
+        Radius around `near` within which it is the only one.
+    entries : dict
+        What the certificate of an orbit holds.
+
+    Raises
+    ------
+    NoZero, Undecided
+        There is none near by; it cannot be told.
+    """
+    target = arb(10) ** (-digits - 12)
+    (point,), (box,) = zero(closing(setting, period), [near], RADII, target=target)
+    return point, float(box.rad()), orbit_entries(setting, point, period, digits, float(box.rad()))
+
+
+def orbit_entries(
+    setting: Setting, point: arb, period: int, digits: int, alone: float
+) -> dict[str, Any]:
+    """Describe an orbit whose existence near a point is proven."""
+    (x,) = variables([point.mid()], [point.rad()])
+    points, words = [], []
+    for _ in range(period):
+        points.append(x.range)
+        (piece,) = step(setting, x)
+        words.append(piece.itinerary)
+        x = piece.value
+    if any(a.overlaps(b) for i, a in enumerate(points) for b in points[:i]):
+        raise Undecided("two of its points coincide: a shorter period returns there")
+    multiplier = x.gradient[0]
+    if not (abs(multiplier) < 1 or abs(multiplier) > 1):
+        raise Undecided(f"the multiplier {multiplier} cannot be told from 1 in size")
+    return {
+        "period": period,
+        "points": [rounded(each, digits) for each in points],
+        "itinerary": words,
+        "multiplier": rounded(multiplier, digits),
+        "stable": bool(abs(multiplier) < 1),
+        "alone": f"{alone / 100:.0e}",
+    }
