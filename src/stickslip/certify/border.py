@@ -7,12 +7,11 @@ from typing import Any, Final
 
 from flint import arb
 
-from stickslip.certify.flow import Piece
 from stickslip.certify.jet import Jet, variables
 from stickslip.certify.jump import mechanism, parted
-from stickslip.certify.newton import zero
-from stickslip.certify.power import Setting, step
-from stickslip.certify.verify import rounded
+from stickslip.certify.newton import NoZero, zero
+from stickslip.certify.power import Image, Setting, step
+from stickslip.certify.verify.words import rounded
 from stickslip.certify.wave import Undecided
 
 __all__ = ["proven_border"]
@@ -26,8 +25,8 @@ class _Round:
 
     points: list[Jet]
     words: list[str]
-    here: Piece
-    beyond: Piece
+    here: Image
+    beyond: Image
     end: Jet
 
 
@@ -54,15 +53,13 @@ def proven_border(
     NoZero, Undecided
         It is not there; it cannot be told.
     """
-    reason = Undecided("no side of the jump was tried")
+    reasons: list[str] = []
     for sign in (1, -1):
         try:
             return _on_side(setting, near, value, period, digits, sign)
-        except Exception as error:
-            if type(error).__name__ not in ("NoZero", "Undecided"):
-                raise
-            reason = Undecided(f"{reason}; {error}") if sign < 0 else Undecided(str(error))
-    raise reason
+        except (NoZero, Undecided) as error:
+            reasons.append(str(error))
+    raise Undecided(" and ".join(dict.fromkeys(reasons)))
 
 
 def _on_side(
@@ -70,9 +67,7 @@ def _on_side(
 ) -> dict[str, Any]:
     def equations(box: list[Jet]) -> list[Jet]:
         around = _round(setting, box, period, sign)
-        margin = around.here.decisions[-1].margin
-        assert isinstance(margin, Jet)
-        return [around.end - box[0], margin]
+        return [around.end - box[0], around.here.margin]
 
     found, _ = zero(equations, [near, value], RADII, target=arb(10) ** (-digits - 12))
     box = variables([x.mid() for x in found], [x.rad() for x in found])
@@ -102,10 +97,8 @@ def _round(setting: Setting, box: list[Jet], period: int, sign: int) -> _Round:
     points, words = [x], [here.itinerary]
     y = here.value
     for _ in range(period - 1):
-        assert isinstance(y, Jet)
         points.append(y)
         (piece,) = step(setting, y, parameters)
         words.append(piece.itinerary)
         y = piece.value
-    assert isinstance(y, Jet)
     return _Round(points, words, here, beyond, y)

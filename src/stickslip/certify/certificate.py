@@ -8,10 +8,10 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from stickslip.certify.verify import SCHEMA, statement
+from stickslip.certify.verify.words import SCHEMA, statement
 from stickslip.files import write_text
 
-__all__ = ["Certificate", "refusal", "certificate"]
+__all__ = ["Certificate", "certificate", "refusal"]
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,11 @@ def _enclosures(entries: dict[str, Any]) -> dict[str, str]:
     """Gather all decimals with a radius."""
     found = {}
     for name, value in entries.items():
-        several = {f"{name}[{k}]": each for k, each in enumerate(value)} if isinstance(value, list) else {name: value}
+        several = (
+            {f"{name}[{k}]": each for k, each in enumerate(value)}
+            if isinstance(value, list)
+            else {name: value}
+        )
         for key, each in several.items():
             if isinstance(each, dict):
                 found.update({f"{key}.{k}": v for k, v in _enclosures(each).items()})

@@ -101,7 +101,9 @@ def certify(
         )
     if isinstance(found, PeriodicOrbit):
         if found.infinitely_unstable:
-            raise ValueError("an infinitely unstable orbit is no orbit of the map: certify its jump")
+            raise ValueError(
+                "an infinitely unstable orbit is no orbit of the map: certify its jump"
+            )
         near = arb(float(found.points[0]))
         return _proof(
             "orbit",
@@ -229,9 +231,9 @@ def enclose(
         return Enclosure(
             True,
             piece.itinerary,
-            _outward(value.range),  # type: ignore[union-attr]
-            _outward(value.gradient[0]),  # type: ignore[union-attr]
-            dict(zip(parameters, map(_outward, value.gradient[1:]), strict=True)),  # type: ignore[union-attr]
+            _outward(value.range),
+            _outward(value.gradient[0]),
+            dict(zip(parameters, map(_outward, value.gradient[1:]), strict=True)),
         )
 
 

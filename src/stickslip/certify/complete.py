@@ -12,7 +12,7 @@ from flint import arb
 
 from stickslip.certify.jet import Jet, variables
 from stickslip.certify.newton import NoZero
-from stickslip.certify.orbit import orbit_entries, proven_orbit
+from stickslip.certify.orbit import proven_orbit
 from stickslip.certify.power import Setting, step
 from stickslip.certify.system import number
 from stickslip.certify.wave import Undecided
@@ -93,7 +93,7 @@ def _settled(
 ) -> bool:
     """Whether an interval holds no orbit of a period, or only one that is known by now."""
     box = middle + arb(0, radius)
-    if any(period % orbit.period == 0 and orbit.alone.contains(box) for orbit in known if orbit.period == period):
+    if any(orbit.period == period and orbit.alone.contains(box) for orbit in known):
         return True
     (d,) = variables([middle], [radius])
     values = _values(setting, d, period, float(radius) < SPLIT_FIRST)
@@ -110,13 +110,19 @@ def _settled(
     new = middle - (value.centre - middle) / rate
     if not new.overlaps(box):
         return True
-    # f^p - 1 is monotone: at most one root here, and it lies in both.
-    if any(period % orbit.period == 0 and new.contains(x) and box.contains(x)
-           for orbit in known for x in orbit.points):
+    # f^p - d is monotone: at most one root here.
+    if _holds_one(box, period, known):
         return True
-    return _new_orbit(setting, new.intersection(box), period, known, found, digits) and any(
-        box.contains(x) for orbit in known for x in orbit.points
+    near = new.intersection(box)
+    return _new_orbit(setting, near, period, known, found, digits) and _holds_one(
+        box, period, known
     )
+
+
+def _holds_one(box: arb, period: int, known: list[_Known]) -> bool:
+    """Whether a known orbit, of the period or a divisor, has a point in the interval."""
+    orbits = (orbit for orbit in known if period % orbit.period == 0)
+    return any(box.contains(x) for orbit in orbits for x in orbit.points)
 
 
 def _values(setting: Setting, d: Jet, period: int, forks: bool) -> list[Jet] | None:
@@ -129,7 +135,7 @@ def _values(setting: Setting, d: Jet, period: int, forks: bool) -> list[Jet] | N
             return None
         if len(pieces) > POSSIBILITIES:
             return None
-        values = [piece.value for piece in pieces]  # type: ignore[misc]
+        values = [piece.value for piece in pieces]
     return values
 
 
@@ -138,17 +144,16 @@ def _new_orbit(
 ) -> bool:
     """Prove an orbit that may be near, and take it up."""
     try:
-        point, alone, entries = proven_orbit(setting, near.mid(), period, digits)
+        point, alone, entries = proven_orbit(setting, near, period, digits)
+        points = [point]
+        for _ in range(period - 1):
+            (piece,) = step(setting, variables([points[-1].mid()], [points[-1].rad()])[0])
+            points.append(piece.value.range)
+        lowest = min(points, key=float)
+        if lowest is not point:
+            entries = proven_orbit(setting, lowest, period, digits)[2]
     except (Undecided, NoZero):
         return False
-    points, x = [], point
-    for _ in range(period):
-        points.append(x)
-        (piece,) = step(setting, variables([x.mid()], [x.rad()])[0])
-        x = piece.value.range  # type: ignore[union-attr]
-    known.append(_Known(period, tuple(points), near.mid() + arb(0, alone)))
-    first = min(range(period), key=lambda k: float(points[k]))
-    found.orbits.append(
-        entries if first == 0 else orbit_entries(setting, points[first], period, digits, alone)
-    )
+    known.append(_Known(period, tuple(points), alone))
+    found.orbits.append(entries)
     return True

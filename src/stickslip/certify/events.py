@@ -10,14 +10,14 @@ from typing import Final
 
 from flint import arb
 
-from stickslip.certify.jet import Number, hull, spread
+from stickslip.certify.jet import Jet, Number, hull, spread
 from stickslip.certify.system import Phase
 from stickslip.certify.wave import Basis, Undecided, Wave, root
 
 __all__ = ["Decision", "Event", "possible_events"]
 
 LONGEST: Final = 200.0  # a phase, in units of sqrt(m / k)
-STEPS: Final = 300
+STEPS: Final = 1000
 CAUTION: Final = 0.9  # share taken of a step that is proven to be safe
 SHORTEST: Final = 1e-150  # time that is told from none
 GROWTHS: Final = 40  # of a window, from the time scale of the signals
@@ -98,12 +98,18 @@ class _Signal:
 
     def safe(self) -> float:
         """Longest step after which the same bound is positive, in floats: only a proposal."""
-        g, rate, bound = max(float(self.g.lower()), 0.0), float(self.rate.lower()), float(self.bound)
+        g, rate, bound = (
+            max(float(self.g.lower()), 0.0),
+            float(self.rate.lower()),
+            float(self.bound),
+        )
         if bound == 0.0:
             return LONGEST if rate >= 0 else -g / rate
         discriminant = rate * rate + 2 * bound * g
-        return (rate + discriminant**0.5) / bound if rate > 0 else (
-            2 * g / (discriminant**0.5 - rate) if g > 0 else 0.0
+        return (
+            (rate + discriminant**0.5) / bound
+            if rate > 0
+            else (2 * g / (discriminant**0.5 - rate) if g > 0 else 0.0)
         )
 
     def scale(self) -> float:
@@ -241,36 +247,36 @@ def _fate(x: _Signal, s: arb, h: float) -> str | None:
 def _fork(
     signals: list[_Signal], kinds: list[str | None], s: arb, h: float, at_touch: bool
 ) -> tuple[list[Event], tuple[Decision, ...] | None, arb]:
-    events: list[tuple[_Signal, Number, Decision | None]] = []
-    miss = None
-    for x, kind in zip(signals, kinds, strict=True):
-        if kind == "crosses":
-            events.append((x, root(x.wave, _start(x, s, h)), None))
-        elif kind == "dips":
-            events.append((x, *_touch(x, s, h, at_touch)))
-            touch = events[-1][2]
-            miss = Decision("graze", touch.blocks, touch.margin, 1, "misses")
-    if sum(kind == "dips" for kind in kinds) > 1:
-        raise Undecided("two blocks may graze at once")
-    crossing = [each for each in events if each[2] is None]
-    if len(events) > 2:
-        raise Undecided("three events may coincide")
-    if len(crossing) == 2:
-        (x, t, _), (y, u, _) = crossing
-        blocks = tuple(sorted({x.block + 1, y.block + 1}))
-        margin = y.wave(t)
-        told = [
-            Event(z.block, z.end, time, (Decision("tie", blocks, margin, sign, _first(z)),))
-            for z, time, sign in ((x, t, 1), (y, u, -1))
-        ]
-        return told, None, s
-    told = [Event(x.block, x.end, t, () if d is None else (d,)) for x, t, d in events]
-    if crossing and miss is not None:  # a graze about when something else happens
-        told = [
-            Event(e.block, e.end, e.time, e.decisions or (miss,)) for e in told
-        ]
-    goes_on = None if crossing else (miss,) if miss is not None else ()
-    return told, goes_on, (s + h).mid()
+    """Return what `_window` does, given how each signal goes through it."""
+    crossing = [x for x, kind in zip(signals, kinds, strict=True) if kind == "crosses"]
+    dipping = [x for x, kind in zip(signals, kinds, strict=True) if kind == "dips"]
+    if len(crossing) + len(dipping) > 2 or len(dipping) > 1:
+        raise Undecided("three events, or two grazes, may coincide")
+    times = [root(x.wave, _start(x, s, h)) for x in crossing]
+    end = (s + h).mid()
+    if not dipping:
+        asked = _tie(crossing, times) if len(crossing) == 2 else [()]
+        events = zip(crossing, times, asked, strict=True)
+        return [Event(x.block, x.end, t, question) for x, t, question in events], None, end
+    (x,) = dipping
+    touch, margin = _touch(x, s, h, at_touch)
+    misses, touches = (
+        (Decision("graze", (x.block + 1,), margin, sign, answer),)
+        for sign, answer in ((1, "misses"), (-1, "touches"))
+    )
+    found = [Event(x.block, x.end, touch, touches)]
+    found += [Event(y.block, y.end, t, misses) for y, t in zip(crossing, times, strict=True)]
+    return found, None if crossing else misses, end
+
+
+def _tie(pair: list[_Signal], times: list[Number]) -> list[tuple[Decision, ...]]:
+    """Ask which of two events comes first."""
+    x, y = pair
+    blocks = tuple(sorted({x.block + 1, y.block + 1}))
+    margin = y.wave(times[0])
+    return [
+        (Decision("tie", blocks, margin, sign, _first(each)),) for each, sign in ((x, 1), (y, -1))
+    ]
 
 
 def _start(x: _Signal, s: arb, h: float) -> arb:
@@ -287,14 +293,13 @@ def _start(x: _Signal, s: arb, h: float) -> arb:
     raise Undecided("an event at the start of a phase is not transversal")
 
 
-def _touch(x: _Signal, s: arb, h: float, at_touch: bool) -> tuple[Number, Decision]:
+def _touch(x: _Signal, s: arb, h: float, at_touch: bool) -> tuple[Number, Number]:
     """Return when a block lands that may graze, and the margin: the least slip speed."""
     bottom = root(x.slope, hull(s, s + h))
     margin = x.wave(bottom)
-    decision = Decision("graze", (x.block + 1,), margin, -1, "touches")
-    if at_touch or not hasattr(bottom, "vague"):
-        return bottom, decision
-    return bottom.vague(hull(s, spread(bottom).upper())), decision
+    if at_touch or not isinstance(bottom, Jet):
+        return bottom, margin
+    return bottom.vague(hull(s, bottom.range.upper())), margin
 
 
 def _first(x: _Signal) -> str:

@@ -34,14 +34,12 @@ class Piece:
         Modes from onset to global stick.
     value : Jet or arb
         The next d. Outside these parameters, the smooth continuation from them.
-    duration : Jet or arb
     decisions : tuple of Decision
         Empty if the whole box is proven to have this itinerary.
     """
 
     itinerary: str
     value: Number
-    duration: Number
     decisions: tuple[Decision, ...]
 
 
@@ -50,14 +48,11 @@ class _State:
     modes: Modes
     w: Pair
     e: Pair
-    duration: Number = arb(0)
     words: tuple[Modes, ...] = ()
     decisions: tuple[Decision, ...] = ()
 
     def decided(self, decision: Decision) -> _State:
-        return _State(
-            self.modes, self.w, self.e, self.duration, self.words, (*self.decisions, decision)
-        )
+        return _State(self.modes, self.w, self.e, self.words, (*self.decisions, decision))
 
 
 def image(system: System, d: Number) -> Piece:
@@ -72,9 +67,7 @@ def image(system: System, d: Number) -> Piece:
     return piece
 
 
-def images(
-    system: System, d: Number, *, forks: int = 8, at_touch: bool = False
-) -> list[Piece]:
+def images(system: System, d: Number, *, forks: int = 8, at_touch: bool = False) -> list[Piece]:
     """Return f on a box: one piece for each itinerary that cannot be excluded.
 
     Parameters
@@ -101,7 +94,7 @@ def images(
         if state.modes == (0, 0):
             words = " ".join(GLYPHS[a] + GLYPHS[b] for a, b in (*state.words, (0, 0)))
             value = tight(system.distance(state.e))
-            done.append(Piece(words, value, state.duration, state.decisions))
+            done.append(Piece(words, value, state.decisions))
             continue
         if len(state.words) > MOST_EVENTS:
             raise Undecided(f"no global stick within {MOST_EVENTS} events")
@@ -165,7 +158,6 @@ def _after(system: System, state: _State, at_touch: bool) -> list[_State]:
                     modes,
                     (w[0], w[1]),
                     (e[0], e[1]),
-                    tight(state.duration + event.time),
                     words,
                     decisions + asked,
                 )

@@ -53,7 +53,8 @@ class Jet:
             return self
         return Jet(self.centre, self.range.intersection(form), self.gradient, self.box)
 
-    def __add__(self, other: Number) -> Jet:
+    def __add__(self, other: Number | int) -> Jet:
+        """Add."""
         if isinstance(other, Jet):
             slopes = tuple(a + b for a, b in zip(self.gradient, other.gradient, strict=True))
             return Jet(self.centre + other.centre, self.range + other.range, slopes, self.box)
@@ -62,15 +63,19 @@ class Jet:
     __radd__ = __add__
 
     def __neg__(self) -> Jet:
+        """Negate."""
         return Jet(-self.centre, -self.range, tuple(-a for a in self.gradient), self.box)
 
-    def __sub__(self, other: Number) -> Jet:
+    def __sub__(self, other: Number | int) -> Jet:
+        """Subtract."""
         return self + (-other)
 
     def __rsub__(self, other: arb | int) -> Jet:
+        """Subtract from a number."""
         return -self + other
 
-    def __mul__(self, other: Number) -> Jet:
+    def __mul__(self, other: Number | int) -> Jet:
+        """Multiply; the product rule."""
         if isinstance(other, Jet):
             u, v = self.range, other.range
             slopes = tuple(
@@ -86,12 +91,14 @@ class Jet:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Number) -> Jet:
+    def __truediv__(self, other: Number | int) -> Jet:
+        """Divide."""
         if isinstance(other, Jet):
             return self * other.reciprocal()
         return self * (1 / arb(other))
 
     def __rtruediv__(self, other: arb | int) -> Jet:
+        """Divide a number."""
         return self.reciprocal() * other
 
     def reciprocal(self) -> Jet:

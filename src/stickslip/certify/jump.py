@@ -7,11 +7,10 @@ from typing import Any, Final
 from flint import arb
 
 from stickslip.certify.events import Decision
-from stickslip.certify.flow import Piece
 from stickslip.certify.jet import Jet, variables
 from stickslip.certify.newton import zero
-from stickslip.certify.power import Setting, step
-from stickslip.certify.verify import rounded
+from stickslip.certify.power import Image, Setting, step
+from stickslip.certify.verify.words import rounded
 from stickslip.certify.wave import Undecided
 
 __all__ = ["mechanism", "parted", "proven_jump"]
@@ -37,17 +36,15 @@ def proven_jump(setting: Setting, near: arb, digits: int) -> tuple[arb, dict[str
 
     def margin(box: list[Jet]) -> list[Jet]:
         pieces = parted(step(setting, box[0], forks=1, at_touch=True))
-        found = pieces[0].decisions[-1].margin
-        assert isinstance(found, Jet)
-        return [found]
+        return [pieces[0].margin]
 
     (place,), _ = zero(margin, [near], RADII, target=arb(10) ** (-digits - 12))
     (x,) = variables([place.mid()], [place.rad()])
     pieces = parted(step(setting, x, forks=1, at_touch=True))
     decision = pieces[0].decisions[-1]
-    (rate,) = decision.margin.gradient  # type: ignore[union-attr]
+    (rate,) = pieces[0].margin.gradient
     left, right = sorted(pieces, key=lambda p: p.decisions[-1].sign * (1 if rate > 0 else -1))
-    values = [piece.value.range for piece in (left, right)]  # type: ignore[union-attr]
+    values = [piece.value.range for piece in (left, right)]
     if values[0].overlaps(values[1]):
         raise Undecided(
             f"the itinerary changes at d = {rounded(place, digits)}, but the values on both sides "
@@ -63,7 +60,7 @@ def proven_jump(setting: Setting, near: arb, digits: int) -> tuple[arb, dict[str
     }
 
 
-def parted(pieces: list[Piece]) -> list[Piece]:
+def parted(pieces: list[Image]) -> list[Image]:
     """Return the two pieces of a box that one question divides.
 
     Raises

@@ -10,10 +10,10 @@ from flint import arb
 from stickslip.certify.jet import Jet, variables
 from stickslip.certify.newton import zero
 from stickslip.certify.power import Setting, step
-from stickslip.certify.verify import rounded
+from stickslip.certify.verify.words import rounded
 from stickslip.certify.wave import Undecided
 
-__all__ = ["RADII", "closing", "orbit_entries", "proven_orbit"]
+__all__ = ["RADII", "closing", "proven_orbit"]
 
 RADII: Final = tuple(10.0**-k for k in range(4, 15))
 
@@ -34,15 +34,15 @@ def closing(setting: Setting, period: int) -> Callable[[list[Jet]], list[Jet]]:
 
 def proven_orbit(
     setting: Setting, near: arb, period: int, digits: int
-) -> tuple[arb, float, dict[str, Any]]:
+) -> tuple[arb, arb, dict[str, Any]]:
     """Prove the orbit through a point, and describe it.
 
     Returns
     -------
     point : arb
         Encloses the orbit's point.
-    alone : float
-        Radius around `near` within which it is the only one.
+    alone : arb
+        Ball around `near` in which it is the only one.
     entries : dict
         What the certificate of an orbit holds.
 
@@ -53,12 +53,14 @@ def proven_orbit(
     """
     target = arb(10) ** (-digits - 12)
     (point,), (box,) = zero(closing(setting, period), [near], RADII, target=target)
-    return point, float(box.rad()), orbit_entries(setting, point, period, digits, float(box.rad()))
+    for share in (100, 1000, 10000):
+        alone = f"{float(box.rad()) / share:.0e}"
+        if box.contains_interior(point + arb(0, arb(alone).upper())):
+            return point, box, _entries(setting, point, period, digits, alone)
+    raise Undecided("the orbit is too near the end of the interval in which it is alone")
 
 
-def orbit_entries(
-    setting: Setting, point: arb, period: int, digits: int, alone: float
-) -> dict[str, Any]:
+def _entries(setting: Setting, point: arb, period: int, digits: int, alone: str) -> dict[str, Any]:
     """Describe an orbit whose existence near a point is proven."""
     (x,) = variables([point.mid()], [point.rad()])
     points, words = [], []
@@ -78,5 +80,5 @@ def orbit_entries(
         "itinerary": words,
         "multiplier": rounded(multiplier, digits),
         "stable": bool(abs(multiplier) < 1),
-        "alone": f"{alone / 100:.0e}",
+        "alone": alone,
     }

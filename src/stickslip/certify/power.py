@@ -54,16 +54,27 @@ class Image:
     value : Jet
         The next d.
     decisions : tuple of Decision
-        Their margins are jets.
     """
 
     itinerary: str
     value: Jet
     decisions: tuple[Decision, ...]
 
+    @property
+    def margin(self) -> Jet:
+        """Of the one question that stays open."""
+        (decision,) = self.decisions
+        assert isinstance(decision.margin, Jet)
+        return decision.margin
+
 
 def step(
-    setting: Setting, d: Jet, parameters: Sequence[Jet] = (), *, forks: int = 0, at_touch: bool = False
+    setting: Setting,
+    d: Jet,
+    parameters: Sequence[Jet] = (),
+    *,
+    forks: int = 0,
+    at_touch: bool = False,
 ) -> list[Image]:
     """Return f at a point that depends on the coordinates of a box; see `flow.images`.
 
@@ -78,9 +89,7 @@ def step(
     """
     middle = d.centre.mid()
     centres = [middle, *(p.centre for p in parameters)]
-    widths = [
-        (x.range - c).abs_upper() for x, c in zip((d, *parameters), centres, strict=True)
-    ]
+    widths = [(x.range - c).abs_upper() for x, c in zip((d, *parameters), centres, strict=True)]
     local = variables(centres, widths)
     pieces = images(setting.system(local[1:]), local[0], forks=forks, at_touch=at_touch)
     return [_composed(piece, d, middle, parameters) for piece in pieces]
@@ -95,7 +104,9 @@ def _composed(piece: Piece, d: Jet, middle: arb, parameters: Sequence[Jet]) -> I
         slope, *rest = x.gradient
         gradient = [slope * g for g in d.gradient]
         for coordinate, by_parameter in zip(parameters, rest, strict=True):
-            gradient = [g + by_parameter * u for g, u in zip(gradient, coordinate.gradient, strict=True)]
+            gradient = [
+                g + by_parameter * u for g, u in zip(gradient, coordinate.gradient, strict=True)
+            ]
         centre = x.centre + slope * (d.centre - middle)
         return Jet(centre, x.range, tuple(gradient), d.box).tight()
 

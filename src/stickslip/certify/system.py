@@ -16,7 +16,7 @@ from stickslip.certify.wave import Wave
 if TYPE_CHECKING:
     from stickslip.mechanics.model.two_block import TwoBlock
 
-__all__ = ["Exact", "NAMES", "Phase", "System", "exact_parameters", "fraction", "number"]
+__all__ = ["NAMES", "Exact", "Phase", "System", "exact_parameters", "fraction", "number"]
 
 Exact: TypeAlias = str | int | float | Fraction | Decimal
 NAMES = ("alpha", "beta", "V", "mu_1", "mu_2")
@@ -78,9 +78,11 @@ def exact_parameters(
     if "mu" in given:
         given["mu_1"] = given["mu_2"] = given["mu"]
     values = {name: fraction(name, given[name]) for name in NAMES}
-    for name, low, high in (("alpha", 0, None), ("beta", 0, None), ("V", 0, None)):
-        if values[name] < low or (name != "alpha" and values[name] == 0):
-            raise ValueError(f"{name} = {values[name]} is out of range: it must be above 0")
+    if values["alpha"] < 0:
+        raise ValueError(f"alpha = {values['alpha']} is out of range: alpha >= 0")
+    for name in ("beta", "V"):
+        if values[name] <= 0:
+            raise ValueError(f"{name} = {values[name]} is out of range: {name} > 0")
     for name in ("mu_1", "mu_2"):
         if not 0 <= values[name] <= 1:
             raise ValueError(f"{name} = {values[name]} is out of range: 0 <= {name} <= 1")
@@ -107,7 +109,7 @@ class System:
         return (self.mu_1, self.mu_2)[block] * self.limits[block] * arb(-mode)
 
     def distance(self, e: tuple[Number, Number]) -> Number:
-        """d = X_2 - X_1 from the needed forces."""
+        """D = X_2 - X_1 from the needed forces."""
         return (e[1] - e[0]) / (2 * self.alpha + 1)
 
 
@@ -142,9 +144,7 @@ class Phase:
         a = 0 if self.modes[0] else 1
         alpha, V = self.system.alpha, self.system.V
         stiffness = alpha + 1
-        slip, force = oscillator(
-            stiffness, V, self.system.friction(a, self.modes[a]), w[a], e[a]
-        )
+        slip, force = oscillator(stiffness, V, self.system.friction(a, self.modes[a]), w[a], e[a])
         share = alpha / stiffness
         drift = (2 * alpha + 1) * V / stiffness
         ride = force * -share + (e[1 - a] + share * e[a])

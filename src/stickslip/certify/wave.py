@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from flint import arb
 
-from stickslip.certify.jet import Jet, Number, centre, hull, sin_cos, spread, tight
+from stickslip.certify.jet import Jet, Number, centre, sin_cos, spread, tight
 
 __all__ = ["Basis", "Undecided", "Wave", "root"]
 
@@ -45,7 +45,7 @@ class Wave:
         self.constant, self.rate, self.terms, self.omegas = constant, rate, terms, omegas
 
     def basis(self, t: Number) -> Basis:
-        """What a wave of these frequencies needs at t."""
+        """Return what a wave of these frequencies needs at t."""
         return Basis(t, tuple(sin_cos(omega * t) for omega in self.omegas))
 
     def at(self, basis: Basis) -> Number:
@@ -61,15 +61,15 @@ class Wave:
 
     def derivative(self) -> Wave:
         """In time."""
-        terms = tuple(
-            (w * b, -(w * a)) for w, (a, b) in zip(self.omegas, self.terms, strict=True)
-        )
+        terms = tuple((w * b, -(w * a)) for w, (a, b) in zip(self.omegas, self.terms, strict=True))
         return Wave(self.rate, arb(0), terms, self.omegas)
 
     def centre(self) -> Wave:
         """Return the wave at the centre of the box."""
         terms = tuple((centre(a), centre(b)) for a, b in self.terms)
-        return Wave(centre(self.constant), centre(self.rate), terms, tuple(map(centre, self.omegas)))
+        return Wave(
+            centre(self.constant), centre(self.rate), terms, tuple(map(centre, self.omegas))
+        )
 
     def largest(self, order: int) -> arb:
         """Bound the derivative of that order (2 or more) at all times."""
@@ -80,13 +80,16 @@ class Wave:
         return total.upper()
 
     def __neg__(self) -> Wave:
+        """Turn upside down."""
         return self * arb(-1)
 
     def __mul__(self, k: Number) -> Wave:
+        """Multiply by a number."""
         terms = tuple((k * a, k * b) for a, b in self.terms)
         return Wave(k * self.constant, k * self.rate, terms, self.omegas)
 
     def __add__(self, other: Wave | Number) -> Wave:
+        """Add a wave of the same frequencies, or a number."""
         if not isinstance(other, Wave):
             return Wave(self.constant + other, self.rate, self.terms, self.omegas)
         terms = tuple(
@@ -138,8 +141,3 @@ def _newton(wave: Wave, slope: Wave, window: arb) -> arb:
         if not new.rad() < window.rad() * 0.7:
             return new
         window = new
-
-
-def between(s: arb, h: float | arb) -> arb:
-    """Times from s to s + h."""
-    return hull(s, s + h)
