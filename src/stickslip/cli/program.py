@@ -16,17 +16,31 @@ from stickslip import __version__
 from stickslip.cli import (
     basins,
     bifurcations,
+    certify,
     diagram,
     doctor,
     map,
     orbits,
     reproduce,
     simulate,
+    verify,
     warmup,
 )
 from stickslip.cli.failure import BAD_USAGE, DONE, INTERRUPTED, exit_code_of
 
-COMMANDS = (map, orbits, basins, bifurcations, diagram, simulate, reproduce, doctor, warmup)
+COMMANDS = (
+    map,
+    orbits,
+    basins,
+    bifurcations,
+    diagram,
+    simulate,
+    certify,
+    verify,
+    reproduce,
+    doctor,
+    warmup,
+)
 
 
 def application() -> App:

@@ -10,9 +10,9 @@ from typing import Final
 
 from flint import arb
 
-from stickslip.certify.jet import Jet, Number, hull, spread
-from stickslip.certify.system import Phase
-from stickslip.certify.wave import Basis, Undecided, Wave, root
+from stickslip.proofs.jet import Jet, Number, hull, spread
+from stickslip.proofs.system import Phase
+from stickslip.proofs.wave import Basis, Undecided, Wave, root
 
 __all__ = ["Decision", "Event", "possible_events"]
 

@@ -7,12 +7,12 @@ from typing import Any, Final
 
 from flint import arb
 
-from stickslip.certify.jet import Jet, variables
-from stickslip.certify.jump import mechanism, parted
-from stickslip.certify.newton import NoZero, zero
-from stickslip.certify.power import Image, Setting, step
-from stickslip.certify.verify.words import rounded
-from stickslip.certify.wave import Undecided
+from stickslip.proofs.jet import Jet, variables
+from stickslip.proofs.jump import mechanism, parted
+from stickslip.proofs.newton import NoZero, zero
+from stickslip.proofs.power import Image, Setting, step
+from stickslip.proofs.verify.words import rounded
+from stickslip.proofs.wave import Undecided
 
 __all__ = ["proven_border"]
 

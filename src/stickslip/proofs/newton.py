@@ -10,8 +10,8 @@ from typing import Final
 
 from flint import arb, arb_mat
 
-from stickslip.certify.jet import Jet, variables
-from stickslip.certify.wave import Undecided
+from stickslip.proofs.jet import Jet, variables
+from stickslip.proofs.wave import Undecided
 
 __all__ = ["NoZero", "zero"]
 

@@ -7,8 +7,8 @@ from typing import Any, Final
 
 from flint import arb, ctx
 
-from stickslip.certify.verify.motion import Motion
-from stickslip.certify.verify.words import KEYS, SCHEMA, Refused, ball, rounded, statement
+from stickslip.proofs.verify.motion import Motion
+from stickslip.proofs.verify.words import KEYS, SCHEMA, Refused, ball, rounded, statement
 
 __all__ = ["Refused", "check", "check_text"]
 
@@ -106,7 +106,7 @@ def _jump(motion: Motion, c: dict[str, Any], digits: int) -> None:
 
 def _border(values: dict[str, str], c: dict[str, Any], digits: int) -> None:
     """Check at which value of the parameter the jump's one-sided image returns to it."""
-    names = {"mu": ("mu_1", "mu_2")}.get(c["parameter"], (c["parameter"],))
+    names = ("mu_1", "mu_2") if c["parameter"] == "mu" else (c["parameter"],)
     stated = ball(c["value"])
     low, high = (stated.mid() + sign * stated.rad() for sign in (-1, 1))
     a, b = (_miss(values, names, p, c, digits)[0] for p in (low, high))

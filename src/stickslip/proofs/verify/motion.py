@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from flint import arb, arb_series, ctx
 
-from stickslip.certify.verify.words import Refused, ball
+from stickslip.proofs.verify.words import Refused, ball
 
 __all__ = ["Motion"]
 
@@ -93,7 +93,7 @@ class Motion:
     """Two blocks with Coulomb friction (eqs. 5a-10), parameters exact."""
 
     def __init__(self, values: dict[str, str], **replaced: arb) -> None:
-        if set(values) != {"alpha", "beta", "V", "mu_1", "mu_2"}:
+        if sorted([*values, *replaced]) != ["V", "alpha", "beta", "mu_1", "mu_2"]:
             raise Refused("the system is not given by alpha, beta, V, mu_1 and mu_2")
         numbers = {name: ball(text) for name, text in values.items()} | replaced
         self.alpha, self.V = numbers["alpha"], numbers["V"]

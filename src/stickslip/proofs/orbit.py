@@ -7,11 +7,11 @@ from typing import Any, Final
 
 from flint import arb
 
-from stickslip.certify.jet import Jet, variables
-from stickslip.certify.newton import zero
-from stickslip.certify.power import Setting, step
-from stickslip.certify.verify.words import rounded
-from stickslip.certify.wave import Undecided
+from stickslip.proofs.jet import Jet, variables
+from stickslip.proofs.newton import zero
+from stickslip.proofs.power import Setting, step
+from stickslip.proofs.verify.words import rounded
+from stickslip.proofs.wave import Undecided
 
 __all__ = ["RADII", "closing", "proven_orbit"]
 

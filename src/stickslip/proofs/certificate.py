@@ -8,8 +8,8 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from stickslip.certify.verify.words import SCHEMA, statement
 from stickslip.files import write_text
+from stickslip.proofs.verify.words import SCHEMA, statement
 
 __all__ = ["Certificate", "certificate", "refusal"]
 

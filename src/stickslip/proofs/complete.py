@@ -10,12 +10,12 @@ from typing import Any, Final
 
 from flint import arb
 
-from stickslip.certify.jet import Jet, variables
-from stickslip.certify.newton import NoZero
-from stickslip.certify.orbit import proven_orbit
-from stickslip.certify.power import Setting, step
-from stickslip.certify.system import number
-from stickslip.certify.wave import Undecided
+from stickslip.proofs.jet import Jet, variables
+from stickslip.proofs.newton import NoZero
+from stickslip.proofs.orbit import proven_orbit
+from stickslip.proofs.power import Setting, step
+from stickslip.proofs.system import number
+from stickslip.proofs.wave import Undecided
 
 __all__ = ["Survey", "survey"]
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from flint import arb
 
-from stickslip.certify.jet import Jet, Number, centre, sin_cos, spread, tight
+from stickslip.proofs.jet import Jet, Number, centre, sin_cos, spread, tight
 
 __all__ = ["Basis", "Undecided", "Wave", "root"]
 

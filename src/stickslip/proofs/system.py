@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from flint import arb, fmpq
 
-from stickslip.certify.jet import HALF, Number, spread
-from stickslip.certify.wave import Wave
+from stickslip.proofs.jet import HALF, Number, spread
+from stickslip.proofs.wave import Wave
 
 if TYPE_CHECKING:
     from stickslip.mechanics.model.two_block import TwoBlock

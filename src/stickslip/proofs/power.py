@@ -12,10 +12,10 @@ from fractions import Fraction
 
 from flint import arb
 
-from stickslip.certify.events import Decision
-from stickslip.certify.flow import Piece, images
-from stickslip.certify.jet import Jet, variables
-from stickslip.certify.system import NAMES, System, number
+from stickslip.proofs.events import Decision
+from stickslip.proofs.flow import Piece, images
+from stickslip.proofs.jet import Jet, variables
+from stickslip.proofs.system import NAMES, System, number
 
 __all__ = ["Image", "Setting", "step"]
 
@@ -34,6 +34,12 @@ class Setting:
 
     values: dict[str, Fraction]
     varied: tuple[str, ...] = ()
+
+    @property
+    def replaced(self) -> frozenset[str]:
+        """Names of `values` that the varied parameters stand for."""
+        pairs = (("mu_1", "mu_2") if name == "mu" else (name,) for name in self.varied)
+        return frozenset(name for pair in pairs for name in pair)
 
     def system(self, coordinates: Sequence[Jet]) -> System:
         """Return the system on a box, given the coordinates of the varied parameters."""

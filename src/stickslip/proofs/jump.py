@@ -6,26 +6,24 @@ from typing import Any, Final
 
 from flint import arb
 
-from stickslip.certify.events import Decision
-from stickslip.certify.jet import Jet, variables
-from stickslip.certify.newton import zero
-from stickslip.certify.power import Image, Setting, step
-from stickslip.certify.verify.words import rounded
-from stickslip.certify.wave import Undecided
+from stickslip.proofs.events import Decision
+from stickslip.proofs.jet import Jet, variables
+from stickslip.proofs.newton import zero
+from stickslip.proofs.power import Image, Setting, step
+from stickslip.proofs.verify.words import rounded
+from stickslip.proofs.wave import Undecided
 
 __all__ = ["mechanism", "parted", "proven_jump"]
 
 RADII: Final = tuple(10.0**-k for k in range(5, 15))
 
 
-def proven_jump(setting: Setting, near: arb, digits: int) -> tuple[arb, dict[str, Any]]:
+def proven_jump(setting: Setting, near: arb, digits: int) -> dict[str, Any]:
     """Prove a jump near a point: its place, its two one-sided values.
 
     Returns
     -------
-    place : arb
-        Encloses it.
-    entries : dict
+    dict
         What the certificate of a jump holds.
 
     Raises
@@ -50,7 +48,7 @@ def proven_jump(setting: Setting, near: arb, digits: int) -> tuple[arb, dict[str
             f"the itinerary changes at d = {rounded(place, digits)}, but the values on both sides "
             f"agree to within {float((values[0] - values[1]).abs_upper()):.1g}: no jump"
         )
-    return place, {
+    return {
         "d": rounded(place, digits),
         "left": rounded(values[0], digits),
         "right": rounded(values[1], digits),

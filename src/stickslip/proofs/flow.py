@@ -10,10 +10,10 @@ from typing import Final, TypeAlias
 
 from flint import arb
 
-from stickslip.certify.events import Decision, possible_events
-from stickslip.certify.jet import Number, spread, tight
-from stickslip.certify.system import Phase, System
-from stickslip.certify.wave import Undecided
+from stickslip.proofs.events import Decision, possible_events
+from stickslip.proofs.jet import Number, spread, tight
+from stickslip.proofs.system import Phase, System
+from stickslip.proofs.wave import Undecided
 
 __all__ = ["Piece", "image", "images"]
 

@@ -5,38 +5,49 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Final
+from math import inf, nan, nextafter
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from flint import arb
 
 from stickslip.analysis.bifurcation import Bifurcation
 from stickslip.analysis.one_d.breakpoints import Breakpoint
 from stickslip.analysis.orbits import PeriodicOrbit
-from stickslip.certify.border import proven_border
-from stickslip.certify.certificate import Certificate, certificate, refusal
-from stickslip.certify.complete import survey
-from stickslip.certify.jet import precision, variables
-from stickslip.certify.jump import proven_jump
-from stickslip.certify.newton import NoZero
-from stickslip.certify.orbit import proven_orbit
-from stickslip.certify.power import Setting, step
-from stickslip.certify.system import Exact, exact_parameters, fraction, number
-from stickslip.certify.wave import Undecided
+from stickslip.proofs.border import proven_border
+from stickslip.proofs.certificate import Certificate, certificate, refusal
+from stickslip.proofs.complete import survey
+from stickslip.proofs.jet import precision, variables
+from stickslip.proofs.jump import proven_jump
+from stickslip.proofs.newton import NoZero
+from stickslip.proofs.orbit import proven_orbit
+from stickslip.proofs.power import Setting, step
+from stickslip.proofs.system import Exact, exact_parameters, fraction, number
+from stickslip.proofs.wave import Undecided
 
 if TYPE_CHECKING:
     from stickslip.mechanics.model.two_block import TwoBlock
 
-__all__ = ["Enclosure", "certify", "certify_orbits", "enclose"]
+__all__ = [
+    "Enclosure",
+    "certify",
+    "certify_border",
+    "certify_jump",
+    "certify_orbit",
+    "certify_orbits",
+    "enclose",
+]
+
+ExactValues: TypeAlias = Mapping[str, Exact] | None
 
 SPARE_BITS: Final = 80  # beyond the digits asked for: what events near grazing lose
 
 
 def certify(
-    found: PeriodicOrbit | Breakpoint | Bifurcation,
+    found: object,
     model: TwoBlock,
     *,
     digits: int = 30,
-    exact: Mapping[str, Exact] | None = None,
+    exact: ExactValues = None,
 ) -> Certificate:
     """Prove what floating point found, or say why it cannot be proven.
 
@@ -73,48 +84,76 @@ def certify(
     --------
     >>> import stickslip as ss
     >>> model = ss.examples.coulomb()
-    >>> proof = ss.certify(ss.periodic_orbits(model)[0], model)  # doctest: +SKIP
-    >>> proof.enclosures["points[0]"]  # doctest: +SKIP
+    >>> orbit = ss.periodic_orbits(model)[0]
+    >>> ss.certify(orbit, model).enclosures["points[0]"]
     '-0.0399143134102819047802431175676 +/- 5e-32'
     """
-    values = _checked(model, digits, exact)
-    if isinstance(found, Bifurcation):
-        if found.kind != "border_collision":
-            raise ValueError(f"a {found.kind} cannot be certified: only a border_collision")
-        varied = found.parameter
-        if varied not in model.parameters or varied not in ("mu", *values):
-            raise ValueError(f"{varied!r} is no parameter of the model that can vary in a proof")
-        values_ = values
-        starts = [arb(float(x)) for x in found.points]
-
-        def prove() -> dict[str, Any]:
-            setting = Setting(values_, (varied,))
-            return _first_of(
-                lambda x: proven_border(setting, x, arb(found.value), found.period, digits), starts
-            )
-
-        return _proof("border", prove, _shown(values, varied), digits)
-    setting = Setting(values)
-    if isinstance(found, Breakpoint):
-        return _proof(
-            "jump", lambda: proven_jump(setting, arb(found.d), digits)[1], _shown(values), digits
+    if not isinstance(found, PeriodicOrbit | Breakpoint | Bifurcation):
+        raise ValueError(
+            f"found = {found!r} cannot be certified: give a PeriodicOrbit, a Breakpoint or a "
+            "Bifurcation"
         )
     if isinstance(found, PeriodicOrbit):
         if found.infinitely_unstable:
-            raise ValueError(
-                "an infinitely unstable orbit is no orbit of the map: certify its jump"
-            )
-        near = arb(float(found.points[0]))
-        return _proof(
-            "orbit",
-            lambda: proven_orbit(setting, near, found.period, digits)[2],
-            _shown(values),
-            digits,
-        )
-    raise ValueError(
-        f"{type(found).__name__} cannot be certified: give a PeriodicOrbit, a Breakpoint or a "
-        "Bifurcation"
+            raise ValueError("an infinitely unstable orbit is no orbit of f: certify its jump")
+        start = found.points[0]
+        return certify_orbit(model, start, found.period, digits=digits, exact=exact)
+    if isinstance(found, Breakpoint):
+        return certify_jump(model, found.d, digits=digits, exact=exact)
+    if found.kind != "border_collision":
+        raise ValueError(f"a {found.kind} cannot be certified: only a border_collision can")
+    model = model.replace(**{found.parameter: float(found.value)})
+    for d in found.points:
+        proof = certify_border(model, d, found.period, found.parameter, digits=digits, exact=exact)
+        if proof:
+            break
+    return proof
+
+
+def certify_orbit(
+    model: TwoBlock, d: float, period: int = 1, *, digits: int = 30, exact: ExactValues = None
+) -> Certificate:
+    """Prove the periodic orbit through a point near d; see `certify`."""
+    values = _checked(model, digits, exact, period=period)
+
+    def prove() -> dict[str, Any]:
+        return proven_orbit(Setting(values), arb(float(d)), period, digits)[2]
+
+    return _proof("orbit", prove, values, digits)
+
+
+def certify_jump(
+    model: TwoBlock, d: float, *, digits: int = 30, exact: ExactValues = None
+) -> Certificate:
+    """Prove the jump of the event map near d; see `certify`."""
+    values = _checked(model, digits, exact)
+    return _proof(
+        "jump", lambda: proven_jump(Setting(values), arb(float(d)), digits), values, digits
     )
+
+
+def certify_border(
+    model: TwoBlock,
+    d: float,
+    period: int,
+    parameter: str,
+    *,
+    digits: int = 30,
+    exact: ExactValues = None,
+) -> Certificate:
+    """Prove that an orbit's point near d reaches a jump near the model's own parameter value."""
+    values = _checked(model, digits, exact, period=period)
+    if parameter not in model.parameters:
+        known = ", ".join(model.parameters)
+        raise ValueError(f"parameter = {parameter!r} is not one of the model's: {known}")
+    value = float(model.parameters[parameter])
+    setting = Setting(values, (parameter,))
+    stated = {name: v for name, v in values.items() if name not in setting.replaced}
+
+    def prove() -> dict[str, Any]:
+        return proven_border(setting, arb(float(d)), arb(value), period, digits)
+
+    return _proof("border", prove, stated, digits)
 
 
 def certify_orbits(
@@ -122,7 +161,7 @@ def certify_orbits(
     max_period: int = 1,
     *,
     digits: int = 30,
-    exact: Mapping[str, Exact] | None = None,
+    exact: ExactValues = None,
 ) -> Certificate:
     """Prove the complete list of periodic orbits up to a period on the whole domain.
 
@@ -144,16 +183,14 @@ def certify_orbits(
     ValueError
         An argument is out of range.
     """
-    values = _checked(model, digits, exact)
-    if max_period < 1:
-        raise ValueError(f"max_period = {max_period} is not allowed: it must be at least 1")
+    values = _checked(model, digits, exact, period=max_period)
 
     def prove() -> dict[str, Any]:
         found = survey(Setting(values), max_period, digits)
         undecided = [[repr(low), repr(high)] for low, high in found.undecided]
         return {"max_period": max_period, "orbits": found.orbits, "undecided": undecided}
 
-    return _proof("list", prove, _shown(values), digits)
+    return _proof("list", prove, values, digits)
 
 
 @dataclass(frozen=True)
@@ -187,7 +224,7 @@ def enclose(
     d: Exact | tuple[Exact, Exact],
     *,
     bits: int = 128,
-    exact: Mapping[str, Exact] | None = None,
+    exact: ExactValues = None,
     **parameters: tuple[Exact, Exact],
 ) -> Enclosure:
     """Enclose f, f' and df/dp on an interval of d and intervals of parameters.
@@ -212,6 +249,15 @@ def enclose(
     ------
     ValueError
         An argument is out of range.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> box = ss.enclose(ss.examples.coulomb(), ("0.27", "0.2701"), V=("0.0366", "0.03661"))
+    >>> box.itinerary
+    '.- -- +- +. ..'
+    >>> ss.enclose(ss.examples.coulomb(), ("0.2791", "0.2792")).reason
+    'block 2 may graze the belt velocity'
     """
     values = exact_parameters(model, exact)
     if unknown := sorted(set(parameters) - {"mu", *values}):
@@ -225,7 +271,7 @@ def enclose(
         try:
             (piece,) = step(setting, x, coordinates)
         except Undecided as error:
-            nothing = (float("nan"), float("nan"))
+            nothing = (nan, nan)
             return Enclosure(False, "", nothing, nothing, {}, str(error))
         value = piece.value
         return Enclosure(
@@ -255,22 +301,17 @@ def _inside(d: arb, setting: Setting, coordinates: list[arb]) -> None:
 
 def _outward(x: arb) -> tuple[float, float]:
     """Return ends as floats, rounded outward."""
-    from math import inf, nextafter
-
     return nextafter(float(x.lower()), -inf), nextafter(float(x.upper()), inf)
 
 
 def _checked(
-    model: TwoBlock, digits: int, exact: Mapping[str, Exact] | None
+    model: TwoBlock, digits: int, exact: ExactValues, *, period: int = 1
 ) -> dict[str, Fraction]:
+    if period < 1:
+        raise ValueError(f"period = {period} is not allowed: it must be at least 1")
     if not 5 <= digits <= 1000:
         raise ValueError(f"digits = {digits} is not allowed: 5 <= digits <= 1000")
     return exact_parameters(model, exact)
-
-
-def _shown(values: dict[str, Fraction], varied: str = "") -> dict[str, str]:
-    """Write exact numbers as decimals where they are, else as fractions."""
-    return {name: _decimal(value) for name, value in values.items()}
 
 
 def _decimal(value: Fraction) -> str:
@@ -288,21 +329,11 @@ def _decimal(value: Fraction) -> str:
     return f"{sign}{text[:-places]}.{text[-places:]}" if places else sign + text
 
 
-def _first_of(prove: Callable[[arb], dict[str, Any]], starts: list[arb]) -> dict[str, Any]:
-    """Return the first proof that succeeds: the border may be at any point of the orbit."""
-    reasons: list[Exception] = []
-    for start in starts:
-        try:
-            return prove(start)
-        except (Undecided, NoZero) as error:
-            reasons.append(error)
-    raise Undecided("; ".join(dict.fromkeys(map(str, reasons))))
-
-
 def _proof(
-    claim: str, prove: Callable[[], dict[str, Any]], system: dict[str, str], digits: int
+    claim: str, prove: Callable[[], dict[str, Any]], values: dict[str, Fraction], digits: int
 ) -> Certificate:
     """Run a proof with enough bits; more of them if they turn out too few."""
+    system = {name: _decimal(value) for name, value in values.items()}
     reason: Exception = Undecided("")
     for factor in (1, 2, 4):
         with precision(factor * (int(digits * 7) + SPARE_BITS)):
