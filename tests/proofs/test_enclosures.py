@@ -115,15 +115,12 @@ def test_gradients_agree_with_the_kernels():
     ("ends", "reason"),
     [
         (("-0.1979", "-0.1980"), "lower end comes first"),
-        (("0.6", "0.9"), None),
+        (("0.6", "0.9"), "outside the domain"),
     ],
 )
 def test_bad_intervals_are_errors(ends, reason):
-    if reason is None:
-        assert not ss.enclose(ss.examples.coulomb(), ends).proven
-    else:
-        with pytest.raises(ValueError, match=reason):
-            ss.enclose(ss.examples.coulomb(), ends)
+    with pytest.raises(ValueError, match=reason):
+        ss.enclose(ss.examples.coulomb(), ends)
 
 
 @pytest.mark.parametrize(

@@ -295,7 +295,7 @@ def _inside(d: arb, setting: Setting, coordinates: list[arb]) -> None:
     given = {name: number(value) for name, value in setting.values.items()}
     given |= dict(zip(setting.varied, coordinates, strict=True))
     end = (1 + given["beta"]) / (1 + 2 * given["alpha"])
-    if abs(d) > end:
+    if any(abs(x) > end for x in (d.lower(), d.upper())):
         raise ValueError(f"d = {d} is outside the domain |d| <= {end.str(12, radius=False)}")
 
 

@@ -89,6 +89,10 @@ class Signal:
             window = new
 
 
+class _Open(Exception):
+    """More than one thing may happen, where one is asked for."""
+
+
 class Motion:
     """Two blocks with Coulomb friction (eqs. 5a-10), parameters exact."""
 
@@ -101,6 +105,7 @@ class Motion:
             raise Refused("a parameter is out of range")
         self.limits = (arb(1), numbers["beta"])
         self.mu = (numbers["mu_1"], numbers["mu_2"])
+        self.strict = False
 
     @property
     def end(self) -> arb:
@@ -123,14 +128,21 @@ class Motion:
 
     def step(self, d: arb) -> tuple[str, arb, arb]:
         """Return the one outcome from a ball; the value by the mean value theorem."""
-        word, value, slope = next(self.outcomes(d))
-        if slope is None:
-            raise Refused(f"the itinerary from d = {d.str(12)} cannot be told")
+        self.strict = True
+        try:
+            word, value, slope = next(self.outcomes(d))
+        except _Open:
+            raise Refused(f"the itinerary from d = {d.str(12)} cannot be told") from None
+        finally:
+            self.strict = False
+        assert slope is not None
         if d.rad() > 0:
             value = value.intersection(self.step(d.mid())[1] + slope * (d - d.mid()))
         return word, value, slope
 
     def _follow(self, state: Any, words: list[str], sure: bool) -> Iterator[Any]:
+        if self.strict and not sure:
+            raise _Open
         x, v, modes = state
         words = [*words, GLYPHS[modes[0]] + GLYPHS[modes[1]]]
         if modes == (0, 0):
@@ -209,6 +221,8 @@ class Motion:
             elif h > self.shortest:
                 h = h / 2
             else:
+                if self.strict:
+                    raise _Open
                 clear = yield from self._possible(signals, t)
                 if clear is None:
                     return
