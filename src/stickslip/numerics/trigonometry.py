@@ -7,8 +7,6 @@ of pi/2 in three parts (Cody and Waite); the polynomials are those of fdlibm (Su
 
 from __future__ import annotations
 
-import numpy as np
-
 from stickslip.numerics.targets import kernel
 
 # pi/2 = HIGH + MIDDLE + LOW: the first two have trailing zeros, so that k times them is exact.
@@ -16,12 +14,14 @@ HIGH = 1.57079632673412561417e00
 MIDDLE = 6.07710050630396597660e-11
 LOW = 2.02226624879595063154e-21
 TWO_OVER_PI = 0.6366197723675814
+# Adding and subtracting it rounds to an integer: above 2^52 doubles have no fraction.
+ROUNDER = 1.5 * 2.0**52
 
 
 @kernel(inline=True)
 def sincos(x: float) -> tuple[float, float]:
     """Return (sin x, cos x)."""
-    k = np.rint(x * TWO_OVER_PI)
+    k = (x * TWO_OVER_PI + ROUNDER) - ROUNDER
     r = ((x - k * HIGH) - k * MIDDLE) - k * LOW
     z = r * r
     sine = r + r * z * (

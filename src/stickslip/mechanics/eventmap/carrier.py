@@ -39,6 +39,7 @@ __all__ = ["Carrier", "carrier_for"]
 
 # Fewer motions than this are not worth a thread.
 SMALLEST_TILE = {"exact": 4000, "taylor": 64, "collocation": 16}
+DEVICES = ("cpu", "cuda")
 NO_ITINERARY = np.zeros(0, dtype=np.int8)
 
 
@@ -60,14 +61,29 @@ class Carrier(Protocol):
         """Modes of each phase, as text."""
 
 
-def carrier_for(model: TwoBlock, engine: EngineName, controls: Controls, threads: int) -> Carrier:
-    """Choose what carries the motions of a model; errors as in `engine_for`."""
+def carrier_for(
+    model: TwoBlock, engine: EngineName, controls: Controls, device: str, threads: int
+) -> Carrier:
+    """Choose what carries the motions of a model.
+
+    Raises
+    ------
+    ValueError
+        As in `engine_for`; an unknown device; 'cuda' without a GPU, or for a model that only
+        the CPU carries.
+    """
+    if device not in DEVICES:
+        raise ValueError(f"device = {device!r} is unknown. {did_you_mean(str(device), DEVICES)}")
+    if device == "cuda":
+        from stickslip.mechanics.eventmap.cuda_carrier import CudaCarrier  # needs numba-cuda
+
+        return CudaCarrier(model, engine, controls)
     if model.damping > 0.0:
-        return _DampedCarrier(model, engine, controls, threads)
-    return _PlainCarrier(model, engine, controls, threads)
+        return DampedCarrier(model, engine, controls, threads)
+    return PlainCarrier(model, engine, controls, threads)
 
 
-class _PlainCarrier:
+class PlainCarrier:
     """Two undamped blocks: the engines that know w and e."""
 
     def __init__(
@@ -145,13 +161,7 @@ class _PlainCarrier:
         n_columns = len(directions)
         held: dict[int, Scratch] = self._local.__dict__.setdefault("scratch", {})
         if n_columns not in held:
-            n_law = self.engine.n_law_parameters
-            held[n_columns] = Scratch(
-                new_motion(n_columns, n_law),
-                new_motion(n_columns + 4, n_law),
-                new_motion(0, n_law),
-                self.engine.new_work(),
-            )
+            held[n_columns] = new_scratch(self.engine, n_columns)
         scratch = held[n_columns]
         for column, direction in enumerate(directions):
             scratch.motion.directions[column] = direction
@@ -159,7 +169,7 @@ class _PlainCarrier:
         return scratch
 
 
-class _DampedCarrier:
+class DampedCarrier:
     """Two damped blocks: the flow of the family."""
 
     name = "series"
@@ -187,6 +197,17 @@ class _DampedCarrier:
 
     def itinerary(self, d: float) -> str:
         return str(self.inner.itinerary([d]))
+
+
+def new_scratch(engine: Engine, n_columns: int) -> Scratch:
+    """Work arrays of one motion with that many tangents."""
+    n_law = engine.n_law_parameters
+    return Scratch(
+        new_motion(n_columns, n_law),
+        new_motion(n_columns + 4, n_law),
+        new_motion(0, n_law),
+        engine.new_work(),
+    )
 
 
 def new_outputs(n: int, n_columns: int) -> Outputs:
