@@ -20,6 +20,9 @@ from .mechanics.model.chain import Oscillator as Oscillator
 from .mechanics.model.harmonic import Harmonic as Harmonic
 from .mechanics.model.two_block import TwoBlock as TwoBlock
 from .mechanics.model.units import Units as Units
+from .proofs.certify import certify as certify
+from .proofs.certify import certify_orbits as certify_orbits
+from .proofs.certify import enclose as enclose
 from .study.bifurcations import bifurcations as bifurcations
 from .study.bifurcations import continue_bifurcation as continue_bifurcation
 from .study.bifurcations import continue_breakpoint as continue_breakpoint

@@ -176,7 +176,7 @@ def test_derivatives_by_all_symbols(s, a):
 
 
 def test_a_formula_is_evaluated_in_the_arithmetic_of_its_arguments():
-    flint = pytest.importorskip("flint", reason="needs the extra 'rigorous'")
+    flint = pytest.importorskip("flint", reason="needs the extra 'certify'")
     graph = Graph("s")
     recorded = trace(lambda s, a: a + (1 - a) * np.exp(-s), graph, ("a",))
     functions = {"exp": lambda x: x.exp()}

@@ -16,6 +16,7 @@ from stickslip import __version__
 from stickslip.cli import (
     basins,
     bifurcations,
+    certify,
     cycles,
     diagram,
     doctor,
@@ -25,6 +26,7 @@ from stickslip.cli import (
     reproduce,
     simulate,
     sweep,
+    verify,
     warmup,
 )
 from stickslip.cli.failure import BAD_USAGE, DONE, INTERRUPTED, exit_code_of
@@ -39,6 +41,8 @@ COMMANDS = (
     cycles,
     sweep,
     plot,
+    certify,
+    verify,
     reproduce,
     doctor,
     warmup,

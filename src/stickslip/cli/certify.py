@@ -1,0 +1,85 @@
+"""``stickslip certify``: prove an orbit, a jump, a border collision or a complete list."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
+from stickslip.cli.files import new_file
+from stickslip.cli.options import FileOptions, ModelOptions, OutputOptions, Whole
+
+if TYPE_CHECKING:
+    from stickslip.proofs.certificate import Certificate
+
+EXAMPLES = """\
+stickslip certify --preset coulomb --orbit 0.27739 --period 4 --out S4.json
+stickslip certify --preset coulomb --jump 0.279135
+stickslip certify --preset coulomb --V 0.036976 --orbit 0.27943 --period 4 --border V
+stickslip certify --preset coulomb --max-period 1 --json
+"""
+
+
+def command(
+    *,
+    model: ModelOptions = ModelOptions(),
+    orbit: float | None = None,
+    period: Whole = 1,
+    border: str | None = None,
+    jump: float | None = None,
+    max_period: Whole | None = None,
+    digits: Whole = 30,
+    file: FileOptions = FileOptions(),
+    output: OutputOptions = OutputOptions(),
+) -> int:
+    """Prove in ball arithmetic what floating point found; the numbers given count exactly.
+
+    Prints the theorem and its enclosures, or why nothing is proven; then the exit code is 1.
+    `--out` and `--json` give the certificate that `stickslip verify` checks again.
+
+    Parameters
+    ----------
+    orbit
+        Prove the periodic orbit through a point near this d.
+    period
+        Its period.
+    border
+        Prove instead that this orbit reaches a jump as this parameter varies, near the model's
+        own value of it.
+    jump
+        Prove the jump of the map near this d.
+    max_period
+        Prove the complete list of periodic orbits up to this period.
+    digits
+        Significant digits of the enclosures.
+    """
+    from stickslip.proofs import certify
+
+    asked = [value is not None for value in (orbit, jump, max_period)]
+    if sum(asked) != 1:
+        raise UsageError("give one of --orbit, --jump and --max-period")
+    if border is not None and orbit is None:
+        raise UsageError("--border needs the orbit: --orbit D --period P")
+    system = model.model()
+    if jump is not None:
+        proof = certify.certify_jump(system, jump, digits=digits)
+    elif max_period is not None:
+        proof = certify.certify_orbits(system, max_period, digits=digits)
+    elif orbit is not None and border is not None:
+        proof = certify.certify_border(system, orbit, period, border, digits=digits)
+    else:
+        assert orbit is not None
+        proof = certify.certify_orbit(system, orbit, period, digits=digits)
+    return _deliver(proof, file, output)
+
+
+def _deliver(proof: Certificate, file: FileOptions, output: OutputOptions) -> int:
+    """Print a proof and write its certificate, if there is one."""
+    if not proof:
+        print(proof.statement, file=sys.stderr)
+        return COMPUTATION_FAILED
+    if file.out is not None:
+        with new_file(file.out, force=file.force) as stream:
+            stream.write(proof.text())
+    print(proof.text() if output.json else f"{proof}\n", end="")
+    return DONE

@@ -1,0 +1,107 @@
+"""A proof's result: what was proven, to how many digits, or why it was not."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from stickslip.files import write_text
+from stickslip.proofs.verify.words import SCHEMA, statement
+
+__all__ = ["Certificate", "certificate", "refusal"]
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What was proven about an event map.
+
+    Attributes
+    ----------
+    proven : bool
+    statement : str
+        The theorem in words, or the reason why nothing was proven.
+    enclosures : dict of str to str
+        Decimals with their radius, ``"0.2773... +/- 5e-31"``.
+    digits : int
+        Significant digits of the enclosures.
+    document : dict
+        What `save` writes and ``stickslip verify`` checks; empty if nothing was proven.
+    """
+
+    proven: bool
+    statement: str
+    enclosures: dict[str, str]
+    digits: int
+    document: dict[str, Any] = field(repr=False)
+
+    def __bool__(self) -> bool:
+        """Whether it is proven."""
+        return self.proven
+
+    def __repr__(self) -> str:
+        """Verdict and statement, then an enclosure a line."""
+        lines = [f"Certificate: {'proven' if self.proven else 'not proven'}", self.statement]
+        return "\n".join(lines + [f"  {name} = {text}" for name, text in self.enclosures.items()])
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the certificate as JSON, which ``stickslip verify`` checks again.
+
+        Parameters
+        ----------
+        path : str or path
+            A file of that name is replaced.
+
+        Raises
+        ------
+        ValueError
+            Nothing was proven.
+        OSError
+            The file cannot be written.
+        """
+        write_text(Path(path), self.text())
+
+    def text(self) -> str:
+        """Return what `save` writes.
+
+        Raises
+        ------
+        ValueError
+            Nothing was proven.
+        """
+        if not self.proven:
+            raise ValueError(f"nothing was proven, so there is no certificate: {self.statement}")
+        return json.dumps(self.document, indent=1) + "\n"
+
+
+def certificate(
+    claim: str, system: dict[str, str], digits: int, entries: dict[str, Any]
+) -> Certificate:
+    """Make the certificate of a proven claim from its data."""
+    document = {"schema": SCHEMA, "claim": claim, "system": system, "digits": digits, **entries}
+    document["statement"] = statement(document)
+    return Certificate(True, document["statement"], _enclosures(entries), digits, document)
+
+
+def refusal(reason: object, digits: int) -> Certificate:
+    """Say that nothing was proven, and why."""
+    return Certificate(False, f"Nothing is proven: {reason}.", {}, digits, {})
+
+
+def _enclosures(entries: dict[str, Any]) -> dict[str, str]:
+    """Gather all decimals with a radius."""
+    found = {}
+    for name, value in entries.items():
+        several = (
+            {f"{name}[{k}]": each for k, each in enumerate(value)}
+            if isinstance(value, list)
+            else {name: value}
+        )
+        for key, each in several.items():
+            if isinstance(each, dict):
+                found.update({f"{key}.{k}": v for k, v in _enclosures(each).items()})
+            elif isinstance(each, str) and " +/- " in each:
+                found[key] = each
+    return found

@@ -1,0 +1,346 @@
+"""Proofs of what was found in floating point: `certify`, `certify_orbits` and `enclose`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from math import inf, nan, nextafter
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+from flint import arb
+
+from stickslip.analysis.bifurcation import Bifurcation
+from stickslip.analysis.one_d.breakpoints import Breakpoint
+from stickslip.analysis.orbits import PeriodicOrbit
+from stickslip.proofs.border import proven_border
+from stickslip.proofs.certificate import Certificate, certificate, refusal
+from stickslip.proofs.complete import survey
+from stickslip.proofs.jet import precision, variables
+from stickslip.proofs.jump import proven_jump
+from stickslip.proofs.newton import NoZero
+from stickslip.proofs.orbit import proven_orbit
+from stickslip.proofs.power import Setting, step
+from stickslip.proofs.system import Exact, exact_parameters, fraction, number
+from stickslip.proofs.wave import Undecided
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.model.two_block import TwoBlock
+
+__all__ = [
+    "Enclosure",
+    "certify",
+    "certify_border",
+    "certify_jump",
+    "certify_orbit",
+    "certify_orbits",
+    "enclose",
+]
+
+ExactValues: TypeAlias = Mapping[str, Exact] | None
+
+SPARE_BITS: Final = 80  # beyond the digits asked for: what events near grazing lose
+
+
+def certify(
+    found: object,
+    model: TwoBlock,
+    *,
+    digits: int = 30,
+    exact: ExactValues = None,
+) -> Certificate:
+    """Prove what floating point found, or say why it cannot be proven.
+
+    Parameters
+    ----------
+    found : PeriodicOrbit, Breakpoint or Bifurcation
+        An orbit: that it exists, alone near by, with its points, multiplier and stability. A
+        breakpoint: that the map jumps there, and its values on both sides. A border collision:
+        that the orbit reaches a jump at one parameter value and crosses it transversally.
+    model : TwoBlock
+        Undamped, with Coulomb friction. Its floats are read as the decimals that Python prints
+        for them: 1.2 is exactly 12/10, and the statement says so.
+    digits : int, optional
+        Significant digits of the enclosures.
+    exact : mapping of str to str, int, Fraction or Decimal, optional
+        Values that replace parameters of the model, as ``{"alpha": "1.2"}``; a `Fraction` of a
+        float gives its binary value.
+
+    Returns
+    -------
+    Certificate
+        Its `proven` says whether; a claim that does not hold is an answer, not an error.
+
+    Raises
+    ------
+    ValueError
+        The model, `digits` or `found` is of a kind that cannot be certified.
+
+    Notes
+    -----
+    Sets flint's global precision while it runs: one proof at a time in a process.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> model = ss.examples.coulomb()
+    >>> orbit = ss.periodic_orbits(model)[0]
+    >>> ss.certify(orbit, model).enclosures["points[0]"]
+    '-0.0399143134102819047802431175676 +/- 5e-32'
+    """
+    if not isinstance(found, PeriodicOrbit | Breakpoint | Bifurcation):
+        raise ValueError(
+            f"found = {found!r} cannot be certified: give a PeriodicOrbit, a Breakpoint or a "
+            "Bifurcation"
+        )
+    if isinstance(found, PeriodicOrbit):
+        if found.infinitely_unstable:
+            raise ValueError("an infinitely unstable orbit is no orbit of f: certify its jump")
+        start = found.points[0]
+        return certify_orbit(model, start, found.period, digits=digits, exact=exact)
+    if isinstance(found, Breakpoint):
+        return certify_jump(model, found.d, digits=digits, exact=exact)
+    if found.kind != "border_collision":
+        raise ValueError(f"a {found.kind} cannot be certified: only a border_collision can")
+    model = model.replace(**{found.parameter: float(found.value)})
+    for d in found.points:
+        proof = certify_border(model, d, found.period, found.parameter, digits=digits, exact=exact)
+        if proof:
+            break
+    return proof
+
+
+def certify_orbit(
+    model: TwoBlock, d: float, period: int = 1, *, digits: int = 30, exact: ExactValues = None
+) -> Certificate:
+    """Prove the periodic orbit through a point near d; see `certify`."""
+    values = _checked(model, digits, exact, period=period)
+
+    def prove() -> dict[str, Any]:
+        return proven_orbit(Setting(values), arb(float(d)), period, digits)[2]
+
+    return _proof("orbit", prove, values, digits)
+
+
+def certify_jump(
+    model: TwoBlock, d: float, *, digits: int = 30, exact: ExactValues = None
+) -> Certificate:
+    """Prove the jump of the event map near d; see `certify`."""
+    values = _checked(model, digits, exact)
+    return _proof(
+        "jump", lambda: proven_jump(Setting(values), arb(float(d)), digits), values, digits
+    )
+
+
+def certify_border(
+    model: TwoBlock,
+    d: float,
+    period: int,
+    parameter: str,
+    *,
+    digits: int = 30,
+    exact: ExactValues = None,
+) -> Certificate:
+    """Prove that an orbit's point near d reaches a jump near the model's own parameter value."""
+    values = _checked(model, digits, exact, period=period)
+    if parameter not in model.parameters:
+        known = ", ".join(model.parameters)
+        raise ValueError(f"parameter = {parameter!r} is not one of the model's: {known}")
+    value = float(model.parameters[parameter])
+    setting = Setting(values, (parameter,))
+    stated = {name: v for name, v in values.items() if name not in setting.replaced}
+
+    def prove() -> dict[str, Any]:
+        return proven_border(setting, arb(float(d)), arb(value), period, digits)
+
+    return _proof("border", prove, stated, digits)
+
+
+def certify_orbits(
+    model: TwoBlock,
+    max_period: int = 1,
+    *,
+    digits: int = 30,
+    exact: ExactValues = None,
+) -> Certificate:
+    """Prove the complete list of periodic orbits up to a period on the whole domain.
+
+    Parameters
+    ----------
+    model, digits, exact
+        As for `certify`.
+    max_period : int, optional
+        Largest minimal period.
+
+    Returns
+    -------
+    Certificate
+        Its document lists the orbits and the intervals, if any, that stayed undecided; outside
+        these the list is proven to be the list.
+
+    Raises
+    ------
+    ValueError
+        An argument is out of range.
+    """
+    values = _checked(model, digits, exact, period=max_period)
+
+    def prove() -> dict[str, Any]:
+        found = survey(Setting(values), max_period, digits)
+        undecided = [[repr(low), repr(high)] for low, high in found.undecided]
+        return {"max_period": max_period, "orbits": found.orbits, "undecided": undecided}
+
+    return _proof("list", prove, values, digits)
+
+
+@dataclass(frozen=True)
+class Enclosure:
+    """What f does on a box of d and parameters.
+
+    Attributes
+    ----------
+    proven : bool
+        Whether every motion of the box is proven to have the one itinerary.
+    itinerary : str
+        Empty if not.
+    value, derivative : tuple of float
+        Lowest and highest of f and f' on the box, rounded outward; NaN if not proven.
+    parameter_derivatives : dict of str to tuple of float
+        The same for the parameters that vary in the box.
+    reason : str
+        Why nothing is proven; empty if it is.
+    """
+
+    proven: bool
+    itinerary: str
+    value: tuple[float, float]
+    derivative: tuple[float, float]
+    parameter_derivatives: dict[str, tuple[float, float]]
+    reason: str = ""
+
+
+def enclose(
+    model: TwoBlock,
+    d: Exact | tuple[Exact, Exact],
+    *,
+    bits: int = 128,
+    exact: ExactValues = None,
+    **parameters: tuple[Exact, Exact],
+) -> Enclosure:
+    """Enclose f, f' and df/dp on an interval of d and intervals of parameters.
+
+    Parameters
+    ----------
+    model, exact
+        As for `certify`.
+    d : number or pair of numbers
+        A point, or the lowest and highest, inside the domain.
+    bits : int, optional
+        Precision.
+    **parameters : pair of numbers
+        Intervals of parameters by name.
+
+    Returns
+    -------
+    Enclosure
+        Not proven if the box is too wide, or holds a breakpoint: `reason` says which event.
+
+    Raises
+    ------
+    ValueError
+        An argument is out of range.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> box = ss.enclose(ss.examples.coulomb(), ("0.27", "0.2701"), V=("0.0366", "0.03661"))
+    >>> box.itinerary
+    '.- -- +- +. ..'
+    >>> ss.enclose(ss.examples.coulomb(), ("0.2791", "0.2792")).reason
+    'block 2 may graze the belt velocity'
+    """
+    values = exact_parameters(model, exact)
+    if unknown := sorted(set(parameters) - {"mu", *values}):
+        raise ValueError(f"{unknown[0]!r} is no parameter that can vary in a proof")
+    with precision(bits):
+        ends = [d if isinstance(d, tuple) else (d, d), *parameters.values()]
+        box = [_interval(name, *pair) for name, pair in zip(("d", *parameters), ends, strict=True)]
+        x, *coordinates = variables([m for m, _ in box], [r for _, r in box])
+        setting = Setting(values, tuple(parameters))
+        _inside(x.range, setting, [c.range for c in coordinates])
+        try:
+            (piece,) = step(setting, x, coordinates)
+        except Undecided as error:
+            nothing = (nan, nan)
+            return Enclosure(False, "", nothing, nothing, {}, str(error))
+        value = piece.value
+        return Enclosure(
+            True,
+            piece.itinerary,
+            _outward(value.range),
+            _outward(value.gradient[0]),
+            dict(zip(parameters, map(_outward, value.gradient[1:]), strict=True)),
+        )
+
+
+def _interval(name: str, low: Exact, high: Exact) -> tuple[arb, arb]:
+    a, b = fraction(name, low), fraction(name, high)
+    if a > b:
+        raise ValueError(f"{name} = ({low}, {high}): the lower end comes first")
+    middle = number((a + b) / 2)
+    return middle.mid(), (number((b - a) / 2) + middle.rad()).upper()
+
+
+def _inside(d: arb, setting: Setting, coordinates: list[arb]) -> None:
+    given = {name: number(value) for name, value in setting.values.items()}
+    given |= dict(zip(setting.varied, coordinates, strict=True))
+    end = (1 + given["beta"]) / (1 + 2 * given["alpha"])
+    if any(abs(x) > end for x in (d.lower(), d.upper())):
+        raise ValueError(f"d = {d} is outside the domain |d| <= {end.str(12, radius=False)}")
+
+
+def _outward(x: arb) -> tuple[float, float]:
+    """Return ends as floats, rounded outward."""
+    return nextafter(float(x.lower()), -inf), nextafter(float(x.upper()), inf)
+
+
+def _checked(
+    model: TwoBlock, digits: int, exact: ExactValues, *, period: int = 1
+) -> dict[str, Fraction]:
+    if period < 1:
+        raise ValueError(f"period = {period} is not allowed: it must be at least 1")
+    if not 5 <= digits <= 1000:
+        raise ValueError(f"digits = {digits} is not allowed: 5 <= digits <= 1000")
+    return exact_parameters(model, exact)
+
+
+def _decimal(value: Fraction) -> str:
+    rest = value.denominator
+    for factor in (2, 5):
+        while rest % factor == 0:
+            rest //= factor
+    if rest != 1:
+        return str(value)
+    places = 0
+    while (value * 10**places).denominator != 1:
+        places += 1
+    text = str(abs(value * 10**places)).rjust(places + 1, "0")
+    sign = "-" if value < 0 else ""
+    return f"{sign}{text[:-places]}.{text[-places:]}" if places else sign + text
+
+
+def _proof(
+    claim: str, prove: Callable[[], dict[str, Any]], values: dict[str, Fraction], digits: int
+) -> Certificate:
+    """Run a proof with enough bits; more of them if they turn out too few."""
+    system = {name: _decimal(value) for name, value in values.items()}
+    reason: Exception = Undecided("")
+    for factor in (1, 2, 4):
+        with precision(factor * (int(digits * 7) + SPARE_BITS)):
+            try:
+                return certificate(claim, system, digits, prove())
+            except NoZero as error:
+                return refusal(error, digits)
+            except (Undecided, ValueError) as error:
+                reason = error
+    return refusal(reason, digits)

@@ -1,0 +1,183 @@
+"""One step of the event map on a box: d -> f(d), with every possible itinerary.
+
+Docs: proofs, events and their order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, TypeAlias
+
+from flint import arb
+
+from stickslip.proofs.events import Decision, possible_events
+from stickslip.proofs.jet import Number, spread, tight
+from stickslip.proofs.system import Phase, System
+from stickslip.proofs.wave import Undecided
+
+__all__ = ["Piece", "image", "images"]
+
+Modes: TypeAlias = tuple[int, int]
+Pair: TypeAlias = tuple[Number, Number]
+
+MOST_EVENTS: Final = 400
+GLYPHS: Final = {-1: "-", 0: ".", 1: "+"}
+
+
+@dataclass(frozen=True)
+class Piece:
+    """What f does for those parameters of a box whose motion has this itinerary.
+
+    Attributes
+    ----------
+    itinerary : str
+        Modes from onset to global stick.
+    value : Jet or arb
+        The next d. Outside these parameters, the smooth continuation from them.
+    decisions : tuple of Decision
+        Empty if the whole box is proven to have this itinerary.
+    """
+
+    itinerary: str
+    value: Number
+    decisions: tuple[Decision, ...]
+
+
+@dataclass(frozen=True)
+class _State:
+    modes: Modes
+    w: Pair
+    e: Pair
+    words: tuple[Modes, ...] = ()
+    decisions: tuple[Decision, ...] = ()
+
+    def decided(self, decision: Decision) -> _State:
+        return _State(self.modes, self.w, self.e, self.words, (*self.decisions, decision))
+
+
+def image(system: System, d: Number) -> Piece:
+    """Return f on a box whose itinerary can be proven.
+
+    Raises
+    ------
+    Undecided
+        It cannot, at this width and precision; the message says where.
+    """
+    (piece,) = images(system, d, forks=0)
+    return piece
+
+
+def images(system: System, d: Number, *, forks: int = 8, at_touch: bool = False) -> list[Piece]:
+    """Return f on a box: one piece for each itinerary that cannot be excluded.
+
+    Parameters
+    ----------
+    system : System
+    d : Jet or arb
+        Inside the domain.
+    forks : int, optional
+        How many questions may stay open.
+    at_touch : bool, optional
+        As in `possible_events`.
+
+    Raises
+    ------
+    Undecided
+        More stay open.
+    """
+    waiting = _onsets(system, d)
+    if len(waiting) > 1 and forks == 0:
+        raise Undecided("both blocks reach their limits together at the onset")
+    done: list[Piece] = []
+    while waiting:
+        state = waiting.pop()
+        if state.modes == (0, 0):
+            words = " ".join(GLYPHS[a] + GLYPHS[b] for a, b in (*state.words, (0, 0)))
+            value = tight(system.distance(state.e))
+            done.append(Piece(words, value, state.decisions))
+            continue
+        if len(state.words) > MOST_EVENTS:
+            raise Undecided(f"no global stick within {MOST_EVENTS} events")
+        after = _after(system, state, at_touch)
+        if len(after) > 1 and len(done) + len(waiting) + len(after) > forks + 1:
+            raise Undecided(_question(after))
+        waiting += after
+    return done
+
+
+def _question(states: list[_State]) -> str:
+    decision = next(s.decisions[-1] for s in states if s.decisions)
+    who = " and ".join(map(str, decision.blocks))
+    return {
+        "graze": f"block {who} may graze the belt velocity",
+        "tie": f"events of blocks {who} may come in either order",
+        "rest": f"block {who} comes to rest with its force about at the static limit",
+        "onset": "both blocks reach their limits about together at the onset",
+    }[decision.kind]
+
+
+def _onsets(system: System, d: Number) -> list[_State]:
+    """Start at the end of global stick (eq. 6a): the first upper limit that is reached."""
+    one, beta = system.limits
+    gap = (2 * system.alpha + 1) * d  # e_2 - e_1
+    none = arb(0)
+    margin = tight(beta - one - gap)  # positive: block 1 first
+    first = _State((-1, 0), (none, none), (one, tight(one + gap)))
+    second = _State((0, -1), (none, none), (tight(beta - gap), beta))
+    if spread(margin) > 0:
+        return [first]
+    if spread(margin) < 0:
+        return [second]
+    return [
+        first.decided(Decision("onset", (1, 2), margin, 1, "block 1 is released first")),
+        second.decided(Decision("onset", (1, 2), margin, -1, "block 2 is released first")),
+    ]
+
+
+def _after(system: System, state: _State, at_touch: bool) -> list[_State]:
+    """Follow a phase to its end: the states that may come next."""
+    phase = Phase(system, state.modes, state.w, state.e)
+    words = state.words if state.words[-1:] == (state.modes,) else (*state.words, state.modes)
+    found = []
+    for event in possible_events(phase, at_touch=at_touch):
+        basis = phase.w[0].basis(event.time)
+        w = [wave.at(basis) if m else arb(0) for wave, m in zip(phase.w, state.modes, strict=True)]
+        e: list[Number] = [wave.at(basis) for wave in phase.e]
+        i = event.block
+        w[i] = arb(0)
+        decisions = state.decisions + event.decisions
+        if event.end:
+            e[i] = system.limits[i] * arb(event.end)
+            choices: list[tuple[int, tuple[Decision, ...]]] = [(-event.end, ())]
+        else:
+            choices = _landing(system, i, e[i])
+        for mode, asked in choices:
+            modes = (mode, state.modes[1]) if i == 0 else (state.modes[0], mode)
+            found.append(
+                _State(
+                    modes,
+                    (w[0], w[1]),
+                    (e[0], e[1]),
+                    words,
+                    decisions + asked,
+                )
+            )
+    return found
+
+
+def _landing(system: System, i: int, force: Number) -> list[tuple[int, tuple[Decision, ...]]]:
+    """Return the modes that a block may take when its velocity reaches the belt's (rule 2)."""
+    above = tight(system.limits[i] - force)
+    below = tight(system.limits[i] + force)
+    choices: list[tuple[int, tuple[Decision, ...]]] = []
+    for mode, margin in ((-1, above), (1, below)):
+        if spread(margin) < 0:
+            return [(mode, ())]
+        if not spread(margin) > 0:
+            choices += [
+                (0, (Decision("rest", (i + 1,), margin, 1, "sticks"),)),
+                (mode, (Decision("rest", (i + 1,), margin, -1, "slips on"),)),
+            ]
+    if len(choices) > 2:
+        raise Undecided(f"the force at the landing of block {i + 1} is not enclosed")
+    return choices or [(0, ())]

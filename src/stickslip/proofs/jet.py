@@ -1,0 +1,183 @@
+"""Numbers that depend on d and parameters inside a box: a value, its range and its gradient.
+
+Ball arithmetic alone loses the dependence between quantities, so that a motion through a few
+events grows too wide to decide anything. A `Jet` keeps three enclosures of one function on a box:
+its value at the centre, its range, its gradient over the box. The mean value theorem joins them,
+
+    u(p) - u(centre)  in  gradient (p - centre),
+
+and `Jet.tight` intersects the range with that. All the arithmetic of the certifier is this one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Final, TypeAlias
+
+from flint import arb, ctx
+
+__all__ = ["HALF", "Jet", "Number", "hull", "precision", "variables"]
+
+HALF: Final = arb(1) / 2
+
+
+class Jet:
+    """A function on a box.
+
+    Parameters
+    ----------
+    centre : arb
+        Encloses the value at the centre of the box.
+    range : arb
+        Encloses all values on the box.
+    gradient : tuple of arb
+        Encloses the partial derivatives on the box, one for each variable.
+    box : tuple of arb
+        The variables less their centres: balls around 0.
+    """
+
+    __slots__ = ("box", "centre", "gradient", "range")
+
+    def __init__(
+        self, centre: arb, range: arb, gradient: tuple[arb, ...], box: tuple[arb, ...]
+    ) -> None:
+        self.centre, self.range, self.gradient, self.box = centre, range, gradient, box
+
+    def tight(self) -> Jet:
+        """Intersect the range with the mean value form."""
+        form = self.centre
+        for slope, step in zip(self.gradient, self.box, strict=True):
+            form = form + slope * step
+        if not form.is_finite():
+            return self
+        return Jet(self.centre, self.range.intersection(form), self.gradient, self.box)
+
+    def __add__(self, other: Number | int) -> Jet:
+        """Add."""
+        if isinstance(other, Jet):
+            slopes = tuple(a + b for a, b in zip(self.gradient, other.gradient, strict=True))
+            return Jet(self.centre + other.centre, self.range + other.range, slopes, self.box)
+        return Jet(self.centre + other, self.range + other, self.gradient, self.box)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Jet:
+        """Negate."""
+        return Jet(-self.centre, -self.range, tuple(-a for a in self.gradient), self.box)
+
+    def __sub__(self, other: Number | int) -> Jet:
+        """Subtract."""
+        return self + (-other)
+
+    def __rsub__(self, other: arb | int) -> Jet:
+        """Subtract from a number."""
+        return -self + other
+
+    def __mul__(self, other: Number | int) -> Jet:
+        """Multiply; the product rule."""
+        if isinstance(other, Jet):
+            u, v = self.range, other.range
+            slopes = tuple(
+                a * v + b * u for a, b in zip(self.gradient, other.gradient, strict=True)
+            )
+            return Jet(self.centre * other.centre, u * v, slopes, self.box)
+        return Jet(
+            self.centre * other,
+            self.range * other,
+            tuple(a * other for a in self.gradient),
+            self.box,
+        )
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Number | int) -> Jet:
+        """Divide."""
+        if isinstance(other, Jet):
+            return self * other.reciprocal()
+        return self * (1 / arb(other))
+
+    def __rtruediv__(self, other: arb | int) -> Jet:
+        """Divide a number."""
+        return self.reciprocal() * other
+
+    def reciprocal(self) -> Jet:
+        """1 / u; not finite where the range contains 0."""
+        inverse = 1 / self.range
+        return self._chain(1 / self.centre, inverse, -inverse * inverse)
+
+    def sqrt(self) -> Jet:
+        """Root of a positive quantity."""
+        root = self.range.sqrt()
+        return self._chain(self.centre.sqrt(), root, HALF / root)
+
+    def sin_cos(self) -> tuple[Jet, Jet]:
+        """Sine and cosine."""
+        (s, c), (sine, cosine) = self.centre.sin_cos(), self.range.sin_cos()
+        return self._chain(s, sine, cosine), self._chain(c, cosine, -sine)
+
+    def _chain(self, centre: arb, range: arb, slope: arb) -> Jet:
+        return Jet(centre, range, tuple(slope * a for a in self.gradient), self.box)
+
+    def vague(self, among: arb) -> Jet:
+        """Return a quantity of which nothing but its range is known."""
+        nothing = arb(0, float("inf"))
+        return Jet(among, among, tuple(nothing for _ in self.box), self.box)
+
+
+Number: TypeAlias = Jet | arb
+
+
+def variables(centres: Sequence[arb], radii: Sequence[arb]) -> list[Jet]:
+    """Return the coordinates of a box.
+
+    Parameters
+    ----------
+    centres : sequence of arb
+        Exact numbers.
+    radii : sequence of arb
+        Half widths, rounded upward.
+    """
+    box = tuple(arb(0, radius.upper()) for radius in radii)
+    units = [tuple(arb(i == j) for i in range(len(box))) for j in range(len(box))]
+    return [
+        Jet(centre, centre + step, unit, box)
+        for centre, step, unit in zip(centres, box, units, strict=True)
+    ]
+
+
+def centre(x: Number) -> arb:
+    """Value at the centre of the box."""
+    return x.centre if isinstance(x, Jet) else x
+
+
+def spread(x: Number) -> arb:
+    """Range over the box."""
+    return x.range if isinstance(x, Jet) else x
+
+
+def tight(x: Number) -> Number:
+    """`Jet.tight`, constants as they are."""
+    return x.tight() if isinstance(x, Jet) else x
+
+
+def sin_cos(x: Number) -> tuple[Number, Number]:
+    """Sine and cosine of either sort of number."""
+    sine, cosine = x.sin_cos()
+    return sine, cosine
+
+
+def hull(low: arb, high: arb) -> arb:
+    """Return the ball from the one number to the other."""
+    return low.union(high)
+
+
+@contextmanager
+def precision(bits: int) -> Iterator[None]:
+    """Compute with so many bits; flint's precision is global, so proofs do not run in threads."""
+    before = ctx.prec
+    ctx.prec = bits
+    try:
+        yield
+    finally:
+        ctx.prec = before

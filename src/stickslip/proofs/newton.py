@@ -1,0 +1,103 @@
+"""Interval Newton: boxes that are proven to hold one zero, or none.
+
+Docs: proofs, existence and uniqueness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from flint import arb, arb_mat
+
+from stickslip.proofs.jet import Jet, variables
+from stickslip.proofs.wave import Undecided
+
+__all__ = ["NoZero", "zero"]
+
+ROUNDS: Final = 30
+
+
+class NoZero(Exception):
+    """There is proven to be no zero in the box."""
+
+
+def zero(
+    equations: Callable[[list[Jet]], Sequence[Jet]],
+    start: Sequence[arb],
+    radii: Sequence[float],
+    *,
+    target: arb,
+) -> tuple[list[arb], list[arb]]:
+    """Prove that equations have one zero near a point, and enclose it.
+
+    Parameters
+    ----------
+    equations : callable
+        From the coordinates of a box to as many jets; may raise `Undecided`.
+    start : sequence of arb
+        Near the zero.
+    radii : sequence of float
+        Boxes to try around the start, the widest first.
+    target : arb
+        Radius asked for.
+
+    Returns
+    -------
+    found : list of arb
+        Encloses the zero.
+    alone : list of arb
+        The box in which it is the only one.
+
+    Raises
+    ------
+    NoZero
+        The widest box that could be decided holds none.
+    Undecided
+        No box could be decided.
+    """
+    reason = Undecided("no box was tried")
+    for radius in radii:
+        centres = [x.mid() for x in start]
+        widths = [arb(radius)] * len(centres)
+        box = [c + arb(0, w) for c, w in zip(centres, widths, strict=True)]
+        try:
+            new = _step(equations, centres, widths)
+        except Undecided as error:
+            reason = error
+            continue
+        if any(not a.overlaps(b) for a, b in zip(new, box, strict=True)):
+            raise NoZero(f"none within {radius:.1g} of the place given")
+        if all(b.contains_interior(a) for a, b in zip(new, box, strict=True)):
+            return _refined(equations, new, target), box
+        reason = Undecided(f"Newton's step leaves a box of radius {radius:.1g}")
+    raise reason
+
+
+def _step(
+    equations: Callable[[list[Jet]], Sequence[Jet]], centres: list[arb], widths: list[arb]
+) -> list[arb]:
+    """Enclose all zeros of a box: centre - J(box)^-1 F(centre)."""
+    values = equations(variables(centres, widths))
+    matrix = arb_mat([list(value.gradient) for value in values])
+    side = arb_mat([[value.centre] for value in values])
+    try:
+        move = matrix.solve(side)
+    except ZeroDivisionError:
+        raise Undecided("the derivative may vanish in the box") from None
+    new = [c - move[i, 0] for i, c in enumerate(centres)]
+    if not all(x.is_finite() for x in new):
+        raise Undecided("the derivative may vanish in the box")
+    return new
+
+
+def _refined(
+    equations: Callable[[list[Jet]], Sequence[Jet]], found: list[arb], target: arb
+) -> list[arb]:
+    """Contract an enclosure of the zero until it is narrow enough."""
+    for _ in range(ROUNDS):
+        if all(x.rad() <= target for x in found):
+            return found
+        new = _step(equations, [x.mid() for x in found], [x.rad() for x in found])
+        found = [a.intersection(b) for a, b in zip(new, found, strict=True)]
+    raise Undecided("the precision is too low for the digits asked for")

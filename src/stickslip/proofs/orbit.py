@@ -1,0 +1,84 @@
+"""Periodic orbits proven: existence, uniqueness, points, multiplier, stability."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from flint import arb
+
+from stickslip.proofs.jet import Jet, variables
+from stickslip.proofs.newton import zero
+from stickslip.proofs.power import Setting, step
+from stickslip.proofs.verify.words import rounded
+from stickslip.proofs.wave import Undecided
+
+__all__ = ["RADII", "closing", "proven_orbit"]
+
+RADII: Final = tuple(10.0**-k for k in range(4, 15))
+
+
+def closing(setting: Setting, period: int) -> Callable[[list[Jet]], list[Jet]]:
+    """Return f^period(d) - d as a function of a box, where the itinerary can be proven."""
+
+    def equations(box: list[Jet]) -> list[Jet]:
+        d, *parameters = box
+        x = d
+        for _ in range(period):
+            (piece,) = step(setting, x, parameters)
+            x = piece.value
+        return [x - d]
+
+    return equations
+
+
+def proven_orbit(
+    setting: Setting, near: arb, period: int, digits: int
+) -> tuple[arb, arb, dict[str, Any]]:
+    """Prove the orbit through a point, and describe it.
+
+    Returns
+    -------
+    point : arb
+        Encloses the orbit's point.
+    alone : arb
+        Ball around `near` in which it is the only one.
+    entries : dict
+        What the certificate of an orbit holds.
+
+    Raises
+    ------
+    NoZero, Undecided
+        There is none near by; it cannot be told.
+    """
+    target = arb(10) ** (-digits - 12)
+    (point,), (box,) = zero(closing(setting, period), [near], RADII, target=target)
+    for share in (100, 1000, 10000):
+        alone = f"{float(box.rad()) / share:.0e}"
+        if box.contains_interior(point + arb(0, arb(alone).upper())):
+            return point, box, _entries(setting, point, period, digits, alone)
+    raise Undecided("the orbit is too near the end of the interval in which it is alone")
+
+
+def _entries(setting: Setting, point: arb, period: int, digits: int, alone: str) -> dict[str, Any]:
+    """Describe an orbit whose existence near a point is proven."""
+    (x,) = variables([point.mid()], [point.rad()])
+    points, words = [], []
+    for _ in range(period):
+        points.append(x.range)
+        (piece,) = step(setting, x)
+        words.append(piece.itinerary)
+        x = piece.value
+    if any(a.overlaps(b) for i, a in enumerate(points) for b in points[:i]):
+        raise Undecided("two of its points coincide: a shorter period returns there")
+    multiplier = x.gradient[0]
+    if not (abs(multiplier) < 1 or abs(multiplier) > 1):
+        raise Undecided(f"the multiplier {multiplier} cannot be told from 1 in size")
+    return {
+        "period": period,
+        "points": [rounded(each, digits) for each in points],
+        "itinerary": words,
+        "multiplier": rounded(multiplier, digits),
+        "stable": bool(abs(multiplier) < 1),
+        "alone": alone,
+    }

@@ -1,0 +1,244 @@
+"""Check what certificates claim."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Final
+
+from flint import arb, ctx
+
+from stickslip.proofs.verify.motion import Motion
+from stickslip.proofs.verify.words import KEYS, SCHEMA, Refused, ball, rounded, statement
+
+__all__ = ["Refused", "check", "check_text"]
+
+COARSE: Final = 1e-3  # wider intervals of d are halved before possibilities are listed
+NARROWEST: Final = 1e-9  # an interval of d, before it counts as undecided
+
+
+def _matches(name: str, text: str, found: arb, digits: int) -> None:
+    """Refuse a decimal that is not the value found, rounded to its last digit."""
+    try:
+        expected = rounded(found, digits)
+    except ValueError as error:
+        raise Refused(f"{name} cannot be checked: {error}") from None
+    if text != expected:
+        raise Refused(f"{name} is stated as {text}, and is {expected}")
+
+
+def _orbit(motion: Motion, c: dict[str, Any], digits: int) -> arb:
+    """Check an orbit; return the ball around its first point in which it is alone."""
+    points = [ball(text) for text in c["points"]]
+    if not (len(points) == len(c["itinerary"]) == c["period"] >= 1):
+        raise Refused(
+            f"{len(points)} points and {len(c['itinerary'])} itineraries are given for "
+            f"period {c['period']}"
+        )
+    tight = points[0]
+    for _ in range(2):  # the second time from what the first proved
+        _, slope = _power(motion, tight, c["itinerary"])
+        end, _ = _power(motion, tight.mid(), c["itinerary"])
+        if (slope - 1).contains(0):
+            raise Refused("the multiplier cannot be told from 1")
+        new = tight.mid() - (end - tight.mid()) / (slope - 1)
+        if not tight.contains_interior(new):
+            what = "may be" if new.overlaps(tight) else "is"
+            raise Refused(
+                f"points[0] is stated as {c['points'][0]}, but the orbit {what} at "
+                f"{new.str(digits + 3, radius=False)}"
+            )
+        tight = new
+    x, slope = tight, arb(1)
+    for k, text in enumerate(c["points"]):
+        _matches(f"points[{k}]", text, x, digits)
+        _, x, rate = motion.step(x)
+        slope *= rate
+    _matches("multiplier", c["multiplier"], slope, digits)
+    if any(a.overlaps(b) for i, a in enumerate(points) for b in points[:i]):
+        raise Refused("two points of the orbit coincide: the period is not minimal")
+    if c["stable"] is not bool(abs(slope) < 1):
+        raise Refused(f"stable is stated as {c['stable']}, the multiplier is {slope.str(12)}")
+    alone = points[0].mid() + ball(f"0 +/- {c['alone']}")
+    if (_power(motion, alone, c["itinerary"])[1] - 1).contains(0):
+        raise Refused(f"the orbit is not shown to be alone within {c['alone']}")
+    return alone
+
+
+def _power(motion: Motion, x: arb, words: list[str]) -> tuple[arb, arb]:
+    """F^p of a ball and its derivative, along an itinerary."""
+    slope = arb(1)
+    for word in words:
+        found, x, rate = motion.step(x)
+        slope *= rate
+        if found != word:
+            raise Refused(f"the itinerary is stated as {word!r} and is {found!r}")
+    return x, slope
+
+
+def _bisected(
+    motion: Motion, low: arb, high: arb, words: list[str], digits: int
+) -> tuple[arb, arb]:
+    """Close in on where the itinerary changes from the one to the other."""
+    for x, word in ((low, words[0]), (high, words[1])):
+        if (found := motion.step(x)[0]) != word:
+            raise Refused(
+                f"the itinerary at {x.str(digits, radius=False)} is stated as {word!r} "
+                f"and is {found!r}"
+            )
+    while high - low > arb(10) ** (-digits - 14):
+        middle = (low + (high - low) * arb(0.4375)).mid()
+        found = motion.step(middle)[0]
+        if found not in words:
+            raise Refused(f"a third itinerary, {found!r}, lies between the two")
+        low, high = (middle, high) if found == words[0] else (low, middle)
+    return low, high
+
+
+def _jump(motion: Motion, c: dict[str, Any], digits: int) -> None:
+    stated = ball(c["d"])
+    low, high = (stated.mid() + sign * 3 * stated.rad() for sign in (-1, 1))
+    words = [c["itinerary_left"], c["itinerary_right"]]
+    low, high = _bisected(motion, low.mid(), high.mid(), words, digits)
+    _matches("d", c["d"], low.union(high), digits)
+    for name, x in (("left", low), ("right", high)):
+        _matches(name, c[name], motion.step(x)[1], digits)
+
+
+def _border(values: dict[str, str], c: dict[str, Any], digits: int) -> None:
+    """Check at which value of the parameter the jump's one-sided image returns to it."""
+    names = ("mu_1", "mu_2") if c["parameter"] == "mu" else (c["parameter"],)
+    stated = ball(c["value"])
+    low, high = (stated.mid() + sign * stated.rad() for sign in (-1, 1))
+    a, b = (_miss(values, names, p, c, digits)[0] for p in (low, high))
+    if not a * b < 0:
+        raise Refused(f"value is stated as {c['value']}, but nothing changes there")
+    between = (low - a * (high - low) / (b - a)).mid()
+    _, points, beyond = _miss(values, names, between, c, digits)
+    if beyond != c["itinerary_beyond"]:
+        raise Refused(
+            f"the itinerary beyond is stated as {c['itinerary_beyond']!r}, and is {beyond!r}"
+        )
+    for k, (text, x) in enumerate(zip(c["points"], points, strict=True)):
+        _matches(f"points[{k}]", text, x + arb(0, arb(10) ** (-digits - 8)), digits)
+
+
+def _miss(
+    values: dict[str, str], names: tuple[str, ...], p: arb, c: dict[str, Any], digits: int
+) -> tuple[arb, list[arb], str]:
+    """How far f^p of the jump's one side misses the jump; the points; the other side's word."""
+    motion = Motion(values, **dict.fromkeys(names, p))
+    near, word = ball(c["points"][0]).mid(), c["itinerary"][0]
+    reach = arb(10) ** (8 - digits)
+    sides = [motion.step((near + sign * reach).mid())[0] for sign in (-1, 1)]
+    if sides.count(word) != 1:
+        raise Refused(f"no jump ends the itinerary {word!r} at d = {c['points'][0]}")
+    ends = _bisected(motion, (near - reach).mid(), (near + reach).mid(), sides, digits)
+    x = ends[sides.index(word)]
+    points = [x]
+    for each in c["itinerary"]:
+        found, y, _ = motion.step(points[-1])
+        if found != each:
+            raise Refused(f"the itinerary is stated as {each!r} and is {found!r}")
+        points.append(y)
+    return points[-1] - x, points[:-1], sides[1 - sides.index(word)]
+
+
+def _list(motion: Motion, c: dict[str, Any], digits: int) -> None:
+    known = []
+    for orbit in c["orbits"]:
+        if set(orbit) != KEYS["orbit"]:
+            raise Refused("an orbit of the list is not complete")
+        _orbit(motion, orbit, digits)
+        known += [(orbit["period"], ball(text)) for text in orbit["points"]]
+    ctx.prec = 128  # the intervals are wide
+    open_ = []
+    for period in range(1, c["max_period"] + 1):
+        waiting = [motion.end * arb(k, 2) / 64 for k in range(-62, 64, 4)]
+        roots = [x for p, x in known if period % p == 0]
+        while waiting:
+            box = waiting.pop()
+            if _settled(motion, box, period, roots):
+                continue
+            if box.rad() < NARROWEST:
+                open_.append(box)
+                continue
+            half = box.rad() / 2
+            waiting += [box.mid() + sign * half + arb(0, half) for sign in (-1, 1)]
+    stated = [ball(low).union(ball(high)) for low, high in c["undecided"]]
+    for box in open_:
+        if not any(s.contains(box) for s in stated):
+            raise Refused(f"an orbit may have been missed near d = {box.str(12)}")
+
+
+def _settled(motion: Motion, box: arb, period: int, roots: list[arb]) -> bool:
+    """Whether an interval holds no orbit of the period, or one that is known and alone."""
+    try:
+        value, slope = box, arb(1)
+        for _ in range(period):
+            _, value, rate = motion.step(value)
+            slope *= rate
+    except Refused:
+        return bool(box.rad() < COARSE) and _impossible(motion, box, period)
+    if not value.overlaps(box):
+        return True
+    if (slope - 1).contains(0):
+        return False
+    end = box.mid()
+    for _ in range(period):
+        end = motion.step(end)[1]
+    new = box.mid() - (end - box.mid()) / (slope - 1)
+    return not new.overlaps(box) or any(box.contains(root) for root in roots)
+
+
+def _impossible(motion: Motion, box: arb, period: int) -> bool:
+    """Whether no itinerary that is possible leads back into the interval."""
+    balls = [box]
+    try:
+        for _ in range(period):
+            balls = [value for x in balls for _, value, _ in motion.outcomes(x)]
+            if len(balls) > 64:
+                return False
+    except Refused:
+        return False
+    return not any(value.overlaps(box) for value in balls)
+
+
+def check(c: Any) -> str:
+    """Check a certificate; return its statement.
+
+    Raises
+    ------
+    Refused
+        It does not hold.
+    """
+    if not isinstance(c, dict) or c.get("schema") != SCHEMA or c.get("claim") not in KEYS:
+        raise Refused(f"not a certificate of the schema {SCHEMA}")
+    if set(c) != KEYS[c["claim"]] | {"schema", "claim", "system", "digits", "statement"}:
+        raise Refused("entries are missing or unknown")
+    digits = c["digits"]
+    if type(digits) is not int or not 5 <= digits <= 1000:
+        raise Refused(f"digits = {digits!r} is not a whole number from 5 to 1000")
+    before = ctx.prec, ctx.cap
+    ctx.prec, ctx.cap = 10 * digits + 100, 2
+    try:
+        if c["claim"] == "border":
+            _border(c["system"], c, digits)
+        else:
+            motion = Motion(c["system"])
+            {"orbit": _orbit, "jump": _jump, "list": _list}[c["claim"]](motion, c, digits)
+        if c["statement"] != statement(c):
+            raise Refused("the statement is not what the numbers say")
+    except (KeyError, TypeError, AttributeError, IndexError) as error:
+        raise Refused(f"an entry is not of its form: {error}") from None
+    finally:
+        ctx.prec, ctx.cap = before
+    return statement(c)
+
+
+def check_text(text: str) -> str:
+    """Check a certificate as it stands in a file; see `check`."""
+    try:
+        document = json.loads(text)
+    except ValueError as error:
+        raise Refused(f"not JSON: {error}") from None
+    return check(document)

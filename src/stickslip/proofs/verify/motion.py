@@ -1,0 +1,247 @@
+"""Motion of two blocks from one global stick to the next, enclosed with little machinery."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator
+from typing import Any, Final
+
+from flint import arb, arb_series, ctx
+
+from stickslip.proofs.verify.words import Refused, ball
+
+__all__ = ["Motion"]
+
+GLYPHS: Final = {-1: "-", 0: ".", 1: "+"}
+
+
+class Wave:
+    """constant + rate t + sum of a cos(omega t) + b sin(omega t); series in d as coefficients."""
+
+    def __init__(self, constant: Any, rate: Any, terms: list[tuple[Any, Any, Any]]) -> None:
+        self.constant, self.rate, self.terms = constant, rate, terms
+
+    def __call__(self, t: Any) -> Any:
+        value = self.constant + self.rate * t
+        for omega, a, b in self.terms:
+            angle = omega * t
+            sine, cosine = angle.sin_cos() if isinstance(angle, arb) else (angle.sin(), angle.cos())
+            value = value + a * cosine + b * sine
+        return value
+
+    def derivative(self) -> Wave:
+        return Wave(self.rate, arb(0), [(w, b * w, -(a * w)) for w, a, b in self.terms])
+
+    def times(self, k: Any) -> Wave:
+        terms = [(w, a * k, b * k) for w, a, b in self.terms]
+        return Wave(self.constant * k, self.rate * k, terms)
+
+    def __add__(self, other: Wave) -> Wave:
+        return Wave(
+            self.constant + other.constant, self.rate + other.rate, self.terms + other.terms
+        )
+
+    def above(self, low: Any) -> Wave:
+        return Wave(self.constant - low, self.rate, self.terms)
+
+    def range(self) -> Wave:
+        """Forget the derivatives in d."""
+        terms = [(w, flat(a), flat(b)) for w, a, b in self.terms]
+        return Wave(flat(self.constant), flat(self.rate), terms)
+
+    def bound(self) -> arb:
+        """Largest second derivative at any time."""
+        return sum((w * w * (abs(a) + abs(b)) for w, a, b in self.terms), arb(0))
+
+
+def flat(x: Any) -> arb:
+    """Range of a series, or of a number."""
+    return x[0] if isinstance(x, arb_series) else arb(x)
+
+
+class Signal:
+    """What stays positive until an event of a block."""
+
+    def __init__(self, block: int, end: int, wave: Wave) -> None:
+        self.block, self.end, self.wave = block, end, wave
+        self.range = wave.range()
+        self.rate = self.range.derivative()
+        self.bound = arb(0, self.range.bound().upper())
+
+    def stays(self, t: arb, h: arb) -> bool:
+        """Whether it is positive on (t, t + h], given that it is not negative at t."""
+        rate = self.rate(t + h / 2) + self.bound * h / 2
+        return bool(rate > 0) or bool(self.range(t + h / 2) + rate * arb(0, h.upper()) / 2 > 0)
+
+    def falls(self, t: arb, h: arb) -> bool:
+        """Whether it goes through zero once in (t, t + h]."""
+        rate = self.rate(t + h / 2) + self.bound * h / 2
+        return bool(rate < 0 and self.range(t + h) < 0 and self.range(t) > 0)
+
+    def root(self, t: arb, h: arb) -> arb_series:
+        """When it falls through zero, with the derivative in d."""
+        window = t.union(t + h)
+        while True:
+            rate = self.rate(window)
+            new = window.mid() - self.range(window.mid()) / rate
+            new = new.intersection(window)
+            if not new.rad() < 0.7 * window.rad():
+                return arb_series([new, -self.wave(new)[1] / rate])
+            window = new
+
+
+class _Open(Exception):
+    """More than one thing may happen, where one is asked for."""
+
+
+class Motion:
+    """Two blocks with Coulomb friction (eqs. 5a-10), parameters exact."""
+
+    def __init__(self, values: dict[str, str], **replaced: arb) -> None:
+        if sorted([*values, *replaced]) != ["V", "alpha", "beta", "mu_1", "mu_2"]:
+            raise Refused("the system is not given by alpha, beta, V, mu_1 and mu_2")
+        numbers = {name: ball(text) for name, text in values.items()} | replaced
+        self.alpha, self.V = numbers["alpha"], numbers["V"]
+        if not (self.alpha >= 0 and self.V > 0 and numbers["beta"] > 0):
+            raise Refused("a parameter is out of range")
+        self.limits = (arb(1), numbers["beta"])
+        self.mu = (numbers["mu_1"], numbers["mu_2"])
+        self.strict = False
+
+    @property
+    def end(self) -> arb:
+        """Where the domain ends."""
+        return (1 + self.limits[1]) / (1 + 2 * self.alpha)
+
+    def outcomes(self, d: arb) -> Iterator[tuple[str, arb, arb | None]]:
+        """Yield itinerary, next d and its derivative: all that is possible from a ball."""
+        # Below this step of time possibilities are listed: it is what a wide ball leaves open.
+        self.shortest = (d.rad() / 64).mid() + arb(2) ** (20 - ctx.prec // 2)
+        x = arb_series([d, 1])
+        reach = (1 + self.alpha * x, self.limits[1] - (1 + self.alpha) * x)
+        margin = flat(reach[1] - reach[0])
+        for block in (0, 1):
+            if not (margin < 0 if block == 0 else margin > 0):
+                modes = (-1, 0) if block == 0 else (0, -1)
+                state = ([reach[block], reach[block] + x], [self.V, self.V], modes)
+                sure = bool(margin > 0 or margin < 0)
+                yield from self._follow(state, [], sure)
+
+    def step(self, d: arb) -> tuple[str, arb, arb]:
+        """Return the one outcome from a ball; the value by the mean value theorem."""
+        self.strict = True
+        try:
+            word, value, slope = next(self.outcomes(d))
+        except _Open:
+            raise Refused(f"the itinerary from d = {d.str(12)} cannot be told") from None
+        finally:
+            self.strict = False
+        assert slope is not None
+        if d.rad() > 0:
+            value = value.intersection(self.step(d.mid())[1] + slope * (d - d.mid()))
+        return word, value, slope
+
+    def _follow(self, state: Any, words: list[str], sure: bool) -> Iterator[Any]:
+        if self.strict and not sure:
+            raise _Open
+        x, v, modes = state
+        words = [*words, GLYPHS[modes[0]] + GLYPHS[modes[1]]]
+        if modes == (0, 0):
+            value = x[1] - x[0]
+            word = " ".join(w for i, w in enumerate(words) if i == 0 or w != words[i - 1])
+            yield word, value[0], value[1] if sure else None
+            return
+        if len(words) > 400:
+            raise Refused("no global stick within 400 events")
+        waves = self._waves(x, v, modes)
+        for signal, t in self._first(self._signals(waves, modes), sure):
+            known = sure and isinstance(t, arb_series)
+            y, u = [wave(t) for wave in waves], [wave.derivative()(t) for wave in waves]
+            i = signal.block
+            for j in (0, 1):
+                if modes[j] == 0 or j == i:
+                    u[j] = self.V
+            if not known:
+                y = [arb_series([flat(a), arb(0, float("inf"))]) for a in y]
+                u = [arb_series([flat(a), arb(0, float("inf"))]) for a in u]
+            for mode, certain in self._modes_after(signal, self._need(y, i)):
+                after = (mode, modes[1]) if i == 0 else (modes[0], mode)
+                yield from self._follow((y, u, after), words, known and certain)
+
+    def _modes_after(self, signal: Signal, force: arb) -> list[tuple[int, bool]]:
+        if signal.end:
+            return [(-signal.end, True)]
+        limit = self.limits[signal.block]
+        if force > limit or force < -limit:
+            return [(-1 if force > 0 else 1, True)]
+        if force < limit and force > -limit:
+            return [(0, True)]
+        return [(0, False), (-1 if force > 0 else 1, False)]
+
+    def _need(self, x: list[Any], i: int) -> arb:
+        return flat((1 + self.alpha) * x[i] - self.alpha * x[1 - i])
+
+    def _waves(self, x: list[Any], v: list[Any], modes: tuple[int, int]) -> list[Wave]:
+        alpha, V = self.alpha, self.V
+        pull = [-m * limit * mu for m, limit, mu in zip(modes, self.limits, self.mu, strict=True)]
+        if modes[0] and modes[1]:
+            omega = (1 + 2 * alpha).sqrt()
+            c, r = pull[0] + pull[1], (pull[1] - pull[0]) / (1 + 2 * alpha)
+            total = Wave(c, arb(0), [(arb(1), x[0] + x[1] - c, v[0] + v[1])])
+            gap = Wave(r, arb(0), [(omega, x[1] - x[0] - r, (v[1] - v[0]) / omega)])
+            return [(total + gap.times(sign)).times(arb(0.5)) for sign in (-1, 1)]
+        i = 0 if modes[0] else 1
+        omega, drift = (1 + alpha).sqrt(), alpha * V / (1 + alpha)
+        c = (pull[i] + alpha * x[1 - i]) / (1 + alpha)
+        slip = Wave(c, drift, [(omega, x[i] - c, (v[i] - drift) / omega)])
+        ride = Wave(x[1 - i], V, [])
+        return [slip, ride] if i == 0 else [ride, slip]
+
+    def _signals(self, waves: list[Wave], modes: tuple[int, int]) -> list[Signal]:
+        found = []
+        for i in (0, 1):
+            if modes[i]:
+                speed = waves[i].derivative().above(self.V)
+                found.append(Signal(i, 0, speed.times(modes[i])))
+            else:
+                for end in (1, -1):
+                    force = waves[i].times(1 + self.alpha) + waves[1 - i].times(-self.alpha)
+                    found.append(Signal(i, end, force.times(-end).above(-self.limits[i])))
+        return found
+
+    def _first(self, signals: list[Signal], sure: bool) -> Iterator[tuple[Signal, Any]]:
+        """Yield the signal that reaches zero first and when; all that may, if it is not plain."""
+        t, h = arb(0), arb(2) ** -4
+        while t < 200:
+            open_ = [s for s in signals if not s.stays(t, h)]
+            if not open_:
+                t, h = (t + h).mid(), h * 1.5 if h < 0.2 else h
+            elif sure and len(open_) == 1 and open_[0].falls(t, h):
+                yield open_[0], open_[0].root(t, h)
+                return
+            elif h > self.shortest:
+                h = h / 2
+            else:
+                if self.strict:
+                    raise _Open
+                clear = yield from self._possible(signals, t)
+                if clear is None:
+                    return
+                t = clear
+        raise Refused("no event within 200 time units")
+
+    def _possible(
+        self, signals: list[Signal], t: arb
+    ) -> Generator[tuple[Signal, arb], None, arb | None]:
+        """Yield all events of a short time; return its end, or None if there must be one."""
+        h = self.shortest
+        while h < 0.5:
+            ends = [s.range(t + h) for s in signals]
+            plain = (
+                s.stays(t, h) or end > 0 or end < 0 for s, end in zip(signals, ends, strict=True)
+            )
+            if all(plain):
+                for s in (s for s in signals if not s.stays(t, h)):
+                    yield s, t.union(t + h)
+                return None if any(end < 0 for end in ends) else (t + h).mid()
+            h = h * 2
+        raise Refused("the ball is too wide")

@@ -1,0 +1,52 @@
+"""``stickslip certify`` and ``stickslip verify`` end to end."""
+
+import json
+
+import pytest
+
+pytest.importorskip("flint", reason="needs the extra 'certify'")
+
+from stickslip.cli import main
+
+
+def test_a_proof_is_written_and_checked(tmp_path, capsys):
+    path = tmp_path / "s1.json"
+    command = f"certify --preset coulomb --orbit -0.0399143 --digits 20 --out {path}"
+    assert main(command.split()) == 0
+    assert "asymptotically stable" in capsys.readouterr().out
+    assert main(["verify", str(path)]) == 0
+    assert capsys.readouterr().out.startswith("holds: ")
+    path.write_text(path.read_text().replace("-0.0399", "-0.0398"))
+    assert main(["verify", str(path)]) == 4
+    assert "refused: " in capsys.readouterr().err
+    assert main(["verify", str(path), "--json"]) == 4
+    assert json.loads(capsys.readouterr().out)["result"]["holds"] == [False]
+
+
+def test_json_is_the_certificate(capsys):
+    assert main("certify --preset coulomb --jump 0.30184 --digits 15 --json".split()) == 0
+    assert json.loads(capsys.readouterr().out)["claim"] == "jump"
+
+
+def test_a_complete_list(capsys):
+    assert main("certify --preset coulomb --max-period 1 --digits 12".split()) == 0
+    assert "exactly 3 periodic orbits" in capsys.readouterr().out
+
+
+def test_a_border(capsys):
+    command = "certify --preset coulomb --V 0.036976 --orbit 0.27943 --period 4 --border V"
+    assert main(command.split()) == 0
+    assert "0.036975923520307" in capsys.readouterr().out
+
+
+def test_what_is_not_so_has_an_exit_code(capsys):
+    assert main("certify --preset coulomb --orbit 0.3".split()) == 1
+    assert "none within" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "options", ["", "--orbit 0.1 --jump 0.1", "--jump 0.1 --border V", "--orbit 0.1 --digits 1"]
+)
+def test_bad_usage(options, capsys):
+    assert main(f"certify --preset coulomb {options}".split()) == 2
+    assert capsys.readouterr().out == ""

@@ -1,0 +1,163 @@
+"""Enclosures of the event map: they hold what floating point and the oracle find, or say no."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+pytest.importorskip("flint", reason="needs the extra 'certify'")
+
+from flint import arb
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.reference.coulomb import Coulomb
+
+import stickslip as ss
+from stickslip.proofs import flow
+from stickslip.proofs.jet import Jet, precision, variables
+from stickslip.proofs.power import Setting, step
+from stickslip.proofs.system import exact_parameters, fraction
+from stickslip.proofs.wave import Undecided
+
+RANGES = {"alpha": (0.1, 3), "beta": (0.5, 2), "mu": (0.05, 0.9), "V": (0.005, 0.3)}
+TOLERANCE = 1e-14  # the design's, times kappa
+
+
+def random_model(rng):
+    p = {name: rng.uniform(*ends) for name, ends in RANGES.items()}
+    mu = p.pop("mu")
+    return ss.TwoBlock(**p, friction=ss.Coulomb(mu=mu))
+
+
+def binary(model):
+    """The model's parameters as the binary numbers that the kernels compute with."""
+    return {name: Fraction(value) for name, value in model.parameters.items()}
+
+
+def disagreements(rng, systems, points, monkeypatch):
+    """Errors over tolerance of proven points, and how many stayed undecided."""
+    grown = []
+    after = flow._after
+
+    def watched(*arguments):
+        states = after(*arguments)
+        jets = (x for s in states for x in (*s.w, *s.e) if isinstance(x, Jet))
+        grown.extend(float(x.gradient[0].abs_upper()) for x in jets)
+        return states
+
+    monkeypatch.setattr(flow, "_after", watched)
+    wrong, undecided = [], 0
+    for _ in range(systems):
+        model = random_model(rng)
+        setting = Setting(exact_parameters(model, binary(model)))
+        d = rng.uniform(*model.domain, points)
+        result = ss.event_map(model).evaluate(d)
+        for x, value, slope in zip(d, result.value, result.derivative, strict=True):
+            grown.clear()
+            with precision(128):
+                try:
+                    (piece,) = step(setting, variables([arb(float(x))], [arb(0)])[0])
+                except Undecided:
+                    undecided += 1
+                    continue
+                kappa = max([1.0, *grown])
+                error = float(abs(piece.value.range - float(value)).upper())
+                error_of_slope = float(abs(piece.value.gradient[0] - float(slope)).upper())
+            if not error <= TOLERANCE * kappa or not error_of_slope <= 1e-9 * kappa**2:
+                wrong.append((model, x, value, error, kappa, error_of_slope))
+    return wrong, undecided
+
+
+def test_floating_point_lies_in_the_enclosures(monkeypatch):
+    wrong, undecided = disagreements(np.random.default_rng(1), 20, 10, monkeypatch)
+    assert wrong == []
+    assert undecided <= 10
+
+
+@pytest.mark.slow
+def test_ten_thousand_random_points(monkeypatch):
+    wrong, undecided = disagreements(np.random.default_rng(2), 1000, 10, monkeypatch)
+    print(f"undecided: {undecided} of 10000")
+    assert wrong == []
+    assert undecided < 500
+
+
+@settings(max_examples=15)
+@given(seed=st.integers(0, 10**6), width=st.sampled_from([1e-3, 1e-5, 1e-9]))
+def test_an_enclosure_holds_every_point_of_its_box(seed, width):
+    rng = np.random.default_rng(seed)
+    model = random_model(rng)
+    middle = rng.uniform(*model.domain) * 0.9
+    ends = (Fraction(middle - width), Fraction(middle + width))
+    box = ss.enclose(model, ends, exact=binary(model))
+    if not box.proven:
+        assert box.reason
+        return
+    oracle = Coulomb(**model.parameters)
+    for x in [*ends, *(Fraction(rng.uniform(*map(float, ends))) for _ in range(3))]:
+        motion = oracle.motion(arb(float(x)))
+        assert motion.itinerary == box.itinerary
+        assert box.value[0] <= float(motion.value) <= box.value[1]
+
+
+def test_gradients_agree_with_the_kernels():
+    model = ss.examples.coulomb()
+    f = ss.event_map(model)
+    names = ("alpha", "beta", "V", "mu")
+    box = {name: (model.parameters[name],) * 2 for name in names}
+    found = ss.enclose(model, "0.27", **box)
+    assert found.derivative == pytest.approx((f.derivative(0.27),) * 2, rel=1e-11)
+    for name, ends in found.parameter_derivatives.items():
+        assert ends == pytest.approx((f.parameter_derivative(0.27, name),) * 2, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("ends", "reason"),
+    [
+        (("-0.1979", "-0.1980"), "lower end comes first"),
+        (("0.6", "0.9"), "outside the domain"),
+    ],
+)
+def test_bad_intervals_are_errors(ends, reason):
+    with pytest.raises(ValueError, match=reason):
+        ss.enclose(ss.examples.coulomb(), ends)
+
+
+@pytest.mark.parametrize(
+    ("ends", "reason"),
+    [
+        (("-0.198", "-0.1979"), "either order"),
+        (("-0.1103", "-0.1102"), "block 1 may graze"),
+        (("0.088", "0.089"), "both blocks reach their limits"),
+        (("0.1707", "0.1708"), "block 1 comes to rest with its force"),
+        (("0.2791", "0.2792"), "block 2 may graze"),
+    ],
+)
+def test_an_interval_that_straddles_a_breakpoint_is_refused_with_the_reason(ends, reason):
+    found = ss.enclose(ss.examples.coulomb(), ends)
+    assert not found.proven
+    assert reason in found.reason
+    assert np.isnan(found.value).all()
+
+
+def test_numbers_are_read_exactly():
+    assert fraction("x", 0.1) == Fraction(1, 10)
+    assert fraction("x", "6/5") == Fraction(6, 5)
+    for value in (float("nan"), "one", float("inf"), None):
+        with pytest.raises(ValueError, match=r"x = .* exact number"):
+            fraction("x", value)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"friction": ss.PoppStelter(gamma=3.0)}, "cannot be certified"),
+        ({"friction": ss.Coulomb(mu=0.2, viscous=0.1)}, "cannot be certified"),
+        ({"damping": 0.1}, "damping"),
+    ],
+)
+def test_models_without_a_closed_form_are_errors(change, message):
+    with pytest.raises(ValueError, match=message):
+        ss.enclose(ss.examples.coulomb().replace(**change), 0.1)
+    with pytest.raises(ValueError, match="gamma"):
+        ss.enclose(ss.examples.coulomb(), 0.1, exact={"gamma": 1})

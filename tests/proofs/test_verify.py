@@ -1,0 +1,120 @@
+"""The second program: it confirms what was proven, and no certificate with a digit changed."""
+
+import ast
+import inspect
+import json
+import re
+
+import numpy as np
+import pytest
+
+pytest.importorskip("flint", reason="needs the extra 'certify'")
+
+import stickslip as ss
+from stickslip.proofs.certify import certify_border, certify_jump, certify_orbit
+from stickslip.proofs.verify import check, motion, words
+from stickslip.proofs.verify.check import Refused, check_text
+
+
+def model(V=0.0366):
+    return ss.examples.coulomb(V=V)
+
+
+@pytest.fixture(scope="module")
+def s4():
+    return certify_orbit(model(), 0.27739, 4)
+
+
+def test_an_orbit_is_confirmed(s4, tmp_path):
+    s4.save(tmp_path / "s4.json")
+    assert check_text((tmp_path / "s4.json").read_text()) == s4.statement
+
+
+@pytest.mark.parametrize("d", [-0.1979783505951514, -0.1102905472447209, 0.3018367042445524])
+def test_a_jump_is_confirmed(d):
+    proof = certify_jump(model(), d)
+    assert check_text(proof.text()) == proof.statement
+
+
+@pytest.mark.slow
+def test_the_grazing_of_s4_is_confirmed():
+    proof = certify_border(model(0.036976), 0.27943, 4, "V")
+    assert check_text(proof.text()) == proof.statement
+    wrong = proof.text().replace(
+        "0.0369759235203076003816096018771", "0.0369759235203076003816096018781"
+    )
+    with pytest.raises(Refused, match="nothing changes there"):
+        check_text(wrong)
+
+
+@pytest.mark.slow
+def test_the_complete_list_is_confirmed_and_no_shorter_one():
+    proof = ss.certify_orbits(model())
+    assert check_text(proof.text()) == proof.statement
+    document = json.loads(proof.text())
+    del document["orbits"][1]
+    document["statement"] = words.statement(document)
+    with pytest.raises(Refused, match=r"missed near d = \[?0\.0886"):
+        check.check(document)
+
+
+@pytest.mark.slow
+def test_a_long_orbit_is_confirmed():
+    assert check_text(certify_orbit(model(0.0372), 0.27982381588921773, 55).text())
+
+
+def test_every_changed_digit_is_refused(s4):
+    text = s4.text()
+    places = [m.start() for m in re.finditer(r"\d", text)]
+    rng = np.random.default_rng(5)
+    for place in rng.choice(places, 40, replace=False):
+        digit = str((int(text[place]) + rng.integers(1, 10)) % 10)
+        with pytest.raises(Refused):
+            check_text(text[:place] + digit + text[place + 1 :])
+
+
+@pytest.mark.parametrize(
+    ("entry", "value", "reason"),
+    [
+        ("multiplier", "0.750772666108569555889401889854 +/- 5e-31", "multiplier is stated"),
+        ("stable", False, "stable is stated"),
+        ("period", 3, "4 points"),
+        ("itinerary", ["-. .."] * 4, "itinerary is stated"),
+        ("alone", "1e-1", "itinerary"),
+        ("statement", "All is well.", "statement"),
+        ("digits", 20, "points"),
+        ("claim", "list", "missing or unknown"),
+        ("schema", "2", "not a certificate"),
+        ("system", {"alpha": "1.2"}, "system"),
+    ],
+)
+def test_a_changed_entry_is_refused_with_the_reason(s4, entry, value, reason):
+    with pytest.raises(Refused, match=reason):
+        check.check(json.loads(s4.text()) | {entry: value})
+
+
+def test_a_changed_digit_is_refused_by_arithmetic_even_if_the_statement_follows(s4):
+    document = json.loads(s4.text())
+    point = document["points"][0]
+    document["points"][0] = point.replace("971 +/-", "972 +/-")
+    assert document["points"][0] != point
+    document["statement"] = words.statement(document)
+    with pytest.raises(Refused, match=r"points\[0\] is stated"):
+        check.check(document)
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "stickslip-certificate-1"}'])
+def test_what_is_no_certificate_is_refused(text):
+    with pytest.raises(Refused):
+        check_text(text)
+
+
+def test_it_shares_nothing_with_the_certifier_but_flint():
+    for module in (check, motion, words):
+        for node in ast.walk(ast.parse(inspect.getsource(module))):
+            if isinstance(node, ast.ImportFrom) and node.module.startswith("stickslip"):
+                assert node.module.startswith("stickslip.proofs.verify")
+            elif isinstance(node, ast.Import):
+                assert all(
+                    name.name.split(".")[0] not in {"numpy", "stickslip"} for name in node.names
+                )
