@@ -60,7 +60,7 @@ def command(
         raise UsageError("give one of --orbit, --jump and --max-period")
     if border is not None and orbit is None:
         raise UsageError("--border needs the orbit: --orbit D --period P")
-    system = model.model()
+    system = model.two_blocks()
     if jump is not None:
         proof = certify.certify_jump(system, jump, digits=digits)
     elif max_period is not None:

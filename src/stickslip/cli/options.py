@@ -13,6 +13,7 @@ from cyclopts import Group, Parameter, Token
 from stickslip.cli.failure import UsageError
 
 if TYPE_CHECKING:
+    from stickslip.mechanics.model.two_block import TwoBlock
     from stickslip.study.model_values import Model
 
 MODEL = Group.create_ordered("Model")
@@ -68,6 +69,19 @@ class ModelOptions:
                 "give them, or start from --model FILE, --preset coulomb or --preset law9"
             )
         return ss.TwoBlock(**given)
+
+    def two_blocks(self) -> TwoBlock:
+        """Build the model where only one of two blocks will do."""
+        import stickslip as ss
+
+        model = self.model()
+        if not isinstance(model, ss.TwoBlock):
+            raise UsageError(
+                f"this command asks about a map of one number d = X_2 - X_1, that of kind = "
+                f'"two_block"; the model is a {type(model).__name__} with n = {model.n_blocks}. '
+                "stickslip simulate follows any model in time"
+            )
+        return model
 
     def _base(self) -> Model | None:
         """Return the model to start from, if one is named."""

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from cyclopts import Parameter
 
 from stickslip.cli import columns
-from stickslip.cli.failure import UsageError
 from stickslip.cli.files import new_file
 from stickslip.cli.options import (
     EngineOptions,
@@ -40,14 +39,7 @@ class SystemOptions:
         """Build the event map of a model of two blocks, with further settings."""
         import stickslip as ss
 
-        model = self.model()
-        if not isinstance(model, ss.TwoBlock):
-            raise UsageError(
-                f"this command asks about a map of one number d = X_2 - X_1, that of kind = "
-                f'"two_block"; the model is a {type(model).__name__} with n = {model.n_blocks}. '
-                "stickslip simulate follows any model in time"
-            )
-        return ss.event_map(model, **self.engine.settings(), **more)
+        return ss.event_map(self.system.two_blocks(), **self.engine.settings(), **more)
 
     def described(self, model: Model) -> dict[str, Any]:
         """Everything that was asked for: enough to ask again."""

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 import msgspec
 
 from stickslip.study.event_map import event_map
+from stickslip.study.law_values import within
 from stickslip.study.model_file import read_model, toml_table
-from stickslip.study.model_values import model_of_values, within
+from stickslip.study.model_values import model_of_values
 from stickslip.sweeps.axis import axis
 from stickslip.sweeps.errors import StoreRefused
 from stickslip.sweeps.identity import import_function

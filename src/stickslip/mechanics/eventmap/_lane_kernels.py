@@ -102,7 +102,7 @@ FIRST_STEPS = 3
 @kernel
 def pick(
     b: Floats, kinds: np.uint64, kind: float, n: np.uint64, index: Indices, to: np.uint64
-) -> np.uint64:  # type: ignore[return]
+) -> np.uint64:
     """List the items of one kind at `to`; return how many there are."""
     m = ZERO
     for i in range(n):

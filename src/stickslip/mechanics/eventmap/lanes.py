@@ -6,11 +6,11 @@ import math
 import threading
 from typing import TYPE_CHECKING, NamedTuple
 
-import numba
 import numpy as np
 
 from stickslip.mechanics.flow._lane_kernels import plant_row
-from stickslip.mechanics.flow.system import STATIC_VALUE
+from stickslip.mechanics.friction.columns import STATIC_COLUMN
+from stickslip.numerics.targets import config
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,13 +29,13 @@ class LaneScratch(NamedTuple):
     """Arrays of one thread: streams and lists of the kernels, starts of a block."""
 
     streams: Floats
-    index: NDArray[np.uint64]
+    lists: NDArray[np.uint64]
     column: Floats
 
 
 def lanes_serve(engine: Engine, controls: Controls) -> bool:
     """Whether values may come from lanes: they keep no time, and need vector instructions."""
-    return engine.name == "exact" and controls.max_time == math.inf and not numba.config.DISABLE_JIT
+    return engine.name == "exact" and controls.max_time == math.inf and not config.DISABLE_JIT
 
 
 class Lanes:
@@ -44,7 +44,7 @@ class Lanes:
     def __init__(self, engine: Engine, controls: Controls) -> None:
         from stickslip.mechanics.eventmap import _lane_kernels, _lane_passes_kernels
 
-        mu_1, mu_2 = engine.laws[:, STATIC_VALUE].tolist()
+        mu_1, mu_2 = engine.laws[:, STATIC_COLUMN].tolist()
         self.row = plant_row(engine.system, (mu_1, mu_2))
         self.max_events = controls.max_events
         self._carry = _lane_kernels.carry_lanes
