@@ -50,12 +50,14 @@ class LawSeries:
 
 
 def law_series(laws: Sequence[FrictionLaw]) -> LawSeries | None:
-    """Series of laws that are one formula, the same in both directions; None for others.
+    """Series of laws that are one smooth formula, the same in both directions; None for others.
 
     Optional parameters that are zero in all of them are left out if recurrences go with them:
     kernels for each such case, but no more.
     """
     formula, *others = {law.formula for law in laws}
+    if any(law.knots for law in laws):
+        return None
     if others or not isinstance(formula, TracedFormula) or not formula.symmetric:
         return None
     series = _series_of(formula)
