@@ -13,7 +13,7 @@ COULOMB = ss.examples.coulomb()
 
 def test_law_9_has_a_gap_at_the_papers_own_speed() -> None:
     """It opens where the motion without global stick begins to attract: a flip of its cycle."""
-    region = ss.return_region(LAW9, "V", (0.25, 0.295), n_values=2, n_points=151)
+    region = ss.return_region(LAW9, "V", (0.25, 0.295), n_values=2, n_points=61)
     assert region.gaps[0] == ()
     (gap,) = region.gaps[1]
     np.testing.assert_allclose(gap.d, (0.57089, 0.66729), atol=1e-5)

@@ -60,6 +60,7 @@ def test_from_stick_slip_over_the_discontinuous_fold_to_the_hopf_point() -> None
     assert graze.outcome == "fold"
 
 
+@pytest.mark.slow
 def test_bifurcations_are_those_of_the_event_map() -> None:
     """The paper's P1 along alpha: flip, loss at a discontinuity, fold, the flip of S1."""
     orbit = ss.periodic_orbits(LAW9)[2]
@@ -132,8 +133,50 @@ def test_bad_input_is_told() -> None:
         ss.continue_cycle(cycle, BLOCK, "dampnig", (0.5, 3.0))
     with pytest.raises(ValueError, match="does not contain"):
         ss.continue_cycle(cycle, BLOCK, "damping", (2.0, 3.0))
+    with pytest.raises(ValueError, match="damping"):
+        ss.continue_cycle(cycle, BLOCK, "damping", (-1.0, 3.0))
     with pytest.raises(ValueError, match="not one of this model"):
         ss.continue_cycle(cycle, BLOCK.replace(V=0.3), "damping", (0.5, 3.0))
+
+
+@pytest.mark.parametrize("seed", [3, 6])
+def test_branches_pass_through_the_cycles_found_on_their_way(seed: int) -> None:
+    """Random damped chains: continued in V, and searched for anew at the far end."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 4))
+    chain = ss.Chain(
+        static=rng.uniform(0.8, 1.4, n),
+        alpha=rng.uniform(0.3, 2.0),
+        V=0.2,
+        friction=ss.PoppStelter(gamma=rng.uniform(1.0, 3.0)),
+        damping=rng.uniform(0.0, 0.1),
+    )
+    cycle = ss.limit_cycles(chain, n_starts=2, max_events=400, rng=seed)[0]
+    branch = ss.continue_cycle(cycle, chain, "V", (0.19, 0.21))
+    assert max(item.residual for item in branch.cycles) < 1e-10
+    assert branch.values.min() < 0.2 < branch.values.max()
+    for end in (branch.cycles[0], branch.cycles[-1]):
+        if end.stable:
+            again = ss.find_cycle(end.model, end.x, end.v)
+            assert again.period == pytest.approx(end.period, abs=1e-10)
+            np.testing.assert_allclose(
+                np.sort(np.abs(again.multipliers)), np.sort(np.abs(end.multipliers)), atol=1e-7
+            )
+
+
+def test_a_cycle_of_a_chaotic_damped_chain_closes() -> None:
+    """Found at a state where all ride: nothing of the motion before it may be left."""
+    rng = np.random.default_rng(5)
+    chain = ss.Chain(
+        static=rng.uniform(0.8, 1.4, int(rng.integers(2, 4))),
+        alpha=rng.uniform(0.3, 2.0),
+        V=0.2,
+        friction=ss.PoppStelter(gamma=rng.uniform(1.0, 3.0)),
+        damping=rng.uniform(0.0, 0.1),
+    )
+    found = ss.limit_cycles(chain, n_starts=2, max_events=400, rng=5)
+    assert len(found) > 0
+    assert max(cycle.residual for cycle in found) < 1e-11
 
 
 def test_a_branch_is_drawn_and_told() -> None:

@@ -165,3 +165,20 @@ def test_light_damping_hardly_changes_the_map() -> None:
     slopes = ss.event_map(model.replace(damping=1e-9)).parameter_derivative(d, "damping")
     change = ss.event_map(model.replace(damping=1e-6))(d) - ss.event_map(model)(d)
     np.testing.assert_allclose(change, 1e-6 * slopes, rtol=1e-4)
+
+
+def test_values_do_not_depend_on_what_was_computed_before() -> None:
+    """With dampers a rider's loading must not see accelerations of an earlier motion."""
+    rng = np.random.default_rng(0)
+    for _ in range(24):
+        model = ss.Chain(
+            static=rng.uniform(0.8, 1.4, 4),
+            alpha=rng.uniform(0.3, 2),
+            V=0.2,
+            friction=ss.Coulomb(mu=0.3),
+            damping=0.3,
+        )
+        d = model.sample_domain(10, rng)
+        together = ss.event_map(model, threads=1, max_events=300)(d)
+        alone = [ss.event_map(model, threads=1, max_events=300)(row) for row in d]
+        np.testing.assert_array_equal(together, alone)

@@ -36,7 +36,6 @@ CycleEndReason: TypeAlias = Literal[
     "landing",
     "tie",
     "vanishes",
-    "closed",
     "step limit",
     "point limit",
 ]
@@ -95,8 +94,8 @@ class CycleEnd:
     reason : str
         ``end of range``; ``grazing``, ``limit``, ``landing`` or ``tie``: modes change there and
         no cycle with other modes was found beside it; ``vanishes``: it shrinks onto steady
-        sliding; ``closed``: back at the start; ``point limit``, ``step limit``: given up after
-        too many points, or where steps became too small.
+        sliding; ``point limit``, ``step limit``: given up after too many points, or where steps
+        became too small.
     value : float
         The parameter there.
     """

@@ -123,6 +123,8 @@ def _checked(
             f"range = ({low:.12g}, {high:.12g}) does not contain the model's own {parameter} = "
             f"{own!r}, where the cycle is."
         )
+    for end in (low, high):
+        model.replace(**{parameter: end})
     if cycle.model != model:
         raise ValueError("the cycle is not one of this model. Take cycle.model.")
     if not cycle.events and not (np.abs(np.abs(cycle.multipliers) - 1.0) > 1e-9).any():
@@ -148,12 +150,19 @@ class _Walk:
         self.model, self.name, self.ends, self.max_points = model, name, ends, max_points
         self.shooting, y = on_section(cycle, name)
         self.curve = self._curve(y)
-        here = self.curve.point(y)
+        try:
+            here = self.curve.point(y)
+        except (StepTooLong, LeavesRegion) as reason:
+            raise ValueError(
+                "the cycle cannot be solved for with its own sequence of modes: it stands at a "
+                "bifurcation, or touches a change of modes. Start from one beside it."
+            ) from reason
         self.here = here if sign > 0 else here.reversed()
         self.cycles: list[Cycle] = [self._cycle(here)]
         self.values = [here.parameter]
         self.passed: list[CycleBifurcation] = []
         self.end = CycleEnd("step limit", here.parameter)
+        self.touch: Touch | None = None
         self.fresh = 0  # cycles when the section was last chosen
 
     def _curve(self, y: np.ndarray) -> Curve:
@@ -201,9 +210,8 @@ class _Walk:
         self.here = end.last
         if end.reason == "end of range":
             return "end of range"
-        if self._touch() is not None:
-            return None
-        return self._elsewhere()
+        self.touch = self._touch()
+        return None if self.touch is not None else self._elsewhere()
 
     def _elsewhere(self) -> CycleEndReason | None:
         """Go on from another section, where an event of another block has come to this one."""
@@ -212,7 +220,10 @@ class _Walk:
         rising = self.here.tangent[-1] > 0.0
         self.shooting, y = on_section(self.cycles[-1], self.name)
         self.curve = self._curve(y)
-        start = self.curve.point(y)
+        try:
+            start = self.curve.point(y)
+        except (StepTooLong, LeavesRegion):
+            return "step limit"
         self.here = start if (start.tangent[-1] > 0.0) == rising else start.reversed()
         self.fresh = len(self.cycles)
         return self._smooth_piece()
@@ -288,7 +299,7 @@ class _Walk:
 
     def _change_modes(self) -> CycleEndReason | None:
         """Go on with a cycle of other modes beside the present point; else tell why not."""
-        touch = self._touch()
+        touch = self.touch
         assert touch is not None
         beside = partners(self.shooting, self.here, self.ends)
         before = self.here.parameter

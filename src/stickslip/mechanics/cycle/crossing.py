@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
-from stickslip.mechanics.cycle.section import Section, Shooting, word_of
+from stickslip.mechanics.cycle.section import Section, Shooting, Word, word_of
 from stickslip.mechanics.cycle.shooting import Shooter, State
 from stickslip.numerics.continuation import Curve, CurvePoint, LeavesRegion, StepTooLong
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.cycle import Cycle
@@ -22,9 +25,14 @@ __all__ = ["Partner", "on_section", "partners"]
 
 SAMPLES: Final = 48  # per unit of time, when a block's rest in space is looked for
 FAR: Final = 0.1  # of the period: an event this far from the section is far
-BESIDE: Final = (1e-6, 1e-5)  # of the range: how far beside a change of modes cycles are sought
-PUSHES: Final = (0.0, 1e-4, -1e-4, 1e-2, -1e-2)  # of the motion's size
-NEAR: Final = 0.2  # of the motion's size: a partner is no farther from the cycle that it meets
+BESIDE: Final = 1e-6  # of the range: how far beside a change of modes cycles are sought
+SCALES: Final = (1e-8, 1e-6, 1e-4, 1e-2)  # of displacements from the cycle there
+N_DIRECTIONS: Final = 3
+SEED: Final = 1998
+CLOSER: Final = 1 / 16  # of that: where the cycle found must be nearer to the one at the change,
+SHRINKS: Final = 0.6  # at this share of the distance (a square root: a quarter)
+ROUNDING: Final = 1e-10
+SOLVED: Final = 1e-11  # residual of a cycle, units of the state
 
 
 def on_section(cycle: Cycle, name: str, *, rtol: float = 1e-15) -> tuple[Shooting, Floats]:
@@ -88,56 +96,87 @@ def partners(shooting: Shooting, point: CurvePoint, ends: tuple[float, float]) -
     """Look for the cycle with other modes that a cycle meets or becomes.
 
     From the last cycle before the change, and from motions a little larger and smaller, Newton's
-    method is tried just beyond it, then just before: there the two cycles meet and vanish.
+    method is tried just beyond it, then just before: there the two cycles meet and vanish. A
+    cycle is the one sought if it tends to the cycle at the change with the parameter.
     """
     ahead = 1.0 if point.tangent[-1] > 0.0 else -1.0
-    free = Shooting(
-        shooting.model, shooting.name, shooting.section, rounds=shooting.rounds, rtol=shooting.rtol
-    )
+    free = _with_word(shooting, None)
     width = ends[1] - ends[0]
-    n_states = int(np.count_nonzero(shooting.section.unknown))
-    size = float(np.abs(point.note.velocity).max())
     sides: tuple[tuple[Literal["persists", "fold"], float], ...] = (
         ("persists", ahead),
         ("fold", -ahead),
     )
     for outcome, way in sides:
-        for share in BESIDE:
-            value = point.parameter + way * share * width
-            if not ends[0] <= value <= ends[1]:
-                continue
-            for push in PUSHES:
-                guess = point.y.copy()
-                guess[:n_states] *= 1.0 + push
-                guess[-1] = value
-                y = _converged(free, guess, width)
-                if y is None or np.abs(y - guess)[:-1].max() > NEAR * max(size, 1.0):
-                    continue
-                word = free.shot(y).word
-                if word == shooting.word:
-                    continue
-                found = Shooting(
-                    shooting.model,
-                    shooting.name,
-                    shooting.section,
-                    word=word,
-                    rounds=shooting.rounds,
-                    rtol=shooting.rtol,
-                )
-                return Partner(found, y, outcome, way > 0.0)
+        value = point.parameter + way * BESIDE * width
+        if not ends[0] <= value <= ends[1]:
+            continue
+        y = _beside(free, shooting.word, point, value, width)
+        if y is not None:
+            found = _with_word(shooting, free.shot(y).word)
+            return Partner(found, y, outcome, way > 0.0)
     return None
+
+
+def _with_word(shooting: Shooting, word: Word | None) -> Shooting:
+    return Shooting(
+        shooting.model,
+        shooting.name,
+        shooting.section,
+        word=word,
+        rounds=shooting.rounds,
+        rtol=shooting.rtol,
+    )
+
+
+def _beside(
+    free: Shooting, word: Word | None, point: CurvePoint, value: float, width: float
+) -> Floats | None:
+    """Cycle with other modes at a parameter beside a change, which tends to the one there."""
+    for guess in _guesses(free, point, value):
+        y = _converged(free, guess, width)
+        if y is None or free.shot(y).word == word:
+            continue
+        nearer = y.copy()
+        nearer[-1] += (1.0 - CLOSER) * (point.parameter - value)
+        limit = _converged(free, nearer, width)
+        far, near = (
+            np.inf if z is None else float(np.abs(z - point.y)[:-1].max()) for z in (y, limit)
+        )
+        if near <= SHRINKS * far + ROUNDING:
+            return y
+    return None
+
+
+def _guesses(free: Shooting, point: CurvePoint, value: float) -> Iterator[Floats]:
+    """Yield starts about the cycle at a change, near ones first: on both sides of whatever changes.
+
+    After each comes where its motion is one period later: sticking leads onto a cycle at once.
+    """
+    n_states = int(np.count_nonzero(free.section.unknown))
+    plain = np.append(point.y[:-1], value)
+    directions = np.random.default_rng(SEED).normal(size=(N_DIRECTIONS, n_states))
+    for scale, direction, sign in itertools.product(SCALES, directions, (1.0, -1.0)):
+        guess = plain.copy()
+        guess[:n_states] += sign * scale * direction
+        yield guess
+        try:
+            yield _once_around(free, guess)
+        except ValueError:
+            continue
 
 
 def _converged(shooting: Shooting, guess: Floats, width: float) -> Floats | None:
     """Cycle at the parameter of a guess, of whatever modes."""
     try:
-        arrived = _once_around(shooting, guess)
-        period = float(arrived[-2]) if shooting.section.block is not None else 1.0
-        y = Curve(shooting, shooting.scale(width, period)).point(arrived).y
-        # Where the curve turns back just there the point found has another parameter.
-        return y if abs(y[-1] - guess[-1]) <= 1e-12 * width else None
+        period = float(guess[-2]) if shooting.section.block is not None else 1.0
+        y = Curve(shooting, shooting.scale(width, period)).point(guess).y
+        residual = float(np.abs(shooting(y)[0]).max())
     except (LeavesRegion, StepTooLong, ValueError):
         return None
+    # Where the curve turns back just there the point found has another parameter; steps to and
+    # fro across a change of modes may look like rounding, but leave a residual.
+    there = abs(y[-1] - guess[-1]) <= 1e-12 * width
+    return y if there and residual <= SOLVED else None
 
 
 def _once_around(shooting: Shooting, guess: Floats) -> Floats:

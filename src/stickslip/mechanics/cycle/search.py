@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
@@ -34,6 +35,7 @@ ROUNDING: Final = 1e-9  # of the largest multiplier: one that belongs to the sec
 MAX_ATTEMPTS: Final = 8
 WAIT: Final = 40  # periods of the slowest mode without a change of modes
 MAX_WAITS: Final = 50
+HISTORY: Final = 256  # states of one set of modes that a state is compared with
 SLIDES: Final = (
     ": all blocks slip and can be shown never to stick again. "
     "Steady sliding is what stickslip.equilibria describes; without damping and with constant "
@@ -124,6 +126,7 @@ class _Search:
         self.model = model
         self.plain = Shooter(model, rtol=rtol, tangents=False)
         self.shooter = Shooter(model, rtol=rtol)
+        self.slowest = 2.0 * np.pi / np.abs(modes(model, model.V).values).min()
         self.size = float(np.max(model.structure.static)) + model.V
 
     # --- autonomous models: from event to event -----------------------------------------------
@@ -156,18 +159,24 @@ class _Search:
     def _returns(self, x: Floats, v: Floats, max_events: int) -> Iterator[tuple[int, State, float]]:
         """Yield close returns: events since then, the state, the distance."""
         state = self.plain.start(x, v)
-        seen: dict[bytes, list[tuple[int, State]]] = {}
+        seen: dict[bytes, tuple[deque[int], deque[Floats]]] = {}
         closest = CLOSE * self.size
         for number in range(max_events):
             state = self._next_event(state)
-            word = state.mode.tobytes()
-            for earlier, other in reversed(seen.get(word, [])[-256:]):
-                distance = float(np.abs(state.vector - other.vector).max())
-                if distance < closest:
-                    yield number - earlier, state, distance
+            here = state.vector
+            numbers, states = seen.setdefault(state.mode.tobytes(), (deque(), deque()))
+            if states:
+                distances = np.abs(np.array(states) - here).max(axis=1)
+                near = np.flatnonzero(distances < closest)
+                if near.size:
+                    distance = float(distances[near[-1]])
+                    yield number - numbers[near[-1]], state, distance
                     closest = max(0.1 * distance, 0.5 * SETTLED * self.size)
-                    break
-            seen.setdefault(word, []).append((number, state))
+            numbers.append(number)
+            states.append(here)
+            if len(states) > HISTORY:
+                numbers.popleft()
+                states.popleft()
 
     def _next_event(self, state: State) -> State:
         """Follow a motion to where its modes change.
@@ -177,9 +186,8 @@ class _Search:
         ValueError
             They never do, or not for very long.
         """
-        slowest = 2.0 * np.pi / np.abs(modes(self.model, self.model.V).values).min()
         for _ in range(MAX_WAITS):
-            leg = self.plain.leg(state, 1, max_time=WAIT * slowest)
+            leg = self.plain.leg(state, 1, max_time=WAIT * self.slowest)
             _check(leg)
             if leg.events:
                 return leg.state

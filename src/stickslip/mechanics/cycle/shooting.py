@@ -113,6 +113,7 @@ class Shooter:
         motion.event[:] = np.where(motion.w == 0.0, LANDING, 0)
         motion.phase[0] = self.model.structure.phase
         update_needed(system, motion)
+        self.work.rates[:] = 0.0
         settle(system, motion, self.work.rates)
         return self._state()
 

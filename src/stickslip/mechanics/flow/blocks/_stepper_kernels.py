@@ -88,12 +88,14 @@ def advance(
 
 @kernel(inline=True)
 def list_active(motion: BlockMotion, work: BlockWork) -> None:
-    """Collect the blocks that slip."""
+    """Collect the blocks that slip; riders have no acceleration, whatever was moved before."""
     count = 0
     for i in range(motion.mode.shape[0]):
         if motion.mode[i] != 0:
             work.active[count] = i
             count += 1
+        else:
+            work.rates[i] = 0.0
     work.n_active[0] = count
 
 
