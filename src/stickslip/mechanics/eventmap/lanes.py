@@ -6,11 +6,11 @@ import math
 import threading
 from typing import TYPE_CHECKING, NamedTuple
 
-import numba
 import numpy as np
 
 from stickslip.mechanics.flow._lane_kernels import plant_row
 from stickslip.mechanics.flow.system import STATIC_VALUE
+from stickslip.numerics.targets import config
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,13 +29,13 @@ class LaneScratch(NamedTuple):
     """Arrays of one thread: streams and lists of the kernels, starts of a block."""
 
     streams: Floats
-    index: NDArray[np.uint64]
+    lists: NDArray[np.uint64]
     column: Floats
 
 
 def lanes_serve(engine: Engine, controls: Controls) -> bool:
     """Whether values may come from lanes: they keep no time, and need vector instructions."""
-    return engine.name == "exact" and controls.max_time == math.inf and not numba.config.DISABLE_JIT
+    return engine.name == "exact" and controls.max_time == math.inf and not config.DISABLE_JIT
 
 
 class Lanes:
@@ -65,12 +65,12 @@ class Lanes:
 
     def carry(self, points: Floats, slope: Floats, start: int, stop: int) -> None:
         """Put values in the place of starts: NaN to ask the exact engine, inf if none returns."""
-        streams, index, _ = self.scratch()
-        self._carry(self.row, streams, index, points, slope, start, stop, self.max_events)
+        streams, lists, _ = self.scratch()
+        self._carry(self.row, streams, lists, points, slope, start, stop, self.max_events)
 
     def value(self, d: float) -> float:
         """Value at one start inside the domain, or NaN, inf as above."""
-        streams, index, column = self.scratch()
+        streams, lists, column = self.scratch()
         column[0] = d
-        self._carry(self.row, streams, index, column, NO_SLOPE, 0, 1, self.max_events)
+        self._carry(self.row, streams, lists, column, NO_SLOPE, 0, 1, self.max_events)
         return column.item(0)
