@@ -310,3 +310,25 @@ def test_an_error_in_a_thread_reaches_the_caller():
 
 def test_at_least_one_processor_is_available():
     assert 1 <= targets.available_threads() <= (os.cpu_count() or 1)
+
+
+def test_the_cache_folder_depends_on_what_kernels_are_made_of(tmp_path):
+    """A helper of a helper counts; what kernels never import does not."""
+    package = tmp_path / "stickslip"
+    package.mkdir()
+    texts = {
+        "plain": "from stickslip.kernels import step\n",
+        "kernels": "from stickslip.helper import (\n    half,\n)\n\n\n@kernel\ndef step(): ...\n",
+        "helper": "from stickslip import status\n\ndef half(): ...\n",
+        "status": "OK = 0\n",
+        "engine": "from stickslip.numerics.targets import instantiate\n",
+    }
+    for name, text in texts.items():
+        (package / f"{name}.py").write_text(text)
+    found = {path.stem for path in targets.kernel_sources(package)}
+    assert found == {"kernels", "helper", "status", "engine"}
+    inside = {
+        p.relative_to(targets.PACKAGE).as_posix() for p in targets.kernel_sources(targets.PACKAGE)
+    }
+    assert {"status.py", "mechanics/flow/onset.py", "analysis/one_d/_kernels.py"} <= inside
+    assert not any(name.startswith(("plot", "study", "paper", "cli")) for name in inside)

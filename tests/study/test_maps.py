@@ -5,6 +5,7 @@ import pytest
 from tests.reference.values import COULOMB_ORBITS, LAW9_ORBITS
 
 import stickslip as ss
+from stickslip.analysis.window import WindowMap
 
 COULOMB = ss.examples.coulomb()
 PAPER_U4 = (-0.466, 0.279, -0.254, 0.492)  # in the map's order, the smallest first
@@ -154,3 +155,12 @@ def test_preimages_powers_and_gaps_are_methods_of_an_event_map():
 def test_a_resolution_that_means_nothing_is_refused(question, resolution):
     with pytest.raises(ValueError, match=r"resolution = .* positive"):
         question(COULOMB, resolution)
+
+
+def test_a_window_hides_no_mechanism():
+    f = ss.event_map(ss.examples.coulomb())
+    (jump,) = (b for b in ss.breakpoints(f) if abs(b.d - 0.27943) < 1e-3)
+    for part in (WindowMap(f, (0.25, 0.29)), WindowMap(f, (0.25, 0.29)).power(1)):
+        (same,) = (b for b in ss.breakpoints(part) if abs(b.d - jump.d) < 1e-9)
+        assert same.mechanism == jump.mechanism != ""
+        assert same.block == jump.block

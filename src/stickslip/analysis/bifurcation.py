@@ -31,6 +31,8 @@ __all__ = [
 BifurcationKind: TypeAlias = Literal[
     "fold",
     "flip",
+    "transcritical",
+    "pitchfork",
     "border_collision",
     "boundary_crisis",
     "interior_crisis",
@@ -51,8 +53,8 @@ class Bifurcation:
     Attributes
     ----------
     kind : str
-        ``fold``, ``flip``, ``border_collision``, ``boundary_crisis``, ``interior_crisis``,
-        ``band_merging`` or ``enters_gap``.
+        ``fold``, ``flip``, ``transcritical``, ``pitchfork``, ``border_collision``,
+        ``boundary_crisis``, ``interior_crisis``, ``band_merging`` or ``enters_gap``.
     parameter : str
         Name of the parameter that is varied.
     value : float
@@ -65,7 +67,7 @@ class Bifurcation:
         The orbit there, in the map's order, the smallest point first; for a crisis, the
         orbit that the attractor meets.
     criticality : {"super", "sub"} or None
-        Of a flip.
+        Of a flip or a pitchfork.
     orbits_before, orbits_after : tuple of PeriodicOrbit
         The orbits concerned just below and just above `value`, those that persist included.
     attractors_before, attractors_after : tuple of Attractor

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.cyclic import solve_cyclic
+from stickslip.analysis.cyclic import solve_cyclic, successors
 from stickslip.analysis.protocol import sample
 from stickslip.analysis.shooting import EPS, residual_is_rounding
 from stickslip.status import OK
@@ -186,7 +186,7 @@ def _evaluate(f: Map1D, points: Floats, periods: NDArray[np.intp]) -> tuple[Floa
     labels = np.zeros(points.shape, dtype=np.uint64)
     slopes[used] = np.where(ok, values.derivative, np.nan)
     labels[used] = np.where(ok, values.label, np.uint64(0))
-    following = np.roll(points, -1, axis=1)
+    following = successors(points)
     following[np.arange(len(points)), periods - 1] = points[:, 0]
     residuals[used] = np.where(ok, values.value, np.nan) - following[used]
     return slopes, labels, residuals

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.protocol import Floats
 
-__all__ = ["complex_step", "extrapolated_difference", "extrapolated_second_difference"]
+__all__ = ["N_STEPS", "complex_step", "extrapolated_difference", "extrapolated_second_difference"]
 
 EPS: Final = float(np.finfo(np.float64).eps)
 COMPLEX_STEP: Final = 1e-30  # small enough that its square is nothing beside any real part
@@ -50,6 +50,7 @@ def extrapolated_difference(
     x: Floats,
     scale: float,
     usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None = None,
+    n_steps: int = N_STEPS,
 ) -> tuple[Floats, Floats]:
     """Differentiate by Ridders' method: differences at halved steps, extrapolated to zero.
 
@@ -62,6 +63,8 @@ def extrapolated_difference(
         Length over which ``func`` may vary; the first step is 1/64 of it.
     usable : callable, optional
         ``usable(x, points)`` tells, as bools, which points lie on the branch of ``x``.
+    n_steps : int
+        Steps, each half as long as the one before.
 
     Returns
     -------
@@ -76,8 +79,7 @@ def extrapolated_difference(
     the entry whose neighbours in the table agree best wins, so steps that reach across an
     unmarked jump lose by themselves.
     """
-    steps: Floats = np.asarray(scale * FIRST_STEP * 0.5 ** np.arange(N_STEPS), dtype=np.float64)
-    points = np.stack([x + sign * h for h in steps for sign in (1.0, -1.0)])
+    steps, points = _neighbours(x, scale, n_steps)
     here = np.broadcast_to(x, points.shape)
     values = func(points.ravel()).reshape(points.shape)
     good = np.isfinite(values)
@@ -105,6 +107,7 @@ def extrapolated_second_difference(
     x: Floats,
     scale: float,
     usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None = None,
+    n_steps: int = N_STEPS,
 ) -> tuple[Floats, Floats]:
     """Differentiate twice: central second differences, extrapolated like the first ones.
 
@@ -112,8 +115,7 @@ def extrapolated_second_difference(
     on the branch of ``x``; a step that reaches across an unmarked break disagrees with the
     others and loses.
     """
-    steps: Floats = np.asarray(scale * FIRST_STEP * 0.5 ** np.arange(N_STEPS), dtype=np.float64)
-    points = np.stack([x + sign * h for h in steps for sign in (1.0, -1.0)])
+    steps, points = _neighbours(x, scale, n_steps)
     here = np.broadcast_to(x, points.shape)
     values = func(points.ravel()).reshape(points.shape)
     if usable is not None:
@@ -123,6 +125,12 @@ def extrapolated_second_difference(
     centre, h = func(x), steps[:, None]
     second = (values[0::2] - 2 * centre + values[1::2]) / h**2
     return _best_entry(second, 2, 4 * EPS * np.abs(centre) / h**2)
+
+
+def _neighbours(x: Floats, scale: float, n_steps: int) -> tuple[Floats, Floats]:
+    """Return the steps, and the points a step above and below x for each, shape (2 k, n)."""
+    steps: Floats = np.asarray(scale * FIRST_STEP * 0.5 ** np.arange(n_steps), dtype=np.float64)
+    return steps, np.stack([x + sign * h for h in steps for sign in (1.0, -1.0)])
 
 
 def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> NDArray[np.bool_]:

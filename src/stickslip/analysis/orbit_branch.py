@@ -27,6 +27,7 @@ EndReason: TypeAlias = Literal[
     "gap",
     "end of domain",
     "period halves",
+    "crossing",
     "closed",
     "point limit",
     "step limit",
@@ -49,7 +50,8 @@ class BranchEnd:
         ``end of range``; ``breakpoint``: a point of the orbit meets a jump or a corner of
         the map; ``gap``: it meets the edge of one; ``end of domain``: it meets the end of the
         map's domain or window; ``period halves``: the orbit merges with one of half its
-        period, which flips there; ``closed``: the branch is a closed curve and has come back
+        period, which flips there; ``crossing``: it meets another orbit, which goes on;
+        ``closed``: the branch is a closed curve and has come back
         to its start; ``point limit`` and ``step limit``: given up after too many steps, or
         where the step became too small.
     value : float
@@ -81,7 +83,7 @@ class PassedBifurcation:
 
     Attributes
     ----------
-    kind : {"fold", "flip"}
+    kind : {"fold", "flip", "transcritical", "pitchfork"}
     value : float
         Of the parameter.
     points : ndarray of float, shape (period,)
@@ -94,7 +96,7 @@ class PassedBifurcation:
         The branch's row that is this point.
     """
 
-    kind: Literal["fold", "flip"]
+    kind: Literal["fold", "flip", "transcritical", "pitchfork"]
     value: float
     points: Floats
     multiplier: float

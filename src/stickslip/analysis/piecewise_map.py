@@ -13,9 +13,7 @@ import numpy as np
 
 from stickslip.analysis.arguments import checked_interval
 from stickslip.analysis.differences import FIRST_STEP, complex_step, extrapolated_difference
-from stickslip.analysis.one_d.preimages import preimages
-from stickslip.analysis.one_d.table import branch_table
-from stickslip.analysis.power import PowerMap
+from stickslip.analysis.power import LineMap
 from stickslip.analysis.protocol import (
     UNDEFINED,
     PointValues,
@@ -45,7 +43,7 @@ LARGEST_LABEL: Final = 2.0**62
 PARAMETER_SCALE: Final = 1e-2  # of a parameter's size: first step of differences in it
 
 
-class PiecewiseMap:
+class PiecewiseMap(LineMap):
     """A piecewise-smooth map of an interval into the line, with named parameters.
 
     Parameters
@@ -224,19 +222,6 @@ class PiecewiseMap:
     def iterate(self, x: ArrayLike, n: int) -> Floats:
         """Apply the map ``n`` times; shape ``x.shape + (n + 1,)``, NaN once it has left."""
         return iterate(self, x, n)
-
-    def power(self, p: int) -> PowerMap:
-        """Return the map f^p: ``p`` applications as one map."""
-        return PowerMap(self, p)
-
-    def preimages(self, x: float) -> Floats:
-        """Return all points that the map carries to x, ascending (see `preimages`)."""
-        return preimages(self, x)
-
-    @property
-    def gaps(self) -> Floats:
-        """Open intervals without a value, shape (k, 2): last point before, first point after."""
-        return branch_table(self).gaps
 
     # ------------------------------------------------------------------ inside
 

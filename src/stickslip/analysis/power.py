@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -24,11 +24,44 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.protocol import Floats
 
-__all__ = ["PowerMap"]
+__all__ = ["LineMap", "PowerMap"]
+
+
+class LineMap:
+    """What every map of the line offers besides its values: for classes that fit `Map1D`."""
+
+    __slots__ = ()
+
+    def power(self, p: int) -> PowerMap:
+        """Return the map f^p, which knows that it is a power of this one.
+
+        It has no value where an orbit leaves the domain.
+
+        Raises
+        ------
+        ValueError
+            ``p`` is not a whole number >= 1.
+        """
+        return PowerMap(cast("Map1D", self), p)
+
+    def preimages(self, x: float) -> Floats:
+        """Return all points that the map carries to x, ascending; complete as `branches` is.
+
+        Raises
+        ------
+        ValueError
+            ``x`` is not a finite number.
+        """
+        return preimages(cast("Map1D", self), x)
+
+    @property
+    def gaps(self) -> Floats:
+        """Open intervals without a value, shape (k, 2): last point before, first point after."""
+        return branch_table(cast("Map1D", self)).gaps
 
 
 @dataclass(frozen=True)
-class PowerMap:
+class PowerMap(LineMap):
     """A map applied ``exponent`` times.
 
     Parameters
@@ -105,15 +138,6 @@ class PowerMap:
     def iterate(self, x: ArrayLike, n: int) -> Floats:
         """Apply f^p ``n`` times; shape ``x.shape + (n + 1,)``."""
         return iterate(self, x, n)
-
-    def preimages(self, x: float) -> Floats:
-        """Return all points that f^p maps to x, ascending (see `preimages`)."""
-        return preimages(self, x)
-
-    @property
-    def gaps(self) -> Floats:
-        """Open intervals where f^p has no value, shape (k, 2)."""
-        return branch_table(self).gaps
 
     def power(self, p: int) -> PowerMap:
         """Return the map (f^p)^q as a power of the base map itself."""

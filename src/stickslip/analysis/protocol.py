@@ -6,6 +6,7 @@ the mechanics and a `PiecewiseMap` both fit.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TypeAlias, runtime_checkable
 
@@ -122,10 +123,9 @@ def clip_to_domain(domain: tuple[float, float], x: Floats) -> tuple[Floats, NDAr
     inside : ndarray of bool, shaped like ``x``
     """
     lo, hi = domain
-    slack = DOMAIN_SLACK_ULP * np.spacing(max(abs(lo), abs(hi)))
-    with np.errstate(invalid="ignore"):
-        inside = (x >= lo - slack) & (x <= hi + slack)
-        return np.clip(x, lo, hi), inside
+    slack = DOMAIN_SLACK_ULP * math.ulp(max(abs(lo), abs(hi)))
+    inside = (x >= lo - slack) & (x <= hi + slack)
+    return np.minimum(np.maximum(x, lo), hi), inside
 
 
 def checked_points(domain: tuple[float, float], x: ArrayLike) -> Floats:

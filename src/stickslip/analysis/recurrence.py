@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.cyclic import successors
 from stickslip.analysis.lyapunov import advance
 from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.orbits import PeriodicOrbit
@@ -174,7 +175,7 @@ def _newton(f: Map1D, start: Floats) -> Cycle | None:
         here = sample(f, points)
         if not np.all(np.isfinite(here.value) & np.isfinite(here.derivative)):
             break
-        defect = here.value - np.roll(points, -1)
+        defect = here.value - successors(points)
         cycle = Cycle(
             points, float(np.prod(here.derivative)), here.label, float(np.max(np.abs(defect)))
         )
@@ -199,14 +200,15 @@ def _cyclic_step(slopes: Floats, defect: Floats) -> Floats:
         climb = np.cumsum(np.log(np.abs(slopes)))
     climb = np.where(np.isfinite(climb), climb, -np.inf)
     first = (int(np.argmax(climb)) + 1) % len(slopes)
-    a, r = np.roll(slopes, -first), np.roll(defect, -first)
+    turned = np.roll(slopes, -first)
+    # Plain numbers: single elements of arrays are ten times slower.
+    a, r = turned.tolist(), np.roll(defect, -first).tolist()
     offset = 0.0
     for slope, jump in zip(a, r, strict=True):
         offset = slope * offset + jump
-    step = np.empty_like(a)
-    step[0] = offset / (1 - float(np.prod(a)))
-    for i in range(len(a) - 1):
-        step[i + 1] = a[i] * step[i] + r[i]
+    step = [float(offset / (1 - np.prod(turned)))]
+    for slope, jump in zip(a[:-1], r[:-1], strict=True):
+        step.append(slope * step[-1] + jump)
     return np.roll(step, first)
 
 
@@ -228,6 +230,12 @@ def capture_radius(f: Map1D, cycle: Cycle) -> float:
             return float(radius)
         radius *= 0.5
     return 0.0
+
+
+def _smallest(sizes: Floats, n: int) -> list[int]:
+    """Places of the n smallest numbers, in no order."""
+    places = np.arange(sizes.size) if sizes.size <= n else np.argpartition(sizes, n)[:n]
+    return places.tolist()
 
 
 def hidden_cycles(
@@ -256,18 +264,16 @@ def hidden_cycles(
     values, slopes = values[:, -last:], slopes[:, -last:]
     with np.errstate(divide="ignore"):
         climb = np.cumsum(np.log(np.maximum(np.abs(slopes), 1e-300)), axis=1)
+    climb = np.pad(climb, ((0, 0), (1, 0)))
     width = domain_width(f)
     found: list[Cycle] = []
     longest = min(max_period, values.shape[1] - 1)
     for period in range(multiples_of, longest + 1, multiples_of):
-        gain = climb[:, period - 1 :].copy()
-        gain[:, 1:] -= climb[:, : gain.shape[1] - 1]
-        gain = gain[:, : values.shape[1] - period]
-        distance = np.abs(values[:, period:] - values[:, :-period])
-        distance = np.where(gain < 0, distance, np.inf).ravel()
-        nearest = np.argpartition(distance, min(tries, distance.size - 1))[:tries]
-        for k in nearest[np.isfinite(distance[nearest])]:
-            row, column = divmod(int(k), values.shape[1] - period)
+        # Passages of p steps start after a first column of zeros: climb_(i+p) - climb_i.
+        rows, columns = np.nonzero(climb[:, period:-1] < climb[:, : -period - 1])
+        distance = np.abs(values[rows, columns + period] - values[rows, columns])
+        for k in _smallest(distance, tries):
+            row, column = int(rows[k]), int(columns[k])
             cycle = confirmed(f, values[row, column : column + period], moved=0.05)
             if cycle is None or not cycle.stable:
                 continue

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.cyclic import inverse_bound, solve_cyclic
+from stickslip.analysis.cyclic import inverse_bound, solve_cyclic, successors
 from stickslip.analysis.orbits import PeriodicOrbit
 from stickslip.analysis.protocol import sample
 
@@ -184,7 +184,7 @@ def _evaluate_rows(
     places = (rows[:, None] * p + np.arange(p)).ravel()
     value, slope = evaluate(places, points[rows].ravel())
     slopes[rows] = slope.reshape(-1, p)
-    residuals[rows] = value.reshape(-1, p) - np.roll(points[rows], -1, axis=1)
+    residuals[rows] = value.reshape(-1, p) - successors(points[rows])
 
 
 def _jacobian(slopes: Floats) -> Floats:

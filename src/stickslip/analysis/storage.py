@@ -52,6 +52,7 @@ TYPES: Final[dict[str, str]] = {
     "CodimensionTwo": "analysis.bifurcation_curve",
     "Collision": "analysis.one_d.conditions",
     "Connection": "analysis.one_d.conditions",
+    "Crossing": "analysis.one_d.conditions",
     "Diagram": "analysis.diagram",
     "Flip": "analysis.one_d.conditions",
     "Fold": "analysis.one_d.conditions",

@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.analysis.arguments import checked_interval
-from stickslip.analysis.one_d.preimages import preimages
-from stickslip.analysis.one_d.table import branch_table
-from stickslip.analysis.power import PowerMap
+from stickslip.analysis.power import LineMap
 from stickslip.analysis.protocol import checked_points, clip_to_domain, iterate
 
 if TYPE_CHECKING:
@@ -25,7 +23,7 @@ __all__ = ["WindowMap", "windowed"]
 
 
 @dataclass(frozen=True)
-class WindowMap:
+class WindowMap(LineMap):
     """A map on a part of its domain, for whoever studies only that.
 
     Parameters
@@ -125,19 +123,6 @@ class WindowMap:
         _, inside = clip_to_domain(self.domain, orbit[..., :-1])
         orbit[..., 1:][~np.logical_and.accumulate(inside, axis=-1)] = np.nan
         return orbit
-
-    def power(self, p: int) -> PowerMap:
-        """Return the map f^p, which has no value where an orbit leaves the window."""
-        return PowerMap(self, p)
-
-    def preimages(self, x: float) -> Floats:
-        """Return all points of the window that the map carries to x, ascending."""
-        return preimages(self, x)
-
-    @property
-    def gaps(self) -> Floats:
-        """Open intervals of the window without a value, shape (k, 2)."""
-        return branch_table(self).gaps
 
     # ------------------------------------------------------------------ parameters
 

@@ -2,8 +2,8 @@
 
 Every compiled function of the project goes through `kernel`. Numba's own cache is keyed by
 the source of one function and so serves stale code when a callee in another file changes
-(numba issues 3588, 8851, 8926); here the cache folder is named by a hash over all kernel
-sources, so that an edit anywhere makes a new folder.
+(numba issues 3588, 8851, 8926); here the cache folder is named by a hash over the sources of
+all kernels and of what these import, so that an edit of any of them makes a new folder.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import hashlib
 import importlib.util
 import itertools
 import os
+import re
 import shutil
 import stat
 import sys
@@ -34,8 +35,10 @@ config: Any = numba.config
 F = TypeVar("F", bound=Callable[..., Any])
 
 PACKAGE = Path(__file__).resolve().parents[1]
-KERNEL_FOLDERS = ("numerics", "mechanics")
-PLAIN_MODULES = ("numerics/continuation.py",)  # no kernel depends on them
+IMPORT = re.compile(r"^from (stickslip[\w.]*) import ([\w, ]+|\([^)]*\))", re.M)
+BINDS = re.compile(
+    r"^from stickslip.numerics.targets import .*\b(instantiate|write_module)\b", re.MULTILINE
+)
 OLD_CACHE_SECONDS = 30 * 24 * 3600.0
 ANNOUNCE_AFTER_SECONDS = 1.0
 
@@ -47,13 +50,34 @@ ANNOUNCE_AFTER_SECONDS = 1.0
 def source_hash() -> str:
     """Hash of every source file that kernels are made of, and of numba's version."""
     digest = hashlib.sha256(numba.__version__.encode())
-    for folder in KERNEL_FOLDERS:
-        for path in sorted((PACKAGE / folder).rglob("*.py")):
-            name = path.relative_to(PACKAGE).as_posix()
-            if name not in PLAIN_MODULES:
-                digest.update(name.encode())
-                digest.update(path.read_bytes())
+    for path in sorted(kernel_sources(PACKAGE)):
+        digest.update(path.relative_to(PACKAGE).as_posix().encode())
+        digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
+
+
+def kernel_sources(package: Path) -> set[Path]:
+    """Files of kernels, what they import and so on, and files that bind names into templates.
+
+    Imports for the type checker are indented, and do not count.
+    """
+    files = {path: path.read_text(encoding="utf-8") for path in package.rglob("*.py")}
+    todo = [path for path, text in files.items() if "\n@kernel" in text]
+    found: set[Path] = set()
+    while todo:
+        path = todo.pop()
+        if path not in found:
+            found.add(path)
+            for match in IMPORT.finditer(files[path]):
+                todo.extend(_modules(package, match))
+    return found | {path for path, text in files.items() if BINDS.search(text)}
+
+
+def _modules(package: Path, match: re.Match[str]) -> set[Path]:
+    """Files that an import statement reads."""
+    base = package.joinpath(*match[1].split(".")[1:])
+    inside = {base / f"{name}.py" for name in re.findall(r"\w+", match[2])}
+    return {path for path in {base.with_suffix(".py"), *inside} if path.exists()}
 
 
 def _candidate_roots() -> Iterator[Path]:

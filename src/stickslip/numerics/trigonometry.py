@@ -13,8 +13,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from stickslip.numerics.targets import kernel
 
 # pi/2 = HIGH + MIDDLE + LOW: the first two have trailing zeros, so that k times them is exact.
@@ -22,15 +20,15 @@ HIGH = 1.57079632673412561417e00
 MIDDLE = 6.07710050630396597660e-11
 LOW = 2.02226624879595063154e-21
 TWO_OVER_PI = 0.6366197723675814
-# Added and taken away again, it leaves the nearest integer (1.5 * 2^52).
-ROUNDER = 6755399441055744.0
+# Adding and subtracting it rounds to an integer: above 2^52 doubles have no fraction.
+ROUNDER = 1.5 * 2.0**52
 SLOPE_OF_PI_8 = 0.4142135623730951
 
 
 @kernel(inline=True)
 def sincos(x: float) -> tuple[float, float]:
     """Return (sin x, cos x)."""
-    k = np.rint(x * TWO_OVER_PI)
+    k = (x * TWO_OVER_PI + ROUNDER) - ROUNDER
     r = ((x - k * HIGH) - k * MIDDLE) - k * LOW
     z = r * r
     sine = r + r * z * (

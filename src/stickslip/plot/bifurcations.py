@@ -35,6 +35,8 @@ BREAK: Final[dict[str, Any]] = {"color": PALETTE["grey"], "lw": 0.7, "ls": (0, (
 MARKS: Final[dict[str, tuple[str, str]]] = {
     "fold": (">", PALETTE["blue"]),
     "flip": ("o", PALETTE["green"]),
+    "transcritical": ("x", PALETTE["blue"]),
+    "pitchfork": ("<", PALETTE["blue"]),
     "border_collision": ("s", PALETTE["purple"]),
     "boundary_crisis": ("X", PALETTE["orange"]),
     "interior_crisis": ("P", PALETTE["orange"]),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 import matplotlib as mpl
 from cycler import cycler
 from matplotlib.figure import Figure
+
+from stickslip.files import whole_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -242,11 +243,6 @@ def save(figure: Figure, stem: str | Path, formats: Iterable[str] = FORMATS) -> 
 
 
 def _write(figure: Figure, path: Path, name: str) -> Path:
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        with style():
-            figure.savefig(partial, format=name, metadata=_METADATA[name])
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
+    with whole_file(path) as partial, style():
+        figure.savefig(partial, format=name, metadata=_METADATA[name])
     return path

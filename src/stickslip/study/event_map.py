@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final, overload
 
-from stickslip.analysis.one_d.preimages import preimages
-from stickslip.analysis.one_d.table import branch_table
-from stickslip.analysis.power import PowerMap
+from stickslip.analysis.power import LineMap
 from stickslip.analysis.storage import register_map
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
@@ -18,9 +16,6 @@ from stickslip.study.model_values import model_of_values, model_values
 if TYPE_CHECKING:
     from typing import Any
 
-    import numpy as np
-    from numpy.typing import NDArray
-
     from stickslip.mechanics.flow.engine import EngineName
 
 __all__ = ["EventMap", "event_map"]
@@ -28,37 +23,12 @@ __all__ = ["EventMap", "event_map"]
 NOT_KEPT: Final = ("device", "threads")  # of the machine, not of the result
 
 
-class EventMap(mechanics.EventMap):
+class EventMap(LineMap, mechanics.EventMap):
     """The event map of a model; `event_map` makes it.
 
     Calling it carries relative displacements from one global stick phase to the next:
     ``f(d)`` for a float or an array of any shape. Immutable; equal settings compare equal.
     """
-
-    def power(self, p: int) -> PowerMap:
-        """Return the map f^p, which knows that it is a power of this one.
-
-        Raises
-        ------
-        ValueError
-            ``p`` is not a whole number >= 1.
-        """
-        return PowerMap(self, p)
-
-    def preimages(self, x: float) -> NDArray[np.float64]:
-        """Return all ``d`` with ``f(d) = x``, ascending; complete as `stickslip.branches` is.
-
-        Raises
-        ------
-        ValueError
-            ``x`` is not a finite number.
-        """
-        return preimages(self, x)
-
-    @property
-    def gaps(self) -> NDArray[np.float64]:
-        """Open intervals without a value, shape (k, 2): no return to global stick."""
-        return branch_table(self).gaps
 
 
 @overload
@@ -111,7 +81,9 @@ def event_map(
         "exact": closed forms, for constant kinetic friction. "adaptive": series of high
         order, for every law. "auto" takes the exact engine where it exists, which is for two
         undamped blocks.
-    device : {"cpu"}
+    device : {"cpu", "cuda"}
+        "cuda": an NVIDIA GPU (extra ``gpu``) carries the motions of two undamped blocks, with
+        the same arithmetic up to fused multiply-adds; itineraries come from the CPU.
     threads : int, optional
         Processor cores used for large arrays; all by default.
 
@@ -136,6 +108,11 @@ def event_map(
             raise ValueError(
                 "engine = 'exact' is that of two undamped blocks with constant friction; other "
                 "models have one engine, whose series are exact to rounding. Take engine='auto'."
+            )
+        if device != "cpu":
+            raise ValueError(
+                f"device = {device!r} is not allowed: of the event maps only that of two "
+                "undamped blocks runs elsewhere. Take device='cpu'."
             )
         return BlocksEventMap(
             model, rtol=rtol, max_events=max_events, max_time=max_time, threads=threads

@@ -135,8 +135,12 @@ def _explained(f: Map1D, breakpoint_: Breakpoint) -> Breakpoint:
 
 
 def _mechanism(f: Map1D, left: float, right: float) -> Mechanism:
-    """Follow both sides of a breakpoint through the iterates of a power to the one that splits."""
-    base, exponent = base_and_exponent(f)
+    """Follow both sides of a breakpoint through the iterates of a power to the one that splits.
+
+    A window of a map, or of the map that a power is one of, hides no motion.
+    """
+    base, exponent = base_and_exponent(getattr(f, "whole", f))
+    base = getattr(base, "whole", base)
     if not isinstance(base, EventMap):
         return Mechanism("", None)
     for k in range(exponent):

@@ -43,6 +43,12 @@ def test_flips_beyond_the_longest_period_are_marked(doubling_logistic):
     assert [orbit.period for orbit in last.orbits_after] == [last.period, 2 * last.period]
 
 
+def test_flips_of_a_cascade_tell_their_attractors(doubling_logistic):
+    for flip in doubling_logistic.cascades[0].flips:
+        assert [a.period for a in flip.attractors_before] == [flip.period]
+        assert [a.period for a in flip.attractors_after] == [2 * flip.period]
+
+
 def test_a_flip_tells_orbits_and_attractors_on_both_sides(doubling_logistic):
     first = doubling_logistic[0]
     assert first.kind == "flip"

@@ -6,7 +6,8 @@ from scipy.optimize import brentq
 
 from stickslip import examples
 from stickslip.analysis.examples import logistic, tent
-from stickslip.analysis.one_d.crises import attractors_beside, crises, parameter_point
+from stickslip.analysis.one_d.crises import crises
+from stickslip.analysis.one_d.parameter_point import parameter_point
 from stickslip.analysis.piecewise_map import PiecewiseMap
 from stickslip.analysis.window import WindowMap
 from stickslip.mechanics.eventmap.event_map import EventMap
@@ -173,14 +174,6 @@ def test_values_must_ascend():
     for grid in ([point], [point, point]):
         with pytest.raises(ValueError, match="ascending values"):
             crises(tent, grid)
-
-
-def test_attractors_beside_a_value():
-    below, above = attractors_beside(tent, 2**0.5, 1e-4)
-    assert [a.period for a in below] == [2]
-    assert [a.period for a in above] == [1]
-    with pytest.raises(ValueError, match="delta = 0"):
-        attractors_beside(tent, 2**0.5, 0)
 
 
 # --- the paper's law (9) ----------------------------------------------------------------------

@@ -101,6 +101,18 @@ def test_a_doubled_orbit_beside_its_parent(excess):
     assert len(periodic_orbits(examples.logistic(3 - excess), period=2)) == 0
 
 
+@pytest.mark.parametrize("excess", [1e-6, 2e-5, 1e-3])
+def test_three_orbits_beside_a_pitchfork(excess):
+    # -r x + x^3 has the cycle ±sqrt(r - 1), and beyond r = 2 two more, x y = 1, x^2 + y^2 = r.
+    # On their lap f^2 is so close to its cubic that the slope agrees where it is looked at.
+    r = 2 + excess
+    f = PiecewiseMap(lambda x, r: -r * x + x**3, (-1.5, 1.6), parameters={"r": r})
+    found = sorted(orbit.points[0] for orbit in periodic_orbits(f, period=2))
+    root = np.sqrt(r * r - 4)
+    known = [-np.sqrt((r + root) / 2), -np.sqrt(r - 1), -np.sqrt((r - root) / 2)]
+    assert found == pytest.approx(known, abs=1e-9)
+
+
 def test_a_superstable_orbit_through_a_turning_point():
     (orbit,) = [o for o in periodic_orbits(examples.logistic(1 + math.sqrt(5)), period=2)]
     assert orbit.points[0] == pytest.approx(0.5, abs=ROUNDING)

@@ -68,7 +68,7 @@ def short_motions(model: ss.Blocks | ss.Chain, count: int) -> np.ndarray:
     return d[clear][order[:count]]
 
 
-@pytest.mark.parametrize("name", ["coulomb", pytest.param("law9", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", LAWS)
 @pytest.mark.parametrize("kind", ["full", "chain of 3", "chain of 5"])
 def test_values_in_30_digits(name: str, kind: str) -> None:
     model = three_blocks(name) if kind == "full" else chain(name, int(kind[-1]))
@@ -147,6 +147,16 @@ def test_two_damped_blocks_are_a_map_of_the_line(damping: float) -> None:
     assert f.replace(damping=0.0) == ss.event_map(model.replace(damping=0.0))
     with pytest.raises(ValueError, match="no parameter"):
         f.parameter_derivative(0.1, "support")
+
+
+def test_damping_that_outweighs_a_falling_law_ends_in_sliding() -> None:
+    """F falls at every speed here, so that damping alone makes the energy decrease."""
+    falling = ss.PoppStelter(gamma=3)
+    chain = ss.Chain(static=[1, 1.3, 1.1], alpha=1.2, V=0.05, friction=falling, damping=5.0)
+    found = ss.event_map(chain).evaluate(chain.sample_domain(10, 1))
+    assert (found.status == status.NEVER_SLIPPING).all()
+    assert found.duration.max() < 100
+    assert (ss.equilibria(chain)[0].eigenvalues.real < 0).all()
 
 
 def test_light_damping_hardly_changes_the_map() -> None:

@@ -193,6 +193,8 @@ def _described(
     slack: float,
 ) -> Bands:
     again, lost = image(f, laps, intervals, slack)
+    if not len(again):
+        return Bands(intervals, period, np.inf, (), "the bands are narrower than can be told")
     distance = np.abs(again.ravel()[:, None] - intervals.ravel())
     residual = float(max(distance.min(axis=0).max(), distance.min(axis=1).max()))
     causes = tuple(

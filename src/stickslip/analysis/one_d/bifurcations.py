@@ -16,7 +16,7 @@ from stickslip.analysis.bifurcation import (
 )
 from stickslip.analysis.one_d.cascades import cascades
 from stickslip.analysis.one_d.chains import orbit_branches
-from stickslip.analysis.one_d.crises import ParameterPoint, crises, parameter_point
+from stickslip.analysis.one_d.crises import crises
 from stickslip.analysis.one_d.explain import (
     Concerned,
     concerned_orbits,
@@ -24,6 +24,7 @@ from stickslip.analysis.one_d.explain import (
     with_attractors,
 )
 from stickslip.analysis.one_d.nodes import Family
+from stickslip.analysis.one_d.parameter_point import ParameterPoint, parameter_point
 from stickslip.analysis.one_d.survey import Survey
 from stickslip.analysis.shooting import solve_orbit
 from stickslip.analysis.threads import in_threads
@@ -40,9 +41,8 @@ __all__ = ["N_VALUES", "bifurcations"]
 
 N_VALUES: Final = 24
 HALF: Final = 0.5  # share of the work that the survey is, roughly
-BESIDE: Final = 2e-3  # of the range: how far from an event attractors are looked at
+BESIDE: Final = 2e-3  # of the range: how far from an event attractors are looked at, at most
 SAME_VALUE: Final = 1e-11  # of the range, beside its error: a crisis is part of another event
-CLEAR: Final = 0.25  # share of the way to the next event that this may take up
 
 
 def bifurcations(
@@ -111,6 +111,7 @@ class _Report:
         self.survey, self.f, self.tell = survey, f, tell
         self.unresolved: list[UnresolvedChange] = list(survey.unresolved)
         self.values = sorted(event.value for event in survey.events)
+        self.accumulations: list[float] = []
 
     def made(self) -> BifurcationList:
         """Return the list."""
@@ -125,14 +126,16 @@ class _Report:
         branches = orbit_branches(survey, concerned)
         chains = cascades(found, branches, family, whole, survey.max_period)
         later = [flip for chain in chains for flip in chain.flips if flip.in_cascade]
+        # Beyond the last flip that was solved for come more, up to there.
+        self.accumulations = [chain.accumulation for chain in chains]
         self.tell(0.65)
         crises_found = [self._crisis(event) for event in self._crises()]
         self.values += [item.value for item in (*later, *crises_found)]
         self.tell(0.8)
-        full = {id(item): self._with_attractors(item) for item in found}
+        full = self._with_attractors([*found, *later])
         self.tell(1.0)
         chains = [_with_flips(chain, full) for chain in chains]
-        found = sorted([*full.values(), *later, *crises_found], key=lambda item: item.value)
+        found = sorted([*full.values(), *crises_found], key=lambda item: item.value)
         return BifurcationList(
             bifurcations=tuple(found),
             parameter=survey.family.name,
@@ -153,28 +156,31 @@ class _Report:
             for event, share in zip(span.events, shares, strict=True)
         ]
 
-    def _with_attractors(self, item: Bifurcation) -> Bifurcation:
-        return with_attractors(item, *self._attractors(item.value), self.survey.width)
-
-    def _attractors(self, value: float) -> tuple[tuple[Attractor, ...], tuple[Attractor, ...]]:
-        """Attractors just below and just above a value, away from the next events."""
-        below, above = self._room(value)
-        before, after = in_threads(self._attractors_at, (value - below, value + above))
-        return before, after
+    def _with_attractors(self, items: list[Bifurcation]) -> dict[int, Bifurcation]:
+        """Add the attractors on both sides; two neighbours that are close share those between."""
+        sides = {id(item): self._sides(item.value) for item in items}
+        places = sorted({q for pair in sides.values() for q in pair})
+        found = dict(zip(places, in_threads(self._attractors_at, places), strict=True))
+        full = {}
+        for item in items:
+            before, after = (found[q] for q in sides[id(item)])
+            full[id(item)] = with_attractors(item, before, after, self.survey.width)
+        return full
 
     def _attractors_at(self, q: float) -> tuple[Attractor, ...]:
         point = parameter_point(self.survey.family.at, q)
         return point.attractors.attractors
 
-    def _room(self, value: float) -> tuple[float, float]:
-        """How far below and above a value attractors are looked at."""
+    def _sides(self, value: float) -> tuple[float, float]:
+        """Where, just below and above a value, attractors are looked at: clear of other events."""
         survey = self.survey
-        stops = [survey.lo, *self.values, survey.hi]
-        apart = 1e-12 * survey.scale
-        below = min((value - q for q in stops if q < value - apart), default=survey.scale)
-        above = min((q - value for q in stops if q > value + apart), default=survey.scale)
-        widest = BESIDE * survey.scale
-        return min(widest, CLEAR * below), min(widest, CLEAR * above)
+        stops = [survey.lo, *self.values, *self.accumulations, survey.hi]
+        apart, widest = 1e-12 * survey.scale, BESIDE * survey.scale
+        below = max((q for q in stops if q < value - apart), default=value - survey.scale)
+        above = min((q for q in stops if q > value + apart), default=value + survey.scale)
+        return max(value - widest, 0.5 * (below + value)), min(
+            value + widest, 0.5 * (value + above)
+        )
 
     # ------------------------------------------------------------------ crises
 
@@ -182,7 +188,7 @@ class _Report:
         survey = self.survey
         points: list[ParameterPoint] = []
         for node in survey.grid_nodes:
-            points.append(parameter_point(survey.family.at, node.q, node.orbits, node.table))
+            points.append(parameter_point(survey.family.at, node.q, node.orbits, node.fast))
         found = crises(survey.family.at, points, breaks=self.values, max_period=survey.max_period)
         return [event for event in found if not self._explained(event)]
 
@@ -193,7 +199,7 @@ class _Report:
 
     def _crisis(self, event: CrisisEvent) -> Bifurcation:
         located = event.located
-        below, above = self._room(event.value)
+        below, above = self._sides(event.value)
         return Bifurcation(
             kind=event.kind,
             parameter=self.survey.family.name,
@@ -201,8 +207,8 @@ class _Report:
             error=float(event.error),
             period=event.period,
             points=np.roll(event.points, -int(np.argmin(event.points))),
-            orbits_before=self._orbit_at(event.value - below, event.points),
-            orbits_after=self._orbit_at(event.value + above, event.points),
+            orbits_before=self._orbit_at(below, event.points),
+            orbits_after=self._orbit_at(above, event.points),
             attractors_before=event.attractors_before,
             attractors_after=event.attractors_after,
             quality=located.quality,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.bifurcation import Bifurcation, Cascade
-from stickslip.analysis.bundles import OrbitBundle, move_orbits, polish_orbits
+from stickslip.analysis.bundles import OrbitBundle, polish_orbits
 from stickslip.analysis.one_d.borders import ConditionLost
 from stickslip.analysis.one_d.conditions import Flip
 from stickslip.analysis.one_d.locate import solve_near
@@ -33,7 +33,7 @@ LONGEST: Final = 256  # period of the last flip that is solved for
 SHARP: Final = 1e-3  # of a gap: flips known less well than that end a cascade
 WAY: Final = 0.45  # a doubled orbit flips where its parent's multiplier has moved on by about so
 STARTS: Final = (0.15, 0.05, 0.3, 0.015)  # of that way: where the doubled orbit is solved for
-STRIDES: Final = 5  # from there to where its own flip is expected
+STRIDES: Final = (2, 6)  # from there to where its own flip is expected; more if these fail
 BESIDE: Final = 0.05  # of the way on: where orbits on both sides of a flip are shown
 ENOUGH: Final = 5e-11  # of the value: an accumulation known so well needs no more flips
 STEADY: Final = 2.0  # factor between two ratios up to which a sequence counts as geometric
@@ -152,21 +152,14 @@ def _next_flip(level: _Level, family: Family) -> Located | None:
     start = _doubled(level, way, family)
     if start is None:
         return None
-    f, bundle, q = start
-    goal = last.value + way
-    for k in range(1, STRIDES + 1):
-        value = q + (goal - q) * k / STRIDES
-        f, moved = move_orbits(bundle, f, family.name, value)
-        if not moved.converged[0] or moved.collapsed[0]:
-            return None
-        bundle = moved.bundle
-        if bundle.multipliers[0] < -1:
-            break
-    points = tuple(bundle.points[0].tolist())
+    grown = next(filter(None, (_grown(start, last, way, n, family) for n in STRIDES)), None)
+    if grown is None:
+        return None
+    f, points = grown
     ends = sorted((last.value, last.value + 2 * way))
     try:
         found = solve_near(
-            Flip(2 * last.period, points),
+            Flip(2 * last.period, tuple(points.tolist())),
             family.whole,
             float(f.parameters[family.name]),
             step=0.05 * abs(way),
@@ -175,6 +168,35 @@ def _next_flip(level: _Level, family: Family) -> Located | None:
     except (ConditionLost, ValueError):
         return None
     return None if found.quality == "failed" else found
+
+
+def _grown(
+    start: tuple[MapFamily, OrbitBundle, float],
+    last: Bifurcation,
+    way: float,
+    strides: int,
+    family: Family,
+) -> tuple[MapFamily, Floats] | None:
+    """Carry a doubled orbit from where it was solved for to where its own flip is expected.
+
+    Its two halves part like the square root of the distance from the flip that it was born at,
+    and their middle moves away from the orbit that flipped in proportion to it.
+    """
+    f, bundle, q = start
+    points = bundle.points[0]
+    for value in np.linspace(q, last.value + way, strides + 1)[1:].tolist():
+        ratio = (value - last.value) / (q - last.value)
+        halves = points.reshape(2, -1)
+        apart = math.sqrt(ratio) * 0.5 * (halves[0] - halves[1])
+        middle = last.points + ratio * (halves.mean(axis=0) - last.points)
+        found = _polished(np.concatenate([middle + apart, middle - apart]), family, value)
+        if found is None or not _apart(found[1], np.abs(apart).max()):
+            return None
+        (f, bundle), q = found, value
+        points = bundle.points[0]
+        if bundle.multipliers[0] < -1:
+            break
+    return f, points
 
 
 def _doubled(

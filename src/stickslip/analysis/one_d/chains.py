@@ -34,6 +34,8 @@ REASONS: Final[dict[str, EndReason]] = {
     "enters_gap": "gap",
     "flip": "period halves",
     "fold": "step limit",
+    "transcritical": "crossing",
+    "pitchfork": "crossing",
 }
 
 
@@ -133,6 +135,8 @@ def _inner_rows(piece: Piece, events: list[Event]) -> tuple[_Row, ...]:
 
 def _link_event(web: _Web, number: int, event: Event, share: Concerned) -> None:
     """Link both orbits of a fold; let all others that do not cross end at the event."""
+    if event.kind in ("transcritical", "pitchfork") and _link_crossing(web, number, event, share):
+        return
     for node, places, side in ((number, share.lost, UP), (number + 1, share.born, DOWN)):
         if event.kind == "fold" and len(places) == 2:
             row = _Row(event.value, event.points, 1.0, event)
@@ -142,6 +146,40 @@ def _link_event(web: _Web, number: int, event: Event, share: Concerned) -> None:
             continue
         for place in places:
             web.links[node, place, side] = _Link((), None, event)
+
+
+def _link_crossing(web: _Web, number: int, event: Event, share: Concerned) -> bool:
+    """Link orbits across the point where they cross; false if there are not two or four.
+
+    Crossing curves change their order: the upper orbit goes on as the lower one. Of a
+    pitchfork's three orbits the middle one goes on, and the others are two ends of one curve.
+    """
+    row = _Row(event.value, event.points, 1.0, event)
+    below = _by_place(web, number, share.lost, event, UP)
+    above = _by_place(web, number + 1, share.born, event, DOWN)
+    few, many = sorted((below, above), key=len)
+    if (len(few), len(many)) == (2, 2):
+        pairs = [(below[0], above[1]), (below[1], above[0])]
+    elif (len(few), len(many)) == (1, 3):
+        pairs = [(few[0], many[1]), (many[0], many[2])]
+    else:
+        return False
+    for one, other in pairs:
+        web.links[one] = _Link((row,), other)
+        web.links[other] = _Link((row,), one)
+    return True
+
+
+def _by_place(
+    web: _Web, number: int, places: tuple[int, ...], event: Event, side: Side
+) -> list[Port]:
+    """Return the ports of orbits, ascending by their point next to the event's first one."""
+
+    def beside(place: int) -> float:
+        points = web.row(number, place).points
+        return float(_turned(points, np.resize(event.points, len(points)))[0])
+
+    return [(number, place, side) for place in sorted(places, key=beside)]
 
 
 # ------------------------------------------------------------------ from link to link
@@ -206,7 +244,7 @@ def _branch(
     labels, residual = _labels_and_residuals(survey, values, np.array(points))
     passed = [
         PassedBifurcation(
-            "fold" if row.event.kind == "fold" else "flip",
+            row.event.kind,  # type: ignore[arg-type]
             row.value,
             points[k],
             row.multiplier,

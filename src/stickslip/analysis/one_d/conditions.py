@@ -4,6 +4,7 @@
 |---|---|---|
 | `Fold` | x with (f^p)'(x) = 1 | f^p(x) - x |
 | `Flip` | the periodic orbit | multiplier + 1 |
+| `Crossing` | x where d f^p(x) / dq = 0 | (f^p)'(x) - 1 |
 | `Collision` | the border c | f^p(c-) - c or f^p(c+) - c |
 | `Connection` | the critical point c, the unstable orbit u | f^k(c) - u |
 
@@ -25,12 +26,14 @@ from stickslip.analysis.one_d.orbit_paths import (
     rounding,
     slope_one,
 )
+from stickslip.analysis.one_d.rates import stationary_in_parameter
+from stickslip.analysis.protocol import MapFamily
 
 if TYPE_CHECKING:
     from stickslip.analysis.one_d.borders import BorderReading, Critical
     from stickslip.analysis.protocol import Map1D
 
-__all__ = ["Collision", "Condition", "Connection", "Flip", "Fold", "Reading"]
+__all__ = ["Collision", "Condition", "Connection", "Crossing", "Flip", "Fold", "Reading"]
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,7 @@ class Reading:
     multipliers : tuple of float
         Of the orbit: one number; for a `Collision` the two one-sided ones, products of
         slopes along the images of the border's left and right side, NaN beside a gap.
-    condition : Fold, Flip, Collision or Connection
+    condition : Fold, Flip, Crossing, Collision or Connection
         The same condition, started from here.
     labels : tuple of int
         Branches that the test function depends on, those of a border aside: where they
@@ -61,7 +64,10 @@ class Reading:
     path : tuple of float
         Of a `Connection`: the images of the critical point, itself first.
     curvature : float
-        Of a `Fold`: second derivative of f^p; it vanishes at a cusp.
+        Of a `Fold` or `Crossing`: second derivative of f^p; it vanishes at a cusp, and where
+        the crossing is a pitchfork.
+    mixed : float
+        Of a `Crossing`: derivative of the slope of f^p with respect to the parameter.
     """
 
     value: float
@@ -74,6 +80,7 @@ class Reading:
     critical: BorderReading | None = None
     path: tuple[float, ...] = ()
     curvature: float = math.nan
+    mixed: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -142,6 +149,52 @@ class Flip:
             condition=Flip(self.period, orbit.points),
             labels=orbit.labels,
             visited=orbit.points,
+        )
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Two curves of orbits that cross: transcritical, or a pitchfork.
+
+    There g = f^p(x) - x is zero, and stationary in x and in the parameter. The two derivatives
+    are solved for, which is a regular problem; who has solved it looks whether g is zero.
+
+    Attributes
+    ----------
+    period : int
+    points : tuple of float, length period
+        Where the orbit was last.
+    parameter : str
+        Name of the parameter that varies.
+    """
+
+    period: int
+    points: tuple[float, ...]
+    parameter: str
+
+    def at(self, f: Map1D) -> Reading:
+        """Evaluate the test function.
+
+        Raises
+        ------
+        ConditionLost
+            f^p is stationary in the parameter nowhere nearby, or the map has no parameters.
+        """
+        if not isinstance(f, MapFamily):
+            raise ConditionLost("a map without parameters: no two curves of orbits can cross")
+        found = stationary_in_parameter(f, self.period, self.points[0], self.parameter)
+        points = found.path.points[:-1]
+        return Reading(
+            value=found.path.slope - 1.0,
+            noise=found.noise,
+            points=points,
+            multipliers=(found.path.slope,),
+            condition=Crossing(self.period, points, self.parameter),
+            labels=found.path.labels,
+            visited=points,
+            path=found.path.points,
+            curvature=found.curvature,
+            mixed=found.mixed,
         )
 
 
@@ -240,4 +293,4 @@ class Connection:
         )
 
 
-Condition: TypeAlias = Fold | Flip | Collision | Connection
+Condition: TypeAlias = Fold | Flip | Crossing | Collision | Connection

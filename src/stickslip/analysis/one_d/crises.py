@@ -13,87 +13,53 @@ attractors on both its sides confirm the change. If there is none, the interval 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
 from itertools import chain, islice, pairwise
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.attractors import attractors_of
+from stickslip.analysis.one_d.attractor_changes import (
+    KINDS,
+    Change,
+    CrisisKind,
+    changes,
+    kind_of_change,
+    partner_of,
+)
 from stickslip.analysis.one_d.borders import ConditionLost
 from stickslip.analysis.one_d.conditions import Connection
-from stickslip.analysis.one_d.interpolated import interpolated_map
 from stickslip.analysis.one_d.locate import solve_near
 from stickslip.analysis.one_d.mediators import Meeting, edges_of, meetings
-from stickslip.analysis.one_d.table import branch_table
+from stickslip.analysis.one_d.parameter_point import ParameterPoint, parameter_point
 from stickslip.analysis.protocol import domain_width
 from stickslip.analysis.threads import in_threads
 
 if TYPE_CHECKING:
-    from stickslip.analysis.attractor import Attractor, AttractorList
+    from stickslip.analysis.attractor import Attractor
     from stickslip.analysis.one_d.conditions import Condition
-    from stickslip.analysis.one_d.interpolated import InterpolatedMap
-    from stickslip.analysis.one_d.locate import Located
-    from stickslip.analysis.one_d.table import BranchTable
-    from stickslip.analysis.orbits import PeriodicOrbit
-    from stickslip.analysis.protocol import Map1D
+    from stickslip.analysis.one_d.locate import Located, MapAt
 
 __all__ = [
     "CrisisEvent",
     "CrisisKind",
-    "ParameterPoint",
-    "attractors_beside",
     "crises",
-    "parameter_point",
 ]
 
-CrisisKind: TypeAlias = Literal["boundary_crisis", "interior_crisis", "band_merging"]
-MapAt: TypeAlias = "Callable[[float], Map1D]"
 
-KINDS: Final[tuple[CrisisKind, ...]] = get_args(CrisisKind)
 BESIDE: Final = 2e-3  # of a grid interval: how far from an event its two sides are looked at
 NUDGES: Final = (1.0, 8.0, 0.1)  # times that, where windows or transients are in the way
 FINEST: Final = 1e-3  # of a grid interval: parts of it are halved down to this width
 UNLIKELY: Final = 16.0  # ... or this many times that, towards windows of long period
-JUMP: Final = 1.2  # growth of the bands' total length at an interior crisis, at least
-SUSPECT: Final = 1.5  # growth from one value to the next that asks for a closer look
 MEETINGS: Final = 8  # of edges with orbits beside them that are tried, the closest first
 LOOKS: Final = 32  # values between two of the grid at which attractors are found, about
-MAX_STEPS: Final = 5376  # of orbits there: three growing blocks
-MAX_PERIOD: Final = 64  # of stable cycles there
 MOST_BANDS: Final = 32  # of attractors whose changes are searched thoroughly
 GLANCE: Final = 1e-4  # of an interval: step that tells where an edge and an orbit move
 OVERSHOOT: Final = 3.0  # intervals: meetings foretold further away are not tried
 STEP: Final = 0.2  # of the way to a meeting: how well it is foretold
 TOUCHING: Final = 1e-8  # of the domain's width: an edge this close to an orbit meets it
-
-
-@dataclass(frozen=True, eq=False)
-class ParameterPoint:
-    """A map at one parameter value, with what is known of it.
-
-    Attributes
-    ----------
-    value : float
-    f : Map1D
-    table : BranchTable
-    attractors : AttractorList
-    fast : InterpolatedMap
-        Of the table.
-    """
-
-    value: float
-    f: Map1D
-    table: BranchTable
-    attractors: AttractorList
-    fast: InterpolatedMap
-
-    @property
-    def chaotic(self) -> list[Attractor]:
-        """The chaotic attractors."""
-        return [a for a in self.attractors if a.kind == "chaotic"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,54 +91,6 @@ class CrisisEvent:
     period: int
     attractors_before: tuple[Attractor, ...]
     attractors_after: tuple[Attractor, ...]
-
-
-def parameter_point(
-    at: MapAt,
-    value: float,
-    orbits: Iterable[PeriodicOrbit] = (),
-    table: BranchTable | None = None,
-    *,
-    quick: bool = False,
-) -> ParameterPoint:
-    """Find the attractors of a map at one parameter value.
-
-    Parameters
-    ----------
-    at : callable
-        The map at a parameter value.
-    value : float
-    orbits : iterable of PeriodicOrbit, optional
-        Known at this value: the stable ones are attractors even if no seed reaches them.
-    table : BranchTable, optional
-        Of the map there; made if it is not given.
-    quick : bool
-        Whether to give up sooner on orbits that do not settle, and on long periods.
-
-    Returns
-    -------
-    ParameterPoint
-    """
-    f = at(value) if table is None else table.f
-    table = branch_table(f) if table is None else table
-    fast = interpolated_map(table)
-    limits = {"max_steps": MAX_STEPS, "max_period": MAX_PERIOD} if quick else {}
-    found = attractors_of(f, table, orbits, fast=fast, **limits)
-    return ParameterPoint(float(value), f, table, found, fast)
-
-
-def attractors_beside(at: MapAt, value: float, delta: float) -> tuple[AttractorList, AttractorList]:
-    """Attractors at ``value - delta`` and at ``value + delta``.
-
-    Raises
-    ------
-    ValueError
-        `delta` is not positive.
-    """
-    if not delta > 0:
-        raise ValueError(f"delta = {delta!r}: a positive distance is needed.")
-    below, above = (parameter_point(at, value + step) for step in (-delta, delta))
-    return below.attractors, above.attractors
 
 
 def crises(
@@ -234,16 +152,6 @@ def crises(
 
 
 @dataclass(frozen=True)
-class _Change:
-    """A chaotic attractor that is not the same at the other end of an interval."""
-
-    attractor: Attractor
-    start: ParameterPoint
-    stop: ParameterPoint
-    certain: bool
-
-
-@dataclass(frozen=True)
 class _Ahead:
     """A condition that will be met after some way, as its value and slope foretell."""
 
@@ -276,14 +184,14 @@ class _Search:
             self._explain(left, right, smallest)
 
     def _wait(self, left: ParameterPoint, right: ParameterPoint) -> None:
-        if right.value > left.value and _changes(left, right):
+        if right.value > left.value and changes(left, right):
             heappush(self.waiting, (left.value - right.value, left.value, left, right))
 
     def _explain(self, left: ParameterPoint, right: ParameterPoint, smallest: float) -> None:
         """Find the event that comes first, or cut the interval in two."""
-        changes = _changes(left, right)
+        seen = changes(left, right)
         width = right.value - left.value
-        for change in changes:
+        for change in seen:
             found = self._event(change, BESIDE * width)
             if found is None:
                 continue
@@ -294,7 +202,7 @@ class _Search:
             else:
                 self._wait(left, below)
             return
-        if width > smallest * min(map(self._worth, changes)):
+        if width > smallest * min(map(self._worth, seen)):
             self._cut(left, right)
 
     def _cut(self, left: ParameterPoint, right: ParameterPoint) -> None:
@@ -312,7 +220,7 @@ class _Search:
             self._wait(left, self._look(at - beside))
             self._wait(self._look(at + beside), right)
 
-    def _worth(self, change: _Change) -> float:
+    def _worth(self, change: Change) -> float:
         """Say how far to halve an interval in which an attractor changes, as a factor of `finest`.
 
         Chaos is dense with windows of periodicity; only those of short period are searched
@@ -322,7 +230,7 @@ class _Search:
             return np.inf
         if change.attractor.period > MOST_BANDS:
             return UNLIKELY
-        partner = _partner(change.attractor, change.stop.attractors)
+        partner = partner_of(change.attractor, change.stop.attractors)
         if partner is None or partner.kind != "periodic":
             return 1.0
         turns, rest = divmod(partner.period, change.attractor.period)
@@ -330,7 +238,7 @@ class _Search:
         return 1.0 if rest == 0 and short else UNLIKELY
 
     def _event(
-        self, change: _Change, beside: float
+        self, change: Change, beside: float
     ) -> tuple[CrisisEvent, ParameterPoint, ParameterPoint] | None:
         """Return an event that the attractors on both sides confirm, and its sides."""
         start, stop = change.start, change.stop
@@ -354,7 +262,7 @@ class _Search:
         for nudge in NUDGES:
             below, above = self._sides(located, nudge * beside)
             near, far = (below, above) if upwards else (above, below)
-            kind = _kind(attractor, near, far)
+            kind = kind_of_change(attractor, near, far)
             if kind in KINDS:
                 return _as_event(kind, located, below, above), below, above
             if kind is None:
@@ -364,7 +272,7 @@ class _Search:
         # Transients beside a boundary crisis live long, but the attractor is gone.
         return last
 
-    def _ahead(self, change: _Change) -> list[_Ahead]:
+    def _ahead(self, change: Change) -> list[_Ahead]:
         """Where edges will meet the orbits beside them if they go on as they start, in order."""
         start, stop = change.start, change.stop
         width = stop.value - start.value
@@ -441,82 +349,6 @@ class _Search:
         if new:
             self.events.append(event)
         return new
-
-
-def _changes(left: ParameterPoint, right: ParameterPoint) -> list[_Change]:
-    """Chaotic attractors of either side that the other side does not have, few bands last."""
-    found = []
-    for start, stop in ((left, right), (right, left)):
-        for attractor in start.chaotic:
-            partner = _partner(attractor, stop.attractors)
-            back = None if partner is None else _partner(partner, start.attractors)
-            if partner is None or partner.kind != "chaotic" or back is not attractor:
-                found.append(_Change(attractor, start, stop, certain=True))
-            elif partner.period < attractor.period or len(partner.bands) < len(attractor.bands):
-                found.append(_Change(attractor, start, stop, certain=True))
-            elif _length(partner) > SUSPECT * _length(attractor):
-                found.append(_Change(attractor, start, stop, certain=False))
-    return sorted(found, key=lambda change: -len(change.attractor.bands))
-
-
-def _length(attractor: Attractor) -> float:
-    return float(np.sum(attractor.bands[:, 1] - attractor.bands[:, 0]))
-
-
-def _partner(attractor: Attractor, others: Iterable[Attractor]) -> Attractor | None:
-    """Return the attractor that shares most of its place with another one."""
-    best, most = None, 0.0
-    for other in others:
-        shared = _shared(attractor, other)
-        if shared > most:
-            best, most = other, shared
-    return best
-
-
-def _shared(one: Attractor, other: Attractor) -> float:
-    """Return the common length of two attractors' bands, as a share of the shorter one's."""
-    for a, b in ((one, other), (other, one)):
-        if a.orbit is not None:
-            points = a.bands[:, 0]
-            if b.orbit is not None:
-                return 0.0
-            return float(np.mean(b.contains(points)))
-    low = np.maximum(one.bands[:, None, 0], other.bands[None, :, 0])
-    high = np.minimum(one.bands[:, None, 1], other.bands[None, :, 1])
-    common = float(np.sum(np.maximum(high - low, 0.0)))
-    return common / max(min(_length(one), _length(other)), 1e-300)
-
-
-def _kind(
-    attractor: Attractor, near: ParameterPoint, far: ParameterPoint
-) -> CrisisKind | Literal["hidden", "transient"] | None:
-    """Name what happens to an attractor between two close values.
-
-    None if nothing does, or something else happened before; ``hidden`` if a stable cycle hides
-    the chaos on either side, or more than one event happened; ``transient`` if orbits stay where
-    the attractor was for longer than they are followed.
-    """
-    here = _partner(attractor, near.attractors)
-    if here is None:
-        return None
-    if here.kind != "chaotic":
-        return "hidden"
-    if here.period != attractor.period:
-        return None
-    there = _partner(here, far.attractors)
-    if there is None:
-        return "boundary_crisis"
-    if there.kind == "undecided":
-        return "transient"
-    if there.kind == "periodic":
-        return "hidden"
-    if _length(there) > JUMP * _length(here):
-        return "interior_crisis"
-    if 2 * there.period < here.period:
-        return "hidden"
-    if there.period < here.period or len(there.bands) < len(here.bands):
-        return "band_merging"
-    return None
 
 
 def _as_event(

@@ -115,7 +115,7 @@ def _quantities(condition: Condition, equations: Equations) -> Iterator[_Quantit
         for at in (1, -1):
             what = f"the multiplier of the orbit that is met passes {at}"
             yield _Quantity(f"multiplier {at}", what, _less(0, at))
-    else:
+    elif isinstance(condition, Collision):
         yield from _collision_quantities(condition)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from stickslip.analysis.arguments import checked_interval, checked_parameter
 from stickslip.analysis.bifurcation_curve import BifurcationCurve, CodimensionTwo
 from stickslip.analysis.one_d.borders import ConditionLost
-from stickslip.analysis.one_d.conditions import Fold
+from stickslip.analysis.one_d.conditions import Crossing, Fold
 from stickslip.analysis.one_d.curve_ends import end_event
 from stickslip.analysis.one_d.curve_events import Watch
 from stickslip.analysis.one_d.curve_steps import closest_to_end
@@ -119,6 +119,11 @@ def _start(
         checked_parameter(system, name)
     if along == solve_for:
         raise ValueError(f"along = solve_for = {along!r}: two different parameters are needed.")
+    if isinstance(b.condition, Crossing):
+        raise ValueError(
+            f"a {b.kind} bifurcation is a point in the plane of two parameters, unless the system "
+            "has a symmetry that keeps it: it is not followed. Take a fold or a flip beside it."
+        )
     low, high = checked_interval("range", range)
     here = system.replace(**{b.parameter: b.value})
     s, q = here.parameters[along], here.parameters[solve_for]

@@ -33,6 +33,7 @@ FLAT: Final = 1e-13  # of the scale: where all of g is smaller nothing can be to
 NARROW: Final = 3e-7  # of the scale: width of a fold's bottom that rounding levels
 ALONG: Final = 1e-6  # slopes this close to 1, with g = 0: f^p runs along the diagonal
 TRUSTED: Final = 0.25  # relative error of the predicted slope above which a cubic means nothing
+TILT: Final = 3.1  # largest slope of t^2 (1 - t)^2 over its value in the middle
 MAX_HALVINGS: Final = 60
 MAX_PARTS: Final = 100_000  # no more are halved at a time
 
@@ -258,7 +259,7 @@ class _Halving:
         """Return the halves that are still undecided."""
         x = 0.5 * (parts.left[:, 0] + parts.right[:, 0])
         orbit, slope = forward_orbits(self.laps, parts.word, x, parts.left, parts.right)
-        error = np.abs(slope - _predicted_slope(parts, x))
+        error = _slope_error(parts, orbit[:, -1], slope)
         first = Brackets(parts.piece, parts.word, parts.left, orbit, parts.slope_left, slope)
         second = Brackets(parts.piece, parts.word, orbit, parts.right, slope, parts.slope_right)
         halves, error = first.joined(second), np.concatenate([error, error])
@@ -309,12 +310,21 @@ def _bounds_of_g(
     return low, high
 
 
-def _predicted_slope(parts: Brackets, x: Floats) -> Floats:
-    """Slope in the middle of the cubic through values and slopes at both ends."""
+def _slope_error(parts: Brackets, value: Floats, slope: Floats) -> Floats:
+    """Error of the slope of the cubic through values and slopes at both ends of a part.
+
+    It is seen in the middle, from the true value and slope there. The slope alone would not do:
+    a fourth derivative bends the cubic's slope everywhere but in the middle, where it moves the
+    value.
+    """
+    width = parts.width
     with np.errstate(all="ignore"):
-        mean = (parts.right[:, -1] - parts.left[:, -1]) / parts.width
-        slope: Floats = 1.5 * mean - 0.25 * (parts.slope_left + parts.slope_right)
-    return slope
+        rise = parts.right[:, -1] - parts.left[:, -1]
+        mean = parts.left[:, -1] + 0.5 * rise
+        foretold = mean + 0.125 * width * (parts.slope_left - parts.slope_right)
+        off_slope = slope - (1.5 * rise / width - 0.25 * (parts.slope_left + parts.slope_right))
+        error: Floats = np.abs(off_slope) + TILT * np.abs(value - foretold) / width
+    return error
 
 
 def _cubic_slopes(parts: Brackets, error: Floats) -> tuple[Floats, Floats]:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
 from stickslip.analysis.one_d.borders import Border, ConditionLost
-from stickslip.analysis.one_d.conditions import Collision, Flip, Fold
+from stickslip.analysis.one_d.conditions import Collision, Crossing, Flip, Fold
 from stickslip.analysis.one_d.locate import solve, solve_near
+from stickslip.analysis.one_d.normal_forms import CrossingCoefficients, crossing_coefficients
 from stickslip.analysis.one_d.table import RESOLUTION, branch_table
 from stickslip.analysis.protocol import domain_width
 from stickslip.analysis.window import WindowMap
@@ -24,8 +26,11 @@ if TYPE_CHECKING:
     from stickslip.analysis.one_d.tracking import Piece, Way
     from stickslip.analysis.protocol import Floats, MapFamily
 
-__all__ = ["Event", "Suspect", "flips_on", "located", "suspects_at_end"]
+__all__ = ["Event", "Suspect", "coefficients_at", "flips_on", "located", "suspects_at_end"]
 
+EPS: Final = float(np.finfo(np.float64).eps)
+CLOSED: Final = 64.0  # roundings: f^p(x) - x so small is zero
+TOUCHES: Final = 1e-4  # of the values allowed: how far a crossing is from where a fold seems to be
 SAME_VALUE: Final = 1e-11  # of the range, beside the errors: events that coincide
 SAME_PLACE: Final = 1e-5  # of the domain: points of one event found in two ways
 REPEATS: Final = 1e-4  # of the domain: an orbit that closes up so far at a fold is at a flip
@@ -36,7 +41,9 @@ NEAR_ORBIT: Final = 3e-3  # and orbits, which move like roots beside folds and f
 VICINITY: Final = 8.0  # steps ahead, where the border that stops an orbit is looked for
 SMALLEST_WINDOW: Final = 1e-5  # of the domain
 
-EventKind: TypeAlias = Literal["fold", "flip", "border_collision", "enters_gap"]
+EventKind: TypeAlias = Literal[
+    "fold", "flip", "transcritical", "pitchfork", "border_collision", "enters_gap"
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +52,7 @@ class Suspect:
 
     Attributes
     ----------
-    condition : Fold, Flip or Collision
+    condition : Fold, Flip, Crossing or Collision
     guess : float
         Value of the parameter.
     reach : float
@@ -54,7 +61,7 @@ class Suspect:
         Where the test function changes its sign, if that is known.
     """
 
-    condition: Fold | Flip | Collision
+    condition: Fold | Flip | Crossing | Collision
     guess: float
     reach: float
     bracket: tuple[float, float] | None = None
@@ -90,8 +97,9 @@ class Event:
     Attributes
     ----------
     kind : str
-        ``fold``, ``flip``, ``border_collision`` or ``enters_gap``.
-    condition : Fold, Flip or Collision
+        ``fold``, ``flip``, ``transcritical``, ``pitchfork``, ``border_collision`` or
+        ``enters_gap``.
+    condition : Fold, Flip, Crossing or Collision
         Started from the solution.
     located : Located
     """
@@ -167,10 +175,39 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
         return None
     if found.quality == "failed" or not within[0] <= found.value <= within[1]:
         return None
-    event = Event(_kind(found), found.reading.condition, found)
-    if event.kind == "fold" and _repeats(event.points, REPEATS * width_of(family)):
-        return None  # f^2p has slope 1 at a flip, too
-    return event
+    if not math.isfinite(found.error):
+        return None  # the test function is zero all along: an orbit that stays on a corner
+    condition = found.reading.condition
+    if isinstance(condition, Fold | Crossing):
+        if _repeats(np.array(condition.points), REPEATS * width_of(family)):
+            return None  # f^2p has slope 1 at a flip, too
+    if isinstance(condition, Fold):
+        # Where curves of orbits cross, the test function of a fold touches zero.
+        crossing = _crossing_at(found, condition, family, within)
+        if crossing is not None:
+            found = crossing
+    elif isinstance(condition, Crossing) and not _meets(found):
+        return None
+    return Event(_kind(found, family), found.reading.condition, found)
+
+
+def _crossing_at(
+    fold: Located, condition: Fold, family: Family, within: tuple[float, float]
+) -> Located | None:
+    """Solve for two curves of orbits that cross where a fold seems to be."""
+    start = Crossing(condition.period, condition.points, family.name)
+    reach = TOUCHES * (within[1] - within[0])
+    try:
+        found = solve_near(start, family.whole, fold.value, step=reach, within=within)
+    except (ConditionLost, ValueError):
+        return None
+    return found if found.quality != "failed" and _meets(found) else None
+
+
+def _meets(found: Located) -> bool:
+    """Tell whether the point of a crossing is periodic: f^p(x) - x is stationary there."""
+    path = found.reading.path
+    return abs(path[-1] - path[0]) <= CLOSED * EPS * max(1.0, *map(abs, path))
 
 
 def _repeats(points: Floats, slack: float) -> bool:
@@ -188,14 +225,27 @@ def width_of(family: Family) -> float:
     return domain_width(family.at(float(family.f.parameters[family.name])))
 
 
-def _kind(found: Located) -> EventKind:
+def _kind(found: Located, family: Family) -> EventKind:
     condition = found.reading.condition
+    if isinstance(condition, Crossing):
+        return coefficients_at(found, family).kind
     if isinstance(condition, Fold):
         return "fold"
     if isinstance(condition, Flip):
         return "flip"
     critical = found.reading.critical
     return "enters_gap" if critical is not None and critical.kind == "edge" else "border_collision"
+
+
+def coefficients_at(found: Located, family: Family) -> CrossingCoefficients:
+    """Return the normal form of two curves of orbits that cross.
+
+    Along the points that are stationary in the parameter the slope of f^p changes by
+    (g_xq^2 - g_xx g_qq) / g_xq, which is the slope of the test function.
+    """
+    reading = found.reading
+    f = family.whole(found.value)
+    return crossing_coefficients(f, reading.points, reading.mixed, found.slope * reading.mixed)
 
 
 # ------------------------------------------------------------------ what to suspect
@@ -239,6 +289,7 @@ def suspects_at_end(way: Way, family: Family) -> Iterator[Suspect]:
     if end.reason == "doubling" or doubled:
         yield _halved(way)
     yield _fold(way)
+    yield _cross(way, family.name)
     if end.reason == "standstill":
         if even and not doubled:
             yield _halved(way)
@@ -251,6 +302,14 @@ def _fold(way: Way) -> Suspect:
     assert end is not None
     guess, reach = _zero_of([(m - 1) ** 2 for m in way.multipliers], way.values, end.step)
     return Suspect(Fold(len(end.points), tuple(end.points.tolist())), guess, reach)
+
+
+def _cross(way: Way, name: str) -> Suspect:
+    """Extrapolate the multiplier, linear along an orbit that crosses another one, to 1."""
+    end = way.end
+    assert end is not None
+    guess, reach = _zero_of([m - 1 for m in way.multipliers], way.values, end.step)
+    return Suspect(Crossing(len(end.points), tuple(end.points.tolist()), name), guess, reach)
 
 
 def _halved(way: Way) -> Suspect:

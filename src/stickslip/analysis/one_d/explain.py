@@ -9,7 +9,8 @@ import numpy as np
 
 from stickslip.analysis.bifurcation import Bifurcation, UnresolvedChange
 from stickslip.analysis.one_d.borders import BorderReading, ConditionLost
-from stickslip.analysis.one_d.conditions import Collision
+from stickslip.analysis.one_d.conditions import Collision, Crossing
+from stickslip.analysis.one_d.events import coefficients_at
 from stickslip.analysis.one_d.normal_forms import flip_coefficient
 from stickslip.analysis.one_d.observed import observed
 from stickslip.analysis.one_d.outcomes import (
@@ -118,6 +119,9 @@ def _adds_up(event: Event, lost: list[int], born: list[int], span: Span) -> bool
     if event.kind == "fold":
         pair = [event.period] * 2
         return sorted([lost, born]) == [[], pair]
+    if event.kind in ("transcritical", "pitchfork"):
+        # One of two crossing curves may lie outside the domain on one side.
+        return set(lost + born) == {event.period} and 2 <= max(len(lost), len(born)) <= 3
     if event.kind == "flip":
         doubled = [2 * event.period]
         within = doubled[0] <= span.left.orbits.max_period
@@ -145,9 +149,13 @@ def explained(event: Event, span: Span, concerned: Concerned, family: Family) ->
     """
     found, reading = event.located, event.located.reading
     criticality = predicted = None
+    note = ""
     if event.kind == "flip":
         f = family.whole(found.value)
         criticality = flip_coefficient(f, event.points).criticality
+    if isinstance(reading.condition, Crossing):
+        coefficients = coefficients_at(found, family)
+        criticality, note = coefficients.criticality, coefficients.text
     if isinstance(reading.condition, Collision):
         predicted = _predicted(event, reading.condition, family)
     return Bifurcation(
@@ -166,6 +174,7 @@ def explained(event: Event, span: Span, concerned: Concerned, family: Family) ->
         residual=float(found.residual),
         condition=reading.condition,
         multipliers=reading.multipliers,
+        note=note,
     )
 
 

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.one_d.interpolated import interpolated_map
 from stickslip.analysis.protocol import Labels, mix_labels, sample
 from stickslip.status import OK
 
@@ -94,7 +93,7 @@ def _borders(node: Node, max_period: int, words: Words) -> Iterator[Sighting]:
 
 def _extrema(node: Node, max_period: int) -> Iterator[Sighting]:
     """Distances from the diagonal of the extrema of f^p(x) - x, on the fast map."""
-    fast = interpolated_map(node.table)
+    fast = node.fast
     lo, hi = node.f.domain
     x = lo + (hi - lo) * (np.arange(POINTS) + 0.5) / POINTS
     orbit, slopes = fast.iterate_with_slopes(x, max_period)

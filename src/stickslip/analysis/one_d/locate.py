@@ -144,11 +144,19 @@ class Readings:
         rise = abs(self.known[s].value - zero.value)
         if rise <= ABOVE_NOISE * zero.noise:
             return False
-        beside = t + NEARBY * (t - s)
+        own = [r for r in self.known if (r - t) * (t - s) > 0]
+        if own and not self._too_steep(min(own, key=lambda r: abs(r - t)), t, s):
+            return False
         try:
-            slope = abs(self(beside) - zero.value) / abs(beside - t)
+            return self._too_steep(t + NEARBY * (t - s), t, s)
         except ConditionLost:
             return False
+
+    def _too_steep(self, r: float, t: float, s: float) -> bool:
+        """Tell whether the slope from a zero t to r cannot explain the value at s beyond it."""
+        zero, across = self.known[t], self.known[s]
+        slope = abs(self(r) - zero.value) / abs(r - t)
+        rise = abs(across.value - zero.value)
         return rise > ABOVE_NOISE * (zero.noise + slope * abs(s - t))
 
     def _slope(self, t: float, span: float) -> float:

@@ -12,18 +12,23 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.bundles import OrbitBundle, solve_cyclic
+from stickslip.analysis.one_d.interpolated import interpolated_map
 from stickslip.analysis.one_d.periodic import periodic_orbits
 from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.protocol import domain_width
 from stickslip.analysis.window import windowed
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.one_d.interpolated import InterpolatedMap
     from stickslip.analysis.one_d.table import BranchTable
     from stickslip.analysis.orbits import OrbitList, PeriodicOrbit
     from stickslip.analysis.protocol import Floats, Labels, MapFamily
 
 __all__ = ["Family", "Node", "Words", "velocity"]
 
+ON_CORNER: Final = 1e-13  # of the domain: a point so close to a corner is on it
 REMEMBERED: Final = 512  # maps of a family kept: conditions ask for the same values again
 
 
@@ -135,6 +140,11 @@ class Node:
         return cls(float(q), f, family.name, periodic_orbits(f, max_period), table, beside)
 
     @cached_property
+    def fast(self) -> InterpolatedMap:
+        """The table as a fast map."""
+        return interpolated_map(self.table)
+
+    @cached_property
     def bundle(self) -> OrbitBundle:
         """All orbits as arrays."""
         return OrbitBundle.of(self.orbits, self.f)
@@ -157,6 +167,14 @@ class Node:
         """Number of breaks left of each point, padded as the bundle is: labels of its own."""
         counts = np.searchsorted(self.breaks, self.bundle.points, side="right")
         return np.where(self.bundle.used, counts, 0).astype(np.uint64)
+
+    @cached_property
+    def on_corner(self) -> NDArray[np.bool_]:
+        """Which points lie on a corner, padded as the bundle is: there a label is an accident."""
+        corners = np.array([item.d for item in self.table.breakpoints if item.kind == "corner"])
+        with np.errstate(invalid="ignore"):
+            apart = np.abs(self.bundle.points[..., None] - corners)
+            return (apart <= ON_CORNER * self.width).any(axis=-1)
 
     def find(self, points: Floats, tolerance: float) -> int | None:
         """Place in the list of the orbit with these points, smallest first; None if absent."""

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 
 from stickslip.analysis.differences import (
+    N_STEPS,
     extrapolated_difference,
     extrapolated_second_difference,
 )
@@ -24,9 +25,19 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.protocol import Floats, Map1D, MapFamily, PointValues
 
-__all__ = ["FlipCoefficient", "FoldCoefficient", "flip_coefficient", "fold_coefficient"]
+__all__ = [
+    "CrossingCoefficients",
+    "FlipCoefficient",
+    "FoldCoefficient",
+    "crossing_coefficients",
+    "flip_coefficient",
+    "fold_coefficient",
+]
 
 ROUNDING: Final = 16 * float(np.finfo(np.float64).eps)  # differences may agree by chance
+STRAIGHT: Final = 1e-7  # of the domain: a curvature that so small a shift makes is none
+FEW_STEPS: Final = 14  # down to 2e-6 of the domain
+SHARP: Final = 1e-7  # of a derivative: known so well it needs no shorter steps
 
 
 @dataclass(frozen=True)
@@ -85,6 +96,51 @@ class FoldCoefficient:
     def opening(self) -> float:
         """The orbits are at ± opening * sqrt(abs(q - q0)) from the fold, to first order."""
         return float(np.sqrt(2 * abs(self.speed / self.curvature)))
+
+
+@dataclass(frozen=True)
+class CrossingCoefficients:
+    """Two curves of orbits that cross: g = f^p(x) - x to the lowest orders.
+
+    Attributes
+    ----------
+    curvature : float
+        g_xx; zero at a pitchfork, where one of the curves is vertical.
+    error : float
+        Its error, estimated: a smaller curvature is none.
+    cubic : float
+        g_xxx.
+    mixed : float
+        g_xq.
+    discriminant : float
+        g_xq^2 - g_xx g_qq: along two curves that are not vertical the multipliers are
+        1 ± its square root times q - q0.
+    """
+
+    curvature: float
+    error: float
+    cubic: float
+    mixed: float
+    discriminant: float
+
+    @property
+    def kind(self) -> Literal["transcritical", "pitchfork"]:
+        """Whether both orbits are there on both sides, or two of them on one side only."""
+        return "pitchfork" if abs(self.curvature) <= self.error else "transcritical"
+
+    @property
+    def criticality(self) -> Literal["super", "sub"] | None:
+        """Of a pitchfork: ``super`` if the two new orbits are stable where they exist."""
+        if self.kind == "transcritical" or self.cubic == 0:
+            return None
+        return "super" if self.cubic < 0 else "sub"
+
+    @property
+    def text(self) -> str:
+        """The normal form in words."""
+        if self.kind == "transcritical":
+            return f"multipliers 1 ± {np.sqrt(abs(self.discriminant)):.5g} (q - q0)"
+        return f"u -> u + {self.mixed:.5g} (q - q0) u + {self.cubic / 6:.5g} u^3"
 
 
 def flip_coefficient(f: Map1D, points: ArrayLike) -> FlipCoefficient:
@@ -154,6 +210,37 @@ def fold_coefficient(f: MapFamily, points: ArrayLike, name: str) -> FoldCoeffici
     )
 
 
+def crossing_coefficients(
+    f: Map1D, points: ArrayLike, mixed: float, discriminant: float
+) -> CrossingCoefficients:
+    """Find what tells a transcritical crossing of two curves of orbits from a pitchfork.
+
+    Parameters
+    ----------
+    f : Map1D
+        The map at the crossing.
+    points : array_like of float, shape (p,)
+        The orbit there, with multiplier 1, in the map's order.
+    mixed, discriminant : float
+        g_xq, and g_xq^2 - g_xx g_qq, of g = f^p(x) - x.
+
+    Returns
+    -------
+    CrossingCoefficients
+    """
+    x = np.asarray(points, dtype=np.float64)
+    slope, (second, error_2), (third, _) = _derivatives(f, x)
+    before = _before(slope)
+    with np.errstate(all="ignore"):
+        weight = before**2 * _after(slope)
+        curvature, error = float(weight @ second), float(np.abs(weight) @ error_2)
+        # g' = 1, so that g''' = S g + 3/2 (g'')^2 with the Schwarzian derivative S.
+        schwarzian = third / slope - 1.5 * (second / slope) ** 2
+        cubic = float(before**2 @ schwarzian) + 1.5 * curvature**2
+    error += STRAIGHT * abs(cubic) * domain_width(f)
+    return CrossingCoefficients(curvature, error, cubic, mixed, discriminant)
+
+
 def _before(slope: Floats) -> Floats:
     """Products of the slopes before each point: derivatives of f^0, f^1, ... at the first."""
     product: Floats = np.concatenate([[1.0], np.cumprod(slope[:-1])])
@@ -169,8 +256,27 @@ def _after(slope: Floats) -> Floats:
 def _derivatives(
     f: Map1D, x: Floats
 ) -> tuple[Floats, tuple[Floats, Floats], tuple[Floats, Floats]]:
-    """Return f', and f'' and f''' with errors, from values of f' on the branch of each point."""
+    """Return f', and f'' and f''' with errors, from values of f' on the branch of each point.
+
+    Short steps are for points close to a break: most others are known well enough without.
+    """
     at_x = sample(f, x)
+    found = _differences(f, x, at_x, FEW_STEPS)
+    with np.errstate(invalid="ignore"):
+        sharp = np.all([doubt <= SHARP * np.abs(value) for value, doubt in found], axis=0)
+    if not sharp.all():
+        rough = ~sharp
+        finer = _differences(f, x[rough], sample(f, x[rough]), N_STEPS)
+        for old, new in zip(found, finer, strict=True):
+            for column, better in zip(old, new, strict=True):
+                column[rough] = better
+    return at_x.derivative, found[0], found[1]
+
+
+def _differences(
+    f: Map1D, x: Floats, at_x: PointValues, n_steps: int
+) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+    """Return f'' and f''' with errors, given the values at the points themselves."""
     seen: dict[bytes, PointValues] = {}
 
     def values(points: Floats) -> PointValues:
@@ -190,6 +296,6 @@ def _derivatives(
         return same
 
     width = domain_width(f)
-    second = extrapolated_difference(slopes, x, width, same_branch)
-    third = extrapolated_second_difference(slopes, x, width, same_branch)
-    return at_x.derivative, second, third
+    second = extrapolated_difference(slopes, x, width, same_branch, n_steps)
+    third = extrapolated_second_difference(slopes, x, width, same_branch, n_steps)
+    return second, third

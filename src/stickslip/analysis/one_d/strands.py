@@ -191,4 +191,4 @@ def _event_at(span: Span, points: Floats) -> tuple[Event | None, Floats | None]:
 
 def _multiplier_at(event: Event, beside: float) -> float:
     """Multiplier of an orbit that ends in an event, from its multiplier just beside."""
-    return 1.0 if event.kind in ("fold", "flip") else beside
+    return 1.0 if event.kind in ("fold", "flip", "transcritical", "pitchfork") else beside

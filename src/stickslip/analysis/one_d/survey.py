@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from bisect import insort
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -137,11 +136,24 @@ class Survey:
         """Make the lists at the values of a grid, and explain all changes between them."""
         self.grid_nodes = self._nodes(grid(self.lo, self.hi, n_values))
         self._look_for_hidden()
-        for left, right in pairwise(self.grid_nodes):
-            self._explain(left, right)
+        kept = self.grid_nodes[:1]
+        for right in self.grid_nodes[1:]:
+            known = len(self.spans), len(self.unresolved), list(self.events)
+            self._explain(kept[-1], right)
+            if right is not self.grid_nodes[-1] and self._is_at_event(right):
+                # What a list shows in the very middle of an event is an accident: not this one.
+                del self.spans[known[0] :], self.unresolved[known[1] :]
+                self.events = known[2]
+                self._known.clear()  # ways that have come too close to the event to miss it
+                continue
+            kept.append(right)
             if self.progress is not None:
                 self.progress((right.q - self.lo) / self.scale)
+        self.grid_nodes = kept
         self.spans.sort(key=lambda span: span.left.q)
+
+    def _is_at_event(self, node: Node) -> bool:
+        return any(abs(event.value - node.q) <= SPLIT * self.scale for event in self.events)
 
     def _look_for_hidden(self) -> None:
         """Add lists where a pair of events may hide between two of the grid."""

@@ -36,6 +36,7 @@ MANY: Final = 4.0  # of the first step: the rest of the way counts for no more
 MAX_STEPS: Final = 400
 NEUTRAL: Final = 0.2  # a doubled orbit this close to multiplier 1 is about to meet its parent
 COLLAPSING: Final = 0.2  # shrinking of the distance to half an orbit later that shows a flip
+ON_CORNER: Final = np.uint64(0)  # in the place of a label
 LOOK_AHEAD: Final = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # steps, to see what stops an orbit
 
 Reason: TypeAlias = Literal["arrived", "doubling", "border", "outside", "standstill"]
@@ -133,8 +134,12 @@ def _candidates(left: Node, right: Node, words: Words) -> tuple[NDArray[np.intp]
 
 
 def _names(node: Node, words: Words) -> NDArray[np.uint64]:
-    """Name the branches of all points; by their order, where labels do not tell them apart."""
-    return words.of(node.bundle.labels) if words.telling else node.segments
+    """Name the branches of all points; by their order, where labels do not tell them apart.
+
+    An orbit may stay on a corner, and is neither left nor right of it.
+    """
+    names = words.of(node.bundle.labels) if words.telling else node.segments
+    return np.where(node.on_corner, ON_CORNER, names)
 
 
 def _proved(
@@ -162,17 +167,22 @@ def _proved(
     with np.errstate(invalid="ignore"):
         way = np.where(used, np.abs(x1 - x0), 0.0).max(axis=1) + FLOOR * domain_width(f)
         expected = moved.surprise <= TRUST * way
-    same = np.where(used, words.of(there.labels) == words.of(labels), True).all(axis=1)
-    sides = [np.sign(bundle.multipliers - 1) for bundle in (one, there, other)]
+    free = _padded(left.on_corner[rows], width)
+    stays = np.asarray(
+        free.any(axis=1)
+    )  # on a corner: its multiplier depends on the side, and changes nothing
+    same = (~used | free | (words.of(there.labels) == words.of(labels))).all(axis=1)
+    all_three = (one, there, other)
+    sides = [np.sign(bundle.multipliers - 1) for bundle in all_three]
     proved = moved.converged & ~moved.collapsed & expected & same
-    proved &= (sides[0] == sides[1]) & (sides[1] == sides[2])
+    proved &= ((sides[0] == sides[1]) & (sides[1] == sides[2])) | stays
     pieces = [
         Piece(
             int(rows[k]),
             int(columns[k]),
             np.array([left.q, q, right.q]),
             np.array([x[k, : one.periods[k]] for x in (x0, there.points, x1)]),
-            np.array([bundle.multipliers[k] for bundle in (one, there, other)]),
+            np.array([bundle.multipliers[k] for bundle in ((one,) * 3 if stays[k] else all_three)]),
         )
         for k in np.flatnonzero(proved)
     ]

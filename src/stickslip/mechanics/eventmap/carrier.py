@@ -41,6 +41,7 @@ __all__ = ["Carrier", "carrier_for"]
 
 # Fewer motions than this are not worth a thread.
 SMALLEST_TILE = {"lanes": 16_384, "exact": 4000, "taylor": 64, "collocation": 16}
+DEVICES = ("cpu", "cuda")
 NO_ITINERARY = np.zeros(0, dtype=np.int8)
 
 
@@ -71,20 +72,37 @@ class Carrier(Protocol):
         """Modes of each phase, as text."""
 
 
-def carrier_for(model: TwoBlock, engine: EngineName, controls: Controls, threads: int) -> Carrier:
-    """Choose what carries the motions of a model; errors as in `engine_for`."""
+def carrier_for(
+    model: TwoBlock, engine: EngineName, controls: Controls, device: str, threads: int
+) -> Carrier:
+    """Choose what carries the motions of a model.
+
+    Raises
+    ------
+    ValueError
+        As in `engine_for`; an unknown device; 'cuda' without a GPU, or for a model that only
+        the CPU carries.
+    """
+    if device not in DEVICES:
+        raise ValueError(f"device = {device!r} is unknown. {did_you_mean(str(device), DEVICES)}")
+    if device == "cuda":
+        from stickslip.mechanics.eventmap.cuda_carrier import CudaCarrier  # needs numba-cuda
+
+        return CudaCarrier(model, engine, controls)
     if model.damping > 0.0:
-        return _DampedCarrier(model, engine, controls, threads)
-    moved = engine_for(model, engine)
-    chosen = _LaneCarrier if lanes_serve(moved, controls) else _PlainCarrier
-    return chosen(model, moved, controls, threads)
+        return DampedCarrier(model, engine, controls, threads)
+    chosen = LaneCarrier if lanes_serve(model, engine, controls) else PlainCarrier
+    return chosen(model, engine, controls, threads)
 
 
-class _PlainCarrier:
+class PlainCarrier:
     """Two undamped blocks: the engines that know w and e, one motion at a time."""
 
-    def __init__(self, model: TwoBlock, engine: Engine, controls: Controls, threads: int) -> None:
-        self.model, self.engine, self.controls, self.threads = model, engine, controls, threads
+    def __init__(
+        self, model: TwoBlock, engine: EngineName, controls: Controls, threads: int
+    ) -> None:
+        self.model, self.controls, self.threads = model, controls, threads
+        self.engine: Engine = engine_for(model, engine)
         self.name = self.engine.name
         self._local = threading.local()
 
@@ -166,13 +184,7 @@ class _PlainCarrier:
         n_columns = len(directions)
         held: dict[int, Scratch] = self._local.__dict__.setdefault("scratch", {})
         if n_columns not in held:
-            n_law = self.engine.n_law_parameters
-            held[n_columns] = Scratch(
-                new_motion(n_columns, n_law),
-                new_motion(n_columns + 4, n_law),
-                new_motion(0, n_law),
-                self.engine.new_work(),
-            )
+            held[n_columns] = new_scratch(self.engine, n_columns)
         scratch = held[n_columns]
         for column, direction in enumerate(directions):
             scratch.motion.directions[column] = direction
@@ -180,7 +192,7 @@ class _PlainCarrier:
         return scratch
 
 
-class _LaneCarrier(_PlainCarrier):
+class LaneCarrier(PlainCarrier):
     """Constant kinetic friction: values and slopes by lanes, all else by the exact engine.
 
     Where lanes pass (a decision too close, a motion too long) the exact engine gives the
@@ -188,9 +200,11 @@ class _LaneCarrier(_PlainCarrier):
     are asked together, on what else is asked of them, or on threads.
     """
 
-    def __init__(self, model: TwoBlock, engine: Engine, controls: Controls, threads: int) -> None:
+    def __init__(
+        self, model: TwoBlock, engine: EngineName, controls: Controls, threads: int
+    ) -> None:
         super().__init__(model, engine, controls, threads)
-        self.lanes = Lanes(engine, controls)
+        self.lanes = Lanes(self.engine, controls)
 
     def value(self, d: float) -> float:
         value = self.lanes.value(d)
@@ -260,7 +274,7 @@ class _LaneCarrier(_PlainCarrier):
         return instantiate(template, self.engine.key, carry=self._kernels.carry)
 
 
-class _DampedCarrier:
+class DampedCarrier:
     """Two damped blocks: the flow of the family."""
 
     name = "series"
@@ -297,6 +311,17 @@ class _DampedCarrier:
 
     def itinerary(self, d: float) -> str:
         return str(self.inner.itinerary([d]))
+
+
+def new_scratch(engine: Engine, n_columns: int) -> Scratch:
+    """Work arrays of one motion with that many tangents."""
+    n_law = engine.n_law_parameters
+    return Scratch(
+        new_motion(n_columns, n_law),
+        new_motion(n_columns + 4, n_law),
+        new_motion(0, n_law),
+        engine.new_work(),
+    )
 
 
 def new_outputs(n: int, n_columns: int) -> Outputs:

@@ -39,8 +39,6 @@ class EventMap:
     ) -> None:
         if not isinstance(model, TwoBlock):
             raise ValueError(f"model = {model!r} is not a model. Take ss.TwoBlock(...).")
-        if device != "cpu":
-            raise ValueError(f"device = {device!r} is not available; allowed: 'cpu'.")
         self.model = model
         self.rtol = tolerance(rtol)
         self.max_events = positive_integer("max_events", max_events, "events of one motion")
@@ -53,7 +51,7 @@ class EventMap:
             else positive_integer("threads", threads, "processor cores used")
         )
         controls = Controls(self.rtol, self.max_events, self.max_time)
-        self._carrier = carrier_for(model, engine, controls, self.threads)
+        self._carrier = carrier_for(model, engine, controls, device, self.threads)
         self._end = model.domain[1]
 
     # --- what it is -----------------------------------------------------------------------

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip.mechanics.flow._lane_kernels import plant_row
+from stickslip.mechanics.flow.engine import is_constant
 from stickslip.mechanics.flow.system import STATIC_VALUE
 from stickslip.numerics.targets import config
 
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.mechanics.eventmap.records import Controls
-    from stickslip.mechanics.flow.engine import Engine
+    from stickslip.mechanics.flow.engine import Engine, EngineName
+    from stickslip.mechanics.model.two_block import TwoBlock
 
     Floats = NDArray[np.float64]
 
@@ -33,9 +35,10 @@ class LaneScratch(NamedTuple):
     column: Floats
 
 
-def lanes_serve(engine: Engine, controls: Controls) -> bool:
+def lanes_serve(model: TwoBlock, engine: EngineName, controls: Controls) -> bool:
     """Whether values may come from lanes: they keep no time, and need vector instructions."""
-    return engine.name == "exact" and controls.max_time == math.inf and not config.DISABLE_JIT
+    exact = engine != "adaptive" and all(map(is_constant, model.laws))
+    return exact and controls.max_time == math.inf and not config.DISABLE_JIT
 
 
 class Lanes:

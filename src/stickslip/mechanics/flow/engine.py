@@ -71,6 +71,11 @@ class Engine:
         """Friction parameters of one block in a row of `directions`."""
         return self.code.N_PARAMETERS
 
+    @property
+    def n_directions(self) -> int:
+        """Entries of a row of `directions`."""
+        return LAWS + 2 * self.n_law_parameters
+
     def new_work(self) -> Any:
         """Scratch arrays of the kernels for one motion."""
         return self.kernels.new_work()
@@ -150,7 +155,7 @@ def bind_engine(template: str, engine: Engine) -> ModuleType:
 
 def start_direction(engine: Engine) -> NDArray[np.float64]:
     """Row of `directions` for a derivative in the starting d."""
-    row = np.zeros(LAWS + 2 * engine.n_law_parameters)
+    row = np.zeros(engine.n_directions)
     row[START] = 1.0
     return row
 
@@ -166,7 +171,7 @@ def parameter_direction(engine: Engine, model: TwoBlock, name: str) -> NDArray[n
     if name not in model.parameters:
         known = did_you_mean(name, list(model.parameters))
         raise ValueError(f"the model has no parameter {name!r}. {known}")
-    row = np.zeros(LAWS + 2 * engine.n_law_parameters)
+    row = np.zeros(engine.n_directions)
     own = {"alpha": ALPHA, "beta": BETA, "V": VELOCITY}
     if name in own:
         row[own[name]] = 1.0

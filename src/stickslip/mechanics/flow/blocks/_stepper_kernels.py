@@ -412,9 +412,10 @@ def slides_for_ever(
 ) -> bool:
     """Whether blocks that all slip backward can be shown never to reach the belt again.
 
-    About steady sliding the energy ``(v.M v + r.K^-1 r) / 2``, r the deviation of the spring
-    forces from ``limit F(V)``, cannot grow while F increases with speed; so no |v_i| exceeds
-    ``sqrt(2 energy / m_i)``, and while that is below V no block reaches the belt.
+    The energy of deviations from steady sliding, ``(v.M v + r.K^-1 r) / 2`` with r that of the
+    spring forces, bounds every ``|v_i|`` by ``sqrt(2 energy / m_i)``. While these bounds are
+    below V no block reaches the belt, and over the speeds that they leave the energy cannot
+    grow if the damping outweighs every decrease of F (`damping_outweighs`).
     """
     n = motion.mode.shape[0]
     if system.forced:
@@ -433,11 +434,36 @@ def slides_for_ever(
     for i in range(n):
         for j in range(n):
             energy += deviation[i] * system.inverse[i, j] * deviation[j]
+    falls = False
     for i in range(n):
         reach = math.sqrt(energy / system.mass[i])
         if not reach < system.V * (1.0 - CLEARANCE):
             return False
+        steepest = math.inf
         for k in range(33):
-            if slope(laws[i], -1, system.V + reach * (k / 16.0 - 1.0)) < 0.0:
+            steepest = min(steepest, slope(laws[i], -1, system.V + reach * (k / 16.0 - 1.0)))
+        work.deviation[i] = system.static[i] * steepest
+        falls = falls or steepest < 0.0
+    return damping_outweighs(system, work) if falls else True
+
+
+@kernel
+def damping_outweighs(system: BlockSystem, work: BlockWork) -> bool:
+    """Whether C plus the slopes in ``work.deviation`` is positive definite (by Cholesky)."""
+    factor = work.factor
+    for i in range(factor.shape[0]):
+        factor[i] = 0.0
+        for entry in range(system.first[i], system.first[i + 1]):
+            factor[i, system.column[entry]] = system.damping[entry]
+        factor[i, i] += work.deviation[i]
+        for j in range(i + 1):
+            rest = factor[i, j]
+            for k in range(j):
+                rest -= factor[i, k] * factor[j, k]
+            if j < i:
+                factor[i, j] = rest / factor[j, j]
+            elif not rest > 0.0:
                 return False
+            else:
+                factor[i, i] = math.sqrt(rest)
     return True

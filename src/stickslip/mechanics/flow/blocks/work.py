@@ -18,8 +18,8 @@ class BlockWork(NamedTuple):
     ``x``, ``w`` (n, order + 1): displacements and relative velocities; ``e``: one needed
     force; ``rows`` (n, rows of a law, order + 1); ``cosine``, ``sine``: of the forcing's phase;
     ``d_x``, ``d_w``: of one tangent; ``rates``: w' at the end of a step; ``deviation``: from
-    steady sliding; ``active``: blocks
-    that slip, the first of ``n_active[0]``. ``margin``, ``watch``: as in the exact engine.
+    steady sliding; ``factor`` (n, n): of a matrix; ``active``: blocks that slip, the first of
+    ``n_active[0]``. ``margin``, ``watch``: as in the exact engine.
     """
 
     x: Rows
@@ -32,6 +32,7 @@ class BlockWork(NamedTuple):
     d_w: Rows
     rates: Floats
     deviation: Floats
+    factor: Rows
     active: Ints
     n_active: Ints
     margin: Floats
@@ -52,6 +53,7 @@ def new_block_work(n_blocks: int, n_rows: int, order: int) -> BlockWork:
         d_w=np.zeros((n, size)),
         rates=np.zeros(n),
         deviation=np.zeros(n),
+        factor=np.zeros((n, n)),
         active=np.zeros(n, dtype=np.int64),
         n_active=np.zeros(1, dtype=np.int64),
         margin=np.full(1, np.inf),

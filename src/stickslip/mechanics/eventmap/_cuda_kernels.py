@@ -1,0 +1,93 @@
+"""The event map on a GPU: one orbit a thread, by the kernels that the CPU runs.
+
+A template (`numerics.targets.instantiate`): what carries a motion and what makes a thread's
+scratch arrays is bound to the names imported below for the type checker. Rows of ``systems``
+and ``laws`` belong to the threads, or one row to all of them: a grid of parameters is a batch
+like any other.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from numba import cuda as _cuda
+
+from stickslip.mechanics.flow.system import System
+from stickslip.status import OK
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.eventmap._kernels import carry, value_tangent
+
+    def thread_arrays() -> Any:
+        """Return the scratch of one motion, a row for its laws and an empty itinerary."""
+
+
+cuda: Any = _cuda  # its stubs know the host's side alone
+
+
+@cuda.jit(device=True, inline="always")
+def load_system(systems, laws, i, law):  # type: ignore[no-untyped-def]
+    """Return the parameters of thread `i`, and copy those of its laws into `law`."""
+    row = i if systems.shape[0] > 1 else 0
+    for block in range(2):
+        for k in range(law.shape[1]):
+            law[block, k] = laws[row, block, k]
+    return System(systems[row, 0], systems[row, 1], systems[row, 2])
+
+
+@cuda.jit
+def carry_each(  # type: ignore[no-untyped-def]
+    systems,
+    laws,
+    directions,
+    controls,
+    watch,
+    d,
+    value,
+    derivative,
+    duration,
+    n_events,
+    label,
+    margin,
+    status,
+):
+    """Evaluate the map at each ``d``; `directions` (columns, ...) are those of the tangents.
+
+    The arrays behind ``d`` are the fields of `Outputs`. NaN goes through.
+    """
+    i = cuda.grid(1)
+    if i >= d.shape[0]:
+        return
+    scratch, law, itinerary = thread_arrays()
+    system = load_system(systems, laws, i, law)
+    for column in range(directions.shape[0]):
+        for k in range(directions.shape[1]):
+            scratch.motion.directions[column, k] = directions[column, k]
+            scratch.long_motion.directions[column, k] = directions[column, k]
+    scratch.work.watch[0] = watch
+    start = 0.0 if math.isnan(d[i]) else d[i]
+    value[i], duration[i], n_events[i], label[i], margin[i], status[i] = carry(
+        system, law, start, scratch, controls, itinerary
+    )
+    if math.isnan(d[i]):
+        value[i] = math.nan
+    for column in range(directions.shape[0]):
+        slope = value_tangent(system, scratch.motion, value[i], column)
+        derivative[i, column] = slope if status[i] == OK else math.nan
+
+
+@cuda.jit
+def iterate_each(systems, laws, controls, d, orbits):  # type: ignore[no-untyped-def]
+    """Fill rows of `orbits` (starts, n + 1) with the orbits of ``d``; NaN stays NaN."""
+    i = cuda.grid(1)
+    if i >= d.shape[0]:
+        return
+    scratch, law, itinerary = thread_arrays()
+    system = load_system(systems, laws, i, law)
+    value = d[i]
+    orbits[i, 0] = value
+    for k in range(orbits.shape[1] - 1):
+        if not math.isnan(value):
+            value, _, _, _, _, _ = carry(system, law, value, scratch, controls, itinerary)
+        orbits[i, k + 1] = value

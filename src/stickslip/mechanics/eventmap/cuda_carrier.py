@@ -1,0 +1,91 @@
+"""Carries motions on a GPU: batches, and the instances of the kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.mechanics.eventmap.carrier import (
+    PlainCarrier,
+    new_outputs,
+    new_scratch,
+)
+from stickslip.mechanics.eventmap.records import Outputs
+from stickslip.numerics.gpu import launch_on_gpu, local_arrays, require_gpu
+from stickslip.numerics.targets import instantiate
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.mechanics.eventmap.records import Controls
+    from stickslip.mechanics.flow.engine import Engine, EngineName
+    from stickslip.mechanics.model.two_block import TwoBlock
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["CudaCarrier"]
+
+# Numbers that one launch brings back: bounds the memory of the device.
+LARGEST_BATCH = 1 << 26
+
+
+class CudaCarrier(PlainCarrier):
+    """Two undamped blocks on a GPU, one orbit a thread; itineraries come from the CPU."""
+
+    def __init__(self, model: TwoBlock, engine: EngineName, controls: Controls) -> None:
+        require_gpu()
+        if model.damping > 0.0:
+            raise ValueError(
+                "device = 'cuda' carries blocks without damping, and this model has damping = "
+                f"{model.damping!r}. Take device='cpu'."
+            )
+        super().__init__(model, engine, controls, threads=1)
+        if not self.engine.cached:
+            raise ValueError(
+                "device = 'cuda' needs a friction law that can be traced: write it with "
+                "arithmetic and numpy functions, without branches; or take device='cpu'."
+            )
+
+    def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
+        rows = np.array(directions).reshape(len(directions), self.engine.n_directions)
+        kernels = _kernels(self.engine, self._kernels, len(directions))
+        outputs = new_outputs(d.size, len(directions))
+        for part in _batches(d.size, len(outputs)):
+            inputs = (*self._parameters, rows, self.controls, float(watch), d[part])
+            batch = [array[part] for array in outputs]
+            launch_on_gpu(kernels.carry_each, d[part].size, inputs, batch)
+        return outputs
+
+    def iterate(self, orbits: Floats) -> None:
+        """Fill rows (n, steps + 1) from their first entries on; orbits stay on the device."""
+        kernels = _kernels(self.engine, self._kernels, 0)
+        for part in _batches(*orbits.shape):
+            inputs = (*self._parameters, self.controls, orbits[part, 0].copy())
+            launch_on_gpu(kernels.iterate_each, len(orbits[part]), inputs, [orbits[part]])
+
+    @property
+    def _parameters(self) -> tuple[Floats, Floats]:
+        """The system and its laws, one row for all threads."""
+        return np.array([self.engine.system]), self.engine.laws[None].copy()
+
+
+def _batches(n: int, numbers: int) -> list[slice]:
+    """Cut `n` items, each of so many numbers, into launches."""
+    size = max(1, LARGEST_BATCH // max(1, numbers))
+    return [slice(first, first + size) for first in range(0, n, size)]
+
+
+def _kernels(engine: Engine, carrying: ModuleType, n_columns: int) -> ModuleType:
+    """Kernels that carry motions of an engine with so many tangents."""
+    key = f"{engine.key}-{n_columns}"
+    arrays = (new_scratch(engine, n_columns), engine.laws, np.zeros(1, dtype=np.int8))
+    return instantiate(
+        "stickslip.mechanics.eventmap._cuda_kernels",
+        key,
+        carry=carrying.carry,
+        value_tangent=carrying.value_tangent,
+        thread_arrays=local_arrays("cuda", thread_arrays=arrays).thread_arrays,
+    )

@@ -1,0 +1,131 @@
+"""Running kernels on a GPU: is there one, scratch arrays of a thread, launching.
+
+The CPU's kernels are what runs there: numba compiles them for both, so that arithmetic and
+decisions have one source. Only this module and the templates named ``_cuda_kernels`` know
+numba's CUDA target, which is imported when somebody asks for it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.numerics.targets import write_module
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["THREADS", "launch_on_gpu", "local_arrays", "require_gpu"]
+
+# Threads of a block: small, because a motion needs many registers.
+THREADS = 128
+
+
+def require_gpu() -> None:
+    """Check that motions can run on a GPU (or on numba's simulator of one).
+
+    Raises
+    ------
+    ValueError
+        numba's CUDA target is missing, or sees no device.
+    """
+    try:
+        from numba import cuda
+
+        available = cuda.is_available()
+    except ImportError:
+        available = False
+    if not available:
+        raise ValueError(
+            "device = 'cuda' needs an NVIDIA GPU, its driver and the package numba-cuda "
+            "(pip install 'stickslip[gpu]'); none was found. Take device='cpu', or look at what "
+            "`stickslip doctor` says."
+        )
+
+
+def launch_on_gpu(
+    kernel: Any, size: int, inputs: Sequence[Any], outputs: Sequence[NDArray[Any]]
+) -> None:
+    """Run a kernel with one thread for each of `size` items.
+
+    Parameters
+    ----------
+    kernel : CUDA kernel
+        Called with the inputs, then with the outputs; it writes every entry of these.
+    size : int
+    inputs : sequence
+        Arrays are copied to the device, other things are passed as they are.
+    outputs : sequence of ndarray
+        Where results go; what they hold is not copied to the device.
+    """
+    from numba import cuda
+
+    if size == 0:
+        return
+    sent = [cuda.to_device(x) if isinstance(x, np.ndarray) else x for x in inputs]
+    received = [cuda.device_array(x.shape, x.dtype) for x in outputs]
+    kernel[-(-size // THREADS), THREADS](*sent, *received)
+    for array, there in zip(outputs, received, strict=True):
+        if array.size > 0:
+            array[...] = there.copy_to_host()
+
+
+def local_arrays(stem: str, **examples: tuple[NDArray[Any] | tuple[Any, ...], ...]) -> ModuleType:
+    """Write device functions that make arrays like the given ones, local to a thread.
+
+    Numba wants the shapes of local arrays in the text, and the functions that make them
+    inlined into the kernel. Arrays start with zeros.
+
+    Parameters
+    ----------
+    stem : str
+        Of the generated module's name.
+    **examples : tuple
+        For each function, by its name, what it returns: arrays, and NamedTuples of them.
+    """
+    functions = [_maker(name, example) for name, example in examples.items()]
+    classes = {kind for example in examples.values() for kind in _classes(example)}
+    imports = sorted(f"from {kind.__module__} import {kind.__name__}" for kind in classes)
+    head = ["from numba import cuda, float64, int8, int64", *imports]
+    return write_module(stem, "\n".join([*head, *functions]) + "\n")
+
+
+def _classes(value: Any) -> Iterator[type]:
+    if not isinstance(value, np.ndarray):
+        if type(value) is not tuple:
+            yield type(value)
+        for part in value:
+            yield from _classes(part)
+
+
+def _maker(name: str, example: tuple[Any, ...]) -> str:
+    counter = itertools.count()
+    lines: list[str] = []
+
+    def made(value: Any) -> str:
+        if isinstance(value, np.ndarray):
+            array = f"a{next(counter)}"
+            lines.extend(_array_lines(array, value))
+            return array
+        parts = ", ".join([made(part) for part in value])
+        return f"({parts},)" if type(value) is tuple else f"{type(value).__name__}({parts})"
+
+    result = made(example)
+    body = "\n".join(f"    {line}" for line in [*lines, f"return {result}"])
+    return f'\n\n@cuda.jit(device=True, inline="always")\ndef {name}():\n{body}'
+
+
+def _array_lines(name: str, array: NDArray[Any]) -> Iterator[str]:
+    """Make an array like this one, of zeros; an empty one is a slice, as memory cannot be."""
+    shape = tuple(max(1, length) for length in array.shape)
+    yield f"{name} = cuda.local.array({shape}, {array.dtype.name})"
+    indices = [f"i{k}" for k in range(array.ndim)]
+    for depth, (index, length) in enumerate(zip(indices, shape, strict=True)):
+        yield f"{'    ' * depth}for {index} in range({length}):"
+    yield f"{'    ' * array.ndim}{name}[{', '.join(indices)}] = 0"
+    if array.size == 0:
+        yield f"{name} = {name}[{', '.join(f':{length}' for length in array.shape)}]"
