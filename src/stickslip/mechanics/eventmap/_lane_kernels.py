@@ -2,7 +2,7 @@
 
 Motions whose next phase is of one kind are carried through it together (`_lane_passes_kernels`),
 then listed anew by what happened to them. What a pass does not decide is left NaN for the exact
-engine; a motion that provably does not return, or not within ``max_events``, gives inf.
+engine; a motion that does not return within ``max_events`` gives inf.
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ from stickslip.mechanics.eventmap._lane_passes_kernels import (
     FREED_ALL,
     FREED_GAP,
     FREED_VALUES,
-    NEVER,
     NEXT_E1,
     NEXT_E2,
     NEXT_KIND,
@@ -296,9 +295,6 @@ def carry_block(
             landing_slopes(plant, b, n_ended)
         n_one = stick_one(b, index, n_ended, crossed)
         n_crossing = pick(b, NEXT_KIND, CROSSED, n_ended, index, CROSSING)
-        n_never = pick(b, NEXT_KIND, NEVER, n_ended, index, PICKED)
-        for i in range(n_never):
-            value[start + index[WHO_END + index[PICKED + np.uint64(i)]]] = math.inf
         if n_one + n_crossing == ZERO:
             return
     for i in range(n_one):

@@ -29,7 +29,6 @@ from stickslip.mechanics.flow._lane_kernels import (
     safe_reach,
     smooth_share,
 )
-from stickslip.mechanics.flow.sliding import CLEARANCE
 from stickslip.mechanics.flow.system import Floats
 from stickslip.numerics.targets import kernel
 from stickslip.numerics.trigonometry import turned, upper_angle
@@ -43,9 +42,8 @@ STRIDE = BLOCK + 24
 # Indices are unsigned, for a signed one costs a test whether it counts from the end.
 ZERO, ONE, STEP = np.uint64(0), np.uint64(1), np.uint64(LANES)
 
-# What a pass says of an item: what it did, that it will never return, or that the exact
-# engine is to decide.
-RETURNED, FREED, CROSSED, STUCK, UNDECIDED, NEVER = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
+# What a pass says of an item: what it did, or that the exact engine is to decide.
+RETURNED, FREED, CROSSED, STUCK, UNDECIDED = 0.0, 1.0, 2.0, 3.0, 4.0
 
 N_STREAMS = 64
 _STREAMS = tuple(np.uint64(i * STRIDE) for i in range(N_STREAMS))
@@ -326,8 +324,7 @@ def start_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
     """Begin of slips of both blocks, TWO_FRESH of which (-1 or 1) from rest, and a first step.
 
     The block from rest has a root at the start: divided by time its distance is at least
-    ``f' - m t / 2``, so it stays off the belt until ``2 f' / m``. TWO_BOUND_2 below 0: neither
-    block will ever reach the belt, for the amplitudes of both modes together stay below V.
+    ``f' - m t / 2``, so it stays off the belt until ``2 f' / m``.
     """
     base = ZERO
     while base < n:
@@ -354,9 +351,6 @@ def start_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
             f, f_1, f_2, f_3 = clearance(plant, other, -fresh, sum_w, sum_pull, gap_w, gap_pull)
             reach = safe_reach(plant, f, f_1, fall(plant, f_2, f_3, bound_2, bound_4))
             h = h if h < reach else reach
-            backward = m_1 + m_2 < -1.5
-            sway = 0.5 * (swing_1 + swing_2)
-            h = math.nan if backward and sway < plant.V * (1.0 + CLEARANCE) else h
             h = h if leaves else math.nan
             sum_w, sum_pull, gap_w, gap_pull = modes_turned(
                 plant, h, sum_w, sum_pull, gap_w, gap_pull
@@ -365,8 +359,7 @@ def start_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
             b[TWO_SUM_PULL + k] = sum_pull
             b[TWO_GAP_W + k] = gap_w
             b[TWO_GAP_PULL + k] = gap_pull
-            slides_for_ever = backward and sway < plant.V * (1.0 - CLEARANCE)
-            b[TWO_BOUND_2 + k] = -1.0 if slides_for_ever else bound_2
+            b[TWO_BOUND_2 + k] = bound_2
             b[TWO_BOUND_4 + k] = bound_4
             b[TWO_TIME + k] = h
         base += STEP
@@ -460,8 +453,7 @@ def landing_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
             crosses = abs(force) > limit + plant.near
             clear = abs(side) == 1.0 and abs(rest) < POLISHED_LANDING
             clear = clear and other * w > NEAR * b[END_BOUND_2 + k] and (sticks or crosses)
-            kind = (STUCK if sticks else CROSSED) if clear else UNDECIDED
-            b[NEXT_KIND + k] = NEVER if b[END_BOUND_2 + k] < 0.0 else kind
+            b[NEXT_KIND + k] = (STUCK if sticks else CROSSED) if clear else UNDECIDED
             b[NEXT_W + k] = w
             b[NEXT_E1 + k] = e_1
             b[NEXT_E2 + k] = e_2

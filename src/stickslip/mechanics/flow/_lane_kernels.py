@@ -71,7 +71,7 @@ def plant_row(system: System, mu: tuple[float, float]) -> NDArray[np.float64]:
     pulls = [limit - friction for limit, friction in zip(limits, frictions, strict=True)]
     times = [2.0 * math.atan2(2.0 * r, -2.0 * level) / frequency for r in pulls]
     gains = [ride_time * t + 2.0 * ride_force * r for t, r in zip(times, pulls, strict=True)]
-    plant = Plant(
+    row = [
         alpha,
         V,
         *limits,
@@ -93,8 +93,8 @@ def plant_row(system: System, mu: tuple[float, float]) -> NDArray[np.float64]:
         V / alpha if alpha > 0.0 else math.inf,
         1.0 / frequency,
         1.0 / spread,
-    )
-    return np.array(plant)
+    ]
+    return np.array(row)
 
 
 # --- one block slips --------------------------------------------------------------------------

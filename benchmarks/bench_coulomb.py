@@ -1,0 +1,86 @@
+"""Time the Coulomb map against scalar C, compiled in the same run, and check it on the way.
+
+The C reference gives a motion up after 400 events, and so do we here.
+"""
+
+import ctypes
+import math
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from benchmarks.measure import CPU, in_turns
+
+import stickslip as ss
+
+SOURCE = Path(__file__).parent / "c" / "coulomb.c"
+COMPILE = "gcc -O3 -march=native -ffast-math -fno-finite-math-only -shared -fPIC".split()
+TABLE = "Coulomb map against scalar C, one core"
+MAX_EVENTS = 400
+TOLERANCE = 1e-12
+SYSTEMS = {
+    "paper": (1.2, 1.3, 0.22, 0.0366),
+    "one or two events": (0.5, 2.0, 0.5, 0.2),
+    "forward slips": (1.947, 0.905, 0.085, 0.01),
+    "long motions": (1.0, 1.5, 0.05, 0.2),
+    "most never return": (1.885, 1.076, 0.898, 0.294),
+    "some never return": (2.779, 0.991, 0.891, 0.06),
+}
+SIZE = {"paper": 200_000, "most never return": 2_000}
+
+
+@pytest.fixture(scope="session")
+def c_map(tmp_path_factory):
+    """Values by the C reference: (d, alpha, beta, mu, V) -> array."""
+    if shutil.which("gcc") is None:
+        pytest.skip("gcc is not here to compile the C reference")
+    library = tmp_path_factory.mktemp("c") / "coulomb.so"
+    subprocess.run([*COMPILE, "-o", str(library), str(SOURCE), "-lm"], check=True)
+    function = ctypes.CDLL(str(library)).coulomb_map
+    function.restype = None
+    doubles = np.ctypeslib.ndpointer(np.float64, flags="C")
+    function.argtypes = [
+        ctypes.c_long,
+        doubles,
+        doubles,
+        np.ctypeslib.ndpointer(np.int32, flags="C"),
+        *[ctypes.c_double] * 4,
+    ]
+
+    def values(d, *parameters):
+        out, events = np.empty_like(d), np.empty(d.size, dtype=np.int32)
+        function(d.size, d, out, events, *parameters)
+        return out
+
+    return values
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize("asked", ["f(d)", "f.derivative(d)"])
+@pytest.mark.benchmark(timer=CPU, group="C")
+def bench_against_c(benchmark, report, c_map, name, asked):
+    alpha, beta, mu, V = SYSTEMS[name]
+    model = ss.TwoBlock(alpha=alpha, beta=beta, V=V, friction=ss.Coulomb(mu=mu))
+    f = ss.event_map(model, threads=1, max_events=MAX_EVENTS)
+    ours = f if asked == "f(d)" else f.derivative
+    d = np.random.default_rng(1).uniform(*f.domain, SIZE.get(name, 20_000))
+    pairs = in_turns(benchmark, lambda: ours(d), lambda: c_map(d, *SYSTEMS[name]))
+    low, high = pairs.spread()
+    value, other = f(d), c_map(d, *SYSTEMS[name])
+    both = ~np.isnan(value) & ~np.isnan(other)
+    report.add(
+        TABLE,
+        system=name,
+        asked=asked,
+        **{
+            "us/map": 1e6 * float(np.median(pairs.ours)) / d.size,
+            "C, us/map": 1e6 * float(np.median(pairs.other)) / d.size,
+            "times faster": pairs.ratio(),
+            "pairs": f"{low:.1f} to {high:.1f}",
+            "largest difference": float(np.max(np.abs(value - other)[both], initial=0.0)),
+            "one ends, one not": int((np.isnan(value) != np.isnan(other)).sum()),
+        },
+    )
+    assert math.isfinite(pairs.ratio())
