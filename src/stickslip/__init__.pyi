@@ -34,7 +34,6 @@ from .study.model_file import write_model as write_model
 from .study.storage import load as load
 from .sweeps import observables as observables
 from .sweeps.axis import axis as axis
-from .sweeps.sweep import Progress as Progress
 from .sweeps.sweep import open_sweep as open_sweep
 from .sweeps.sweep import sweep as sweep
 
