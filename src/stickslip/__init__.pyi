@@ -43,7 +43,6 @@ from .study.return_region import return_region as return_region
 from .study.storage import load as load
 from .sweeps import observables as observables
 from .sweeps.axis import axis as axis
-from .sweeps.sweep import Progress as Progress
 from .sweeps.sweep import open_sweep as open_sweep
 from .sweeps.sweep import sweep as sweep
 

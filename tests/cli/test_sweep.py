@@ -78,7 +78,7 @@ def test_a_store_that_exists_is_gone_on_with_only_if_asked(plan, capsys):
         "",
     )
     assert ended(capsys, "sweep", plan)[0] == 0
-    (plan.parent / "map.zarr/checksum/c/0/0").unlink()
+    (plan.parent / "map.zarr/checksum/c/0/0").write_bytes(b"torn")
     code, out, err = ended(capsys, "sweep", plan)
     assert (code, out) == (3, "")
     assert "map.zarr exists" in err

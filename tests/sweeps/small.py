@@ -55,7 +55,7 @@ def many_slow(f, d0):
 def run_slowly(store, **more):
     """Take a second or two, so that there is time to be killed."""
     wanted = [*observables(), ss.observables.Function(function="tests.sweeps.small:many_slow")]
-    return run(store, observables=wanted, **more)
+    return run(store, **{"observables": wanted, "chunks": {"V": 3, "alpha": 2}, **more})
 
 
 if __name__ == "__main__":  # a process to be killed

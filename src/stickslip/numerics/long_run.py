@@ -120,8 +120,6 @@ def read_off(
     for k in range(n + 1):
         cell = min(max(int((path.point[k] - low) / width * CELLS), 0), CELLS - 1)
         verdicts.cells[i, cell // 64] |= np.uint64(1) << np.uint64(cell % 64)
-    verdicts.exponent[i] = mean_log_slope(path, n)
-    verdicts.error[i] = batch_error(path)
     verdicts.period[i] = 0
     verdicts.kind[i] = UNDECIDED
     # A repetition is one if it is seen twice.
@@ -134,5 +132,7 @@ def read_off(
                 verdicts.kind[i] = PERIODIC
                 verdicts.period[i] = period
             return
+    verdicts.exponent[i] = mean_log_slope(path, n)
+    verdicts.error[i] = batch_error(path) if verdicts.exponent[i] > -math.inf else math.inf
     if verdicts.exponent[i] > SIGMAS * verdicts.error[i]:
         verdicts.kind[i] = CHAOTIC

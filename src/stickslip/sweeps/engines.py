@@ -12,8 +12,10 @@ from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
+from stickslip.sweeps.job import Computed
+
 if TYPE_CHECKING:
-    from stickslip.sweeps.job import Computed, Job, Tile
+    from stickslip.sweeps.job import Job, Tile
 
 __all__ = ["connect", "in_dask", "in_threads"]
 
@@ -77,8 +79,11 @@ def in_dask(
     try:
         for batch in futures.batches():  # one answer of the scheduler for all that are ready
             for future, result in batch:
-                fine = future.status == "finished"
-                yield running.pop(future.key), result if fine else future.exception()
+                if not isinstance(result, Computed):
+                    # An error, or a worker that died before it gave its result away: wait for
+                    # the one that does the work again.
+                    result = _outcome(future.exception(), future.result)
+                yield running.pop(future.key), result
                 future.release()
             futures.update(submit(len(batch)))
     finally:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.sweeps.axis import Axis
-    from stickslip.sweeps.observables import Observable, Output
+    from stickslip.sweeps.observable import Observable, Output
     from stickslip.sweeps.orbits import Run
     from stickslip.sweeps.systems import System
 

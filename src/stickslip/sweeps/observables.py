@@ -6,21 +6,21 @@ a class here with `outputs` and `compute`, listed in `OBSERVABLES`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, field, fields
-from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
 from stickslip.numerics.long_run import CHAOTIC, LEFT, PERIODIC, UNDECIDED
 from stickslip.status import NEVER_CYCLE, NEVER_SLIPPING
+from stickslip.sweeps.coexistence import CoexistingAttractors
 from stickslip.sweeps.identity import function_identity, import_function
+from stickslip.sweeps.observable import Columns, Observable, Output, whole
 from stickslip.sweeps.orbits import Run
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stickslip.sweeps.points import Orbits, Points
 
 __all__ = [
@@ -36,78 +36,16 @@ __all__ = [
     "as_observables",
 ]
 
-SAME_POINT: Final = 1e-6  # of the domain: cycles whose rightmost points are this close are one
 KINDS: Final = {UNDECIDED: "undecided", LEFT: "left", PERIODIC: "periodic", CHAOTIC: "chaotic"}
-
-Columns: TypeAlias = "dict[str, NDArray[Any]]"
-
-
-@dataclass(frozen=True)
-class Output:
-    """One variable of a store: ``dims`` and ``sizes`` are what it has besides the axes."""
-
-    name: str
-    dtype: str
-    long_name: str
-    dims: tuple[str, ...] = ()
-    sizes: tuple[int, ...] = ()
-    flags: Mapping[int, str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Observable:
-    """Settings of something to record.
-
-    Attributes
-    ----------
-    name : str
-        What plan files call it.
-    needs_events : bool
-        Whether it asks for events, which maps of the user's own do not have.
-    """
-
-    name: ClassVar[str]
-    needs_events: ClassVar[bool] = False
-
-    def __post_init__(self) -> None:
-        """Check that counts are whole numbers in range."""
-        for each in fields(self):
-            if least := each.metadata.get("least"):
-                value = getattr(self, each.name)
-                if isinstance(value, bool) or not isinstance(value, int) or value < least[0]:
-                    raise ValueError(
-                        f"{each.name} = {value!r} of {self.name}: a whole number "
-                        f">= {least[0]} is needed."
-                    )
-
-    def outputs(self) -> tuple[Output, ...]:
-        """Return the variables that `compute` returns."""
-        raise NotImplementedError
-
-    def runs(self) -> dict[Run, int]:
-        """Return the orbits that it asks for, and how many of their last points."""
-        return {}
-
-    def compute(self, points: Points) -> Columns:
-        """Return each variable by name, shape (grid points, *sizes)."""
-        raise NotImplementedError
-
-    def identity(self) -> dict[str, Any]:
-        """Describe it in values that JSON can hold."""
-        return {"name": self.name, **asdict(self)}
-
-
-def _count(default: int, least: int = 1) -> Any:
-    return field(default=default, metadata={"least": (least,)})
 
 
 @dataclass(frozen=True, kw_only=True)
 class _OfOrbit(Observable):
     """Of one orbit for each grid point."""
 
-    transient: int = _count(1000, least=0)
-    n: int = _count(1000, least=2)
-    max_period: int = _count(256)
+    transient: int = whole(1000, least=0)
+    n: int = whole(1000, least=2)
+    max_period: int = whole(256)
 
     @property
     def _run(self) -> Run:
@@ -196,7 +134,7 @@ class OrbitPoints(_OfOrbit):
     """
 
     name: ClassVar[str] = "orbit_points"
-    count: int = _count(16)
+    count: int = whole(16)
 
     def __post_init__(self) -> None:
         """Check the numbers, and that the stretch is long enough."""
@@ -247,91 +185,6 @@ class Events(_OfOrbit):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CoexistingAttractors(Observable):
-    """Number of different attractors that orbits from several starting points settle on.
-
-    Parameters
-    ----------
-    n_seeds : int
-        Starting points, one at random in each of as many equal cells of the domain.
-    transient, n, max_period : int
-        As in `Attractor`.
-
-    Notes
-    -----
-    Two cycles are one if their periods agree and their rightmost points lie within 1e-6 of the
-    domain; two chaotic orbits are one if they share at least half of the cells, of 256, that the
-    smaller one visits. Orbits that are undecided count as no attractor, so that the number is a
-    lower bound where ``undecided_share`` is above zero, and wherever a basin holds no seed.
-    """
-
-    name: ClassVar[str] = "coexisting_attractors"
-    n_seeds: int = _count(16)
-    transient: int = _count(1000, least=0)
-    n: int = _count(1000, least=2)
-    max_period: int = _count(64)
-
-    def outputs(self) -> tuple[Output, ...]:
-        """Return its variables."""
-        return (
-            Output("n_attractors", "int32", "number of coexisting attractors found"),
-            Output("undecided_share", "float64", "share of starting points without a verdict"),
-            Output("left_share", "float64", "share of starting points whose orbit ends"),
-        )
-
-    @property
-    def _run(self) -> Run:
-        return Run(self.n_seeds, self.transient, self.n, self.max_period)
-
-    def runs(self) -> dict[Run, int]:
-        """Return the orbits that it asks for."""
-        return {self._run: min(self.max_period, self.n // 2)}
-
-    def compute(self, points: Points) -> Columns:
-        """Return their values."""
-        found = points.orbits(self._run)
-        by_point = (points.size, self.n_seeds)
-        kind = found.verdicts.kind.reshape(by_point)
-        period = found.verdicts.period.reshape(by_point)
-        cells = found.verdicts.cells.reshape(*by_point, -1)
-        tail = found.followed.tail.reshape(*by_point, -1)
-        width = SAME_POINT * (points.high - points.low)
-        number = [
-            _cycles(period[i][kind[i] == PERIODIC], tail[i][kind[i] == PERIODIC], width[i])
-            + _chaotic_sets(cells[i][kind[i] == CHAOTIC])
-            for i in range(points.size)
-        ]
-        return {
-            "n_attractors": np.array(number, dtype=np.int32),
-            "undecided_share": (kind == UNDECIDED).mean(axis=1),
-            "left_share": (kind == LEFT).mean(axis=1),
-        }
-
-
-def _cycles(period: NDArray[Any], tail: NDArray[Any], apart: float) -> int:
-    """Count different cycles among orbits that have settled on one."""
-    found: list[tuple[int, float]] = []
-    for p, points in zip(period.tolist(), tail, strict=True):
-        rightmost = float(points[-p:].max())
-        if not any(p == q and abs(rightmost - other) <= apart for q, other in found):
-            found.append((p, rightmost))
-    return len(found)
-
-
-def _chaotic_sets(cells: NDArray[np.uint64]) -> int:
-    """Count different sets among chaotic orbits by the cells that they visit."""
-    found: list[NDArray[np.uint64]] = []
-    for bits in cells:
-        for other in found:
-            least = min(np.bitwise_count(bits).sum(), np.bitwise_count(other).sum())
-            if 2 * np.bitwise_count(bits & other).sum() >= least:
-                break
-        else:
-            found.append(bits)
-    return len(found)
-
-
-@dataclass(frozen=True, kw_only=True)
 class NeverReturns(Observable):
     """Share of starting points whose motion at last never returns to global stick.
 
@@ -345,8 +198,8 @@ class NeverReturns(Observable):
 
     name: ClassVar[str] = "never_returns"
     needs_events: ClassVar[bool] = True
-    n_seeds: int = _count(64)
-    n: int = _count(100, least=2)
+    n_seeds: int = whole(64)
+    n: int = whole(100, least=2)
 
     def outputs(self) -> tuple[Output, ...]:
         """Return its variables."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import importlib
 import shutil
 import zipfile
 from contextlib import suppress
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Place", "is_full", "place_of"]
 
+EXTRA = ("fsspec", "zarr", "xarray", "filelock", "psutil")
 ZIP = ".zip"
 GONE = "gone"  # a work folder that is being removed
 WORKING = ".partial"  # what is added to the name of a zip file while it is being computed
@@ -121,6 +123,20 @@ class Place:
                     archive.extractall(temporary)
 
 
+def require_extra() -> None:
+    """Say what to install, if it is not there.
+
+    Raises
+    ------
+    ImportError
+    """
+    try:
+        for name in EXTRA:
+            importlib.import_module(name)
+    except ImportError as error:
+        raise ImportError(f'{error}. Sweeps need: pip install "stickslip[sweep]"') from error
+
+
 def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) -> Place:
     """Find the place that a path or URL names.
 
@@ -138,6 +154,7 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
     ValueError
         No such file system, or what it needs is not installed.
     """
+    require_extra()
     from fsspec.core import url_to_fs
     from fsspec.implementations.local import LocalFileSystem
 

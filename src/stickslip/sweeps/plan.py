@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     import xarray
 
-    from stickslip.sweeps.observables import Observable
+    from stickslip.sweeps.observable import Observable
 
 __all__ = ["Plan", "read_plan"]
 

@@ -12,6 +12,7 @@ import itertools
 import math
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final
@@ -30,10 +31,10 @@ if TYPE_CHECKING:
 
     from stickslip.sweeps.axis import Axis
     from stickslip.sweeps.job import Computed, Job, Tile
-    from stickslip.sweeps.observables import Output
+    from stickslip.sweeps.observable import Output
     from stickslip.sweeps.place import Place
 
-__all__ = ["MARKS", "ROOT", "Store", "create_or_open", "described", "refuse_foreign"]
+__all__ = ["MARKS", "ROOT", "Store", "create_or_open", "described", "read_marks", "refuse_foreign"]
 
 ATTRIBUTE: Final = "stickslip"  # of the root group: what the sweep is and who computed it
 BEING_MADE: Final = {"being made": True}  # instead, until all arrays are laid out
@@ -71,34 +72,25 @@ class Store:
             No space is left; the tile is not marked.
         """
         try:
-            for output in self.outputs:
-                self.arrays[output.name][tile.region] = computed.arrays[output.name]
-            self.arrays[MARKS][tile.index] = _checksum(computed.arrays, self.outputs)
+            self._write(tile, computed)
         except Exception as error:
             if is_full(error):
                 raise StoreFull(
                     f"no space is left for {self.place.url}. What was finished is kept: make "
                     "room, then run the same sweep again to go on."
                 ) from error
-            raise
+            # A chunk at the end of an axis is read first: what lies there may be damaged.
+            self._forget(tile)
+            self._write(tile, computed)
 
-    def marks(self) -> Any:
-        """Read all marks, 0 where there is none or it is damaged."""
-        array = self.arrays[MARKS]
-        try:
-            return array[...]
-        except Exception:  # whatever the codecs say of a torn one: look at each by itself
-            marks = np.zeros(array.shape, dtype=np.uint64)
-            for index in np.ndindex(array.shape):
-                try:
-                    marks[index] = array[index]
-                except Exception:
-                    marks[index] = 0
-            return marks
+    def _write(self, tile: Tile, computed: Computed) -> None:
+        for output in self.outputs:
+            self.arrays[output.name][tile.region] = computed.arrays[output.name]
+        self.arrays[MARKS][tile.index] = _checksum(computed.arrays, self.outputs)
 
     def done(self, tiles: Iterable[Tile]) -> NDArray[np.bool_]:
         """Tell which tiles are marked and whole; what is left of others is removed."""
-        marks = self.marks()
+        marks = read_marks(self.arrays[MARKS])
         done = np.zeros(marks.shape, dtype=bool)
         marked = (tile for tile in tiles if marks[tile.index])
         with ThreadPoolExecutor(READERS) as pool:
@@ -107,7 +99,6 @@ class Store:
                 for tile, found in zip(some, pool.map(self._checksum_of, some), strict=True):
                     done[tile.index] = found == marks[tile.index]
                     if not done[tile.index]:
-                        # Or it would be read before the part of it inside the grid is written.
                         self._forget(tile)
         return done
 
@@ -123,6 +114,18 @@ class Store:
         for output in self.outputs:
             key = "/".join(map(str, (*tile.index, *(0 for _ in output.sizes))))
             self.place.remove(self.place.of(f"{output.name}/c/{key}"))
+
+
+def read_marks(array: Any) -> NDArray[np.uint64]:
+    """Read all marks, 0 where there is none or it is damaged."""
+    marks = np.zeros(array.shape, dtype=np.uint64)
+    try:
+        marks[...] = array[...]
+    except Exception:  # whatever the codecs say of a torn one: look at each by itself
+        for index in np.ndindex(array.shape):
+            with suppress(Exception):
+                marks[index] = array[index]
+    return marks
 
 
 def _checksum(arrays: Mapping[str, Any], outputs: tuple[Output, ...]) -> np.uint64:

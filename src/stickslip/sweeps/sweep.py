@@ -28,6 +28,7 @@ from stickslip.sweeps.store import (
     check_target,
     create_or_open,
     described,
+    read_marks,
     refuse_foreign,
 )
 from stickslip.sweeps.systems import as_system
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     from stickslip.sweeps.axis import Axis, AxisLike
     from stickslip.sweeps.engines import Outcome
     from stickslip.sweeps.job import Tile
-    from stickslip.sweeps.observables import Observable
+    from stickslip.sweeps.observable import Observable
     from stickslip.sweeps.store import Store
     from stickslip.sweeps.systems import System
 
@@ -163,13 +164,13 @@ def sweep(
     >>> with TemporaryDirectory() as folder:
     ...     found = ss.sweep(
     ...         ss.examples.coulomb(),
-    ...         {"V": (0.0366, 0.0372, 3)},
+    ...         {"V": [0.0366, 0.15]},
     ...         ["attractor"],
     ...         store=folder + "/map",
     ...         d0=0.279,
     ...     )
     ...     found.period.values
-    array([4, 4, 0], dtype=int32)
+    array([4, 1], dtype=int32)
     """
     if device != "cpu":
         raise ValueError(f"device = {device!r} is not available; allowed: 'cpu'.")
@@ -227,11 +228,12 @@ def open_sweep(
     if not place.packed and not place.exists(ROOT):
         raise StoreRefused(f"{place.url}: there is no sweep.")
     source = place.zarr_store(read_only=True)
-    facts = described(place, zarr.open_group(source, mode="r"))
+    group = zarr.open_group(source, mode="r")
+    facts = described(place, group)
     if facts == BEING_MADE:
         raise StoreRefused(f"{place.url}: the sweep has only begun.")
     dataset = xarray.open_zarr(source, chunks=None, consolidated=False)
-    marks = dataset[MARKS].values
+    marks = read_marks(group[MARKS])
     dataset.attrs = {
         **{key: facts[key] for key in ("version", "created", "digest")},
         "description": facts["description"],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.protocol import Map1D
     from stickslip.mechanics.eventmap.follow_records import Followed
+    from stickslip.mechanics.flow.engine import Engine, EngineName
     from stickslip.numerics.long_run import LongRun
 
     Floats: TypeAlias = NDArray[np.float64]
@@ -58,6 +60,12 @@ class System(Protocol):
         self, columns: Columns, starts: Floats, run: Run, tail: int
     ) -> tuple[LongRun, Followed]:
         """Follow orbits from ``starts`` (grid points, n_seeds), NaN passed over, in C order."""
+
+
+@lru_cache(maxsize=4096)
+def _engine_of(model: TwoBlock, name: EngineName) -> Engine:
+    """Prepare the engine of a model; laws come back in tile after tile."""
+    return engine_for(model, name)
 
 
 def as_system(given: Any) -> System:
@@ -139,7 +147,7 @@ class ModelSystem:
         size = len(models[0][1])
         if models[0][0].damping > 0.0:
             return self._one_by_one(columns, starts, of_start, run, tail)
-        engines = [engine_for(model, self.settings["engine"]) for model, _ in models]
+        engines = [_engine_of(model, self.settings["engine"]) for model, _ in models]
         law_row = np.zeros(size, dtype=np.int64)
         for row, (_, chosen) in enumerate(models):
             law_row[chosen] = row
@@ -193,7 +201,7 @@ class ModelSystem:
         for number, values in enumerate(distinct):
             model = self.model.replace(**dict(zip(names, values.tolist(), strict=True)))
             damped = model.damping > 0.0
-            key = "damped" if damped else engine_for(model, self.settings["engine"]).key
+            key = "damped" if damped else _engine_of(model, self.settings["engine"]).key
             groups.setdefault(key, []).append((model, inverse.ravel() == number))
         return [
             (models, np.any([chosen for _, chosen in models], axis=0)) for models in groups.values()

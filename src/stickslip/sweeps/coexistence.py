@@ -1,0 +1,106 @@
+"""How many attractors coexist: orbits from several starting points, told apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+import numpy as np
+
+from stickslip.numerics.long_run import CHAOTIC, LEFT, PERIODIC, UNDECIDED
+from stickslip.sweeps.observable import Columns, Observable, Output, whole
+from stickslip.sweeps.orbits import Run
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.sweeps.points import Points
+
+__all__ = ["CoexistingAttractors"]
+
+SAME_POINT: Final = 1e-6  # of the domain: cycles whose rightmost points are this close are one
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoexistingAttractors(Observable):
+    """Number of different attractors that orbits from several starting points settle on.
+
+    Parameters
+    ----------
+    n_seeds : int
+        Starting points, one at random in each of as many equal cells of the domain.
+    transient, n, max_period : int
+        As in `Attractor`.
+
+    Notes
+    -----
+    Two cycles are one if their periods agree and their rightmost points lie within 1e-6 of the
+    domain; two chaotic orbits are one if they share at least half of the cells, of 256, that the
+    smaller one visits. Orbits that are undecided count as no attractor, so that the number is a
+    lower bound where ``undecided_share`` is above zero, and wherever a basin holds no seed.
+    """
+
+    name: ClassVar[str] = "coexisting_attractors"
+    n_seeds: int = whole(16)
+    transient: int = whole(1000, least=0)
+    n: int = whole(1000, least=2)
+    max_period: int = whole(64)
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return its variables."""
+        return (
+            Output("n_attractors", "int32", "number of coexisting attractors found"),
+            Output("undecided_share", "float64", "share of starting points without a verdict"),
+            Output("left_share", "float64", "share of starting points whose orbit ends"),
+        )
+
+    @property
+    def _run(self) -> Run:
+        return Run(self.n_seeds, self.transient, self.n, self.max_period)
+
+    def runs(self) -> dict[Run, int]:
+        """Return the orbits that it asks for."""
+        return {self._run: min(self.max_period, self.n // 2)}
+
+    def compute(self, points: Points) -> Columns:
+        """Return their values."""
+        found = points.orbits(self._run)
+        by_point = (points.size, self.n_seeds)
+        kind = found.verdicts.kind.reshape(by_point)
+        period = found.verdicts.period.reshape(by_point)
+        cells = found.verdicts.cells.reshape(*by_point, -1)
+        tail = found.followed.tail.reshape(*by_point, -1)
+        width = SAME_POINT * (points.high - points.low)
+        number = [
+            _cycles(period[i][kind[i] == PERIODIC], tail[i][kind[i] == PERIODIC], width[i])
+            + _chaotic_sets(cells[i][kind[i] == CHAOTIC])
+            for i in range(points.size)
+        ]
+        return {
+            "n_attractors": np.array(number, dtype=np.int32),
+            "undecided_share": (kind == UNDECIDED).mean(axis=1),
+            "left_share": (kind == LEFT).mean(axis=1),
+        }
+
+
+def _cycles(period: NDArray[Any], tail: NDArray[Any], apart: float) -> int:
+    """Count different cycles among orbits that have settled on one."""
+    found: list[tuple[int, float]] = []
+    for p, points in zip(period.tolist(), tail, strict=True):
+        rightmost = float(points[-p:].max())
+        if not any(p == q and abs(rightmost - other) <= apart for q, other in found):
+            found.append((p, rightmost))
+    return len(found)
+
+
+def _chaotic_sets(cells: NDArray[np.uint64]) -> int:
+    """Count different sets among chaotic orbits by the cells that they visit."""
+    found: list[NDArray[np.uint64]] = []
+    for bits in cells:
+        for other in found:
+            least = min(np.bitwise_count(bits).sum(), np.bitwise_count(other).sum())
+            if 2 * np.bitwise_count(bits & other).sum() >= least:
+                break
+        else:
+            found.append(bits)
+    return len(found)

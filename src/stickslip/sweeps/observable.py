@@ -1,0 +1,77 @@
+"""What an observable is: settings, the variables that they record, and how."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.sweeps.orbits import Run
+    from stickslip.sweeps.points import Points
+
+__all__ = ["Columns", "Observable", "Output", "whole"]
+
+Columns: TypeAlias = "dict[str, NDArray[Any]]"
+
+
+@dataclass(frozen=True)
+class Output:
+    """One variable of a store: ``dims`` and ``sizes`` are what it has besides the axes."""
+
+    name: str
+    dtype: str
+    long_name: str
+    dims: tuple[str, ...] = ()
+    sizes: tuple[int, ...] = ()
+    flags: Mapping[int, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observable:
+    """Settings of something to record.
+
+    Attributes
+    ----------
+    name : str
+        What plan files call it.
+    needs_events : bool
+        Whether it asks for events, which maps of the user's own do not have.
+    """
+
+    name: ClassVar[str]
+    needs_events: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        """Check that counts are whole numbers in range."""
+        for each in fields(self):
+            if least := each.metadata.get("least"):
+                value = getattr(self, each.name)
+                if isinstance(value, bool) or not isinstance(value, int) or value < least[0]:
+                    raise ValueError(
+                        f"{each.name} = {value!r} of {self.name}: a whole number "
+                        f">= {least[0]} is needed."
+                    )
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return the variables that `compute` returns."""
+        raise NotImplementedError
+
+    def runs(self) -> dict[Run, int]:
+        """Return the orbits that it asks for, and how many of their last points."""
+        return {}
+
+    def compute(self, points: Points) -> Columns:
+        """Return each variable by name, shape (grid points, *sizes)."""
+        raise NotImplementedError
+
+    def identity(self) -> dict[str, Any]:
+        """Describe it in values that JSON can hold."""
+        return {"name": self.name, **asdict(self)}
+
+
+def whole(default: int, least: int = 1) -> Any:
+    """Make a setting that is a whole number, at least so large."""
+    return field(default=default, metadata={"least": (least,)})
