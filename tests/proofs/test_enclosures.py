@@ -18,6 +18,7 @@ from stickslip.proofs.jet import Jet, precision, variables
 from stickslip.proofs.power import Setting, step
 from stickslip.proofs.system import exact_parameters, fraction
 from stickslip.proofs.wave import Undecided
+from stickslip.status import OK
 
 RANGES = {"alpha": (0.1, 3), "beta": (0.5, 2), "mu": (0.05, 0.9), "V": (0.005, 0.3)}
 TOLERANCE = 1e-14  # the design's, times kappa
@@ -35,7 +36,7 @@ def binary(model):
 
 
 def disagreements(rng, systems, points, monkeypatch):
-    """Errors over tolerance of proven points, and how many stayed undecided."""
+    """Errors over tolerance, and how many points with a value stayed undecided."""
     grown = []
     after = flow._after
 
@@ -52,17 +53,24 @@ def disagreements(rng, systems, points, monkeypatch):
         setting = Setting(exact_parameters(model, binary(model)))
         d = rng.uniform(*model.domain, points)
         result = ss.event_map(model).evaluate(d)
-        for x, value, slope in zip(d, result.value, result.derivative, strict=True):
-            grown.clear()
-            with precision(128):
-                try:
-                    (piece,) = step(setting, variables([arb(float(x))], [arb(0)])[0])
-                except Undecided:
-                    undecided += 1
-                    continue
-                kappa = max([1.0, *grown])
-                error = float(abs(piece.value.range - float(value)).upper())
-                error_of_slope = float(abs(piece.value.gradient[0] - float(slope)).upper())
+        found = (result.value, result.derivative, result.status)
+        for x, value, slope, status in zip(d, *found, strict=True):
+            for bits in (128, 512):  # thin balls widen over dozens of events
+                grown.clear()
+                with precision(bits):
+                    try:
+                        (piece,) = step(setting, variables([arb(float(x))], [arb(0)])[0])
+                    except Undecided:
+                        piece = None
+                        break
+                    if piece.value.range.rad() < 1e-18 and piece.value.gradient[0].rad() < 1e-12:
+                        break
+            if piece is None:
+                undecided += int(status == OK)  # that none returns is never proven
+                continue
+            kappa = max([1.0, *grown])
+            error = float(abs(piece.value.range - float(value)).upper())
+            error_of_slope = float(abs(piece.value.gradient[0] - float(slope)).upper())
             if not error <= TOLERANCE * kappa or not error_of_slope <= 1e-9 * kappa**2:
                 wrong.append((model, x, value, error, kappa, error_of_slope))
     return wrong, undecided
@@ -79,7 +87,7 @@ def test_ten_thousand_random_points(monkeypatch):
     wrong, undecided = disagreements(np.random.default_rng(2), 1000, 10, monkeypatch)
     print(f"undecided: {undecided} of 10000")
     assert wrong == []
-    assert undecided < 500
+    assert undecided < 300
 
 
 @settings(max_examples=15)

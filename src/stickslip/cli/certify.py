@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 EXAMPLES = """\
 stickslip certify --preset coulomb --orbit 0.27739 --period 4 --out S4.json
 stickslip certify --preset coulomb --jump 0.279135
-stickslip certify --preset coulomb --V 0.036976 --orbit 0.27943 --period 4 --border V
+stickslip certify --preset coulomb --V 0.036976 --border V \\
+    --orbit 0.27943 --period 4
 stickslip certify --preset coulomb --max-period 1 --json
 """
 

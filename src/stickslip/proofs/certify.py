@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from math import inf, nan, nextafter
+from math import nan
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from flint import arb
@@ -16,7 +16,7 @@ from stickslip.analysis.orbits import PeriodicOrbit
 from stickslip.proofs.border import proven_border
 from stickslip.proofs.certificate import Certificate, certificate, refusal
 from stickslip.proofs.complete import survey
-from stickslip.proofs.jet import precision, variables
+from stickslip.proofs.jet import outward, precision, variables
 from stickslip.proofs.jump import proven_jump
 from stickslip.proofs.newton import NoZero
 from stickslip.proofs.orbit import proven_orbit
@@ -277,9 +277,9 @@ def enclose(
         return Enclosure(
             True,
             piece.itinerary,
-            _outward(value.range),
-            _outward(value.gradient[0]),
-            dict(zip(parameters, map(_outward, value.gradient[1:]), strict=True)),
+            outward(value.range),
+            outward(value.gradient[0]),
+            dict(zip(parameters, map(outward, value.gradient[1:]), strict=True)),
         )
 
 
@@ -297,11 +297,6 @@ def _inside(d: arb, setting: Setting, coordinates: list[arb]) -> None:
     end = (1 + given["beta"]) / (1 + 2 * given["alpha"])
     if any(abs(x) > end for x in (d.lower(), d.upper())):
         raise ValueError(f"d = {d} is outside the domain |d| <= {end.str(12, radius=False)}")
-
-
-def _outward(x: arb) -> tuple[float, float]:
-    """Return ends as floats, rounded outward."""
-    return nextafter(float(x.lower()), -inf), nextafter(float(x.upper()), inf)
 
 
 def _checked(

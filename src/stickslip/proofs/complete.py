@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from flint import arb
 
-from stickslip.proofs.jet import Jet, variables
+from stickslip.proofs.jet import Jet, outward, variables
 from stickslip.proofs.newton import NoZero
 from stickslip.proofs.orbit import proven_orbit
 from stickslip.proofs.power import Setting, step
@@ -63,40 +63,37 @@ def survey(setting: Setting, max_period: int, digits: int, *, narrowest: float =
     found = Survey()
     known: list[_Known] = []
     values = setting.values
-    end = number((1 + values["beta"]) / (1 + 2 * values["alpha"])).upper()
+    end = number((1 + values["beta"]) / (1 + 2 * values["alpha"]))
     for period in range(1, max_period + 1):
-        width = end / BOXES
-        waiting = [(width * k, width) for k in range(1 - BOXES, BOXES, 2)]
+        # Balls round outward, so that neighbours overlap and nothing lies between them.
+        waiting = [end * arb(k, 1) / BOXES for k in range(1 - BOXES, BOXES, 2)]
         while waiting:
-            middle, radius = waiting.pop()
-            middle = middle.mid()
+            box = waiting.pop()
             found.boxes += 1
-            if _settled(setting, middle, radius, period, known, found, digits):
+            if _settled(setting, box, period, known, found, digits):
                 continue
-            if radius < narrowest:
-                found.undecided.append((float(middle - radius), float(middle + radius)))
+            if box.rad() < narrowest:
+                found.undecided.append(outward(box))
                 continue
-            half = radius / 2
-            waiting += [(middle - half, half), (middle + half, half)]
+            half = box.rad() / 2
+            waiting += [box.mid() + sign * half + arb(0, half) for sign in (-1, 1)]
     found.orbits.sort(key=lambda o: (o["period"], float(o["points"][0].split()[0])))
     return found
 
 
 def _settled(
     setting: Setting,
-    middle: arb,
-    radius: arb,
+    box: arb,
     period: int,
     known: list[_Known],
     found: Survey,
     digits: int,
 ) -> bool:
     """Whether an interval holds no orbit of a period, or only one that is known by now."""
-    box = middle + arb(0, radius)
     if any(orbit.period == period and orbit.alone.contains(box) for orbit in known):
         return True
-    (d,) = variables([middle], [radius])
-    values = _values(setting, d, period, float(radius) < SPLIT_FIRST)
+    (d,) = variables([box.mid()], [box.rad()])
+    values = _values(setting, d, period, bool(box.rad() < SPLIT_FIRST))
     if values is None:
         return False
     if all(not value.range.overlaps(box) for value in values):
@@ -107,7 +104,7 @@ def _settled(
     rate = value.gradient[0] - 1
     if not rate.is_finite() or rate.contains(0):
         return False
-    new = middle - (value.centre - middle) / rate
+    new = box.mid() - (value.centre - box.mid()) / rate
     if not new.overlaps(box):
         return True
     # f^p - d is monotone: at most one root here.

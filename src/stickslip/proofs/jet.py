@@ -13,11 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from math import inf, nextafter
 from typing import Final, TypeAlias
 
 from flint import arb, ctx
 
-__all__ = ["HALF", "Jet", "Number", "hull", "precision", "variables"]
+__all__ = ["HALF", "Jet", "Number", "hull", "outward", "precision", "variables"]
 
 HALF: Final = arb(1) / 2
 
@@ -165,6 +166,11 @@ def sin_cos(x: Number) -> tuple[Number, Number]:
     """Sine and cosine of either sort of number."""
     sine, cosine = x.sin_cos()
     return sine, cosine
+
+
+def outward(x: arb) -> tuple[float, float]:
+    """Return the ends of a ball as floats, rounded outward."""
+    return nextafter(float(x.lower()), -inf), nextafter(float(x.upper()), inf)
 
 
 def hull(low: arb, high: arb) -> arb:
