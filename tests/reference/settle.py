@@ -81,10 +81,14 @@ def settle(
 def changes_nearby(
     system: System, d: float, reference: Motion, kappa: float, limits: dict[str, float]
 ) -> bool:
-    """Whether the reference's itinerary is another one at d - or d + 64 kappa ulp(d)."""
+    """Whether the reference's itinerary is another one at d - or d + 64 kappa ulp(d).
+
+    Near d = 0 doubles are finer than the forces that a motion starts with, 1 + (1 + 2 alpha) d:
+    the reach is no shorter than one ulp of those.
+    """
     if not math.isfinite(kappa):
         return True
-    reach = 64 * kappa * math.ulp(d)
+    reach = kappa * max(64 * math.ulp(d), math.ulp(1.0) / (1 + 2 * float(system.alpha)))
     end = (1 + system.beta) / (1 + 2 * system.alpha)
     for side in (-1, 1):
         near = exact(d) + side * arb(reach)
