@@ -130,4 +130,4 @@ def test_the_proof_of_sliding_sees_a_narrow_dent(low, high, falls):
     dented = ss.TabulatedFriction([0, 0.9, 0.901, 4.0], [0.1, 0.28, 0.25, 0.9])
     code = law_code([dented])
     least_slope = least_slope_kernel(code)
-    assert (least_slope(code.parameter_rows([dented]), 0, low, high) < 0.0) is falls
+    assert bool(least_slope(code.parameter_rows([dented]), 0, low, high) < 0.0) is falls
