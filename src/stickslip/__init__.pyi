@@ -2,8 +2,11 @@
 from . import examples as examples
 from . import status as status
 from .analysis.piecewise_map import PiecewiseMap as PiecewiseMap
-from .mechanics.cycle.cycle import find_cycle as find_cycle
+from .mechanics.cycle.continuation import continue_cycle as continue_cycle
 from .mechanics.cycle.equilibria import equilibria as equilibria
+from .mechanics.cycle.search import find_cycle as find_cycle
+from .mechanics.cycle.stroboscopic import stroboscopic_map as stroboscopic_map
+from .mechanics.cycle.trapping import trapping_ball as trapping_ball
 from .mechanics.flow.trajectory import simulate as simulate
 from .mechanics.friction import Coulomb as Coulomb
 from .mechanics.friction import FrictionLaw as FrictionLaw
@@ -22,6 +25,7 @@ from .study.bifurcations import continue_breakpoint as continue_breakpoint
 from .study.bifurcations import continue_orbit as continue_orbit
 from .study.diagram import bifurcation_diagram as bifurcation_diagram
 from .study.event_map import event_map as event_map
+from .study.limit_cycles import limit_cycles as limit_cycles
 from .study.maps import attractors as attractors
 from .study.maps import basins as basins
 from .study.maps import branches as branches
@@ -31,6 +35,7 @@ from .study.maps import lyapunov_exponent as lyapunov_exponent
 from .study.maps import periodic_orbits as periodic_orbits
 from .study.model_file import read_model as read_model
 from .study.model_file import write_model as write_model
+from .study.return_region import return_region as return_region
 from .study.storage import load as load
 
 __version__: str

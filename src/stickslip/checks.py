@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from math import inf, isfinite
 from numbers import Real
+from typing import Any
 
 import numpy as np
 
-__all__ = ["finite_number"]
+__all__ = ["checked_interval", "finite_number"]
 
 
 def finite_number(
@@ -74,3 +75,22 @@ def _range(name: str, above: float, at_least: float, at_most: float) -> str:
     if at_most < inf:
         return f", {low:g} {sign} {name} <= {at_most:g}"
     return "" if low == -inf else f" {sign.replace('<', '>')} {low:g}"
+
+
+def checked_interval(name: str, ends: Any) -> tuple[float, float]:
+    """Return the ends of an interval as floats.
+
+    Raises
+    ------
+    ValueError
+        Not a pair of finite numbers in ascending order; ``name`` is what the user called it.
+    """
+    try:
+        low, high = (float(end) for end in ends)
+    except (TypeError, ValueError) as reason:
+        raise ValueError(f"{name} = {ends!r}: a pair of numbers (lo, hi) is needed.") from reason
+    if not (isfinite(low) and isfinite(high) and low < high):
+        raise ValueError(
+            f"{name} = ({low:.12g}, {high:.12g}): finite ends with lo < hi are needed."
+        )
+    return low, high

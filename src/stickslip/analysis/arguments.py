@@ -2,34 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
+from stickslip.checks import checked_interval
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from stickslip.analysis.protocol import MapFamily
 
 __all__ = ["checked_count", "checked_interval", "checked_parameter", "checked_range"]
-
-
-def checked_interval(name: str, ends: Any) -> tuple[float, float]:
-    """Return the ends of an interval as floats.
-
-    Raises
-    ------
-    ValueError
-        Not a pair of finite numbers in ascending order; ``name`` is what the user called it.
-    """
-    try:
-        low, high = (float(end) for end in ends)
-    except (TypeError, ValueError) as reason:
-        raise ValueError(f"{name} = {ends!r}: a pair of numbers (lo, hi) is needed.") from reason
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ValueError(
-            f"{name} = ({low:.12g}, {high:.12g}): finite ends with lo < hi are needed."
-        )
-    return low, high
 
 
 def checked_parameter(f: MapFamily, name: str) -> None:

@@ -16,6 +16,7 @@ from stickslip import __version__
 from stickslip.cli import (
     basins,
     bifurcations,
+    cycles,
     diagram,
     doctor,
     map,
@@ -26,7 +27,18 @@ from stickslip.cli import (
 )
 from stickslip.cli.failure import BAD_USAGE, DONE, INTERRUPTED, exit_code_of
 
-COMMANDS = (map, orbits, basins, bifurcations, diagram, simulate, reproduce, doctor, warmup)
+COMMANDS = (
+    map,
+    orbits,
+    basins,
+    bifurcations,
+    diagram,
+    simulate,
+    cycles,
+    reproduce,
+    doctor,
+    warmup,
+)
 
 
 def application() -> App:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
+import mpmath
 import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.mechanics.cycle.cycle import Cycle
 
 COULOMB = ss.examples.coulomb()
 
@@ -97,3 +100,98 @@ def test_bad_input_is_told() -> None:
         ss.find_cycle(COULOMB, [0.1], [0.0])
     with pytest.raises(ValueError, match="max_events"):
         ss.find_cycle(COULOMB, [0.1, 0.1], [0.0, 0.0], max_events=0)
+
+
+def test_the_period_is_the_least_one() -> None:
+    """Law (9) without global stick: complex multipliers, so that a second return is nearer."""
+    model = ss.examples.law9()
+    cycle = ss.find_cycle(model, model.onset(0.62), [model.V] * 2)
+    motion = cycle.trajectory
+    t = np.linspace(0, 1, 50) * cycle.period
+    for part in (2, 3, 4):
+        shifted = motion.x((t + cycle.period / part) % cycle.period)
+        assert np.abs(shifted - motion.x(t)).max() > 0.01
+    # Their squares are those of two rounds.
+    assert abs((cycle.multipliers[0] ** 2).imag) == pytest.approx(0.633325, abs=1e-6)
+    assert cycle.period == pytest.approx(4.380753446647, abs=1e-11)
+
+
+def test_a_cycle_without_events_is_found_from_a_near_guess() -> None:
+    """Leine et al. (1998): between steady sliding and stick–slip lies a cycle that repels."""
+    block = ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3), damping=1.25)
+    (sliding,) = ss.equilibria(block)
+    cycle = ss.find_cycle(block, sliding.x + 0.198, [0.0])
+    assert cycle.events == ()
+    assert not cycle.stable
+    assert cycle.residual < 1e-13
+    with pytest.raises(ValueError, match="no cycle was found"):
+        ss.find_cycle(block, sliding.x + 0.1, [0.0])
+    outside = ss.find_cycle(block, sliding.x + 0.23, [0.0])
+    assert outside.stable
+    assert len(outside.events) == 2
+
+
+def at_time(series: list[mpmath.mpf], h: mpmath.mpf) -> mpmath.mpf:
+    """Value of a Taylor series."""
+    return sum(c * h**k for k, c in enumerate(series))
+
+
+def period_in_many_digits(gamma: float, V: float, step: float = 0.0625) -> mpmath.mpf:
+    """Slip from the edge of stick, x = 1, back to the belt, by Taylor series; then the ride."""
+    x, w, t, order = mpmath.mpf(1), mpmath.mpf(0), mpmath.mpf(0), 30
+    while True:
+        xs, ws, qs, forces = [x], [w], [1 - gamma * w], []
+        for k in range(order):
+            tail = sum(qs[j] * forces[k - j] for j in range(1, k + 1))
+            forces.append(((1 if k == 0 else 0) - tail) / qs[0])
+            xs.append((ws[k] + (V if k == 0 else 0)) / (k + 1))
+            ws.append((forces[k] - xs[k]) / (k + 1))
+            qs.append(-gamma * ws[k + 1])
+        end = at_time(ws, step)
+        if t > 1 and end > 0:
+            at = mpmath.findroot(partial(at_time, ws), (0, step), "anderson")
+            return t + at + (1 - at_time(xs, at)) / V
+        x, w, t = at_time(xs, step), end, t + step
+
+
+@pytest.mark.parametrize(("gamma", "V"), [(3.0, 0.3), (1.0, 0.05)])
+def test_one_block_with_law_9_against_many_digits(gamma: float, V: float) -> None:
+    cycle = ss.find_cycle(ss.Oscillator(V=V, friction=ss.PoppStelter(gamma=gamma)), [0.9], [0.0])
+    with mpmath.workdps(30):
+        expected = period_in_many_digits(gamma, mpmath.mpf(V))
+        assert abs(cycle.period - expected) < 1e-12
+
+
+def balanced(cycle: Cycle) -> None:
+    """Over one period belt and forcing put in what friction and dampers take out."""
+    energy = cycle.trajectory.energy([0.0, cycle.period])
+    put_in = energy.belt_work[1] + energy.forcing_work[1]
+    assert energy.dissipation[1] > 0.1
+    assert put_in == pytest.approx(energy.dissipation[1], abs=1e-12)
+    assert energy.kinetic[1] == pytest.approx(energy.kinetic[0], abs=1e-12)
+    assert energy.elastic[1] == pytest.approx(energy.elastic[0], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        COULOMB,
+        ss.examples.law9(),
+        ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3, eta=0.05), damping=0.1),
+        ss.Chain(
+            static=[1, 1.3, 1.1], alpha=1.2, V=0.3, friction=ss.Coulomb(mu=0.22), damping=0.02
+        ),
+        ss.Oscillator(
+            V=0.3, friction=ss.PoppStelter(gamma=1), damping=0.1, forcing=ss.Harmonic(0.5, 1.7)
+        ),
+    ],
+    ids=["coulomb", "law9", "damped", "chain", "forced"],
+)
+def test_energy_balances_over_a_period(model: ss.TwoBlock | ss.Chain | ss.Oscillator) -> None:
+    x, v = model.sample_state(2)
+    balanced(ss.find_cycle(model, x, v))
+
+
+def test_energy_balances_over_a_cycle_that_repels() -> None:
+    block = ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3), damping=1.25)
+    balanced(ss.find_cycle(block, ss.equilibria(block)[0].x + 0.198, [0.0]))

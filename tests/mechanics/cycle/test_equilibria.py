@@ -55,3 +55,83 @@ def test_forced_models_have_none() -> None:
     model = ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.4), forcing=ss.Harmonic(0.1, 1.0))
     with pytest.raises(ValueError, match="no equilibrium"):
         ss.equilibria(model)
+
+
+def test_where_a_damped_block_begins_to_squeal() -> None:
+    """F = 1/(1 + 3 s): damping c is outweighed below c (1 + 3 V)^2 = 3 (Leine et al. 1998)."""
+    model = ss.Oscillator(V=0.4, friction=ss.PoppStelter(gamma=3), damping=1.171875)
+    (found,) = ss.equilibria(model)
+    (point,) = found.hopf_points
+    assert found.stable
+    assert point.V == pytest.approx(0.2, abs=1e-15)
+    assert point.frequency == pytest.approx(1.0, abs=1e-14)
+    assert point.crossing == pytest.approx(-0.5 * 18 / 1.6**3, rel=1e-9)
+    # Averaging over one period: a' = -F''' a^3 / 16 for y'' + y = ... - F''' y'^3 / 6.
+    assert point.lyapunov == pytest.approx(6 * 27 / 1.6**4 / 16, rel=1e-11)
+    assert point.criticality == "sub"
+    assert point.changes_stability
+    assert np.isnan(point.amplitude(0.19))
+    assert ss.equilibria(model, speeds=(0.3, 1.0))[0].hopf_points == ()
+
+
+def test_amplitudes_at_onset_follow_the_lyapunov_coefficient() -> None:
+    """Two coupled modes, laws with curvature: 1 / a^2 falls by 2 lyapunov per unit of time."""
+    model = ss.Blocks(
+        mass=[1, 2],
+        stiffness=[[2.2, -1.2], [-1.2, 3.1]],
+        damping=[[0.3, 0], [0, 0.5]],
+        static=[1, 1.3],
+        friction=[ss.PoppStelter(gamma=2), ss.PoppStelter(gamma=3, delta=0.1)],
+        V=0.3,
+    )
+    slow, fast = ss.equilibria(model)[0].hopf_points
+    assert (slow.changes_stability, fast.changes_stability) == (False, True)
+    assert slow.criticality == fast.criticality == "sub"
+    motion = ss.simulate(fast.model, *fast.state(0.04), t_end=60 * fast.period)
+    t = np.linspace(0, fast.period, 400, endpoint=False)
+    block = int(np.argmax(np.abs(fast.mode)))
+    sizes = [
+        0.5 * float(np.ptp(motion.x(start + t)[:, block]))
+        for start in (20 * fast.period, 59 * fast.period)
+    ]
+    fall = (sizes[0] ** -2 - sizes[1] ** -2) / (39 * fast.period)
+    assert fast.lyapunov is not None
+    assert fall == pytest.approx(2 * fast.lyapunov, rel=0.03)
+
+
+def test_two_modes_may_cross_at_one_speed() -> None:
+    """Equal blocks but for their limits: damping (d, -d), which time reversal and a swap keep."""
+    law = ss.PoppStelter(gamma=3, delta=0.2, eta=0.1)
+    model = ss.Chain(static=[1, 1.3], alpha=1.2, V=1.5, friction=law, damping=0.05)
+    points = ss.equilibria(model)[0].hopf_points
+    assert len(points) == 2
+    assert points[0].V == points[1].V
+    assert len(ss.equilibria(model)[0].critical_speeds) == 1
+
+
+@pytest.mark.parametrize("speeds", [(0.0, 1.0), (2.0, 1.0), (0.1, np.inf), 3.0])
+def test_a_range_of_speeds_is_checked(speeds: object) -> None:
+    with pytest.raises(ValueError, match="speeds"):
+        ss.equilibria(ss.examples.law9(), speeds=speeds)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("share", [0.999, 1.001])
+def test_a_neutral_family_ends_where_a_motion_grazes(share: float) -> None:
+    """Just inside its boundary no block ever sticks; just outside one does."""
+    model = ss.examples.coulomb().replace(V=0.3)
+    family = ss.equilibria(model)[0].neutral_family
+    assert family is not None
+    for mode in range(2):
+        x = family.x + share * family.boundary[mode] * family.modes[:, mode]
+        assert family.clearance(x, [0, 0]) == pytest.approx(0.3 * (1 - share), abs=1e-13)
+        events = ss.simulate(model, x, [0, 0], t_end=20).events
+        assert bool(events) == (share > 1)
+    together = family.x + 0.45 * share * (family.modes * family.boundary).sum(axis=1)
+    assert family.clearance(together, [0, 0]) > 0
+    assert not ss.simulate(model, together, [0, 0], t_end=200).events
+
+
+def test_other_models_have_no_neutral_family() -> None:
+    assert ss.equilibria(ss.examples.law9())[0].neutral_family is None
+    damped = ss.examples.coulomb().replace(damping=0.1)
+    assert ss.equilibria(damped)[0].neutral_family is None

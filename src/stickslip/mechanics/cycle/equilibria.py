@@ -1,31 +1,23 @@
-"""Steady sliding: where it is, and the belt speed at which it loses stability."""
+"""Steady sliding: where it is, its modes, and the belt speeds at which it loses stability."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import brentq
 
-from stickslip.mechanics.model.belt_model import BeltModel
-from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.checks import checked_interval
+from stickslip.mechanics.cycle.hopf import NEUTRAL, HopfPoint, hopf_points
+from stickslip.mechanics.cycle.neutral import NeutralFamily, neutral_family
+from stickslip.mechanics.cycle.sliding import Model, modes, steady_displacements
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
 
-__all__ = ["Equilibrium", "equilibria"]
-
-Model: TypeAlias = TwoBlock | BeltModel
-
-N_SPEEDS: Final = 400
-SPEEDS: Final = (1e-4, 1e2)
-"""Range of belt speeds in which changes of stability are looked for."""
-
-NEUTRAL: Final = 1e-12
-"""Of the largest frequency: growth rates this small are rounding."""
+__all__ = ["Equilibrium", "Model", "equilibria"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +36,11 @@ class Equilibrium:
         All growth rates are negative; an undamped mode makes it neutral, which is not stable.
     neutral : bool
         The largest growth rate is zero: small motions neither grow nor decay.
-    critical_speeds : ndarray of float
-        Belt speeds from 1e-4 to 100 at which it changes its stability, ascending.
+    neutral_family : NeutralFamily or None
+        Without damping and with constant friction: the motions about it, none of which is a
+        cycle, and where they graze the belt.
+    hopf_points : tuple of HopfPoint
+        Where a pair of modes begins or ceases to grow in the range of belt speeds searched.
     """
 
     x: Floats
@@ -53,15 +48,22 @@ class Equilibrium:
     eigenvalues: NDArray[np.complex128]
     stable: bool
     neutral: bool
-    critical_speeds: Floats
+    neutral_family: NeutralFamily | None
+    hopf_points: tuple[HopfPoint, ...]
+
+    @property
+    def critical_speeds(self) -> Floats:
+        """Belt speeds at which it changes its stability, ascending."""
+        return np.unique([point.V for point in self.hopf_points if point.changes_stability])
 
     def __repr__(self) -> str:
         """Stability, then the modes."""
         word = "neutral" if self.neutral else "stable" if self.stable else "unstable"
-        speeds = ", ".join(f"{v:.10g}" for v in self.critical_speeds) or "none"
         lines = [f"Equilibrium: steady sliding at V = {self.V:.10g}, {word}"]
         lines.append(f"  x = {', '.join(f'{x:.10g}' for x in self.x)}")
-        lines.append(f"  changes its stability at V = {speeds}")
+        lines += [f"  {point!r}" for point in self.hopf_points]
+        if not self.critical_speeds.size:
+            lines.append("  keeps its stability at all belt speeds searched")
         lines += [
             f"  growth rate {value.real:14.8g}   frequency {value.imag:.10g}"
             for value in self.eigenvalues
@@ -70,13 +72,17 @@ class Equilibrium:
         return "\n".join(lines)
 
 
-def equilibria(model: Model) -> tuple[Equilibrium, ...]:
+def equilibria(
+    model: Model, *, speeds: tuple[float, float] = (1e-4, 1e2)
+) -> tuple[Equilibrium, ...]:
     """Find the steady sliding of a model, its stability, and where that changes with V.
 
     Parameters
     ----------
     model : TwoBlock, Blocks, Chain or Oscillator
         Unforced, with V > 0.
+    speeds : tuple of float
+        Range of belt speeds in which changes of stability are looked for, above 0.
 
     Returns
     -------
@@ -87,12 +93,21 @@ def equilibria(model: Model) -> tuple[Equilibrium, ...]:
     Raises
     ------
     ValueError
-        The model is forced.
+        The model is forced, or the range is none.
 
     Notes
     -----
     ``K X = limit F(V)``; small motions obey ``M y'' + (C + diag(limit F'(V))) y' + K y = 0``: a
     law that falls with speed feeds energy (negative damping), which is how brakes squeal.
+    Derivation: docs/theory/cycles.md.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> block = ss.Oscillator(V=0.4, friction=ss.PoppStelter(gamma=3), damping=1.171875)
+    >>> (sliding,) = ss.equilibria(block)
+    >>> sliding.hopf_points[0]
+    HopfPoint: V = 0.2, frequency 1, subcritical, calms as V grows
     """
     structure = model.structure
     if structure.is_forced:
@@ -100,47 +115,20 @@ def equilibria(model: Model) -> tuple[Equilibrium, ...]:
             "a forced model has no equilibrium. Take the model without its forcing, "
             "model.replace(forcing=None)."
         )
-    friction = structure.static * [float(law.force(model.V)) for law in model.laws]
-    values = _eigenvalues(model, model.V)
+    low, high = checked_interval("speeds", speeds)
+    if low <= 0.0:
+        raise ValueError(f"speeds = {speeds!r} is not allowed: belt speeds above 0")
+    values = modes(model, model.V).values
     largest = float(values[0].real)
     neutral = abs(largest) <= NEUTRAL * np.abs(values).max()
     return (
         Equilibrium(
-            x=np.asarray(np.linalg.solve(structure.stiffness, friction), dtype=np.float64),
+            x=steady_displacements(model, model.V),
             V=model.V,
             eigenvalues=values,
             stable=largest < 0.0 and not neutral,
             neutral=neutral,
-            critical_speeds=_critical_speeds(model),
+            neutral_family=neutral_family(model),
+            hopf_points=hopf_points(model, (low, high)),
         ),
     )
-
-
-def _eigenvalues(model: Model, V: float) -> NDArray[np.complex128]:
-    """Eigenvalues of small motions about steady sliding at a belt speed."""
-    s = model.structure
-    n = s.n_blocks
-    feeding = s.damping + np.diag(s.static * [float(law.slope(V)) for law in model.laws])
-    matrix = np.zeros((2 * n, 2 * n))
-    matrix[:n, n:] = np.eye(n)
-    matrix[n:, :n] = -s.stiffness / s.mass[:, None]
-    matrix[n:, n:] = -feeding / s.mass[:, None]
-    values = np.linalg.eigvals(matrix).astype(np.complex128)
-    return np.asarray(values[np.lexsort((-values.imag, -values.real))])
-
-
-def _critical_speeds(model: Model) -> Floats:
-    """Speeds at which the largest growth rate changes its sign."""
-
-    def growth(V: float) -> float:
-        values = _eigenvalues(model, V)
-        rate = float(values[0].real)
-        return 0.0 if abs(rate) <= NEUTRAL * np.abs(values).max() else rate
-
-    speeds = np.geomspace(*SPEEDS, N_SPEEDS)
-    rates = np.array([growth(float(V)) for V in speeds])
-    found = [
-        float(brentq(growth, speeds[k], speeds[k + 1], xtol=1e-300, rtol=1e-14))
-        for k in np.flatnonzero(rates[:-1] * rates[1:] < 0)
-    ]
-    return np.array(found)

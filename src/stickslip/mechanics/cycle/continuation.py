@@ -1,0 +1,334 @@
+"""Limit cycles along a parameter: shooting from a section, followed by pseudo-arclength."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from scipy.optimize import brentq
+
+from stickslip.checks import checked_interval
+from stickslip.mechanics.cycle.branch import (
+    CycleBifurcation,
+    CycleBranch,
+    CycleEnd,
+    CycleEndReason,
+    CycleKind,
+)
+from stickslip.mechanics.cycle.crossing import on_section, partners
+from stickslip.mechanics.cycle.cycle import Cycle, cycle_of
+from stickslip.mechanics.cycle.section import Shot
+from stickslip.mechanics.cycle.shooting import Shooter
+from stickslip.mechanics.cycle.sliding import modes
+from stickslip.mechanics.cycle.touches import Touch, touches
+from stickslip.numerics.continuation import (
+    Curve,
+    CurvePoint,
+    LeavesRegion,
+    StepControl,
+    StepTooLong,
+    WalkEnd,
+    turns_back,
+)
+from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from stickslip.mechanics.cycle.sliding import Model
+
+__all__ = ["continue_cycle"]
+
+CONTROL: Final = StepControl(first=0.005, smallest=1e-13, largest=1 / 32, patience=64)
+MAX_CHANGES: Final = 24  # changes of the sequence of modes that one branch is followed through
+ORDER: Final = ("landing", "grazing", "limit", "tie")
+DECISIVE: Final = 1e-5  # room that a touch may have left where a walk could go no further
+AWAY: Final = 1e-6  # least half-width of the interval in which a Hopf point is solved for
+
+
+def continue_cycle(
+    cycle: Cycle,
+    model: Model,
+    parameter: str,
+    range: tuple[float, float],
+    *,
+    max_points: int = 2000,
+) -> CycleBranch:
+    """Follow a limit cycle along a parameter of its model, to both ends of a range.
+
+    Parameters
+    ----------
+    cycle : Cycle
+        From `stickslip.find_cycle` or `stickslip.limit_cycles`.
+    model : TwoBlock, Blocks, Chain or Oscillator
+        The cycle's model.
+    parameter : str
+        One of ``model.parameters``.
+    range : tuple of float
+        Lowest and highest value, about the model's own.
+    max_points : int
+        Cycles computed in each direction at most.
+
+    Returns
+    -------
+    CycleBranch
+
+    Raises
+    ------
+    ValueError
+        No such parameter; a range without the model's value in it; the cycle is not one of the
+        model, or belongs to a neutral family.
+
+    Notes
+    -----
+    Unknowns are a state where a block comes to rest in space (of a forced model: at the
+    forcing's phase at time 0), the period and the parameter. A branch goes on through folds, and
+    where the sequence of modes changes it goes on with the cycle that is found there with
+    other modes. Derivation: docs/theory/cycles.md.
+    """
+    low, high = _checked(cycle, model, parameter, range)
+    walks = [
+        _Walk(cycle, model, parameter, (low, high), sign, max_points).run() for sign in (-1, 1)
+    ]
+    backward, forward = walks
+    # One branch in one order: the walk downward is turned round.
+    cycles = [*reversed(backward.cycles), *forward.cycles[1:]]
+    values = [*reversed(backward.values), *forward.values[1:]]
+    offset = len(backward.cycles) - 1
+    passed = [
+        replace(item, row=max(offset - item.row - 1, 0)) for item in reversed(backward.passed)
+    ]
+    passed += [replace(item, row=offset + item.row) for item in forward.passed]
+    return CycleBranch(
+        parameters={parameter: np.array(values)},
+        cycles=tuple(cycles),
+        bifurcations=tuple(passed),
+        ends=(backward.end, forward.end),
+        model=model,
+    )
+
+
+def _checked(
+    cycle: Cycle, model: Model, parameter: str, ends: tuple[float, float]
+) -> tuple[float, float]:
+    if parameter not in model.parameters:
+        known = did_you_mean(parameter, list(model.parameters))
+        raise ValueError(f"{parameter!r} is not a parameter of this model. {known}")
+    low, high = checked_interval("range", ends)
+    own = model.parameters[parameter]
+    if not low <= own <= high:
+        raise ValueError(
+            f"range = ({low:.12g}, {high:.12g}) does not contain the model's own {parameter} = "
+            f"{own!r}, where the cycle is."
+        )
+    if cycle.model != model:
+        raise ValueError("the cycle is not one of this model. Take cycle.model.")
+    if not cycle.events and not (np.abs(np.abs(cycle.multipliers) - 1.0) > 1e-9).any():
+        raise ValueError(
+            "this motion belongs to a neutral family, which fills a region: it is no limit cycle "
+            "that could be followed. See stickslip.equilibria(model)[0].neutral_family."
+        )
+    return low, high
+
+
+class _Walk:
+    """From a cycle in one direction of the parameter, through changes of modes."""
+
+    def __init__(
+        self,
+        cycle: Cycle,
+        model: Model,
+        name: str,
+        ends: tuple[float, float],
+        sign: int,
+        max_points: int,
+    ) -> None:
+        self.model, self.name, self.ends, self.max_points = model, name, ends, max_points
+        self.shooting, y = on_section(cycle, name)
+        self.curve = self._curve(y)
+        here = self.curve.point(y)
+        self.here = here if sign > 0 else here.reversed()
+        self.cycles: list[Cycle] = [self._cycle(here)]
+        self.values = [here.parameter]
+        self.passed: list[CycleBifurcation] = []
+        self.end = CycleEnd("step limit", here.parameter)
+        self.fresh = 0  # cycles when the section was last chosen
+
+    def _curve(self, y: np.ndarray) -> Curve:
+        low, high = self.ends
+        period = float(y[-2]) if self.shooting.section.block is not None else 1.0
+        return Curve(self.shooting, self.shooting.scale(high - low, period), low, high, CONTROL)
+
+    def _cycle(self, point: CurvePoint) -> Cycle:
+        shot: Shot = point.note
+        return cycle_of(shot)
+
+    # --- along the curve --------------------------------------------------------------------
+
+    def run(self) -> _Walk:
+        """Walk to the end."""
+        for _ in range(MAX_CHANGES):
+            reason = self._smooth_piece()
+            if reason is not None:
+                self.end = CycleEnd(reason, self.here.parameter)
+                return self
+            if (reason := self._change_modes()) is not None:
+                self.end = CycleEnd(reason, self.here.parameter)
+                return self
+        self.end = CycleEnd("point limit", self.here.parameter)
+        return self
+
+    def _smooth_piece(self) -> CycleEndReason | None:
+        """Walk while the sequence of modes stays; None where it changes."""
+        steps = self.curve.walk(self.here)
+        while True:
+            try:
+                new = next(steps)
+            except StopIteration as stop:
+                return self._stopped(stop.value)
+            if self._passes_rest(self.here, new):
+                return self._vanish(self.here, new)
+            self._look_between(self.here, new)
+            self.here = new
+            self.cycles.append(self._cycle(new))
+            self.values.append(new.parameter)
+            if len(self.cycles) >= self.max_points:
+                return "point limit"
+
+    def _stopped(self, end: WalkEnd) -> CycleEndReason | None:
+        self.here = end.last
+        if end.reason == "end of range":
+            return "end of range"
+        if self._touch() is not None:
+            return None
+        return self._elsewhere()
+
+    def _elsewhere(self) -> CycleEndReason | None:
+        """Go on from another section, where an event of another block has come to this one."""
+        if len(self.cycles) < self.fresh + 2:
+            return "step limit"
+        rising = self.here.tangent[-1] > 0.0
+        self.shooting, y = on_section(self.cycles[-1], self.name)
+        self.curve = self._curve(y)
+        start = self.curve.point(y)
+        self.here = start if (start.tangent[-1] > 0.0) == rising else start.reversed()
+        self.fresh = len(self.cycles)
+        return self._smooth_piece()
+
+    def _passes_rest(self, a: CurvePoint, b: CurvePoint) -> bool:
+        """Whether a slip cycle has shrunk to steady sliding and grown again, mirrored in time."""
+        block = self.shooting.section.block
+        if block is None or self.shooting.word:
+            return False
+        row = self.model.n_blocks + block
+        return bool(a.note.velocity[row] * b.note.velocity[row] < 0.0)
+
+    def _vanish(self, a: CurvePoint, b: CurvePoint) -> CycleEndReason:
+        """End at the Hopf point, which is solved for on the modes of steady sliding."""
+        frequency = 2.0 * np.pi / self.cycles[-1].period
+
+        def growth(value: float) -> float:
+            model = self.model.replace(**{self.name: value})
+            values = modes(model, model.V).values
+            return float(values[np.argmin(np.abs(values - 1j * frequency))].real)
+
+        # On both sides the parameter has left its extreme, which is at the Hopf point.
+        reach = 4 * abs(a.parameter - b.parameter) + AWAY
+        low, high = b.parameter - reach, b.parameter + reach
+        if growth(low) * growth(high) < 0.0:
+            value = float(brentq(growth, low, high, xtol=1e-300, rtol=1e-15))
+            self.passed.append(
+                CycleBifurcation(
+                    "hopf", value, 1e-15 * abs(value), self.cycles[-1], row=len(self.cycles) - 1
+                )
+            )
+            self.here = replace(a, y=np.append(a.y[:-1], value))
+        return "vanishes"
+
+    def _look_between(self, a: CurvePoint, b: CurvePoint) -> None:
+        """Note what happens between two points: signs of test functions of the multipliers."""
+        if turns_back(a, b):
+            self._note("fold", a, b, lambda point: float(point.tangent[-1]))
+        tests: list[tuple[CycleKind, Callable[[CurvePoint], float]]] = [
+            ("flip", lambda point: _product(point.note.multipliers + 1.0)),
+            ("neimark_sacker", _torus),
+        ]
+        if not turns_back(a, b):
+            tests.append(("branch_point", lambda point: _product(point.note.multipliers - 1.0)))
+        for kind, test in tests:
+            if test(a) * test(b) < 0:
+                self._note(kind, a, b, test)
+
+    def _note(
+        self, kind: CycleKind, a: CurvePoint, b: CurvePoint, test: Callable[[CurvePoint], float]
+    ) -> None:
+        try:
+            point = self.curve.between(a, b, test)
+        except (StepTooLong, LeavesRegion):
+            return
+        if kind == "neimark_sacker" and not _on_circle(point):
+            return  # two real multipliers whose product is 1: nothing happens
+        error = max(1e-15 * abs(point.parameter), abs(point.residual))
+        row = len(self.cycles) - 1
+        self.passed.append(
+            CycleBifurcation(kind, point.parameter, error, self._cycle(point), row=row)
+        )
+
+    # --- where modes change -------------------------------------------------------------------
+
+    def _touch(self) -> Touch | None:
+        """Whatever is about to change the modes at the present point."""
+        model, state, period = self.shooting.start(self.here.y)
+        shooter = Shooter(model, rtol=self.shooting.rtol, tangents=False)
+        found = [t for t in touches(shooter, state, period) if abs(t.room) < DECISIVE]
+        # A law with F(0) = 1 lets a landing at the limit also graze: it is named a landing.
+        return min(found, key=lambda touch: ORDER.index(touch.kind), default=None)
+
+    def _change_modes(self) -> CycleEndReason | None:
+        """Go on with a cycle of other modes beside the present point; else tell why not."""
+        touch = self._touch()
+        assert touch is not None
+        beside = partners(self.shooting, self.here, self.ends)
+        before = self.here.parameter
+        outcome = None if beside is None else beside.outcome
+        # The walk has halved its steps down to rounding: what is left is its last one.
+        error = max(abs(touch.room) ** 2, 4e-16 * abs(before), 2.0 * self.here.step)
+        self.passed.append(
+            CycleBifurcation(
+                touch.kind,
+                before,
+                error,
+                self.cycles[-1],
+                touch.block + 1,
+                outcome,
+                len(self.cycles) - 1,
+            )
+        )
+        if beside is None:
+            return touch.kind
+        self.shooting = beside.shooting
+        self.curve = self._curve(beside.y)
+        start = self.curve.point(beside.y)
+        self.here = start if beside.rising else start.reversed()
+        self.cycles.append(self._cycle(start))
+        self.values.append(start.parameter)
+        return None
+
+
+def _product(values: np.ndarray) -> float:
+    """Real product of numbers that come in conjugate pairs, kept in bounds."""
+    return float(np.prod(values / np.maximum(np.abs(values), 1.0)).real)
+
+
+def _torus(point: CurvePoint) -> float:
+    """Product of mu_i mu_j - 1 over pairs: zero where a complex pair is on the unit circle."""
+    values = point.note.multipliers
+    pairs = [a * b - 1.0 for a, b in itertools.combinations(values, 2)]
+    return _product(np.array(pairs)) if pairs else 1.0
+
+
+def _on_circle(point: CurvePoint) -> bool:
+    values = point.note.multipliers
+    return bool(((np.abs(np.abs(values) - 1.0) < 1e-6) & (np.abs(values.imag) > 1e-9)).any())

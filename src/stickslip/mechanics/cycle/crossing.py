@@ -1,0 +1,150 @@
+"""From a cycle to its section, and from one sequence of modes to the next."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from stickslip.mechanics.cycle.section import Section, Shooting, word_of
+from stickslip.mechanics.cycle.shooting import Shooter, State
+from stickslip.numerics.continuation import Curve, CurvePoint, LeavesRegion, StepTooLong
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.mechanics.cycle.cycle import Cycle
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["Partner", "on_section", "partners"]
+
+SAMPLES: Final = 48  # per unit of time, when a block's rest in space is looked for
+FAR: Final = 0.1  # of the period: an event this far from the section is far
+BESIDE: Final = (1e-6, 1e-5)  # of the range: how far beside a change of modes cycles are sought
+PUSHES: Final = (0.0, 1e-4, -1e-4, 1e-2, -1e-2)  # of the motion's size
+NEAR: Final = 0.2  # of the motion's size: a partner is no farther from the cycle that it meets
+
+
+def on_section(cycle: Cycle, name: str, *, rtol: float = 1e-15) -> tuple[Shooting, Floats]:
+    """Equations of a cycle along a parameter, with its sequence of modes, and its unknowns.
+
+    The section is the rest in space, of any block, that is sharpest and farthest from events.
+    """
+    model = cycle.model
+    shooter = Shooter(model, rtol=rtol, tangents=False)
+    state = shooter.start(cycle.x, cycle.v)
+    value = model.parameters[name]
+    if model.structure.is_forced:
+        rounds = round(cycle.period * model.structure.frequency / (2 * np.pi))
+        section = Section(None, state.mode)
+        leg = shooter.leg(state, 10**9, max_time=cycle.period)
+        shooting = Shooting(model, name, section, word=word_of(leg), rounds=rounds, rtol=rtol)
+        return shooting, shooting.unknowns(state, cycle.period, value)
+    time, block = _rest_in_space(cycle)
+    start = shooter.leg(state, 10**9, max_time=time).state if time > 0.0 else state
+    start.w[block] = -model.V
+    start = start._replace(phase=model.structure.phase)
+    leg = shooter.leg(start, 10**9, max_time=cycle.period)
+    shooting = Shooting(model, name, Section(block, start.mode), word=word_of(leg), rtol=rtol)
+    return shooting, shooting.unknowns(start, cycle.period, value)
+
+
+def _rest_in_space(cycle: Cycle) -> tuple[float, int]:
+    """Time and block of an extreme of a displacement: sharp, and far from events."""
+    trajectory = cycle.trajectory
+    t = np.linspace(0.0, cycle.period, max(400, int(SAMPLES * cycle.period)))
+    v = trajectory.v(t)
+    events = np.array([event.time for event in cycle.events])
+    best = (-1.0, 0.0, 0)
+    for block in range(v.shape[1]):
+        for i in np.flatnonzero(v[:-1, block] * v[1:, block] <= 0.0):
+            sharpness = abs(v[i + 1, block] - v[i, block]) / (t[i + 1] - t[i])
+            apart = np.abs((t[i] - events + 0.5 * cycle.period) % cycle.period - 0.5 * cycle.period)
+            room = min(float(apart.min(initial=np.inf)), FAR * cycle.period)
+            best = max(best, (float(sharpness) * room, float(t[i]), block))
+    _, near, block = best
+
+    def speed(time: float) -> float:
+        return float(trajectory.v(time)[block])
+
+    after = min(near + t[1], cycle.period)
+    if speed(near) * speed(after) >= 0.0:
+        return (near if abs(speed(near)) < abs(speed(after)) else after), block
+    return float(brentq(speed, near, after, xtol=1e-14)), block
+
+
+class Partner(NamedTuple):
+    """A cycle with other modes beside a change of modes: its equations, unknowns, way on."""
+
+    shooting: Shooting
+    y: Floats
+    outcome: Literal["persists", "fold"]
+    rising: bool
+
+
+def partners(shooting: Shooting, point: CurvePoint, ends: tuple[float, float]) -> Partner | None:
+    """Look for the cycle with other modes that a cycle meets or becomes.
+
+    From the last cycle before the change, and from motions a little larger and smaller, Newton's
+    method is tried just beyond it, then just before: there the two cycles meet and vanish.
+    """
+    ahead = 1.0 if point.tangent[-1] > 0.0 else -1.0
+    free = Shooting(
+        shooting.model, shooting.name, shooting.section, rounds=shooting.rounds, rtol=shooting.rtol
+    )
+    width = ends[1] - ends[0]
+    n_states = int(np.count_nonzero(shooting.section.unknown))
+    size = float(np.abs(point.note.velocity).max())
+    sides: tuple[tuple[Literal["persists", "fold"], float], ...] = (
+        ("persists", ahead),
+        ("fold", -ahead),
+    )
+    for outcome, way in sides:
+        for share in BESIDE:
+            value = point.parameter + way * share * width
+            if not ends[0] <= value <= ends[1]:
+                continue
+            for push in PUSHES:
+                guess = point.y.copy()
+                guess[:n_states] *= 1.0 + push
+                guess[-1] = value
+                y = _converged(free, guess, width)
+                if y is None or np.abs(y - guess)[:-1].max() > NEAR * max(size, 1.0):
+                    continue
+                word = free.shot(y).word
+                if word == shooting.word:
+                    continue
+                found = Shooting(
+                    shooting.model,
+                    shooting.name,
+                    shooting.section,
+                    word=word,
+                    rounds=shooting.rounds,
+                    rtol=shooting.rtol,
+                )
+                return Partner(found, y, outcome, way > 0.0)
+    return None
+
+
+def _converged(shooting: Shooting, guess: Floats, width: float) -> Floats | None:
+    """Cycle at the parameter of a guess, of whatever modes."""
+    try:
+        arrived = _once_around(shooting, guess)
+        period = float(arrived[-2]) if shooting.section.block is not None else 1.0
+        y = Curve(shooting, shooting.scale(width, period)).point(arrived).y
+        # Where the curve turns back just there the point found has another parameter.
+        return y if abs(y[-1] - guess[-1]) <= 1e-12 * width else None
+    except (LeavesRegion, StepTooLong, ValueError):
+        return None
+
+
+def _once_around(shooting: Shooting, guess: Floats) -> Floats:
+    """Replace a guess by where its motion is one period later: sticking leads onto the cycle."""
+    model, state, period = shooting.start(guess)
+    shooter = Shooter(model, rtol=shooting.rtol, tangents=False)
+    end: State = shooter.leg(state, 10**6, max_time=period).state
+    if (end.mode != state.mode).any():
+        return guess
+    return shooting.unknowns(end, period, float(guess[-1]))

@@ -1,0 +1,87 @@
+"""All-slipping motions of undamped blocks under constant friction: a family, not cycles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from scipy.linalg import eigh
+
+from stickslip.mechanics.cycle.sliding import Model, steady_displacements
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["NeutralFamily", "neutral_family"]
+
+N_SPEEDS: Final = 65  # at which a law is asked whether it is constant
+
+
+@dataclass(frozen=True, eq=False)
+class NeutralFamily:
+    """Motions about steady sliding that neither grow nor decay: sums of harmonic modes.
+
+    Every choice of amplitudes and phases is a motion of its own, up to those that graze the
+    belt; beyond these a block sticks and the motion leaves the family.
+
+    Attributes
+    ----------
+    x : ndarray of float, shape (N,)
+        Displacements of steady sliding.
+    V : float
+    frequencies : ndarray of float, shape (N,)
+        Ascending, units of sqrt(k / m).
+    modes : ndarray of float, shape (N, N)
+        Columns, each with largest entry 1.
+    """
+
+    x: Floats
+    V: float
+    frequencies: Floats
+    modes: Floats
+
+    @property
+    def boundary(self) -> Floats:
+        """Amplitude (of the block that moves most) at which each mode alone grazes, shape (N,)."""
+        return np.asarray(self.V / self.frequencies)
+
+    def amplitudes(self, x: ArrayLike, v: ArrayLike) -> Floats:
+        """Amplitude of each mode in the motion through a state, shape (N,)."""
+        offset = np.asarray(x, dtype=np.float64) - self.x
+        cosine = np.linalg.solve(self.modes, offset)
+        sine = np.linalg.solve(self.modes, np.asarray(v, dtype=np.float64)) / self.frequencies
+        return np.hypot(cosine, sine)
+
+    def clearance(self, x: ArrayLike, v: ArrayLike) -> float:
+        """Least distance in velocity that a motion keeps from the belt, over all blocks.
+
+        ``min_i V - sum_j |a_j phi_ij| omega_j``: exact where the frequencies have no common
+        period, else a lower bound. The family ends where it is zero: the motion grazes.
+        """
+        speeds = np.abs(self.modes) @ (self.amplitudes(x, v) * self.frequencies)
+        return float(self.V - speeds.max())
+
+    def __repr__(self) -> str:
+        """Frequencies, and where each mode alone grazes."""
+        rows = [
+            f"  frequency {w:.10g}, grazes the belt at amplitude {a:.10g}"
+            for w, a in zip(self.frequencies, self.boundary, strict=True)
+        ]
+        return "\n".join([f"NeutralFamily: {len(rows)} modes about steady sliding", *rows])
+
+
+def neutral_family(model: Model) -> NeutralFamily | None:
+    """Return the family of all-slipping motions; None unless undamped with constant friction."""
+    structure = model.structure
+    speeds = np.linspace(0.0, 2.0 * model.V, N_SPEEDS)
+    constant = all((np.asarray(law.slope(speeds)) == 0.0).all() for law in model.laws)
+    if structure.is_forced or structure.damping.any() or not constant:
+        return None
+    squares, modes = eigh(structure.stiffness, np.diag(structure.mass))
+    largest = np.take_along_axis(modes, np.abs(modes).argmax(axis=0)[None], axis=0)
+    return NeutralFamily(
+        steady_displacements(model, model.V), model.V, np.sqrt(squares), modes / largest
+    )

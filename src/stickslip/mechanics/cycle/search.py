@@ -1,0 +1,329 @@
+"""The search for a limit cycle: followed to where a motion repeats, then solved by shooting."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+
+from stickslip import status as status_codes
+from stickslip.mechanics.cycle.cycle import NEUTRAL, Cycle, cycle_of, events_of
+from stickslip.mechanics.cycle.section import Shot
+from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
+from stickslip.mechanics.cycle.sliding import modes
+from stickslip.mechanics.cycle.slip_cycle import slip_cycle
+from stickslip.mechanics.flow.settings import positive_integer, tolerance
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from stickslip.mechanics.cycle.sliding import Model
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["NoCycleError", "find_cycle"]
+
+CLOSE: Final = 1e-3  # of the state's size: a return this close is worth an attempt
+SETTLED: Final = 1e-9  # ... and this close is a cycle that attracts
+REACH: Final = 30.0  # distances of the return that Newton's method may move the state
+MAX_NEWTON: Final = 30
+CONVERGED: Final = 1e-13  # of the state's size
+ROUNDING: Final = 1e-9  # of the largest multiplier: one that belongs to the section
+MAX_ATTEMPTS: Final = 8
+WAIT: Final = 40  # periods of the slowest mode without a change of modes
+MAX_WAITS: Final = 50
+SLIDES: Final = (
+    ": all blocks slip and can be shown never to stick again. "
+    "Steady sliding is what stickslip.equilibria describes; without damping and with constant "
+    "friction the motions about it are a neutral family, not a cycle."
+)
+ROUNDS: Final = 1e4  # times CONVERGED: returns this close are returns of one cycle
+
+
+def find_cycle(
+    model: Model,
+    x: ArrayLike,
+    v: ArrayLike,
+    *,
+    max_events: int = 20_000,
+    rtol: float = 1e-15,
+) -> Cycle:
+    """Follow a motion until it nearly repeats, then converge onto the cycle.
+
+    Parameters
+    ----------
+    model : TwoBlock, Blocks, Chain or Oscillator
+    x, v : array_like of float, shape (N,)
+        Displacements and velocities to start from. From a near guess an unstable cycle is found
+        as well.
+    max_events : int
+        Changes of mode (of a forced model: periods of the forcing) after which the search ends.
+    rtol : float
+        Local truncation error of the flow.
+
+    Returns
+    -------
+    Cycle
+
+    Raises
+    ------
+    ValueError
+        A state of the wrong shape; no cycle was found, with the reason: the motion slides for
+        ever, or never came back.
+
+    Notes
+    -----
+    Newton's method on the map from an event of one kind to its recurrence, with the exact
+    derivative of the flow through all events (saltation). The multipliers are the eigenvalues
+    of that derivative.
+    """
+    max_events = positive_integer("max_events", max_events, "changes of mode that are followed")
+    position, velocity = _vector("x", x, model), _vector("v", v, model)
+    search = _Search(model, tolerance(rtol))
+    if model.structure.is_forced:
+        return search.forced(position, velocity, max_events)
+    return search.free(position, velocity, max_events)
+
+
+def _vector(name: str, values: ArrayLike, model: Model) -> Floats:
+    array = np.asarray(values, dtype=np.float64)
+    n = model.n_blocks
+    if array.shape != (n,) or not np.isfinite(array).all():
+        raise ValueError(f"{name} = {values!r} is not allowed: {n} finite numbers, one per block")
+    return array
+
+
+class NoCycleError(ValueError):
+    """No cycle was found from a state.
+
+    Attributes
+    ----------
+    kind : {"slides", "undecided"}
+        Whether all blocks can be shown to slip for ever, or the search gave up.
+    """
+
+    def __init__(self, why: str, kind: Literal["slides", "undecided"] = "undecided") -> None:
+        super().__init__(f"no cycle was found from this state{why}")
+        self.kind: Literal["slides", "undecided"] = kind
+
+
+class _OnlySlipsError(Exception):
+    """A motion has settled on a cycle without events."""
+
+    def __init__(self, shot: Shot) -> None:
+        super().__init__()
+        self.shot = shot
+
+
+class _Search:
+    """What one search shares: a motion with tangents and one without."""
+
+    def __init__(self, model: Model, rtol: float) -> None:
+        self.model = model
+        self.plain = Shooter(model, rtol=rtol, tangents=False)
+        self.shooter = Shooter(model, rtol=rtol)
+        self.size = float(np.max(model.structure.static)) + model.V
+
+    # --- autonomous models: from event to event -----------------------------------------------
+
+    def free(self, x: Floats, v: Floats, max_events: int) -> Cycle:
+        shot = slip_cycle(self.model, self.plain.start(x, v), rtol=self.plain.rtol)
+        if shot is not None:
+            return cycle_of(shot)
+        try:
+            return self._from_event_to_event(x, v, max_events)
+        except _OnlySlipsError as found:
+            return cycle_of(found.shot)
+
+    def _from_event_to_event(self, x: Floats, v: Floats, max_events: int) -> Cycle:
+        attempts = 0
+        for n_events, back, distance in self._returns(x, v, max_events):
+            if attempts >= MAX_ATTEMPTS and distance > SETTLED * self.size:
+                continue
+            attempts += 1
+            found = self._converged(back, n_events, distance)
+            if found is not None:
+                return found
+            if distance <= SETTLED * self.size:
+                break
+        raise NoCycleError(
+            f": the motion came back {attempts} times, but not "
+            f"onto a cycle, in {max_events} events. Start closer to one, or raise max_events."
+        )
+
+    def _returns(self, x: Floats, v: Floats, max_events: int) -> Iterator[tuple[int, State, float]]:
+        """Yield close returns: events since then, the state, the distance."""
+        state = self.plain.start(x, v)
+        seen: dict[bytes, list[tuple[int, State]]] = {}
+        closest = CLOSE * self.size
+        for number in range(max_events):
+            state = self._next_event(state)
+            word = state.mode.tobytes()
+            for earlier, other in reversed(seen.get(word, [])[-256:]):
+                distance = float(np.abs(state.vector - other.vector).max())
+                if distance < closest:
+                    yield number - earlier, state, distance
+                    closest = max(0.1 * distance, 0.5 * SETTLED * self.size)
+                    break
+            seen.setdefault(word, []).append((number, state))
+
+    def _next_event(self, state: State) -> State:
+        """Follow a motion to where its modes change.
+
+        Raises
+        ------
+        ValueError
+            They never do, or not for very long.
+        """
+        slowest = 2.0 * np.pi / np.abs(modes(self.model, self.model.V).values).min()
+        for _ in range(MAX_WAITS):
+            leg = self.plain.leg(state, 1, max_time=WAIT * slowest)
+            _check(leg)
+            if leg.events:
+                return leg.state
+            state = leg.state
+            if self.plain.slides_for_ever():
+                raise NoCycleError(SLIDES, "slides")
+            if (state.mode == 0).any():
+                continue
+            if (shot := slip_cycle(self.model, state, rtol=self.plain.rtol)) is not None:
+                raise _OnlySlipsError(shot)
+        raise NoCycleError(
+            f": no block reached the belt in {MAX_WAITS * WAIT} periods of the slowest mode."
+        )
+
+    def _converged(self, state: State, n_events: int, distance: float) -> Cycle | None:
+        """Newton's method from a close return, onto the cycle or nowhere."""
+        start, allowed = state, REACH * distance + CONVERGED * self.size
+        leg = self.shooter.leg(state, n_events)
+        for _ in range(MAX_NEWTON):
+            if leg.status != status_codes.OK or (leg.state.mode != state.mode).any():
+                return None
+            off = leg.state.vector - state.vector
+            if np.abs(off).max() <= CONVERGED * self.size:
+                return self._cycle(*self._fewest_freedoms(*self._once(state, leg, n_events)))
+            step = np.linalg.lstsq(np.eye(2 * self.plain.n) - leg.tangent, off, rcond=1e-12)[0]
+            n = self.plain.n
+            w = np.where(state.w == 0.0, 0.0, state.w + step[n:])
+            moved = state._replace(x=state.x + step[:n], w=w)
+            if np.abs(moved.vector - start.vector).max() > allowed:
+                return None
+            last, state = np.abs(off).max(), moved
+            leg = self.shooter.leg(state, n_events)
+            now = np.abs(leg.state.vector - state.vector).max()
+            if now >= 0.5 * last and now <= 1e3 * CONVERGED * self.size:
+                return self._cycle(*self._fewest_freedoms(*self._once(state, leg, n_events)))
+        return None
+
+    def _once(self, state: State, leg: Leg, n_events: int) -> tuple[State, Leg, int]:
+        """Go round a cycle once where a return was found after several rounds of it."""
+        for rounds in range(n_events, 1, -1):
+            if n_events % rounds == 0:
+                once = self.shooter.leg(state, n_events // rounds)
+                if self._is_back(state, once):
+                    return state, once, n_events // rounds
+        return state, leg, n_events
+
+    def _is_back(self, state: State, leg: Leg) -> bool:
+        same = leg.status == status_codes.OK and (leg.state.mode == state.mode).all()
+        off = np.abs(leg.state.vector - state.vector).max()
+        return bool(same and off <= ROUNDS * CONVERGED * self.size)
+
+    def _fewest_freedoms(self, state: State, leg: Leg, n_events: int) -> tuple[State, Leg]:
+        """Start the cycle where most blocks stick: what they forget has exact zeros."""
+        best, here = state, state
+        for _ in range(n_events - 1):
+            here = self.plain.leg(here, 1).state
+            if np.count_nonzero(here.w) < np.count_nonzero(best.w):
+                best = here
+        return (state, leg) if best is state else (best, self.shooter.leg(best, n_events))
+
+    # --- forced models: from period to period --------------------------------------------------
+
+    def forced(self, x: Floats, v: Floats, max_periods: int) -> Cycle:
+        forcing = getattr(self.model, "forcing", None)
+        assert forcing is not None
+        state = self.plain.start(x, v)
+        states = [state]
+        closest = CLOSE * self.size
+        for _ in range(max_periods):
+            leg = self.plain.leg(state, max_periods, max_time=forcing.period)
+            _check(leg)
+            state = leg.state._replace(phase=self.model.structure.phase)
+            for back, other in enumerate(reversed(states[-64:]), start=1):
+                distance = float(np.abs(state.vector - other.vector).max())
+                if (state.mode == other.mode).all() and distance < closest:
+                    found = self._converged_in_time(state, back * forcing.period, distance)
+                    if found is not None:
+                        return found
+                    closest = 0.1 * distance
+                    break
+            states.append(state)
+        raise NoCycleError(
+            f" in {max_periods} periods of the forcing. Start closer to one, or raise max_events."
+        )
+
+    def _converged_in_time(self, state: State, period: float, distance: float) -> Cycle | None:
+        start, allowed, n = state, REACH * distance + CONVERGED * self.size, self.plain.n
+        many = 10**9
+        for _ in range(MAX_NEWTON):
+            leg = self.shooter.leg(state, many, max_time=period)
+            if leg.status != status_codes.OK:
+                return None
+            off = leg.state.vector - state.vector
+            if np.abs(off).max() <= 10 * CONVERGED * self.size:
+                return self._cycle(state, self._once_in_time(state, leg, period))
+            step = np.linalg.lstsq(np.eye(2 * n) - leg.tangent, off, rcond=1e-12)[0]
+            w = np.where(state.mode == 0, 0.0, state.w + step[n:])
+            state = state._replace(x=state.x + step[:n], w=w)
+            if np.abs(state.vector - start.vector).max() > allowed:
+                return None
+        return None
+
+    def _once_in_time(self, state: State, leg: Leg, period: float) -> Leg:
+        """Keep the fewest periods of the forcing after which the motion repeats."""
+        times = round(period * self.model.structure.frequency / (2 * np.pi))
+        for rounds in range(times, 1, -1):
+            if times % rounds == 0:
+                once = self.shooter.leg(state, 10**9, max_time=period / rounds)
+                if self._is_back(state, once):
+                    return once
+        return leg
+
+    # --- as a result ---------------------------------------------------------------------------
+
+    def _cycle(self, state: State, leg: Leg) -> Cycle:
+        multipliers = self._multipliers(state, leg.tangent)
+        return Cycle(
+            model=self.model,
+            period=leg.duration,
+            multipliers=multipliers,
+            stable=bool((np.abs(multipliers) < 1.0 - NEUTRAL).all()),
+            x=state.x,
+            v=state.w + self.model.V,
+            events=events_of(leg),
+            residual=float(np.abs(leg.state.vector - state.vector).max()),
+        )
+
+    def _multipliers(self, state: State, tangent: Floats) -> NDArray[np.complex128]:
+        """Eigenvalues of the return, over the directions that are free at its start."""
+        n = self.plain.n
+        forced = self.model.structure.is_forced
+        free = np.concatenate([np.ones(n, dtype=bool), state.w != 0.0])
+        values = np.linalg.eigvals(tangent[np.ix_(free, free)]).astype(np.complex128)
+        values = values[np.argsort(-np.abs(values), kind="stable")]
+        total = 2 * n if forced else 2 * n - 1
+        # The return ends on the section: the direction across it is lost.
+        kept = values if forced else values[: free.sum() - 1]
+        kept = kept[np.abs(kept) > ROUNDING * max(1.0, float(np.abs(values).max()))]
+        return np.concatenate([kept, np.zeros(total - len(kept))])
+
+
+def _check(leg: Leg) -> None:
+    """Raise where a motion cannot become a cycle."""
+    if leg.status == status_codes.NEVER_SLIPPING:
+        raise NoCycleError(SLIDES, "slides")
+    if leg.status != status_codes.OK:
+        raise NoCycleError(f": {status_codes.MESSAGES[leg.status]}")

@@ -1,0 +1,219 @@
+"""A cycle as the zero of a function: shooting from a section through it, over one period."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
+
+import numpy as np
+
+from stickslip import status as status_codes
+from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
+from stickslip.numerics.continuation import LeavesRegion
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.mechanics.cycle.sliding import Model
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int64]
+
+__all__ = ["Section", "Shooting", "Shot", "Word", "multipliers", "word_of"]
+
+Word: TypeAlias = tuple[tuple[int, int], ...]
+"""Changes of mode in one period: block (from 0) and its new mode."""
+
+EVENTS: Final = 100_000  # in one period, after which a shot is given up
+
+
+class Section(NamedTuple):
+    """Where a period begins: at an extreme of a block's displacement, or with the forcing.
+
+    Every block that moves in space comes to rest in space twice a period or more, and slips
+    there, because the belt does not rest: it has no event at its own section.
+
+    ``block``: whose velocity is zero there, from 0; None of a forced model, whose period begins
+    at the forcing's phase at time 0. ``mode``: of all blocks there.
+    """
+
+    block: int | None
+    mode: Ints
+
+    @property
+    def slips(self) -> NDArray[np.bool_]:
+        """Blocks whose velocity varies with the motion."""
+        return np.asarray(self.mode != 0)
+
+    @property
+    def unknown(self) -> NDArray[np.bool_]:
+        """Entries of (x, w) that are unknown: the velocity at the section is not."""
+        unknown = np.concatenate([np.ones(len(self.mode), dtype=bool), self.slips])
+        if self.block is not None:
+            unknown[len(self.mode) + self.block] = False
+        return unknown
+
+    @property
+    def compared(self) -> NDArray[np.bool_]:
+        """Entries of (x, w) that must come back."""
+        return np.concatenate([np.ones(len(self.mode), dtype=bool), self.slips])
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """One period from a section: its start, where it led, the rate of change there."""
+
+    model: Model
+    section: Section
+    state: State
+    leg: Leg
+    velocity: Floats
+
+    @property
+    def word(self) -> Word:
+        """Changes of mode."""
+        return word_of(self.leg)
+
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Floquet multipliers, as in `Cycle`."""
+        return multipliers(self.section, self.leg, self.velocity)
+
+
+def word_of(leg: Leg) -> Word:
+    """Return the changes of mode along a leg."""
+    return tuple((block, mode) for _, block, mode in leg.events)
+
+
+def multipliers(section: Section, leg: Leg, velocity: Floats) -> NDArray[np.complex128]:
+    """Floquet multipliers of one period by descending size; the trivial one is left out.
+
+    The return is projected along the flow onto the section, v_k = 0. Its rank is at most the
+    number of directions that are free in the phase with most riders (N displacements and the
+    velocities that slip, less the direction of the flow): all other multipliers are exact zeros.
+    """
+    kept = section.compared
+    matrix = leg.tangent[np.ix_(kept, kept)]
+    n = len(section.mode)
+    rank = n + _fewest_slipping(section, leg)
+    total = 2 * n
+    if section.block is not None:
+        rate = velocity[kept]
+        row = n + int(np.count_nonzero(section.slips[: section.block]))
+        matrix = matrix - np.outer(rate, matrix[row]) / rate[row]
+        matrix = np.delete(np.delete(matrix, row, axis=0), row, axis=1)
+        rank, total = rank - 1, total - 1
+    values = np.linalg.eigvals(matrix).astype(np.complex128)
+    values = values[np.argsort(-np.abs(values), kind="stable")][:rank]
+    return np.concatenate([values, np.zeros(total - len(values))])
+
+
+def _fewest_slipping(section: Section, leg: Leg) -> int:
+    mode = section.mode.copy()
+    fewest = int(np.count_nonzero(mode))
+    for _, block, new in leg.events:
+        mode[block] = new
+        fewest = min(fewest, int(np.count_nonzero(mode)))
+    return fewest
+
+
+class Shooting:
+    """Equations of a cycle along a parameter: ``F(x, slipping w, period, parameter) = 0``.
+
+    Parameters
+    ----------
+    model : TwoBlock, Blocks, Chain or Oscillator
+    name : str
+        The parameter.
+    section : Section
+    word : Word, optional
+        Changes of mode that every shot must have; any, if not given.
+    rounds : int
+        Periods of the forcing in one period of the cycle, of a forced model.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        name: str,
+        section: Section,
+        *,
+        word: Word | None = None,
+        rounds: int = 1,
+        rtol: float = 1e-15,
+    ) -> None:
+        self.model, self.name, self.section = model, name, section
+        self.word, self.rounds, self.rtol = word, rounds, rtol
+
+    # --- between unknowns and states ----------------------------------------------------------
+
+    def unknowns(self, state: State, period: float, value: float) -> Floats:
+        """Unknowns of a start on the section."""
+        own = [] if self.section.block is None else [period]
+        return np.array([*state.vector[self.section.unknown], *own, value])
+
+    def start(self, y: Floats) -> tuple[Model, State, float]:
+        """Model, state on the section and period that the unknowns stand for."""
+        model = self.model.replace(**{self.name: float(y[-1])})
+        n = model.n_blocks
+        vector = np.zeros(2 * n)
+        unknown = self.section.unknown
+        vector[unknown] = y[: np.count_nonzero(unknown)]
+        if self.section.block is None:
+            period = self.rounds * 2.0 * math.pi / model.structure.frequency
+        else:
+            vector[n + self.section.block] = -model.V
+            period = float(y[-2])
+        state = State(vector[:n], vector[n:], self.section.mode.copy(), model.structure.phase)
+        return model, state, period
+
+    def scale(self, width: float, period: float) -> Floats:
+        """Size of each unknown; of the parameter the width of its range."""
+        size = float(np.max(self.model.structure.static)) + self.model.V
+        own = [] if self.section.block is None else [period]
+        return np.array([*np.full(np.count_nonzero(self.section.unknown), size), *own, width])
+
+    # --- the equations --------------------------------------------------------------------------
+
+    def shot(self, y: Floats) -> Shot:
+        """Follow one period.
+
+        Raises
+        ------
+        LeavesRegion
+            Its modes are not those that are followed, or it could not be followed; the cause is
+            the shot.
+        """
+        model, state, period = self.start(y)
+        slips = self.section.slips
+        if period <= 0.0 or (state.w[slips] * self.section.mode[slips] <= 0.0).any():
+            raise LeavesRegion
+        shooter = Shooter(model, rtol=self.rtol, parameter=self.name)
+        leg = shooter.leg(state, EVENTS, max_time=period)
+        velocity = shooter.velocity(leg.state)
+        shot = Shot(model, self.section, state, leg, velocity)
+        if leg.status != status_codes.OK or (leg.state.mode != state.mode).any():
+            raise LeavesRegion(shot)
+        if self.word is not None and shot.word != self.word:
+            raise LeavesRegion(shot)
+        return shot
+
+    def __call__(self, y: Floats) -> tuple[Floats, Floats, Shot]:
+        """Residual, its derivative, and the shot."""
+        shot = self.shot(y)
+        section, leg, n = self.section, shot.leg, self.model.n_blocks
+        kept, unknown = section.compared, section.unknown
+        residual = (leg.state.vector - shot.state.vector)[kept]
+        by_state = (leg.tangent - np.eye(2 * n))[kept]
+        by_parameter = leg.parameter[kept].copy()
+        columns = [by_state[:, unknown]]
+        rate = shot.velocity[kept]
+        if section.block is not None:
+            columns.append(rate[:, None])
+            if self.name == "V":  # w = -V at the section
+                by_parameter -= by_state[:, n + section.block]
+        elif self.name == "forcing.frequency":
+            by_parameter -= rate * leg.duration / shot.model.structure.frequency
+        columns.append(by_parameter[:, None])
+        return residual, np.hstack(columns), shot

@@ -1,0 +1,73 @@
+"""Small motions about steady sliding: eigenvalues, and the friction laws' higher derivatives."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+import numpy as np
+
+from stickslip.mechanics.friction.code import law_code
+from stickslip.mechanics.model.belt_model import BeltModel
+from stickslip.mechanics.model.two_block import TwoBlock
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+    Complexes = NDArray[np.complex128]
+
+__all__ = ["Model", "Modes", "force_derivatives", "modes", "steady_displacements"]
+
+Model: TypeAlias = TwoBlock | BeltModel
+
+
+class Modes(NamedTuple):
+    """Linear motions about steady sliding, z = (displacements, velocities).
+
+    ``matrix`` (2 N, 2 N): z' = matrix z; ``values``: its eigenvalues by descending real part;
+    ``vectors``: in the same order, columns.
+    """
+
+    matrix: Floats
+    values: Complexes
+    vectors: Complexes
+
+
+def steady_displacements(model: Model, V: float) -> Floats:
+    """Displacements of steady sliding at a belt speed: K X = limit F(V)."""
+    s = model.structure
+    friction = s.static * [float(law.force(V)) for law in model.laws]
+    return np.asarray(np.linalg.solve(s.stiffness, friction), dtype=np.float64)
+
+
+def modes(model: Model, V: float) -> Modes:
+    """Small motions about steady sliding: M y'' + (C + limit F'(V)) y' + K y = 0."""
+    s = model.structure
+    n = s.n_blocks
+    damping = s.damping + np.diag(s.static * [float(law.slope(V)) for law in model.laws])
+    matrix = np.zeros((2 * n, 2 * n))
+    matrix[:n, n:] = np.eye(n)
+    matrix[n:, :n] = -s.stiffness / s.mass[:, None]
+    matrix[n:, n:] = -damping / s.mass[:, None]
+    values, vectors = np.linalg.eig(matrix)
+    order = np.lexsort((-values.imag, -values.real))
+    return Modes(matrix, values[order].astype(complex), vectors[:, order].astype(complex))
+
+
+def force_derivatives(model: Model, V: float) -> Floats | None:
+    """First, second and third derivative of every law at a slip speed, shape (N, 3).
+
+    None if a law has no series, because its function cannot be traced.
+    """
+    code = law_code(model.laws)
+    if code.series is None:
+        return None
+    derivatives = np.empty((model.n_blocks, 3))
+    for i, row in enumerate(code.parameter_rows(model.laws)):
+        series = np.zeros((code.N_ROWS, 4))
+        series[0, :2] = V, 1.0
+        for k in range(4):
+            code.series(row, -1, series, k)
+        derivatives[i] = series[code.FORCE_ROW, 1:] * [math.factorial(k) for k in (1, 2, 3)]
+    return derivatives

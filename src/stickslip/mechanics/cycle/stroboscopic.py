@@ -1,0 +1,231 @@
+"""The stroboscopic map of a forced model: its state, once per period of the forcing."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from stickslip import status as status_codes
+from stickslip.mechanics.cycle.cycle import Cycle
+from stickslip.mechanics.cycle.search import find_cycle
+from stickslip.mechanics.cycle.shooting import Leg, Shooter
+from stickslip.mechanics.flow.settings import positive_integer, tolerance
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from stickslip.mechanics.cycle.sliding import Model
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["StroboscopicMap", "stroboscopic_map"]
+
+
+FORGOTTEN: Final = 64 * np.finfo(np.float64).eps
+"""Of a Jacobian: growth this small is the rounding of zero."""
+
+
+class StroboscopicMap:
+    """State after one period of the forcing, as a function of the state.
+
+    A state is ``(x_1, ..., x_N, v_1, ..., v_N)`` at the forcing's phase at time 0:
+    displacements, then velocities. A block rides where its velocity is the belt's and its
+    needed force within the static limits. `stroboscopic_map` makes it; immutable.
+
+    Attributes
+    ----------
+    model : Blocks, Chain or Oscillator
+    period : float
+        Of the forcing, units of sqrt(m / k).
+    """
+
+    def __init__(self, model: Model, *, rtol: float = 1e-15, max_events: int = 10_000) -> None:
+        forcing = getattr(model, "forcing", None)
+        if not model.structure.is_forced or forcing is None:
+            raise ValueError(
+                "an unforced model has no period to look at it by. Take stickslip.event_map(model) "
+                "from one global stick phase to the next, or give the model forcing=Harmonic(...)."
+            )
+        self.model = model
+        self.period = float(forcing.period)
+        self.rtol = tolerance(rtol)
+        self.max_events = positive_integer("max_events", max_events, "events in one period")
+
+    @property
+    def n_states(self) -> int:
+        """Entries of a state: two per block."""
+        return 2 * self.model.n_blocks
+
+    def replace(self, **changes: Any) -> StroboscopicMap:
+        """Make the map of a changed model, with the same settings."""
+        changed = self.model.replace(**changes)
+        return type(self)(changed, rtol=self.rtol, max_events=self.max_events)
+
+    def __repr__(self) -> str:
+        """One line."""
+        return f"StroboscopicMap({self.model!r})"
+
+    # --- values ---------------------------------------------------------------------------
+
+    def __call__(self, state: ArrayLike) -> Floats:
+        """State one period later.
+
+        Parameters
+        ----------
+        state : array_like of float, shape (..., 2 N)
+
+        Returns
+        -------
+        ndarray of float, shaped like ``state``
+            NaN where a motion could not be followed through the period.
+
+        Raises
+        ------
+        ValueError
+            The last axis does not have 2 N finite numbers.
+        """
+        states = self._checked(state)
+        shooter = Shooter(self.model, rtol=self.rtol, tangents=False)
+        rows = [self._value(self._leg(shooter, row)) for row in states.reshape(-1, self.n_states)]
+        return np.array(rows).reshape(states.shape)
+
+    def jacobian(self, state: ArrayLike) -> Floats:
+        """Jacobian of the map, exact, shape (..., 2 N, 2 N); errors as for calling.
+
+        Columns of the velocities of riding blocks are zero: a rider that is pushed is back on
+        the belt at once. So are the directions that a later stick forgets.
+        """
+        states = self._checked(state)
+        shooter = Shooter(self.model, rtol=self.rtol)
+        rows = [self._tangent(self._leg(shooter, row)) for row in states.reshape(-1, self.n_states)]
+        return np.array(rows).reshape(*states.shape, self.n_states)
+
+    def iterate(self, state: ArrayLike, n: int) -> Floats:
+        """Apply the map ``n`` times, keeping every state, shape (..., n + 1, 2 N)."""
+        states = self._checked(state)
+        count = positive_integer("n", n, "periods")
+        shooter = Shooter(self.model, rtol=self.rtol, tangents=False)
+        rows = states.reshape(-1, self.n_states)
+        orbits = np.full((len(rows), count + 1, self.n_states), np.nan)
+        orbits[:, 0] = rows
+        for orbit in orbits:
+            for k in range(count):
+                orbit[k + 1] = self._value(self._leg(shooter, orbit[k]))
+                if np.isnan(orbit[k + 1]).any():
+                    break
+        return orbits.reshape(*states.shape[:-1], count + 1, self.n_states)
+
+    def periodic_point(self, state: ArrayLike, *, max_periods: int = 2000) -> Cycle:
+        """Follow a motion until it nearly repeats, then converge onto a periodic point.
+
+        Returns
+        -------
+        Cycle
+            ``cycle.x, cycle.v`` is a point of the map, ``cycle.period / self.period`` how often
+            the map is applied until it comes back. Errors as for `stickslip.find_cycle`.
+        """
+        x, v = np.split(self._checked(state), 2)
+        return find_cycle(self.model, x, v, max_events=max_periods, rtol=self.rtol)
+
+    def lyapunov_exponents(self, state: ArrayLike, n: int, *, transient: int = 100) -> Floats:
+        """Lyapunov exponents of the motion from a state, descending, shape (2 N,).
+
+        Mean over ``n`` periods after ``transient``, per unit of time; -inf for directions that
+        sticking forgets. Benettin et al., Meccanica 15, 9 (1980).
+        """
+        count = positive_integer("n", n, "periods")
+        here = self.iterate(self._checked(state), max(1, transient))[-1]
+        shooter = Shooter(self.model, rtol=self.rtol)
+        frame, sums = np.eye(self.n_states), np.zeros(self.n_states)
+        for _ in range(count):
+            leg = self._leg(shooter, here)
+            here = self._value(leg)
+            tangent = self._tangent(leg)
+            frame, growth = np.linalg.qr(tangent @ frame)
+            sizes = np.abs(np.diag(growth))
+            sizes[sizes <= FORGOTTEN * np.abs(tangent).max()] = 0.0
+            with np.errstate(divide="ignore"):
+                sums += np.log(sizes)
+        return np.sort(sums / (count * self.period))[::-1]
+
+    def diagram(
+        self, name: str, values: ArrayLike, state: ArrayLike, *, transient: int = 200, n: int = 64
+    ) -> Floats:
+        """States that a motion visits at values of a parameter, shape (values, n, 2 N).
+
+        Each value starts where the one before it ended, ``transient`` periods before the first
+        of the ``n`` states kept.
+        """
+        here = self._checked(state)
+        kept = positive_integer("n", n, "states kept")
+        settle = positive_integer("transient", transient, "periods")
+        grid = np.asarray(values, dtype=np.float64).ravel()
+        visited = np.full((len(grid), kept, self.n_states), np.nan)
+        for row, value in zip(visited, grid, strict=True):
+            orbit = self.replace(**{name: float(value)}).iterate(here, settle + kept - 1)
+            row[:] = orbit[settle:]
+            here = here if np.isnan(row[-1]).any() else row[-1]
+        return visited
+
+    # --- inside ---------------------------------------------------------------------------
+
+    def _checked(self, state: ArrayLike) -> Floats:
+        states = np.asarray(state, dtype=np.float64)
+        if states.ndim == 0 or states.shape[-1] != self.n_states or not np.isfinite(states).all():
+            n = self.model.n_blocks
+            raise ValueError(
+                f"state = {state!r} is not allowed: its last axis must hold {2 * n} finite "
+                f"numbers, {n} displacements and {n} velocities."
+            )
+        return states
+
+    def _leg(self, shooter: Shooter, state: Floats) -> Leg:
+        x, v = np.split(state, 2)
+        return shooter.leg(shooter.start(x, v), self.max_events, max_time=self.period)
+
+    def _value(self, leg: Leg) -> Floats:
+        if not self._arrived(leg):
+            return np.full(self.n_states, np.nan)
+        return np.concatenate([leg.state.x, leg.state.w + self.model.V])
+
+    def _tangent(self, leg: Leg) -> Floats:
+        return leg.tangent if self._arrived(leg) else np.full_like(leg.tangent, np.nan)
+
+    def _arrived(self, leg: Leg) -> bool:
+        return leg.status == status_codes.OK and leg.duration >= self.period * (1 - 1e-12)
+
+
+def stroboscopic_map(
+    model: Model, *, rtol: float = 1e-15, max_events: int = 10_000
+) -> StroboscopicMap:
+    """Map the state of a forced model to its state one period of the forcing later.
+
+    Parameters
+    ----------
+    model : Blocks, Chain or Oscillator
+        With forcing.
+    rtol : float
+        Local truncation error of the flow.
+    max_events : int
+        Changes of mode in one period after which a motion is given up.
+
+    Returns
+    -------
+    StroboscopicMap
+
+    Raises
+    ------
+    ValueError
+        The model is not forced.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> block = ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=0.5), damping=0.2,
+    ...     forcing=ss.Harmonic(amplitude=2.0, frequency=0.7))
+    >>> f = ss.stroboscopic_map(block)
+    >>> f.iterate([0.0, 0.0], 3).shape
+    (4, 2)
+    """
+    return StroboscopicMap(model, rtol=rtol, max_events=max_events)

@@ -1,0 +1,88 @@
+"""Branches of limit cycles along a parameter."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.plot.style import PALETTE, axes_or_new
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["plot_cycle_branch"]
+
+MARKERS = {"fold": "o", "flip": "s", "neimark_sacker": "^", "branch_point": "x", "hopf": "*"}
+
+
+def plot_cycle_branch(branch: Any, ax: Axes | None = None) -> Axes:
+    """Draw periods along the parameter: solid where the cycle attracts, dashed where not.
+
+    Parameters
+    ----------
+    branch : CycleBranch
+    ax : matplotlib.axes.Axes, optional
+        By default a new figure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Bifurcations are marked; a diamond stands where the sequence of modes changes.
+    """
+    ax = axes_or_new(ax)
+    values, periods, stable = branch.values, branch.periods, branch.stable
+    for wanted, look in ((True, "-"), (False, "--")):
+        # A piece ends with the first cycle of the next, so that the line has no holes.
+        shown = stable == wanted
+        shown[1:] |= (stable == wanted)[:-1]
+        ax.plot(values, np.where(shown, periods, np.nan), look, color=PALETTE["blue"])
+    for item in branch.bifurcations:
+        marker = MARKERS.get(item.kind, "D")
+        ax.plot(item.value, item.cycle.period, marker, color=PALETTE["orange"], ms=5)
+    ax.set_xlabel(branch.parameter)
+    ax.set_ylabel("period")
+    return ax
+
+
+def plot_return_region(region: Any, ax: Axes | None = None) -> Axes:
+    """Draw the gaps of the event map over the parameter, the domain of d as a frame.
+
+    Parameters
+    ----------
+    region : ReturnRegion
+    ax : matplotlib.axes.Axes, optional
+        By default a new figure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Bars: differences without a return, lighter where undecided; dotted lines: where a cycle
+        without global stick begins or ceases to attract.
+    """
+    ax = axes_or_new(ax)
+    domains = np.array(
+        [region.model.replace(**{region.parameter: float(p)}).domain for p in region.values]
+    )
+    for end in domains.T:
+        ax.plot(region.values, end, color=PALETTE["black"], lw=0.8)
+    step = float(np.ptp(region.values)) / max(len(region.values) - 1, 1)
+    for gaps in region.gaps:
+        for gap in gaps:
+            alpha = 0.8 if gap.shown else 0.3
+            ax.bar(
+                gap.value,
+                gap.d[1] - gap.d[0],
+                width=0.8 * step,
+                bottom=gap.d[0],
+                color=PALETTE["vermillion"],
+                alpha=alpha,
+            )
+    for number in range(len(region.branches)):
+        for low, high in region.attracting(number):
+            for end in (low, high):
+                if region.values[0] < end < region.values[-1]:
+                    ax.axvline(end, color=PALETTE["blue"], ls=":", lw=0.8)
+    ax.set_xlabel(region.parameter)
+    ax.set_ylabel("$d$")
+    return ax

@@ -1,0 +1,148 @@
+"""Limit cycles along a parameter: against closed forms, other integrators and the event map."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import stickslip as ss
+
+BLOCK = ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3), damping=1.0)
+LAW9 = ss.examples.law9()
+
+
+def touching_damping() -> float:
+    """Damping at which the slip from the edge of stick comes back to the belt with w' = 0 = w.
+
+    The largest w after that slip, from an integrator of another kind.
+    """
+
+    def highest(c: float) -> float:
+        def rates(_: float, z: list[float]) -> list[float]:
+            return [z[1] + 0.2, 1.0 / (1.0 - 3.0 * z[1]) - z[0] - c * (z[1] + 0.2)]
+
+        def turns(t: float, z: list[float]) -> float:
+            return rates(t, z)[1] if t > 3.0 else 1.0
+
+        turns.terminal, turns.direction = True, -1  # type: ignore[attr-defined]
+        start = [1.0 - 0.2 * c, -1e-300]
+        motion = solve_ivp(
+            rates, (0.0, 12.0), start, "DOP853", events=turns, rtol=1e-13, atol=1e-15, max_step=0.1
+        )
+        return float(motion.y[1, -1])
+
+    return float(brentq(highest, 1.28, 1.305, xtol=1e-13))
+
+
+def test_from_stick_slip_over_the_discontinuous_fold_to_the_hopf_point() -> None:
+    """Leine et al., Nonlinear Dynamics 16, 41 (1998): the unstable slip cycle touches the belt."""
+    cycle = ss.find_cycle(BLOCK, [0.9], [0.0])
+    branch = ss.continue_cycle(cycle, BLOCK, "damping", (0.5, 3.0))
+    assert branch.end_reasons == ("end of range", "vanishes")
+    touch, hopf = branch.bifurcations
+    assert (touch.kind, touch.outcome) == ("landing", "fold")
+    assert touch.value == pytest.approx(touching_damping(), abs=1e-10)
+    assert hopf.kind == "hopf"
+    assert hopf.value == pytest.approx(3 / 1.6**2, abs=1e-13)
+    events = branch.table()["events"]
+    np.testing.assert_array_equal(np.unique(events[: touch.row + 1]), [2])
+    np.testing.assert_array_equal(events[touch.row + 1 :], 0)
+    assert branch.stable[: touch.row + 1].all()
+    assert not branch.stable[touch.row + 1 :].any()
+    # From the other side the same touch is a slip that grazes the belt.
+    slip = branch.cycles[-3]
+    assert slip.events == ()
+    back = ss.continue_cycle(slip, slip.model, "damping", (1.0, 3.0))
+    graze = next(item for item in back.bifurcations if item.kind == "grazing")
+    assert graze.value == pytest.approx(touch.value, abs=1e-11)
+    assert graze.outcome == "fold"
+
+
+def test_bifurcations_are_those_of_the_event_map() -> None:
+    """The paper's P1 along alpha: flip, loss at a discontinuity, fold, the flip of S1."""
+    orbit = ss.periodic_orbits(LAW9)[2]
+    cycle = ss.find_cycle(LAW9, LAW9.onset(orbit.points[0]), [LAW9.V] * 2)
+    branch = ss.continue_cycle(cycle, LAW9, "alpha", (1.208, 1.2187))
+    flip_here, loss, fold = branch.bifurcations[:3]
+    other = ss.continue_orbit(orbit, LAW9, "alpha", (1.208, 1.2187))
+    flip = next(item for item in other.bifurcations if item.kind == "flip")
+    assert flip_here.kind == "flip"
+    assert flip_here.value == pytest.approx(flip.value, abs=1e-12)
+    assert other.end_reasons[1] == "breakpoint"
+    # A block comes to the belt where its force is exactly at the limit: it grazes and lands.
+    assert loss.kind in ("grazing", "landing")
+    assert (loss.block, loss.outcome) == (2, "fold")
+    assert loss.value == pytest.approx(other.ends[1].value, abs=1e-11)
+    assert fold.kind == "fold"
+    f = ss.event_map(fold.cycle.model)
+    np.testing.assert_allclose(f(fold.cycle.d), fold.cycle.d, atol=1e-12)
+    assert f.derivative(fold.cycle.d[0]) == pytest.approx(1.0, abs=1e-5)
+
+
+def test_where_motions_without_global_stick_begin_to_attract() -> None:
+    cycle = ss.find_cycle(LAW9, LAW9.onset(0.62), [LAW9.V] * 2)
+    branch = ss.continue_cycle(cycle, LAW9, "V", (0.2, 0.3))
+    tie, flip = branch.bifurcations
+    assert (tie.kind, flip.kind) == ("tie", "flip")
+    assert 0.2 < tie.value < flip.value < 0.295
+    np.testing.assert_array_equal(branch.stable, branch.values > flip.value)
+    riding = [cycle.d.size > 0 for cycle in branch.cycles]
+    # Below the tie both blocks stick together for a while: a cycle of the event map.
+    assert riding[0]
+    assert not riding[-1]
+
+
+def test_a_forced_block_loses_its_response_to_a_torus() -> None:
+    """Weakly forced about steady sliding: growth rate and Neimark–Sacker agree to a^2."""
+    block = ss.Oscillator(
+        V=0.25,
+        friction=ss.PoppStelter(gamma=3),
+        damping=1.171875,
+        forcing=ss.Harmonic(1e-3, 0.61),
+    )
+    x = ss.equilibria(block.replace(forcing=None))[0].x
+    cycle = ss.find_cycle(block, x, [0.0])
+    branch = ss.continue_cycle(cycle, block, "V", (0.15, 0.3))
+    (torus,) = branch.bifurcations
+    assert torus.kind == "neimark_sacker"
+    assert torus.value == pytest.approx(0.2, abs=1e-4)
+    assert torus.value != pytest.approx(0.2, abs=1e-9)
+    assert branch.end_reasons == ("end of range", "end of range")
+
+
+def test_along_the_frequency_of_the_forcing() -> None:
+    block = ss.Oscillator(
+        V=0.0, friction=ss.Coulomb(mu=0.5), damping=0.2, forcing=ss.Harmonic(2.0, 0.7)
+    )
+    cycle = ss.find_cycle(block, [0.0], [0.0])
+    branch = ss.continue_cycle(cycle, block, "forcing.frequency", (0.65, 0.75))
+    rounds = round(cycle.period * 0.7 / (2 * np.pi))
+    np.testing.assert_allclose(branch.periods, rounds * 2 * np.pi / branch.values, rtol=1e-14)
+    assert max(cycle.residual for cycle in branch.cycles) < 1e-11
+    middle = branch.cycles[0]
+    again = ss.find_cycle(middle.model, middle.x, middle.v)
+    np.testing.assert_allclose(again.x, middle.x, atol=1e-10)
+
+
+def test_bad_input_is_told() -> None:
+    cycle = ss.find_cycle(BLOCK, [0.9], [0.0])
+    with pytest.raises(ValueError, match="not a parameter"):
+        ss.continue_cycle(cycle, BLOCK, "dampnig", (0.5, 3.0))
+    with pytest.raises(ValueError, match="does not contain"):
+        ss.continue_cycle(cycle, BLOCK, "damping", (2.0, 3.0))
+    with pytest.raises(ValueError, match="not one of this model"):
+        ss.continue_cycle(cycle, BLOCK.replace(V=0.3), "damping", (0.5, 3.0))
+
+
+def test_a_branch_is_drawn_and_told() -> None:
+    block = BLOCK.replace(damping=1.2)
+    cycle = ss.find_cycle(block, [0.9], [0.0])
+    branch = ss.continue_cycle(cycle, block, "damping", (1.15, 1.4))
+    text = repr(branch)
+    assert "hopf at 1.171875" in text
+    assert "meets another cycle" in text
+    axes = branch.plot()
+    assert axes.get_xlabel() == "damping"
+    assert len(axes.lines) == 2 + len(branch.bifurcations)

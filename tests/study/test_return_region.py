@@ -1,0 +1,92 @@
+"""Where the event map is defined, and what holds the motions that never come back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+
+LAW9 = ss.examples.law9()
+COULOMB = ss.examples.coulomb()
+
+
+def test_law_9_has_a_gap_at_the_papers_own_speed() -> None:
+    """It opens where the motion without global stick begins to attract: a flip of its cycle."""
+    region = ss.return_region(LAW9, "V", (0.25, 0.295), n_values=2, n_points=151)
+    assert region.gaps[0] == ()
+    (gap,) = region.gaps[1]
+    np.testing.assert_allclose(gap.d, (0.57089, 0.66729), atol=1e-5)
+    f = ss.event_map(LAW9)
+    assert np.isnan(f(list(gap.d))).all()
+    assert np.isfinite(f([gap.d[0] - 1e-9, gap.d[1] + 1e-9])).all()
+    assert gap.shown
+    (branch,) = region.branches
+    ((low, high),) = region.attracting(0)
+    flip = next(item for item in branch.bifurcations if item.kind == "flip")
+    assert (low, high) == (flip.value, 0.295)
+    assert low == pytest.approx(0.2557005970104, abs=1e-11)
+    assert region.lost[1] == pytest.approx((gap.d[1] - gap.d[0]) / np.ptp(LAW9.domain))
+    assert region.undecided.sum() == 0
+
+
+def test_the_coulomb_system_is_defined_everywhere_at_small_speeds() -> None:
+    region = ss.return_region(COULOMB, "V", (0.0366, 0.5), n_values=2)
+    assert region.gaps[0] == ()
+    assert len(region.gaps[1]) == 2
+    assert all(gap.shown for gap in region.gaps[1])
+    starts = [region.attracting(number)[0][0] for number in range(2)]
+    np.testing.assert_allclose(sorted(starts), [0.3052777301711, 0.3726915672690], atol=1e-10)
+    table = region.table()
+    assert set(table["status"]) == {"NEVER_CYCLE"}
+    axes = region.plot()
+    assert axes.get_ylabel() == "$d$"
+    assert "defined everywhere" in repr(region)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_ball_takes_motions_in_and_holds_them(seed: int) -> None:
+    """States drawn anywhere in it are back inside after a return, closer by the factor told."""
+    cycle = ss.find_cycle(LAW9, LAW9.onset(0.62), [LAW9.V] * 2)
+    ball = ss.trapping_ball(cycle)
+    assert ball is not None
+    assert 0 < ball.rate < ball.contraction < 1
+    rng = np.random.default_rng(seed)
+    center, free = ball.section
+    offset = rng.normal(size=len(ball.norm))
+    offset *= ball.radius * rng.uniform() / np.sqrt(offset @ ball.norm @ offset)
+    z = center.copy()
+    z[free] += offset
+    before = np.sqrt(offset @ ball.norm @ offset)
+    motion = ss.simulate(LAW9, z[:2], z[2:] + LAW9.V, t_end=1.2 * cycle.period)
+    landed = [e.time for e in motion.events if abs(e.time - cycle.period) < 0.2]
+    distances = []
+    for time in landed:
+        end = np.concatenate([motion.x(time), motion.v(time) - LAW9.V])
+        back = (end - center)[free]
+        distances.append(np.sqrt(back @ ball.norm @ back))
+    assert min(distances) <= ball.contraction * before
+    assert ball.entered(LAW9.onset(0.6), [LAW9.V] * 2) is not None
+    assert ball.entered(LAW9.onset(0.1), [LAW9.V] * 2, max_events=400) is None
+
+
+def test_cycles_that_repel_have_no_ball() -> None:
+    slow = LAW9.replace(V=0.25)
+    cycle = ss.find_cycle(LAW9, LAW9.onset(0.62), [LAW9.V] * 2)
+    branch = ss.continue_cycle(cycle, LAW9, "V", (0.25, 0.3))
+    assert not branch.cycles[0].stable
+    assert branch.cycles[0].model == slow
+    assert ss.trapping_ball(branch.cycles[0]) is None
+    block = ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3), damping=1.25)
+    slip = ss.find_cycle(block, ss.equilibria(block)[0].x + 0.198, [0.0])
+    with pytest.raises(ValueError, match="no landing"):
+        ss.trapping_ball(slip)
+
+
+def test_bad_input_is_told() -> None:
+    with pytest.raises(ValueError, match="two blocks"):
+        ss.return_region(ss.Oscillator(V=1, friction=ss.Coulomb(0.2)), "V", (0.1, 1))  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="not a parameter"):
+        ss.return_region(COULOMB, "v", (0.1, 1))
+    with pytest.raises(ValueError, match="n_values"):
+        ss.return_region(COULOMB, "V", (0.1, 1), n_values=0)
