@@ -23,6 +23,7 @@ from stickslip.cli import (
     orbits,
     reproduce,
     simulate,
+    study,
     warmup,
 )
 from stickslip.cli.failure import BAD_USAGE, DONE, INTERRUPTED, exit_code_of
@@ -36,6 +37,7 @@ COMMANDS = (
     simulate,
     cycles,
     reproduce,
+    study,
     doctor,
     warmup,
 )

@@ -138,4 +138,4 @@ def _event_map_of(values: dict[str, Any]) -> EventMap:
     return EventMap(model_of_values(values["model"]), **values["settings"])
 
 
-register_map("event map", mechanics.EventMap, _values_of, _event_map_of)
+register_map("event map", EventMap, _values_of, _event_map_of)

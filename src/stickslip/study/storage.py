@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.analysis.storage import load as _load
 from stickslip.analysis.storage import save
+from stickslip.study import quasistatic  # noqa: F401 (registers its maps)
 from stickslip.study.maps import as_map
 
 if TYPE_CHECKING:
