@@ -28,7 +28,7 @@ def draw(data: Cycle, figure: Figure) -> None:
     t = np.linspace(0.0, data.period, POINTS)
     ax.axhline(MODEL.V, color=PALETTE["grey"], lw=0.6, ls=(0, (5, 3)))
     ax.plot(data.trajectory.x(t)[:, 0], data.trajectory.v(t)[:, 0], color=PALETTE["blue"])
-    ax.plot(MODEL.friction.force(MODEL.V), 0.0, "x", color=PALETTE["black"])
+    ax.plot(data.model.laws[0].force(MODEL.V), 0.0, "x", color=PALETTE["black"])
     ax.set_xlabel("$X$")
     ax.set_ylabel("$X'$")
 

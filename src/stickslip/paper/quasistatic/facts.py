@@ -58,8 +58,7 @@ class Plane:
     @property
     def both(self) -> NDArray[np.bool_]:
         """Where the start decides between chaos and a periodic motion."""
-        found: NDArray[np.bool_] = self.chaotic & (self.exponents < -CHAOTIC).any(axis=0)
-        return found
+        return np.asarray(self.chaotic & (self.exponents < -CHAOTIC).any(axis=0))
 
 
 @cache
