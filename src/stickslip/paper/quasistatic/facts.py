@@ -52,13 +52,13 @@ class Plane:
     @property
     def chaotic(self) -> NDArray[np.bool_]:
         """Where some motion is chaotic, shape (beta, alpha)."""
-        found: NDArray[np.bool_] = (self.exponents > CHAOTIC).any(axis=0)
-        return found
+        return np.any(self.exponents > CHAOTIC, axis=0)
 
     @property
     def both(self) -> NDArray[np.bool_]:
         """Where the start decides between chaos and a periodic motion."""
-        return np.asarray(self.chaotic & (self.exponents < -CHAOTIC).any(axis=0))
+        periodic = (self.exponents < -CHAOTIC).any(axis=0)
+        return np.logical_and(self.chaotic, periodic)
 
 
 @cache
