@@ -39,6 +39,7 @@ from .study.maps import lyapunov_exponent as lyapunov_exponent
 from .study.maps import periodic_orbits as periodic_orbits
 from .study.model_file import read_model as read_model
 from .study.model_file import write_model as write_model
+from .study.quasistatic import quasistatic_map as quasistatic_map
 from .study.return_region import return_region as return_region
 from .study.storage import load as load
 from .sweeps import observables as observables

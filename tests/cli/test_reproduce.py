@@ -60,7 +60,8 @@ def test_each_claim_has_a_line_with_its_verdict(tmp_path, capsys):
 @pytest.mark.parametrize(("passed", "code"), [(True, 0), (False, 4)])
 def test_check_fails_where_a_claim_does(passed, code, tmp_path, capsys, monkeypatch):
     finding = Finding("figure 2 shows a cube", "it shows a plane", passed)
-    report = Report((Claim("cube", 2, "2", "The world is a cube", (finding,)),), ())
+    claim = Claim("cube", 2, "2", "The world is a cube", (finding,))
+    report = Report("Author (2000)", "Title", (claim,), ())
     answer = Reproduction((tmp_path / "report.md",), (), report)
     monkeypatch.setattr(paper, "reproduce", lambda *_, **__: answer)
     assert main(["reproduce", "2", "--out", str(tmp_path)]) == 0

@@ -15,7 +15,10 @@ from stickslip.paper import figures
 from stickslip.paper.claim import VERDICTS, Claim, Finding
 from stickslip.paper.galvanetto2001 import claims, printed
 from stickslip.paper.report import Report
+from stickslip.paper.sources import GALVANETTO, source_named
 from stickslip.paper.values import Value
+
+PACKAGE = source_named(GALVANETTO).package
 
 pytestmark = pytest.mark.paper
 
@@ -102,7 +105,7 @@ def test_every_claim_has_a_verdict_and_evidence(everything):
 
 
 def test_all_of_them_can_be_written(everything):
-    report = Report(tuple(everything.values()), printed.compute())
+    report = Report("Author (2000)", "Title", tuple(everything.values()), printed.compute())
     document = json.loads(report.as_json())
     assert len(document["claims"]) == len(everything)
     assert document["verdicts"]["does not hold"] == 2
@@ -154,8 +157,8 @@ def test_what_follows_the_collision_is_foretold():
 
 def test_every_claim_stands_beside_a_figure_that_is_drawn():
     beside = {figure for name in claims.TOPICS for figure in claims.topic(name).FIGURES}
-    assert beside <= set(figures.available())
-    assert {value.figure for value in printed.compute()} <= set(figures.available())
+    assert beside <= set(figures.available(PACKAGE))
+    assert {value.figure for value in printed.compute()} <= set(figures.available(PACKAGE))
 
 
 def test_some_figures_only():

@@ -11,8 +11,11 @@ from stickslip.mechanics.model import locus
 from stickslip.paper import figures
 from stickslip.paper.galvanetto2001 import printed
 from stickslip.paper.galvanetto2001.orbits import WINDOW
+from stickslip.paper.sources import GALVANETTO, source_named
 from stickslip.plot.style import new_figure, style
 from stickslip.study.event_map import event_map
+
+PACKAGE = source_named(GALVANETTO).package
 
 pytestmark = pytest.mark.paper
 
@@ -30,7 +33,7 @@ def bisected_cusp(f):
 
 @functools.cache
 def data(number):
-    return figures.load(number).compute()
+    return figures.load(number, PACKAGE).compute()
 
 
 @pytest.fixture(scope="module")
@@ -38,9 +41,9 @@ def values():
     return {value.name: value for value in printed.compute()}
 
 
-@pytest.mark.parametrize("number", figures.available())
+@pytest.mark.parametrize("number", figures.available(PACKAGE))
 def test_every_figure_draws_and_describes_itself(number):
-    module = figures.load(number)
+    module = figures.load(number, PACKAGE)
     with style():
         figure = new_figure(module.COLUMNS, height=module.HEIGHT)
         module.draw(data(number), figure)
@@ -287,7 +290,7 @@ class TestDiagrams:
         assert found.a.multiplier > 1.0 > -1.0 > found.b.multiplier
 
     def test_figure_13_says_how_it_magnifies(self):
-        module = figures.load(13)
+        module = figures.load(13, PACKAGE)
         assert f"magnified {module.MAGNIFICATION:g} times" in module.caption(data(13))
 
     def test_figure_15_attractor_is_lost_at_the_crisis(self, values):
@@ -303,7 +306,9 @@ class TestDiagrams:
         """Most orbits from the place of the attractor have left it by the end of 50 steps."""
         found = data(15)
         gone = ~found.chaotic
-        late = found.transients[gone][-30:].reshape(30, figures.load(15).STARTS, -1)[:, :, -1]
+        late = found.transients[gone][-30:].reshape(30, figures.load(15, PACKAGE).STARTS, -1)[
+            :, :, -1
+        ]
         below = late < found.u1.points[gone][-30:]
         assert below.mean() > 0.5
 

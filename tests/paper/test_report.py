@@ -8,6 +8,7 @@ import pytest
 
 from stickslip import paper
 from stickslip.paper.claim import Claim, Finding
+from stickslip.paper.galvanetto2001 import SOURCE, TITLE
 from stickslip.paper.report import Report
 from stickslip.paper.values import Value
 
@@ -82,7 +83,7 @@ def report():
         claim("c", printed="0.9"),
     )
     values = tuple(value for one in claims for value in one.values)
-    return Report(claims, values, {5: "The map."}, {5: "fig05.svg"})
+    return Report(SOURCE, TITLE, claims, values, {5: "The map."}, {5: "fig05.svg"})
 
 
 @pytest.fixture(scope="module")
@@ -132,20 +133,23 @@ def test_markdown_puts_claims_under_their_figures(report):
 
 
 def test_a_picture_that_cannot_be_embedded_is_linked():
-    text = Report((claim(),), (), {5: "The map."}, {5: "fig05.pdf"}).as_markdown()
+    text = Report(SOURCE, TITLE, (claim(),), (), {5: "The map."}, {5: "fig05.pdf"}).as_markdown()
     assert "[Figure 5](fig05.pdf)" in text
     assert "![Figure 5]" not in text
 
 
 def test_an_undecided_claim_says_why():
     one = Claim("u", 5, "section 4", "x is 1", undecided="x is not defined")
-    assert "x is not defined" in Report((one,), ()).text()
-    assert "x is not defined" in Report((one,), ()).as_markdown()
-    assert validated(Report((one,), ()).as_json()).claims[0].undecided == "x is not defined"
+    assert "x is not defined" in Report(SOURCE, TITLE, (one,), ()).text()
+    assert "x is not defined" in Report(SOURCE, TITLE, (one,), ()).as_markdown()
+    assert (
+        validated(Report(SOURCE, TITLE, (one,), ()).as_json()).claims[0].undecided
+        == "x is not defined"
+    )
 
 
 def test_no_claims_no_table():
-    assert "|" not in Report((), (), {1: "caption"}).as_markdown()
+    assert "|" not in Report(SOURCE, TITLE, (), (), {1: "caption"}).as_markdown()
 
 
 def test_reproduce_writes_the_report_beside_the_figures(reproduced):

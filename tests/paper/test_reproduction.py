@@ -6,6 +6,9 @@ import pytest
 
 from stickslip import paper
 from stickslip.paper import figures
+from stickslip.paper.sources import GALVANETTO, source_named
+
+PACKAGE = source_named(GALVANETTO).package
 
 QUICK = (1, 2, 3)
 
@@ -69,16 +72,18 @@ def test_the_folder_may_not_be_a_file(tmp_path):
 
 
 def test_none_and_no_number_mean_all():
-    assert figures.select(None) == figures.select(()) == figures.available()
+    assert (
+        figures.select(None, PACKAGE) == figures.select((), PACKAGE) == figures.available(PACKAGE)
+    )
 
 
 def test_figures_are_found_by_name():
-    assert figures.available() == tuple(range(1, 18))
+    assert figures.available(PACKAGE) == tuple(range(1, 18))
 
 
-@pytest.mark.parametrize("number", figures.available())
+@pytest.mark.parametrize("number", figures.available(PACKAGE))
 def test_every_figure_module_keeps_the_contract(number):
-    module = figures.load(number)
+    module = figures.load(number, PACKAGE)
     assert module.__doc__.startswith(f"Figure {number}: ")
     assert module.TITLE
     assert module.COLUMNS in ("one", "two")

@@ -6,6 +6,8 @@ import pytest
 
 from stickslip.paper.values import Value, as_json, as_markdown
 
+SOURCE = "Author (2000)"
+
 
 def value(computed=0.38153770504, error=1e-11, printed="0.3815", **rest):
     fields = {"name": "cusp", "figure": 17, "how": "f' changes sign"} | rest
@@ -37,7 +39,7 @@ def test_nothing_printed_nothing_to_agree_with():
 
 
 def test_json_is_valid_and_complete():
-    document = json.loads(as_json([value(), value(computed=float("nan"))], {17: "caption"}))
+    document = json.loads(as_json([value(), value(computed=float("nan"))], {17: "caption"}, SOURCE))
     assert document["schema"] == 1
     assert document["figures"] == {"17": "caption"}
     first, second = document["values"]
@@ -47,15 +49,15 @@ def test_json_is_valid_and_complete():
 
 
 def test_markdown_shows_digits_that_the_error_allows():
-    text = as_markdown([value(error=1e-6, note="read off a diagram")], {17: "caption"})
+    text = as_markdown([value(error=1e-6, note="read off a diagram")], {17: "caption"}, SOURCE)
     assert "| 17 | cusp | 0.3815 | 0.381538 | 1e-06 | yes | f' changes sign |" in text
     assert "- cusp: read off a diagram" in text
     assert "**Figure 17.** caption" in text
 
 
 def test_markdown_marks_disagreement():
-    assert "**no**" in as_markdown([value(printed="0.3915")], {})
+    assert "**no**" in as_markdown([value(printed="0.3915")], {}, SOURCE)
 
 
 def test_markdown_without_values_has_no_empty_table():
-    assert "|" not in as_markdown([], {1: "caption"})
+    assert "|" not in as_markdown([], {1: "caption"}, SOURCE)

@@ -25,6 +25,7 @@ from stickslip.cli import (
     plot,
     reproduce,
     simulate,
+    study,
     sweep,
     verify,
     warmup,
@@ -44,6 +45,7 @@ COMMANDS = (
     certify,
     verify,
     reproduce,
+    study,
     doctor,
     warmup,
 )

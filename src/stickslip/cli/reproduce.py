@@ -44,6 +44,21 @@ def command(
     check
         Exit with code 4 unless every claim holds, as it is printed or with a correction.
     """
+    from stickslip.paper.sources import GALVANETTO
+
+    return deliver("reproduce", GALVANETTO, figures, out, check=check, output=output)
+
+
+def deliver(
+    command: str,
+    source: str,
+    figures: tuple[int, ...],
+    out: Path,
+    *,
+    check: bool,
+    output: OutputOptions,
+) -> int:
+    """Compute a study, write its files, and print what became of its claims."""
     from stickslip import paper
 
     if out.exists() and not out.is_dir():
@@ -52,13 +67,14 @@ def command(
     def track(numbers: Sequence[int]) -> Iterator[int]:
         return tracked(numbers, len(numbers), "figures", quiet=output.quiet)
 
-    done = paper.reproduce(figures or None, out, track=track)
+    done = paper.reproduce(figures or None, out, source=source, track=track)
     written = [str(path) for path in done.files]
     claims = done.report.claims
     if output.json:
         result = {"file": written}
         result |= {name: [getattr(claim, name) for claim in claims] for name in CLAIM_FIELDS}
-        print(columns.document("reproduce", {"figures": figures}, result), end="")
+        asked = {} if command == "reproduce" else {"name": source}
+        print(columns.document(command, {**asked, "figures": figures}, result), end="")
     else:
         print("\n".join(written))
         if claims:

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
 __all__ = ["PaperFigure", "available", "load", "select"]
 
-_SOURCE = "stickslip.paper.galvanetto2001"
-
 
 class PaperFigure(Protocol):
     """What a figure module offers."""
@@ -34,7 +32,7 @@ class PaperFigure(Protocol):
         """Say what is shown, with every parameter, and which of them the paper does not print."""
 
 
-def available(source: str = _SOURCE) -> tuple[int, ...]:
+def available(source: str) -> tuple[int, ...]:
     """Numbers of the figures that can be computed.
 
     Parameters
@@ -54,7 +52,7 @@ def available(source: str = _SOURCE) -> tuple[int, ...]:
     return tuple(sorted(int(match[1]) for match in found if match))
 
 
-def load(number: int, source: str = _SOURCE) -> PaperFigure:
+def load(number: int, source: str) -> PaperFigure:
     """Import one figure's module.
 
     Parameters
@@ -72,12 +70,12 @@ def load(number: int, source: str = _SOURCE) -> PaperFigure:
     return cast("PaperFigure", importlib.import_module(f"{source}.fig{number:02d}"))
 
 
-def select(numbers: Iterable[int] | None = None, source: str = _SOURCE) -> tuple[int, ...]:
+def select(numbers: Iterable[int] | None, source: str) -> tuple[int, ...]:
     """Check figure numbers; none given means all.
 
     Parameters
     ----------
-    numbers : iterable of int, optional
+    numbers : iterable of int or None
         As in the paper; repeats are dropped.
     source : str
         Package that holds ``figNN`` modules.

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 __all__ = ["Report"]
 
 SCHEMA: Final = 1
-SOURCE: Final = "Galvanetto (2001)"
-TITLE: Final = "Some discontinuous bifurcations in a two-block stick-slip system"
 WIDTH: Final = 110  # of the terminal's lines below a claim
 INDENT: Final = " " * 25
 MARK: Final = {True: "yes", False: "**no**"}
@@ -31,6 +29,8 @@ class Report:
 
     Attributes
     ----------
+    source, title : str
+        Author and year, and what was published or studied.
     claims : tuple of Claim
         By figure, in the order of the paper.
     values : tuple of Value
@@ -41,6 +41,8 @@ class Report:
         Path of each figure's picture, relative to the report.
     """
 
+    source: str
+    title: str
     claims: tuple[Claim, ...]
     values: tuple[Value, ...]
     captions: Mapping[int, str] = field(default_factory=dict)
@@ -53,7 +55,7 @@ class Report:
 
     def text(self) -> str:
         """Lines for a terminal: a claim, its verdict, and where it fails, why."""
-        lines = [f"{SOURCE}: {_summary(self.counts())}", ""]
+        lines = [f"{self.source}: {_summary(self.counts())}", ""]
         for claim in self.claims:
             lines.append(claim.line)
             for reason in _objections(claim):
@@ -67,7 +69,7 @@ class Report:
             "schema": SCHEMA,
             "kind": "paper report",
             "version": version("stickslip"),
-            "source": SOURCE,
+            "source": self.source,
             "verdicts": self.counts(),
             "claims": [_claim_row(claim) for claim in self.claims],
             "values": value_rows(self.values),
@@ -80,7 +82,7 @@ class Report:
 
     def as_markdown(self) -> str:
         """Page for readers: figure by figure the picture, the claims and the evidence."""
-        lines = [f"# {SOURCE}, “{TITLE}”: checked", ""]
+        lines = [f"# {self.source}, “{self.title}”: checked", ""]
         if self.claims:
             lines += [f"{_summary(self.counts())}.", "", *_overview(self.claims), ""]
         for number in sorted({claim.figure for claim in self.claims} | {*self.captions}):

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from stickslip.files import write_text
 from stickslip.paper import figures
-from stickslip.paper.galvanetto2001 import claims, printed
 from stickslip.paper.report import Report
+from stickslip.paper.sources import GALVANETTO, source_named
 from stickslip.paper.values import Value, as_json, as_markdown
 from stickslip.plot.style import FORMATS, check_formats, new_figure, save, style
 
@@ -44,9 +44,10 @@ def reproduce(
     out: str | Path = "out",
     formats: Iterable[str] = FORMATS,
     *,
+    source: str = GALVANETTO,
     track: Callable[[Sequence[int]], Iterable[int]] = iter,
 ) -> Reproduction:
-    """Compute and draw figures of the paper, and check the numbers and claims beside them.
+    """Compute and draw figures of a study, and check the numbers and claims beside them.
 
     Parameters
     ----------
@@ -56,6 +57,8 @@ def reproduce(
         Folder to write to; made if missing. Files of the same names are replaced.
     formats : iterable of {"svg", "pdf", "png"}
         What to write each figure as.
+    source : str
+        Name of the study, one of `stickslip.paper.sources`; Galvanetto's paper by default.
     track : callable, optional
         Passes the figure numbers on one by one: a place for a progress bar.
 
@@ -67,24 +70,25 @@ def reproduce(
     Raises
     ------
     ValueError
-        A figure or format that does not exist; nothing has been written then.
+        A study, figure or format that does not exist; nothing has been written then.
     OSError
         The folder cannot be made or written. No partial file is left.
     """
-    wanted = figures.select(numbers)
+    study = source_named(source)
+    wanted = figures.select(numbers, study.package)
     formats = check_formats(formats)
     folder = _writable(Path(out))
     files: list[Path] = []
     captions: dict[int, str] = {}
     pictures: dict[int, str] = {}
     for number in track(wanted):
-        captions[number], written = _figure(number, folder, formats)
+        captions[number], written = _figure(study.package, number, folder, formats)
         pictures[number] = min(written, key=_for_pages).name
         files += written
-    report = replace(check(wanted), captions=captions, pictures=pictures)
+    report = replace(check(wanted, source=source), captions=captions, pictures=pictures)
     texts = {
-        "values.json": as_json(report.values, captions),
-        "values.md": as_markdown(report.values, captions),
+        "values.json": as_json(report.values, captions, report.source),
+        "values.md": as_markdown(report.values, captions, report.source),
         "report.json": report.as_json(),
         "report.md": report.as_markdown(),
     }
@@ -93,14 +97,16 @@ def reproduce(
     return Reproduction((*files, *(folder / name for name in texts)), report.values, report)
 
 
-def check(numbers: Iterable[int] | None = None) -> Report:
-    """Check the numbers and claims of the paper, without drawing its figures.
+def check(numbers: Iterable[int] | None = None, *, source: str = GALVANETTO) -> Report:
+    """Check the numbers and claims of a study, without drawing its figures.
 
     Parameters
     ----------
     numbers : iterable of int, optional
-        Figures beside which they stand: 4 to 10 belong to the system with Coulomb friction, 11 to
-        17 to law (9). All by default.
+        Figures beside which they stand, all by default. In Galvanetto's paper 4 to 10 belong to
+        the system with Coulomb friction, 11 to 17 to law (9).
+    source : str
+        As in `reproduce`.
 
     Returns
     -------
@@ -110,7 +116,7 @@ def check(numbers: Iterable[int] | None = None) -> Report:
     Raises
     ------
     ValueError
-        A figure does not exist.
+        A study or figure does not exist.
 
     Examples
     --------
@@ -118,8 +124,10 @@ def check(numbers: Iterable[int] | None = None) -> Report:
     >>> [claim.verdict for claim in paper.check([9]).claims]
     ['holds', 'holds']
     """
-    wanted = figures.select(numbers)
-    return Report(claims.compute(wanted), printed.compute(wanted))
+    study = source_named(source)
+    wanted = figures.select(numbers, study.package)
+    claims = study.claims(wanted)
+    return Report(study.source, study.title, claims, study.values(wanted, claims))
 
 
 def _for_pages(path: Path) -> int:
@@ -127,8 +135,10 @@ def _for_pages(path: Path) -> int:
     return (".svg", ".png").index(path.suffix) if path.suffix in (".svg", ".png") else 2
 
 
-def _figure(number: int, folder: Path, formats: tuple[str, ...]) -> tuple[str, tuple[Path, ...]]:
-    module = figures.load(number)
+def _figure(
+    package: str, number: int, folder: Path, formats: tuple[str, ...]
+) -> tuple[str, tuple[Path, ...]]:
+    module = figures.load(number, package)
     data = module.compute()
     with style():
         figure = new_figure(module.COLUMNS, height=module.HEIGHT)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from stickslip.study.digits import digits
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
 __all__ = ["Value", "as_json", "as_markdown", "value_rows", "value_table"]
 
@@ -67,15 +67,17 @@ class Value:
         return digits(self.computed, self.error)
 
 
-def as_json(values: Sequence[Value], captions: dict[int, str]) -> str:
+def as_json(values: Sequence[Value], captions: Mapping[int, str], source: str) -> str:
     """Document for programs.
 
     Parameters
     ----------
     values : sequence of Value
         In the order to be written.
-    captions : dict of int to str
+    captions : mapping of int to str
         What each figure shows and which parameters were chosen.
+    source : str
+        Author and year.
 
     Returns
     -------
@@ -84,29 +86,31 @@ def as_json(values: Sequence[Value], captions: dict[int, str]) -> str:
     """
     document: dict[str, Any] = {
         "schema": SCHEMA,
-        "source": "Galvanetto (2001)",
+        "source": source,
         "figures": {str(number): caption for number, caption in captions.items()},
         "values": value_rows(values),
     }
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def as_markdown(values: Sequence[Value], captions: dict[int, str]) -> str:
+def as_markdown(values: Sequence[Value], captions: Mapping[int, str], source: str) -> str:
     """Table for readers.
 
     Parameters
     ----------
     values : sequence of Value
         In the order to be written.
-    captions : dict of int to str
+    captions : mapping of int to str
         What each figure shows and which parameters were chosen.
+    source : str
+        Author and year.
 
     Returns
     -------
     str
         Markdown; as many digits as the error allows.
     """
-    lines = ["# Values of Galvanetto (2001), computed", ""]
+    lines = [f"# Values of {source}, computed", ""]
     if values:
         lines += [*value_table(values), ""]
     lines += ["## Figures", ""]

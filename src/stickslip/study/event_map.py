@@ -138,5 +138,5 @@ def _event_map_of(values: dict[str, Any]) -> EventMap | BlocksEventMap:
     return event_map(model_of_values(values["model"]), **values["settings"])
 
 
-register_map("event map", mechanics.EventMap, _values_of, _event_map_of)
+register_map("event map", EventMap, _values_of, _event_map_of)
 register_map("event map of blocks", BlocksEventMap, _values_of, _event_map_of)

@@ -8,6 +8,7 @@ from stickslip.analysis.nd.protocol import MapND
 from stickslip.analysis.storage import load as _load
 from stickslip.analysis.storage import save
 from stickslip.mechanics.model.belt_model import BeltModel
+from stickslip.study import quasistatic  # noqa: F401 (registers its maps)
 from stickslip.study.event_map import event_map
 from stickslip.study.maps import as_map
 

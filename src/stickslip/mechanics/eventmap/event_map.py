@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip.mechanics.eventmap.carrier import Carrier
 from stickslip.mechanics.eventmap.carriers import carrier_for
 from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.eventmap.result import EventMapResult
@@ -51,8 +52,11 @@ class EventMap:
             else positive_integer("threads", threads, "processor cores used")
         )
         controls = Controls(self.rtol, self.max_events, self.max_time)
-        self._carrier = carrier_for(model, engine, controls, device, self.threads)
+        self._carrier = self._carrier_of(controls)
         self._end = model.domain[1]
+
+    def _carrier_of(self, controls: Controls) -> Carrier:
+        return carrier_for(self.model, self.engine, controls, self.device, self.threads)
 
     # --- what it is -----------------------------------------------------------------------
 
@@ -78,7 +82,7 @@ class EventMap:
 
     def __eq__(self, other: object) -> bool:
         """Equal models and settings."""
-        if not isinstance(other, EventMap):
+        if not isinstance(other, EventMap) or type(self) is not type(other):
             return NotImplemented
         return (self.model, self.settings) == (other.model, other.settings)
 

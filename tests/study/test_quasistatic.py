@@ -1,0 +1,144 @@
+"""The limit of a belt that hardly moves: closed forms, the moving belt's limit, sizes of slips."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import stickslip as ss
+
+COULOMB = ss.examples.coulomb()
+SPEEDS = 4e-5 * np.array([1.0, 0.75, 0.5, 0.25])
+AWAY = 1e-3  # from a breakpoint, where the limit is not uniform
+
+
+def limit_of_moving_belt(model: ss.TwoBlock, d: np.ndarray) -> np.ndarray:
+    """Values of event maps at small speeds, extrapolated to V = 0 by the cubic through them."""
+    rows = np.array([ss.event_map(model.replace(V=float(V)))(d) for V in SPEEDS])
+    weights = [np.prod([V / (V - U) for V in np.delete(SPEEDS, k)]) for k, U in enumerate(SPEEDS)]
+    return np.array(weights) @ rows
+
+
+def far_from_breakpoints(f: ss.EventMap, d: np.ndarray) -> np.ndarray:
+    found = np.array([item.d for item in ss.breakpoints(f)])
+    if not found.size:
+        return d
+    return d[np.abs(d[:, None] - found).min(axis=1) > AWAY]
+
+
+def test_it_is_the_limit_of_the_papers_coulomb_map() -> None:
+    f = ss.quasistatic_map(COULOMB)
+    d = far_from_breakpoints(f, np.linspace(*f.domain, 203))
+    assert d.size > 150
+    np.testing.assert_allclose(f(d), limit_of_moving_belt(COULOMB, d), atol=1e-10, rtol=0)
+
+
+def test_the_belts_speed_does_not_matter() -> None:
+    d = np.linspace(*COULOMB.domain, 41)
+    one, other = (ss.quasistatic_map(COULOMB.replace(V=V)) for V in (0.01, 3.0))
+    np.testing.assert_array_equal(one(d), other(d))
+    assert "V" not in one.parameters
+    assert one != ss.event_map(one.model)
+
+
+@settings(max_examples=30)
+@given(
+    alpha=st.floats(0.0, 3.0),
+    beta=st.floats(0.5, 2.0),
+    mu=st.floats(0.05, 0.9),
+    share=st.floats(-0.999, 0.999),
+)
+def test_a_block_that_slips_alone_goes_through_half_a_period(
+    alpha: float, beta: float, mu: float, share: float
+) -> None:
+    """From its limit L about the force mu L and as far beyond: 2 L (1 - mu) / (1 + alpha)."""
+    f = ss.quasistatic_map(ss.TwoBlock(alpha, beta, 1.0, ss.Coulomb(mu)))
+    d = share * f.domain[1]
+    words = f.itinerary(d)
+    sizes = f.slips(d)
+    if words in ("-. ..", ".- .."):
+        block = words.index("-")
+        length = 2.0 * (1.0, beta)[block] * (1.0 - mu) / (1.0 + alpha)
+        assert sizes.displacement[block] == pytest.approx(length, abs=1e-13)
+        assert sizes.displacement[1 - block] == pytest.approx(0.0, abs=1e-13)
+        assert f(d) == pytest.approx(d + (length, -length)[block], abs=1e-13)
+    assert sizes.value == pytest.approx(f(d), abs=1e-12)
+    assert sizes.moment == pytest.approx(sizes.displacement.sum(), abs=1e-13)
+    assert sizes.wait >= 0.0
+
+
+@settings(max_examples=20)
+@given(mu=st.floats(0.05, 0.9), share=st.floats(-0.999, 0.999))
+def test_friction_takes_the_energy_that_the_springs_give(mu: float, share: float) -> None:
+    """As no block ever slips forward here, the work of friction is mu times the path."""
+    model = COULOMB.replace(mu=mu)
+    f = ss.quasistatic_map(model)
+    d = share * f.domain[1]
+    sizes = f.slips(d)
+    if "+" in f.itinerary(d):
+        return
+    stiffness = np.array([[2.2, -1.2], [-1.2, 2.2]])
+    before = np.array(model.onset(d))
+    after = before - sizes.displacement
+    energy = [0.5 * x @ stiffness @ x for x in (before, after)]
+    work = mu * (np.array([1.0, 1.3]) @ sizes.displacement)
+    assert energy[0] - energy[1] == pytest.approx(work, abs=1e-12)
+
+
+def test_where_both_leave_together_the_slope_is_infinite() -> None:
+    f = ss.quasistatic_map(COULOMB)
+    d = (1.3 - 1.0) / 3.4
+    slope = f.derivative(d)
+    assert np.isinf(slope)
+    near, nearer = ((f(d) - f(d - h)) / h for h in (1e-8, 1e-10))
+    assert nearer / near == pytest.approx(10.0, rel=0.01)
+    assert np.sign(nearer) == np.sign(slope)
+
+
+def test_the_analysis_takes_it_and_files_keep_it(tmp_path) -> None:
+    f = ss.quasistatic_map(COULOMB)
+    assert len(ss.branches(f)) > 3
+    found = ss.periodic_orbits(f, 2)
+    for orbit in found:
+        np.testing.assert_allclose(f(orbit.points), np.roll(orbit.points, -1), atol=1e-10)
+    branch = ss.continue_orbit(found[0], f, "mu", (0.2, 0.24))
+    path = tmp_path / "branch.json"
+    branch.save(path)
+    read = ss.load(path)
+    np.testing.assert_array_equal(read.points, branch.points)
+
+
+@pytest.mark.parametrize(
+    ("model", "reason"),
+    [
+        (ss.examples.law9(), r"F\(0\) = 1"),
+        (COULOMB.replace(mu=1.0), r"F\(0\) = 1"),
+        (COULOMB.replace(damping=0.1), "damping = 0.1"),
+        (ss.Oscillator(V=0.1, friction=ss.Coulomb(0.3)), "TwoBlock"),
+    ],
+)
+def test_what_has_no_such_limit_is_refused_with_the_reason(model, reason: str) -> None:
+    with pytest.raises(ValueError, match=reason):
+        ss.quasistatic_map(model)
+
+
+def test_the_speed_is_no_parameter() -> None:
+    f = ss.quasistatic_map(COULOMB)
+    with pytest.raises(ValueError, match="V -> 0"):
+        f.replace(V=0.1)
+    with pytest.raises(ValueError, match="'V'"):
+        f.parameter_derivative(0.1, "V")
+
+
+@pytest.mark.slow
+def test_a_law_of_speed_has_the_limit_too() -> None:
+    model = COULOMB.replace(friction=ss.Stribeck(mu=0.3, speed=0.5))
+    with pytest.raises(ValueError, match=r"F\(0\)"):
+        ss.quasistatic_map(model)
+    law = ss.friction_law("0.8 / (1 + a * s)", parameters={"a": 1.5})
+    model = model.replace(friction=law)
+    f = ss.quasistatic_map(model)
+    d = far_from_breakpoints(f, np.linspace(*f.domain, 41))
+    np.testing.assert_allclose(f(d), limit_of_moving_belt(model, d), atol=1e-9, rtol=0)
