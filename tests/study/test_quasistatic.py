@@ -137,7 +137,7 @@ def test_a_law_of_speed_has_the_limit_too() -> None:
     model = COULOMB.replace(friction=ss.Stribeck(mu=0.3, speed=0.5))
     with pytest.raises(ValueError, match=r"F\(0\)"):
         ss.quasistatic_map(model)
-    law = ss.friction_law("0.8 / (1 + a * s)", parameters={"a": 1.5})
+    law = ss.friction_law(lambda s, a: 0.8 / (1 + a * s), parameters={"a": 1.5})
     model = model.replace(friction=law)
     f = ss.quasistatic_map(model)
     d = far_from_breakpoints(f, np.linspace(*f.domain, 41))
