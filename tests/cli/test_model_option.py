@@ -75,7 +75,9 @@ def test_through_the_real_program(file, tmp_path):
         text=True,
         check=False,
     )
-    assert (done.returncode, done.stdout, done.stderr) == (0, "map.csv\n", "")
+    assert (done.returncode, done.stdout) == (0, "map.csv\n")
+    said = done.stderr.splitlines()
+    assert not said or (len(said) == 1 and "compiling kernels" in said[0])  # a cold cache
     values = ss.event_map(ss.examples.coulomb())([0.1, 0.2])
     lines = (tmp_path / "map.csv").read_text().splitlines()
     assert [float(line.split(",")[1]) for line in lines[1:]] == values.tolist()
@@ -149,7 +151,7 @@ def test_a_chain_is_followed_in_time(file, capsys):
         assert document["result"][f"x_{block}"][-1] == x
 
 
-@pytest.mark.parametrize("command", sorted(QUESTIONS.keys() - {"simulate"}))
+@pytest.mark.parametrize("command", sorted(QUESTIONS.keys() - {"simulate", "cycles"}))
 def test_what_asks_about_two_blocks_says_so_of_a_chain(command, file, capsys):
     file(CHAIN)
     assert main([command, "--model", "mine.toml", *QUESTIONS[command].split()]) == 2
