@@ -3,20 +3,15 @@
 The C reference gives a motion up after 400 events, and so do we here.
 """
 
-import ctypes
 import math
-import shutil
-import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks.c_code import COMPILER, coulomb_map
 from benchmarks.measure import CPU, in_turns
 
 import stickslip as ss
 
-SOURCE = Path(__file__).parent / "c" / "coulomb.c"
-COMPILE = "gcc -O3 -march=native -ffast-math -fno-finite-math-only -shared -fPIC".split()
 TABLE = "Coulomb map against scalar C, one core"
 MAX_EVENTS = 400
 TOLERANCE = 1e-12
@@ -31,44 +26,19 @@ SYSTEMS = {
 SIZE = {"paper": 200_000, "most never return": 2_000}
 
 
-@pytest.fixture(scope="session")
-def c_map(tmp_path_factory):
-    """Values by the C reference: (d, alpha, beta, mu, V) -> array."""
-    if shutil.which("gcc") is None:
-        pytest.skip("gcc is not here to compile the C reference")
-    library = tmp_path_factory.mktemp("c") / "coulomb.so"
-    subprocess.run([*COMPILE, "-o", str(library), str(SOURCE), "-lm"], check=True)
-    function = ctypes.CDLL(str(library)).coulomb_map
-    function.restype = None
-    doubles = np.ctypeslib.ndpointer(np.float64, flags="C")
-    function.argtypes = [
-        ctypes.c_long,
-        doubles,
-        doubles,
-        np.ctypeslib.ndpointer(np.int32, flags="C"),
-        *[ctypes.c_double] * 4,
-    ]
-
-    def values(d, *parameters):
-        out, events = np.empty_like(d), np.empty(d.size, dtype=np.int32)
-        function(d.size, d, out, events, *parameters)
-        return out
-
-    return values
-
-
+@pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 @pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize("asked", ["f(d)", "f.derivative(d)"])
 @pytest.mark.benchmark(timer=CPU, group="C")
-def bench_against_c(benchmark, report, c_map, name, asked):
+def bench_against_c(benchmark, report, name, asked):
     alpha, beta, mu, V = SYSTEMS[name]
     model = ss.TwoBlock(alpha=alpha, beta=beta, V=V, friction=ss.Coulomb(mu=mu))
     f = ss.event_map(model, threads=1, max_events=MAX_EVENTS)
     ours = f if asked == "f(d)" else f.derivative
     d = np.random.default_rng(1).uniform(*f.domain, SIZE.get(name, 20_000))
-    pairs = in_turns(benchmark, lambda: ours(d), lambda: c_map(d, *SYSTEMS[name]))
+    pairs = in_turns(benchmark, lambda: ours(d), lambda: coulomb_map(d, *SYSTEMS[name]))
     low, high = pairs.spread()
-    value, other = f(d), c_map(d, *SYSTEMS[name])
+    value, other = f(d), coulomb_map(d, *SYSTEMS[name])
     both = ~np.isnan(value) & ~np.isnan(other)
     report.add(
         TABLE,

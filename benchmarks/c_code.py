@@ -31,6 +31,17 @@ def library(name: str) -> ctypes.CDLL:
     return ctypes.CDLL(str(target))
 
 
+def coulomb_map(d: Floats, *parameters: float) -> Floats:
+    """Event map by ``coulomb.c``; parameters alpha, beta, mu, V."""
+    d = np.ascontiguousarray(d, dtype=np.float64)
+    out, events = np.empty_like(d), np.empty(d.size, dtype=np.int32)
+    pointers = (ctypes.c_void_p(array.ctypes.data) for array in (d, out, events))
+    library("coulomb").coulomb_map(
+        ctypes.c_long(d.size), *pointers, *map(ctypes.c_double, parameters)
+    )
+    return out
+
+
 def law9_map(d: Floats, *parameters: float) -> Floats:
     """Event map by ``law9.c``; parameters alpha, beta, V, gamma, delta, eta."""
     d = np.ascontiguousarray(d, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Arguments that several functions take, checked alike: intervals, parameter names, counts."""
+"""Arguments that several functions take, checked alike: parameters, their ranges, counts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.nd.protocol import FamilyND
     from stickslip.analysis.protocol import MapFamily
 
-__all__ = ["checked_count", "checked_interval", "checked_parameter", "checked_range"]
+__all__ = ["checked_count", "checked_parameter", "checked_range"]
 
 
 def checked_parameter(f: MapFamily | FamilyND, name: str) -> None:

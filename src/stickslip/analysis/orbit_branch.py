@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.analysis.orbits import PeriodicOrbit
 from stickslip.analysis.shooting import itinerary_of, solve_orbit
+from stickslip.numerics.branch import AlongParameter
 
 if TYPE_CHECKING:
     import os
@@ -105,7 +106,7 @@ class PassedBifurcation:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OrbitBranch:
+class OrbitBranch(AlongParameter):
     """A periodic orbit of a map followed along a parameter, through folds.
 
     Attributes
@@ -140,17 +141,6 @@ class OrbitBranch:
     f: MapFamily | None = None
 
     @property
-    def parameter(self) -> str:
-        """Name of the varied parameter."""
-        (name,) = self.parameters
-        return name
-
-    @property
-    def values(self) -> Floats:
-        """Values of the varied parameter, shape (n,)."""
-        return self.parameters[self.parameter]
-
-    @property
     def stable(self) -> Any:
         """Where the multiplier is inside (-1, 1), ndarray of bool, shape (n,)."""
         return np.abs(self.multipliers) < 1
@@ -159,10 +149,6 @@ class OrbitBranch:
     def end_reasons(self) -> tuple[EndReason, EndReason]:
         """Why the branch ends where it begins, and where it ends (see `BranchEnd`)."""
         return self.ends[0].reason, self.ends[1].reason
-
-    def __len__(self) -> int:
-        """Return the number of points computed along the branch."""
-        return len(self.points)
 
     # ------------------------------------------------------------------ orbits on it
 

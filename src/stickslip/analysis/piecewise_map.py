@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.arguments import checked_interval
 from stickslip.analysis.differences import FIRST_STEP, complex_step, extrapolated_difference
 from stickslip.analysis.power import LineMap
 from stickslip.analysis.protocol import (
@@ -20,6 +19,7 @@ from stickslip.analysis.protocol import (
     checked_points,
     iterate,
 )
+from stickslip.checks import checked_interval
 from stickslip.status import OK
 from stickslip.vocabulary import did_you_mean
 

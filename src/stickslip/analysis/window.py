@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.analysis.arguments import checked_interval
 from stickslip.analysis.power import LineMap
 from stickslip.analysis.protocol import checked_points, clip_to_domain, iterate
+from stickslip.checks import checked_interval
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

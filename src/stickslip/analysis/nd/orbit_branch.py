@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.analysis.nd.orbits import PeriodicOrbitND, make_orbit, multipliers_text
 from stickslip.analysis.nd.shooting import solve_orbits
+from stickslip.numerics.branch import AlongParameter
 
 if TYPE_CHECKING:
     import os
@@ -100,7 +101,7 @@ class PassedBifurcationND:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OrbitBranchND:
+class OrbitBranchND(AlongParameter):
     """A periodic orbit of a map of R^n followed along a parameter, through folds.
 
     Attributes
@@ -132,24 +133,9 @@ class OrbitBranchND:
     f: FamilyND | None = None
 
     @property
-    def parameter(self) -> str:
-        """Name of the varied parameter."""
-        (name,) = self.parameters
-        return name
-
-    @property
-    def values(self) -> Floats:
-        """Values of the varied parameter, shape (m,)."""
-        return self.parameters[self.parameter]
-
-    @property
     def stable(self) -> NDArray[np.bool_]:
         """Where all multipliers are inside the unit circle, shape (m,)."""
         return np.asarray(np.abs(self.multipliers).max(axis=1) < 1.0)
-
-    def __len__(self) -> int:
-        """Return the number of rows."""
-        return len(self.values)
 
     def at(self, **value: float) -> tuple[PeriodicOrbitND, ...]:
         """Solve anew for the orbits of the branch at a value of its parameter.

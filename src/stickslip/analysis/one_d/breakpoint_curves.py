@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.arguments import checked_interval, checked_parameter
+from stickslip.analysis.arguments import checked_parameter
 from stickslip.analysis.bifurcation_curve import BreakpointCurve
 from stickslip.analysis.one_d.borders import Border, ConditionLost
 from stickslip.analysis.protocol import domain_width
+from stickslip.checks import checked_interval
 
 if TYPE_CHECKING:
     from stickslip.analysis.one_d.borders import BorderReading

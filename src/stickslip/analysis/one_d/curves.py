@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.arguments import checked_interval, checked_parameter
+from stickslip.analysis.arguments import checked_parameter
 from stickslip.analysis.bifurcation_curve import BifurcationCurve, CodimensionTwo
 from stickslip.analysis.one_d.borders import ConditionLost
 from stickslip.analysis.one_d.conditions import Crossing, Fold
@@ -24,6 +24,7 @@ from stickslip.analysis.one_d.curve_steps import closest_to_end
 from stickslip.analysis.one_d.locate import solve_near
 from stickslip.analysis.one_d.plane_equations import FoldEquations, Plane, PlaneEquations
 from stickslip.analysis.protocol import domain_width
+from stickslip.checks import checked_interval
 from stickslip.numerics.continuation import Curve, LeavesRegion, StepControl, StepTooLong
 
 if TYPE_CHECKING:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
+from stickslip.numerics.branch import AlongParameter
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -105,7 +107,7 @@ class CycleEnd:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CycleBranch:
+class CycleBranch(AlongParameter):
     """A limit cycle followed along a parameter, through folds and changes of modes.
 
     Attributes
@@ -131,17 +133,6 @@ class CycleBranch:
     model: Model = field(repr=False)
 
     @property
-    def parameter(self) -> str:
-        """Name of the varied parameter."""
-        (name,) = self.parameters
-        return name
-
-    @property
-    def values(self) -> Floats:
-        """Values of the varied parameter, shape (n,)."""
-        return self.parameters[self.parameter]
-
-    @property
     def periods(self) -> Floats:
         """Periods, shape (n,)."""
         return np.array([cycle.period for cycle in self.cycles])
@@ -165,10 +156,6 @@ class CycleBranch:
     def end_reasons(self) -> tuple[CycleEndReason, CycleEndReason]:
         """Why the branch ends where it begins, and where it ends."""
         return self.ends[0].reason, self.ends[1].reason
-
-    def __len__(self) -> int:
-        """Return the number of cycles computed."""
-        return len(self.cycles)
 
     def table(self) -> dict[str, Any]:
         """Columns: the parameter, period, size of the largest multiplier, stable, events."""

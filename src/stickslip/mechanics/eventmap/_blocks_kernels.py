@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.eventmap.records import BlockOutputs, BlockScratch, Controls
+from stickslip.mechanics.eventmap.records import BlockScratch, Controls, Outputs
 from stickslip.mechanics.flow.blocks.forces import loading_rate
 from stickslip.mechanics.flow.blocks.mode import settle
 from stickslip.mechanics.flow.blocks.onset import onset
@@ -275,7 +275,7 @@ def carry_range(
     scratch: BlockScratch,
     controls: Controls,
     itinerary: NDArray[np.int8],
-    outputs: BlockOutputs,
+    outputs: Outputs,
 ) -> None:
     """Evaluate the map at rows ``d[start:stop]``; `itinerary` is that of the last motion."""
     motion = scratch.motion

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.mechanics.eventmap.records import BlockOutputs, BlockScratch, Controls
+from stickslip.mechanics.eventmap.records import BlockScratch, Controls, Outputs, new_outputs
 from stickslip.mechanics.eventmap.result import EventMapResult
 from stickslip.mechanics.flow.blocks.engine import BlockEngine, block_engine
 from stickslip.mechanics.flow.blocks.system import (
@@ -194,7 +194,7 @@ class BlocksEventMap:
             status=outputs.status.reshape(shape)[()],
         )
 
-    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> BlockOutputs:
+    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
         """Carry rows of differences, which are not checked; with the Jacobian if `slope`."""
         directions = self._start_directions if slope else self._no_directions
         return self._run(d, directions, watch=watch)
@@ -309,21 +309,11 @@ class BlocksEventMap:
             wide[:count] = narrow
         return scratch._replace(directions=directions)
 
-    def _run(
-        self, points: Floats, directions: BlockDirections, *, watch: bool = False
-    ) -> BlockOutputs:
+    def _run(self, points: Floats, directions: BlockDirections, *, watch: bool = False) -> Outputs:
         """Evaluate all points on all threads."""
         rows = points.reshape(-1, self.dimension)
         n = len(rows)
-        outputs = BlockOutputs(
-            value=np.full(rows.shape, np.nan),
-            derivative=np.full((*rows.shape, len(directions.V)), np.nan),
-            duration=np.zeros(n),
-            n_events=np.zeros(n, dtype=np.int64),
-            label=np.zeros(n, dtype=np.uint64),
-            margin=np.full(n, np.inf),
-            status=np.zeros(n, dtype=np.int64),
-        )
+        outputs = new_outputs(rows.shape, len(directions.V))
         engine = self._engine
 
         def task(start: int, stop: int) -> None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from stickslip.mechanics.eventmap.itinerary import itinerary_text
-from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch
+from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch, new_outputs
 from stickslip.mechanics.flow.engine import (
     Engine,
     bind_engine,
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["Carrier", "PlainCarrier", "new_outputs", "new_scratch"]
+__all__ = ["Carrier", "PlainCarrier", "new_scratch"]
 
 # Fewer motions than this are not worth a thread.
 SMALLEST_TILE = {"exact": 4000, "taylor": 64, "collocation": 16}
@@ -95,7 +95,7 @@ class PlainCarrier:
         return self._carried(d, (direction,)).derivative[:, 0]
 
     def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
-        outputs = new_outputs(d.size, len(directions))
+        outputs = new_outputs(d.shape, len(directions))
 
         def task(start: int, stop: int) -> None:
             scratch = self._scratch(directions)
@@ -175,17 +175,4 @@ def new_scratch(engine: Engine, n_columns: int) -> Scratch:
         new_motion(n_columns + 4, n_law),
         new_motion(0, n_law),
         engine.new_work(),
-    )
-
-
-def new_outputs(n: int, n_columns: int) -> Outputs:
-    """Arrays for what n motions leave."""
-    return Outputs(
-        value=np.full(n, np.nan),
-        derivative=np.full((n, n_columns), np.nan),
-        duration=np.zeros(n),
-        n_events=np.zeros(n, dtype=np.int64),
-        label=np.zeros(n, dtype=np.uint64),
-        margin=np.full(n, np.inf),
-        status=np.zeros(n, dtype=np.int64),
     )

@@ -10,10 +10,9 @@ import numpy as np
 
 from stickslip.mechanics.eventmap.carrier import (
     PlainCarrier,
-    new_outputs,
     new_scratch,
 )
-from stickslip.mechanics.eventmap.records import Outputs
+from stickslip.mechanics.eventmap.records import Outputs, new_outputs
 from stickslip.mechanics.flow.engine import engine_for
 from stickslip.numerics.gpu import launch_on_gpu, local_arrays, require_gpu
 from stickslip.numerics.targets import instantiate
@@ -53,7 +52,7 @@ class CudaCarrier(PlainCarrier):
     def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
         rows = np.array(directions).reshape(len(directions), self.engine.n_directions)
         kernels = _kernels(self.engine, self._kernels, len(directions))
-        outputs = new_outputs(d.size, len(directions))
+        outputs = new_outputs(d.shape, len(directions))
         for part in _batches(d.size, len(outputs)):
             inputs = (*self._parameters, rows, self.controls, float(watch), d[part])
             batch = [array[part] for array in outputs]

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.mechanics.eventmap.carrier import PlainCarrier, new_outputs
+from stickslip.mechanics.eventmap.carrier import PlainCarrier
 from stickslip.mechanics.eventmap.pools import MovingPools
+from stickslip.mechanics.eventmap.records import new_outputs
 from stickslip.mechanics.flow.engine import start_direction
 from stickslip.mechanics.flow.lanes.layout import HANDED_OVER
 from stickslip.numerics.targets import launch
@@ -71,7 +72,7 @@ class PoolCarrier(PlainCarrier):
     def _advanced(self, orbits: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
         """Fill the rows of `orbits`; return what is known of their last motions."""
         directions = (start_direction(self.engine),) if slope else ()
-        outputs = new_outputs(len(orbits), len(directions))
+        outputs = new_outputs((len(orbits),), len(directions))
         filled = np.zeros(len(orbits), dtype=np.int64)
 
         def task(start: int, stop: int) -> None:

@@ -25,7 +25,10 @@ class Controls(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """What a motion leaves, an entry (``derivative``: a row) for each starting point."""
+    """What a motion leaves, an entry (``derivative``: a row) for each starting point.
+
+    Of n > 2 blocks ``value`` is (m, n - 1) and ``derivative`` (m, n - 1, columns).
+    """
 
     value: Floats
     derivative: Floats
@@ -89,18 +92,6 @@ class Clock(NamedTuple):
     margin: float
 
 
-class BlockOutputs(NamedTuple):
-    """As `Outputs`, for n blocks; ``value`` (m, n - 1), ``derivative`` (m, n - 1, columns)."""
-
-    value: Floats
-    derivative: Floats
-    duration: Floats
-    n_events: NDArray[np.int64]
-    label: NDArray[np.uint64]
-    margin: Floats
-    status: NDArray[np.int64]
-
-
 class BlockScratch(NamedTuple):
     """Arrays of one thread for n blocks; as `Scratch`."""
 
@@ -110,3 +101,17 @@ class BlockScratch(NamedTuple):
     long_directions: BlockDirections
     saved: BlockMotion
     work: BlockWork
+
+
+def new_outputs(shape: tuple[int, ...], n_columns: int) -> Outputs:
+    """Arrays for what the motions from points of that shape leave."""
+    n = shape[0]
+    return Outputs(
+        value=np.full(shape, np.nan),
+        derivative=np.full((*shape, n_columns), np.nan),
+        duration=np.zeros(n),
+        n_events=np.zeros(n, dtype=np.int64),
+        label=np.zeros(n, dtype=np.uint64),
+        margin=np.full(n, np.inf),
+        status=np.zeros(n, dtype=np.int64),
+    )
