@@ -310,8 +310,11 @@ class AttractorSearch:
     def _crept_along(self, tail: Floats) -> Cycle | None:
         """Find the cycle that an orbit approaches too slowly to have settled on it."""
         change = recurrences(tail[None, :], LAST_PERIODS)[0]
-        # Short periods first: a multiple of the period recurs more closely than the period.
-        for period in np.flatnonzero(change <= CREEPING * domain_width(self.f)) + 1:
+        # Short periods first: a multiple of the period recurs more closely than the period. But
+        # where one recurs to many digits, shorter ones are only close to being periods.
+        near, there = (share * domain_width(self.f) for share in (CREEPING, SETTLED))
+        periods = np.flatnonzero(change <= near) + 1
+        for period in [*(np.flatnonzero(change <= there) + 1)[:1], *periods]:
             cycle = confirmed(self.fast, tail[-period:], moved=CREEPING)
             cycle = self._accepted(cycle) if cycle is not None and not _repels(cycle) else None
             if cycle is not None and not _repels(cycle):

@@ -161,20 +161,26 @@ def move_orbits(
     return at_value, _polish(bundle, bundle.points + change * velocity, at_value)
 
 
-def polish_orbits(bundle: OrbitBundle, f: Map1D) -> Moved:
+def polish_orbits(
+    bundle: OrbitBundle, f: Map1D, start: Floats | None = None, leash: float = np.inf
+) -> Moved:
     """Solve for orbits of the map f, starting from those of a bundle.
 
     Parameters
     ----------
     bundle : OrbitBundle
-        Its points are first guesses, its labels those that the orbits should have.
+        Its points are foretold, its labels those that the orbits should have.
     f : Map1D
+    start : ndarray of float, shaped like the bundle's points, optional
+        First guesses, if there are better ones.
+    leash : float
+        Orbits that go further than this from where they are foretold are given up.
 
     Returns
     -------
     Moved
     """
-    return _polish(bundle, bundle.points, f)
+    return _polish(bundle, bundle.points, f, start, leash)
 
 
 def _evaluate(f: Map1D, points: Floats, periods: NDArray[np.intp]) -> tuple[Floats, Labels, Floats]:
@@ -192,10 +198,16 @@ def _evaluate(f: Map1D, points: Floats, periods: NDArray[np.intp]) -> tuple[Floa
     return slopes, labels, residuals
 
 
-def _polish(bundle: OrbitBundle, foretold: Floats, f: Map1D) -> Moved:
+def _polish(
+    bundle: OrbitBundle,
+    foretold: Floats,
+    f: Map1D,
+    start: Floats | None = None,
+    leash: float = np.inf,
+) -> Moved:
     """Newton's method on all rows at once; rows that are done are left alone."""
     scale = max(abs(end) for end in f.domain)
-    points = np.clip(foretold, *f.domain)
+    points = np.clip(foretold if start is None else start, *f.domain)
     slopes, residuals, steps = (np.full(points.shape, np.nan) for _ in range(3))
     labels = np.zeros(points.shape, dtype=np.uint64)
     todo = np.arange(len(points))
@@ -212,11 +224,13 @@ def _polish(bundle: OrbitBundle, foretold: Floats, f: Map1D) -> Moved:
             # Small steps that shrink no more are the rounding of the map itself.
             moves &= (size > STALLED * scale) | (size < 0.25 * last[todo])
             last[todo] = size
-        todo = todo[moves]
+        todo, step = todo[moves], step[moves]
+        # An orbit may lie at the very end of the domain.
+        points[todo] = np.clip(points[todo] + step, *f.domain)
+        if np.isfinite(leash):
+            todo = todo[np.nanmax(np.abs(points[todo] - foretold[todo]), axis=1) <= leash]
         if not todo.size:
             break
-        # An orbit may lie at the very end of the domain.
-        points[todo] = np.clip(points[todo] + step[moves], *f.domain)
     converged = residual_is_rounding(slopes, residuals, scale, MANY)
     converged &= np.isfinite(steps).all(axis=1)
     # The last residuals still make for one step, which need not be checked.

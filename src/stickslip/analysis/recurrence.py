@@ -29,6 +29,7 @@ NEUTRAL: Final = 1e-5  # multipliers this close to the unit circle decide nothin
 SAME_POINT: Final = 1e-7  # of the domain's width: points of one orbit closer than this coincide
 SEARCHED: Final = 1 << 15  # points of orbits that are searched for hidden cycles
 NEWTON_STEPS: Final = 30
+LEASH: Final = 4.0  # times what a cycle may have moved: steps on the way to it stay within
 ROUNDING: Final = 64 * np.finfo(np.float64).eps
 
 
@@ -151,7 +152,7 @@ def confirmed(f: Map1D, points: Floats, moved: float = MOVED) -> Cycle | None:
     times the width of the domain.
     """
     width = domain_width(f)
-    cycle = _newton(f, points)
+    cycle = _newton(f, points, LEASH * moved * width)
     if cycle is None or np.max(np.abs(cycle.points - points)) > moved * width:
         return None
     for divisor in range(1, cycle.period):
@@ -159,14 +160,17 @@ def confirmed(f: Map1D, points: Floats, moved: float = MOVED) -> Cycle | None:
             continue
         shifted = np.roll(cycle.points, -divisor)
         if np.all(np.abs(shifted - cycle.points) <= SAME_POINT * width):
-            shorter = _newton(f, cycle.points[:divisor])
+            shorter = _newton(f, cycle.points[:divisor], LEASH * moved * width)
             if shorter is not None:
                 return shorter
     return cycle
 
 
-def _newton(f: Map1D, start: Floats) -> Cycle | None:
-    """Iterate Newton's method until the residual, already at rounding, falls no further."""
+def _newton(f: Map1D, start: Floats, leash: float) -> Cycle | None:
+    """Iterate Newton's method until the residual, already at rounding, falls no further.
+
+    Where a point has gone further than the leash, no cycle is close.
+    """
     low, high = f.domain
     scale = np.max(np.abs(start)) + (high - low)
     points, best = start, None
@@ -185,6 +189,8 @@ def _newton(f: Map1D, start: Floats) -> Cycle | None:
         if cycle.residual == 0 or cycle.multiplier == 1:
             break
         points = points + _cyclic_step(here.derivative, defect)
+        if not np.max(np.abs(points - start)) <= leash:
+            break
     if best is None or best.residual > ROUNDING * scale:
         return None
     return best if np.array_equal(best.labels, first_word) else None

@@ -13,12 +13,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal, Self, TypeAlias
 
 import numpy as np
-from scipy.optimize import brentq
 
 from stickslip.analysis.one_d.border_search import Branch, Probe, Seen, find_change
 from stickslip.analysis.one_d.breakpoints import kind_of
 from stickslip.analysis.one_d.limits import limits_inside
 from stickslip.analysis.one_d.mesh import Nodes
+from stickslip.analysis.one_d.slope_zeros import slope_zeros
 from stickslip.analysis.one_d.table import RESOLUTION, branch_table
 from stickslip.analysis.protocol import domain_width, sample
 from stickslip.analysis.window import WindowMap
@@ -210,11 +210,10 @@ class TurningPoint:
         """
         whole: Map1D = getattr(f, "whole", f)
         scale = domain_width(whole)
-        low, high = _slope_bracket(whole, self.x, max(REACH * self.reach, TURN * scale))
-        x = float(brentq(lambda t: _slope(whole, t), low, high, xtol=EPS * scale, rtol=4 * EPS))
-        around = sample(whole, np.array([max(x - EPS * scale, low), x, min(x + EPS * scale, high)]))
-        steep = abs(_slope(whole, low)) + abs(_slope(whole, high))
-        if not float(np.max(np.abs(around.derivative))) <= CONTINUOUS * steep:
+        ends, slopes = _slope_bracket(whole, self.x, max(REACH * self.reach, TURN * scale))
+        (x,) = slope_zeros(lambda t: sample(whole, t).derivative, ends, slopes).tolist()
+        around = sample(whole, np.clip(x + EPS * scale * np.array([-1.0, 0.0, 1.0]), *ends))
+        if not np.max(np.abs(around.derivative)) <= CONTINUOUS * np.abs(slopes).sum():
             raise ConditionLost(f"no turning point near {self.x:.12g}: the slope jumps over 0")
         lo, hi = f.domain
         if not lo <= x <= hi:
@@ -337,18 +336,14 @@ def _may_replace(other: Border, border: Border) -> bool:
 # ---------------------------------------------------------------- turning points
 
 
-def _slope(f: Map1D, x: float) -> float:
-    return float(sample(f, x).derivative)
-
-
-def _slope_bracket(f: Map1D, x: float, reach: float) -> tuple[float, float]:
-    """Find points on either side of x between which the slope changes its sign."""
+def _slope_bracket(f: Map1D, x: float, reach: float) -> tuple[Floats, Floats]:
+    """Find points on either side of x with slopes of different signs; both of shape (2, 1)."""
     lo, hi = f.domain
     while True:
-        low, high = max(x - reach, lo), min(x + reach, hi)
-        slopes = sample(f, np.array([low, high])).derivative
+        ends = np.array([[max(x - reach, lo)], [min(x + reach, hi)]])
+        slopes = sample(f, ends).derivative
         if slopes[0] * slopes[1] <= 0:
-            return low, high
-        if not np.isfinite(slopes).all() or (low == lo and high == hi):
+            return ends, slopes
+        if not np.isfinite(slopes).all() or (ends[0] == lo and ends[1] == hi):
             raise ConditionLost(f"the turning point near {x:.12g} is gone")
         reach *= WIDENING

@@ -34,6 +34,7 @@ from stickslip.analysis.one_d.conditions import Connection
 from stickslip.analysis.one_d.locate import solve_near
 from stickslip.analysis.one_d.mediators import Meeting, edges_of, meetings
 from stickslip.analysis.one_d.parameter_point import ParameterPoint, parameter_point
+from stickslip.analysis.one_d.remembering import RememberingMap
 from stickslip.analysis.protocol import domain_width
 from stickslip.analysis.threads import in_threads
 
@@ -276,12 +277,16 @@ class _Search:
         """Where edges will meet the orbits beside them if they go on as they start, in order."""
         start, stop = change.start, change.stop
         width = stop.value - start.value
+        try:
+            f, beside = map(RememberingMap, (start.f, self.at(start.value + GLANCE * width)))
+        except ValueError:
+            return []  # the family ends there
         found = []
         for item in self._meetings(change.attractor, start):
             try:
-                here = item.condition.at(start.f)
-                there = here.condition.at(self.at(start.value + GLANCE * width))
-            except (ConditionLost, ValueError):
+                here = item.condition.at(f)
+                there = here.condition.at(beside)
+            except ConditionLost:
                 continue
             slope = (there.value - here.value) / (GLANCE * width)
             way = -here.value / slope if slope != 0 else np.inf

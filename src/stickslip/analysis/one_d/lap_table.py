@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.one_d.laps import HI, LO, Cells, Laps
+from stickslip.analysis.one_d.slope_zeros import slope_zeros
 
 if TYPE_CHECKING:
     from stickslip.analysis.one_d.laps import Indices
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 __all__ = ["Segments", "Stretch", "smooth_stretches", "split_at_smooth", "tabulate_laps"]
 
 GUARD: Final = 1 / 64  # of the resolution: closer to a break the map is continued linearly
-MAX_ROUNDS: Final = 80
 
 
 @dataclass(frozen=True)
@@ -139,12 +139,13 @@ def _with_turning_points(mesh: Mesh, stretches: list[Stretch]) -> list[Stretch]:
     """Add a node of slope 0 wherever the slope changes its sign."""
     brackets = [_sign_changes(stretch) for stretch in stretches]
     found = [
-        (s.x[k], s.x[k + 1], _signs(s)[k + 1]) for s, k in zip(stretches, brackets, strict=True)
+        (s.x[cells], s.x[cells + 1], s.slope[cells], s.slope[cells + 1])
+        for s, cells in zip(stretches, brackets, strict=True)
     ]
     if not found:
         return stretches
-    lower, upper, rising = (np.concatenate(column) for column in zip(*found, strict=True))
-    nodes = mesh.probe(_slope_zero(mesh, lower, upper, rising))
+    columns = np.stack([np.concatenate(column) for column in zip(*found, strict=True)])
+    nodes = mesh.probe(slope_zeros(lambda x: mesh.probe(x).slope, columns[:2], columns[2:]))
     result, done = [], 0
     for stretch, cells in zip(stretches, brackets, strict=True):
         mine = slice(done, done + len(cells))
@@ -176,47 +177,6 @@ def _sign_changes(stretch: Stretch) -> Indices:
     """Cells whose slope changes its sign from one end to the other."""
     sign = _signs(stretch)
     return np.flatnonzero(sign[1:] * sign[:-1] < 0)
-
-
-def _slope_zero(mesh: Mesh, lower: Floats, upper: Floats, rising: Floats) -> Floats:
-    """Bisect and interpolate the slope to its zero, to rounding; shapes (n,)."""
-    lower, upper = lower.copy(), upper.copy()
-    at_lower, at_upper = np.full(lower.shape, np.nan), np.full(lower.shape, np.nan)
-    x = 0.5 * (lower + upper)
-    todo = np.arange(len(x))
-    for k in range(MAX_ROUNDS):
-        todo = todo[upper[todo] - lower[todo] > 2 * np.spacing(np.abs(x[todo]))]
-        if not todo.size:
-            break
-        slope = mesh.probe(x[todo]).slope
-        low = slope * rising[todo] < 0
-        i, j = todo[low], todo[~low]
-        # Illinois: an end that stays counts half, so that both ends keep moving.
-        at_upper[i], at_lower[j] = at_upper[i] / 2, at_lower[j] / 2
-        lower[i], at_lower[i] = x[i], slope[low]
-        upper[j], at_upper[j] = x[j], slope[~low]
-        x[todo] = _next_guess(lower, upper, at_lower, at_upper, todo, halve=k % 4 == 3)
-        todo = todo[slope != 0]
-    return x
-
-
-def _next_guess(
-    lower: Floats,
-    upper: Floats,
-    at_lower: Floats,
-    at_upper: Floats,
-    k: Indices,
-    *,
-    halve: bool,
-) -> Floats:
-    """Zero of the chord, moved inside the bracket by at least an ulp; else the middle."""
-    a, b, fa, fb = lower[k], upper[k], at_lower[k], at_upper[k]
-    middle = 0.5 * (a + b)
-    with np.errstate(all="ignore"):
-        chord = a - fa * (b - a) / (fb - fa)
-    ulp = np.spacing(np.maximum(np.abs(a), np.abs(b)))
-    chord = np.clip(chord, np.minimum(a + ulp, middle), np.maximum(b - ulp, middle))
-    return middle if halve else np.where(np.isfinite(chord), chord, middle)
 
 
 def split_at_smooth(stretches: list[Stretch], segments: Segments) -> list[Stretch]:

@@ -30,6 +30,7 @@ TRUST: Final = 0.05  # share of an orbit's way by which the cubic's prediction m
 FLOOR: Final = 1e-7  # of the domain's width: errors of a prediction that count for nothing
 SURPRISE: Final = 0.25  # share of a step by which an orbit may miss where it was foretold
 EASY: Final = 0.06  # a smaller one lets the next step grow
+LEASH: Final = 1.0  # of a step: an orbit may not miss by a third of it, nor come close to this
 SHORTEST: Final = 1e-3  # of the way left: steps below it mean that the orbit ends here
 FIRST: Final = 0.25  # of the way: the first step
 MANY: Final = 4.0  # of the first step: the rest of the way counts for no more
@@ -293,6 +294,7 @@ class _Traveller:
         self.bundle = node.bundle.take(slice(place, place + 1))
         self.speed = node.velocity[place : place + 1]
         self.length = self.goal - self.q
+        self.before: tuple[float, Floats, Floats] | None = None
         self.apart = self._apart()
         self.way = Way()
         self._note()
@@ -334,9 +336,11 @@ class _Traveller:
             return None
         q = self.goal if step == self.goal - self.q else self.q + step
         f = self.family.at(q)
-        guess = self.bundle.points + (q - self.q) * self.speed
-        b = self.bundle
-        moved = polish_orbits(OrbitBundle(b.periods, guess, b.slopes, b.labels), f)
+        b, move = self.bundle, (q - self.q) * self.speed
+        foretold = OrbitBundle(b.periods, b.points + move, b.slopes, b.labels)
+        floor = FLOOR * domain_width(f)
+        leash = LEASH * (np.nanmax(np.abs(move)) + floor)
+        moved = polish_orbits(foretold, f, self._guess(q), leash)
         there = moved.bundle
         if not moved.converged[0] or moved.collapsed[0]:
             return None
@@ -344,14 +348,26 @@ class _Traveller:
             return None
         if (there.multipliers[0] - 1) * (b.multipliers[0] - 1) < 0:
             return None  # that is the other orbit of a fold
-        way = np.abs(there.points - b.points)[b.used].max() + FLOOR * domain_width(f)
+        way = np.abs(there.points - b.points)[b.used].max() + floor
         ratio = float(moved.surprise[0] / way)
         if not ratio <= SURPRISE:
             return None
+        self.before = (self.q, b.points, self.speed)
         self.q, self.f, self.bundle = q, f, there
         self.speed = velocity(there, f, self.family.name)
         self._note()
         return ratio
+
+    def _guess(self, q: float) -> Floats | None:
+        """Continue the cubic through the last two samples; None at the first step."""
+        if self.before is None:
+            return None
+        q0, x0, v0 = self.before
+        width = self.q - q0
+        t, x1, v1 = (q - q0) / width, self.bundle.points, self.speed
+        rise, a, b = x1 - x0, width * v0, width * v1
+        guess: Floats = x0 + t * rise + t * (1 - t) * ((a - rise) * (1 - t) + (rise - b) * t)
+        return guess
 
     def _note(self) -> None:
         self.way.values.append(self.q)

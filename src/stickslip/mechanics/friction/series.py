@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +77,7 @@ def _optional(law: FrictionLaw) -> list[str]:
     return [name for name in law.arguments if given.get(name) == 0.0]
 
 
+@lru_cache(maxsize=64)
 def _series_of(formula: TracedFormula) -> LawSeries:
     columns = {name: PARAMETER_COLUMN + j for j, name in enumerate(formula.parameters)}
     graph = formula.graph()
