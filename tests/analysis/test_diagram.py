@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from stickslip import examples
-from stickslip.analysis.diagram import Diagram, bifurcation_diagram
+from stickslip.analysis.diagram import Diagram
 from stickslip.analysis.examples import border_collision, logistic, tent
+from stickslip.analysis.one_d.diagrams import bifurcation_diagram
 from stickslip.analysis.storage import load
 from stickslip.study.diagram import bifurcation_diagram as of_a_system
 from stickslip.study.event_map import event_map
@@ -261,7 +262,7 @@ class TestResult:
         assert len([share for share in seen if 0.6 < share < 1.0]) == 130 // 16
 
     def test_threads_do_not_change_the_orbits(self, monkeypatch, doubling):
-        from stickslip.analysis import diagram as module
+        from stickslip.analysis.one_d import diagrams as module
 
         monkeypatch.setattr(module, "available_threads", lambda: 1)
         alone = bifurcation_diagram(

@@ -36,11 +36,14 @@ from stickslip.analysis.recurrence import (
     capture_radius,
     confirmed,
     hidden_cycles,
+    promising,
     recurrences,
     settled,
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from stickslip.analysis.one_d.table import BranchTable
     from stickslip.analysis.protocol import Floats, Map1D
 
@@ -309,17 +312,22 @@ class AttractorSearch:
 
     def _crept_along(self, tail: Floats) -> Cycle | None:
         """Find the cycle that an orbit approaches too slowly to have settled on it."""
-        change = recurrences(tail[None, :], LAST_PERIODS)[0]
-        # Short periods first: a multiple of the period recurs more closely than the period. But
-        # where one recurs to many digits, shorter ones are only close to being periods.
-        near, there = (share * domain_width(self.f) for share in (CREEPING, SETTLED))
-        periods = np.flatnonzero(change <= near) + 1
-        for period in [*(np.flatnonzero(change <= there) + 1)[:1], *periods]:
-            cycle = confirmed(self.fast, tail[-period:], moved=CREEPING)
+        for start in self._rounds(tail):
+            cycle = confirmed(self.fast, start, moved=CREEPING)
             cycle = self._accepted(cycle) if cycle is not None and not _repels(cycle) else None
             if cycle is not None and not _repels(cycle):
                 return cycle
         return None
+
+    def _rounds(self, tail: Floats) -> Iterator[Floats]:
+        """Yield ends of an orbit that may have gone once around a cycle, likely ones first."""
+        change = recurrences(tail[None, :], LAST_PERIODS)[0] / domain_width(self.f)
+        # What recurs to many digits is a period; what comes before it is only close to one.
+        for period in np.flatnonzero(change <= SETTLED)[:1] + 1:
+            yield tail[-period:]
+        # Short periods first: a multiple of the period recurs more closely than the period.
+        starts = [tail[-period:] for period in np.flatnonzero(change <= CREEPING) + 1]
+        yield from (starts[k] for k in promising(self.fast, starts, CREEPING))
 
     def result(self, n_spread: int) -> AttractorList:
         """Return what was found; shares refer to the first `n_spread` seeds."""

@@ -28,6 +28,7 @@ __all__ = ["Moved", "OrbitBundle", "move_orbits", "polish_orbits", "solve_cyclic
 MAX_NEWTON: Final = 12  # a guess that needs more was no guess of this orbit
 STALLED: Final = 1e-9  # of the domain's size: smaller steps must go on shrinking
 SAME: Final = 1e-9  # of the domain's size: points of an orbit that coincide
+CONTRACTS: Final = 0.5  # each step at most this share of the one before, where that is asked
 MANY: Final = 64.0  # roundings that may add up in a value of the map
 
 
@@ -162,7 +163,12 @@ def move_orbits(
 
 
 def polish_orbits(
-    bundle: OrbitBundle, f: Map1D, start: Floats | None = None, leash: float = np.inf
+    bundle: OrbitBundle,
+    f: Map1D,
+    start: Floats | None = None,
+    *,
+    leash: float = np.inf,
+    contracting: bool = False,
 ) -> Moved:
     """Solve for orbits of the map f, starting from those of a bundle.
 
@@ -175,12 +181,14 @@ def polish_orbits(
         First guesses, if there are better ones.
     leash : float
         Orbits that go further than this from where they are foretold are given up.
+    contracting : bool
+        Whether those are given up, too, of which a step is not shorter by half than the last.
 
     Returns
     -------
     Moved
     """
-    return _polish(bundle, bundle.points, f, start, leash)
+    return _polish(bundle, bundle.points, f, start, leash, CONTRACTS if contracting else np.inf)
 
 
 def _evaluate(f: Map1D, points: Floats, periods: NDArray[np.intp]) -> tuple[Floats, Labels, Floats]:
@@ -204,6 +212,7 @@ def _polish(
     f: Map1D,
     start: Floats | None = None,
     leash: float = np.inf,
+    contraction: float = np.inf,
 ) -> Moved:
     """Newton's method on all rows at once; rows that are done are left alone."""
     scale = max(abs(end) for end in f.domain)
@@ -223,6 +232,7 @@ def _polish(
             moves &= size > EPS * scale  # not if NaN: the orbit is lost
             # Small steps that shrink no more are the rounding of the map itself.
             moves &= (size > STALLED * scale) | (size < 0.25 * last[todo])
+            moves &= (size <= STALLED * scale) | (size <= contraction * last[todo])
             last[todo] = size
         todo, step = todo[moves], step[moves]
         # An orbit may lie at the very end of the domain.

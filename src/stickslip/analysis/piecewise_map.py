@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import copy
-import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
-from numbers import Real
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
@@ -18,6 +16,13 @@ from stickslip.analysis.protocol import (
     PointValues,
     checked_points,
     iterate,
+)
+from stickslip.analysis.user_function import (
+    Function,
+    apply,
+    as_labels,
+    checked_parameters,
+    takes_arrays,
 )
 from stickslip.checks import checked_interval
 from stickslip.status import OK
@@ -32,14 +37,12 @@ if TYPE_CHECKING:
 
 __all__ = ["PiecewiseMap"]
 
-Function: TypeAlias = Callable[..., Any]
 Breakpoints: TypeAlias = Sequence[float] | Callable[..., Sequence[float]]
 
 N_PROBES: Final = 64  # points where the ways to call and to differentiate are tried out
 GOLDEN: Final = 0.6180339887498949
 SHARES: Final = np.asarray((0.5 + GOLDEN * np.arange(1, N_PROBES + 1)) % 1.0, dtype=np.float64)
 COMPLEX_AGREES: Final = 1e-6  # complex step and differences, relative: else it is not analytic
-LARGEST_LABEL: Final = 2.0**62
 PARAMETER_SCALE: Final = 1e-2  # of a parameter's size: first step of differences in it
 
 
@@ -99,7 +102,7 @@ class PiecewiseMap(LineMap):
     ) -> None:
         self._func = func
         self._domain = checked_interval("domain", domain)
-        self._parameters = _checked_parameters(parameters or {})
+        self._parameters = checked_parameters(parameters or {})
         self._given_derivative = derivative
         self._given_parameter_derivative = parameter_derivative
         self._given_label = label
@@ -166,7 +169,7 @@ class PiecewiseMap(LineMap):
         for name in changes:
             self._check_name(name)
         other = copy.copy(self)
-        other._parameters = {**self._parameters, **_checked_parameters(changes)}
+        other._parameters = {**self._parameters, **checked_parameters(changes)}
         other._analytic = None
         if callable(self._given_breakpoints):
             other._breakpoints = other._breakpoints_with(other._parameters)
@@ -247,11 +250,11 @@ class PiecewiseMap(LineMap):
     # ------------------------------------------------------------------ inside
 
     def _values(self, x: Floats) -> Floats:
-        return _apply(self._func, x, self._parameters, self._in_arrays)
+        return apply(self._func, x, self._parameters, self._in_arrays)
 
     def _slopes(self, x: Floats) -> Floats:
         if self._given_derivative is not None:
-            return _apply(self._given_derivative, x, self._parameters, self._derivative_in_arrays)
+            return apply(self._given_derivative, x, self._parameters, self._derivative_in_arrays)
         if self._analytic is None:
             self._analytic = self._complex_step_agrees()
         if self._analytic:
@@ -277,13 +280,7 @@ class PiecewiseMap(LineMap):
                 labels = np.broadcast_to(self._given_label(x, **parameters), x.shape)
             else:
                 labels = np.array([self._given_label(float(v), **parameters) for v in x])
-        if labels.dtype == np.uint64:
-            return labels.copy()
-        if labels.dtype.kind == "f":
-            # NaN in a gap; beyond the integers, one label for all.
-            labels = np.clip(np.nan_to_num(labels), -LARGEST_LABEL, LARGEST_LABEL)
-        # Labels may be negative: two's complement keeps them apart.
-        return labels.astype(np.int64).astype(np.uint64)
+        return as_labels(labels)
 
     def _margins(self, x: Floats) -> Floats:
         """Distance to the next breakpoint, where the user has named them and no other label."""
@@ -299,13 +296,13 @@ class PiecewiseMap(LineMap):
     def _parameter_slopes(self, x: Floats, name: str) -> Floats:
         given = self._given_parameter_derivative
         if isinstance(given, Mapping) and name in given:
-            return _apply(given[name], x, self._parameters, self._takes_arrays(given[name]))
+            return apply(given[name], x, self._parameters, self._takes_arrays(given[name]))
         if callable(given):
 
             def named(points: Any, **parameters: float) -> Any:
                 return given(points, name, **parameters)
 
-            return _apply(named, x, self._parameters, self._takes_arrays(named))
+            return apply(named, x, self._parameters, self._takes_arrays(named))
         return self._parameter_differences(x, name)
 
     def _parameter_differences(self, x: Floats, name: str) -> Floats:
@@ -327,7 +324,7 @@ class PiecewiseMap(LineMap):
         """Values with other parameters, NaN where the point has changed its branch."""
         moved = self._breakpoints_with(parameters)
         stays = self._labels_with(x, parameters, moved) == self._labels(x)
-        return np.where(stays, _apply(self._func, x, parameters, self._in_arrays), np.nan)
+        return np.where(stays, apply(self._func, x, parameters, self._in_arrays), np.nan)
 
     # ------------------------------------------------------------------ checks
 
@@ -356,32 +353,17 @@ class PiecewiseMap(LineMap):
         """Tell whether the callables work, with these parameters, in the ways already known."""
         few, parameters = self._few_probes(), self._parameters
         try:
-            _apply(self._func, few, parameters, self._in_arrays)
+            apply(self._func, few, parameters, self._in_arrays)
             if self._given_label is not None:
-                _apply(self._given_label, few, parameters, self._label_in_arrays)
+                apply(self._given_label, few, parameters, self._label_in_arrays)
             if self._given_derivative is not None:
-                _apply(self._given_derivative, few, parameters, self._derivative_in_arrays)
+                apply(self._given_derivative, few, parameters, self._derivative_in_arrays)
         except Exception:  # whatever it is, the first way of trying names it
             return False
         return True
 
     def _takes_arrays(self, func: Function) -> bool:
-        """Tell whether ``func`` works elementwise on arrays; raise if it works in no way."""
-        few = self._few_probes()
-        try:
-            one_by_one = _apply(func, few, self._parameters, in_arrays=False)
-        except Exception as reason:
-            name = getattr(func, "__name__", type(func).__name__)
-            raise ValueError(
-                f"{name}(x{''.join(f', {p}=...' for p in self._parameters)}) failed at "
-                f"x = {few[0]:.6g} with {type(reason).__name__}: {reason}. It must accept a "
-                "point of the domain and every parameter by its name."
-            ) from reason
-        try:
-            together = _apply(func, few, self._parameters, in_arrays=True)
-        except Exception:  # any failure on arrays means: one number at a time
-            return False
-        return bool(np.allclose(together, one_by_one, rtol=1e-12, atol=0, equal_nan=True))
+        return takes_arrays(func, self._few_probes(), self._parameters)
 
     def _complex_step_agrees(self) -> bool:
         """Tell whether ``func`` carries complex arrays and is analytic at every probe."""
@@ -422,20 +404,3 @@ class PiecewiseMap(LineMap):
             raise ValueError(
                 f"{name!r} is not a parameter of {self!r}. {did_you_mean(name, self._parameters)}"
             )
-
-
-def _apply(func: Function, x: Floats, parameters: Mapping[str, float], in_arrays: bool) -> Floats:
-    """Evaluate a callable at points, shape (n,), as one array or one number at a time."""
-    with np.errstate(all="ignore"):
-        if not in_arrays:
-            return np.array([float(func(float(v), **parameters)) for v in x], dtype=np.float64)
-        result = np.asarray(func(x, **parameters), dtype=np.float64)
-    # A constant branch may come back as one number.
-    return np.broadcast_to(result, x.shape).astype(np.float64)
-
-
-def _checked_parameters(parameters: Mapping[str, float]) -> dict[str, float]:
-    for name, value in parameters.items():
-        if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
-            raise ValueError(f"{name} = {value!r}: a parameter must be a finite number.")
-    return {name: float(value) for name, value in parameters.items()}

@@ -8,11 +8,12 @@ start and end in the same word of labels and hardly move.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.bundles import OrbitBundle, polish_orbits
 from stickslip.analysis.cyclic import successors
 from stickslip.analysis.lyapunov import advance
 from stickslip.analysis.one_d.table import branch_table
@@ -20,10 +21,14 @@ from stickslip.analysis.orbits import PeriodicOrbit
 from stickslip.analysis.protocol import domain_width, sample
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from stickslip.analysis.one_d.table import BranchTable
     from stickslip.analysis.protocol import Floats, Labels, Map1D
 
 REPEATS: Final = 10  # periods over which values and labels must recur
+FEW: Final = 4  # starts that are not worth a look at all of them together
+HIDDEN: Final = 0.05  # of the domain's width: likewise where a passage only comes near a cycle
 MOVED: Final = 1e-3  # of the domain's width: Newton may not move a settled orbit further
 NEUTRAL: Final = 1e-5  # multipliers this close to the unit circle decide nothing
 SAME_POINT: Final = 1e-7  # of the domain's width: points of one orbit closer than this coincide
@@ -166,6 +171,26 @@ def confirmed(f: Map1D, points: Floats, moved: float = MOVED) -> Cycle | None:
     return cycle
 
 
+def promising(f: Map1D, starts: Sequence[Floats], moved: float) -> list[int]:
+    """Choose the starts from which `confirmed` may find a cycle that does not repel.
+
+    Newton's method for all of them together shows most to lead away, or to repelling cycles.
+    """
+    if len(starts) < FEW:
+        return list(range(len(starts)))
+    periods = np.array([len(start) for start in starts], dtype=np.intp)
+    points = np.full((len(starts), int(periods.max())), np.nan)
+    for row, start in zip(points, starts, strict=True):
+        row[: len(start)] = start
+    guesses = OrbitBundle(periods, points, points, np.zeros(points.shape, dtype=np.uint64))
+    leash = LEASH * moved * domain_width(f)
+    found = polish_orbits(guesses, f, leash=leash)
+    multipliers = np.abs(found.bundle.multipliers)
+    lost = np.isnan(multipliers) | (found.surprise > leash)
+    repelling = found.converged & ~found.collapsed & (multipliers > 1 + NEUTRAL)
+    return np.flatnonzero(~(lost | repelling)).tolist()
+
+
 def _newton(f: Map1D, start: Floats, leash: float) -> Cycle | None:
     """Iterate Newton's method until the residual, already at rounding, falls no further.
 
@@ -274,15 +299,18 @@ def hidden_cycles(
     width = domain_width(f)
     found: list[Cycle] = []
     longest = min(max_period, values.shape[1] - 1)
+    starts: list[Floats] = []
     for period in range(multiples_of, longest + 1, multiples_of):
         # Passages of p steps start after a first column of zeros: climb_(i+p) - climb_i.
         rows, columns = np.nonzero(climb[:, period:-1] < climb[:, : -period - 1])
         distance = np.abs(values[rows, columns + period] - values[rows, columns])
         for k in _smallest(distance, tries):
             row, column = int(rows[k]), int(columns[k])
-            cycle = confirmed(f, values[row, column : column + period], moved=0.05)
-            if cycle is None or not cycle.stable:
-                continue
-            if not any(cycle.matches(other, SAME_POINT * width) for other in found):
-                found.append(replace(cycle))
+            starts.append(values[row, column : column + period])
+    for k in promising(f, starts, HIDDEN):
+        cycle = confirmed(f, starts[k], moved=HIDDEN)
+        if cycle is None or not cycle.stable:
+            continue
+        if not any(cycle.matches(other, SAME_POINT * width) for other in found):
+            found.append(cycle)
     return found

@@ -17,6 +17,8 @@ from typing import Any, Final, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.numerics.zeros import zero_between
+
 __all__ = [
     "Curve",
     "CurvePoint",
@@ -26,7 +28,6 @@ __all__ = [
     "StepTooLong",
     "WalkEnd",
     "turns_back",
-    "zero_between",
 ]
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -37,8 +38,6 @@ STALLED: Final = 1e-8  # scaled Newton steps this small that do not shrink are r
 CONTRACTS: Final = 0.5  # each Newton step at most this share of the one before
 FIRST_SHARE: Final = 0.5  # of the step along the curve: a longer correction mistrusts the guess
 CALM: Final = 4  # steps in a row after which one that left the region is forgotten
-MAX_ZERO: Final = 60  # evaluations for a zero on the curve
-ZERO_WIDTH: Final = 4 * float(np.finfo(np.float64).eps)
 
 
 class StepTooLong(Exception):
@@ -381,53 +380,3 @@ def _hermite(a: CurvePoint, b: CurvePoint, t: float, length: float, scale: Float
     start, end = length * a.tangent - rise, rise - length * b.tangent
     way: Floats = t * rise + t * (1 - t) * (start * (1 - t) + end * t)
     return way
-
-
-def zero_between(g: Callable[[float], float], a: float, b: float, g_a: float, g_b: float) -> float:
-    """Find a zero of a continuous function between two points where its signs differ.
-
-    Parameters
-    ----------
-    g : callable
-    a, b : float
-    g_a, g_b : float
-        Values there, of different signs or zero.
-
-    Returns
-    -------
-    float
-        Of the last bracket the end with the smaller value.
-
-    Notes
-    -----
-    Inverse quadratic interpolation where that is safe, else halving: Chandrupatla, Advances
-    in Engineering Software 28, 145 (1997).
-    """
-    if g_a == 0:
-        return a
-    if g_b == 0:
-        return b
-    c, g_c, share = a, g_a, 0.5
-    for _ in range(MAX_ZERO):
-        x = a + share * (b - a)
-        value = g(x)
-        if np.sign(value) == np.sign(g_a):
-            c, g_c, a, g_a = a, g_a, x, value
-        else:
-            c, b, a, g_c, g_b, g_a = b, a, x, g_b, g_a, value
-        best = a if abs(g_a) < abs(g_b) else b
-        width = ZERO_WIDTH * max(abs(a), abs(b), 1e-3) / abs(b - a) if b != a else 1.0
-        if g_a == 0 or width >= 0.5:
-            break
-        share = min(max(_share(a, b, c, g_a, g_b, g_c), width), 1 - width)
-    return best
-
-
-def _share(a: float, b: float, c: float, g_a: float, g_b: float, g_c: float) -> float:
-    """Place of the next trial between a and b."""
-    x, y = (a - b) / (c - b), (g_a - g_b) / (g_c - g_b) if g_c != g_b else 0.0
-    if not (y * y < x and (1 - y) ** 2 < 1 - x):
-        return 0.5
-    first = g_a / (g_b - g_a) * g_c / (g_b - g_c)
-    second = (c - a) / (b - a) * g_a / (g_c - g_a) * g_b / (g_c - g_b)
-    return first + second

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stickslip.analysis.diagram import bifurcation_diagram as _bifurcation_diagram
+from stickslip.analysis.one_d.diagrams import bifurcation_diagram as _bifurcation_diagram
 from stickslip.study.bifurcations import as_family
 
 if TYPE_CHECKING:

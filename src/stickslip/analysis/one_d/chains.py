@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.cyclic import successors
 from stickslip.analysis.one_d.conditions import Collision
 from stickslip.analysis.orbit_branch import BranchEnd, OrbitBranch, PassedBifurcation
 from stickslip.analysis.protocol import sample
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.one_d.survey import Span, Survey
     from stickslip.analysis.one_d.tracking import Piece
     from stickslip.analysis.orbit_branch import EndReason
-    from stickslip.analysis.protocol import Floats
+    from stickslip.analysis.protocol import Floats, Labels
 
 __all__ = ["orbit_branches"]
 
@@ -96,7 +97,11 @@ def orbit_branches(
             _link_event(web, number, event, share)
     chains = _chains(web)
     chains.sort(key=lambda chain: (len(chain[1][0].points), chain[1][0].value))
-    return tuple(_branch(survey, *chain) for chain in chains)
+    curves = [_curve(rows) for _, rows, _ in chains]
+    known = _labels_and_residuals(survey, curves)
+    return tuple(
+        _branch(survey, chain, *what) for chain, *what in zip(chains, curves, known, strict=True)
+    )
 
 
 def _link_pieces(web: _Web, number: int, span: Span) -> None:
@@ -233,15 +238,20 @@ def _turned(points: Floats, near: Floats) -> Floats:
 # ------------------------------------------------------------------ as results
 
 
-def _branch(
-    survey: Survey, first: _Link | None, rows: list[_Row], last: _Link | None
-) -> OrbitBranch:
-    """Make a branch of rows and what lies at its ends."""
+def _curve(rows: list[_Row]) -> tuple[Floats, Floats]:
+    """Values of the parameter, and the points, each orbit turned to be next to the one before."""
     points = [rows[0].points]
     for row in rows[1:]:
         points.append(_turned(row.points, points[-1]))
-    values = np.array([row.value for row in rows])
-    labels, residual = _labels_and_residuals(survey, values, np.array(points))
+    return np.array([row.value for row in rows]), np.array(points)
+
+
+def _branch(
+    survey: Survey, chain: Chain, curve: tuple[Floats, Floats], known: tuple[Labels, Floats]
+) -> OrbitBranch:
+    """Make a branch of rows and what lies at its ends."""
+    first, rows, last = chain
+    (values, points), (labels, residual) = curve, known
     passed = [
         PassedBifurcation(
             row.event.kind,  # type: ignore[arg-type]
@@ -260,7 +270,7 @@ def _branch(
     f = survey.family.f
     return OrbitBranch(
         parameters={survey.family.name: values},
-        points=np.array(points),
+        points=points,
         multipliers=np.array([row.multiplier for row in rows]),
         period=len(points[0]),
         labels=labels,
@@ -271,14 +281,25 @@ def _branch(
     )
 
 
-def _labels_and_residuals(survey: Survey, values: Floats, points: Floats) -> tuple[Any, Floats]:
-    labels = np.zeros(points.shape, dtype=np.uint64)
-    residual = np.empty(len(points))
-    for k, (q, x) in enumerate(zip(values, points, strict=True)):
-        got = sample(survey.family.at(q), x)
-        labels[k] = got.label
-        residual[k] = np.abs(got.value - np.roll(x, -1)).max()
-    return labels, residual
+def _labels_and_residuals(
+    survey: Survey, curves: list[tuple[Floats, Floats]]
+) -> list[tuple[Labels, Floats]]:
+    """Labels and residuals of all curves; each map is asked once, for all that pass it."""
+    q = np.concatenate([np.repeat(values, points.shape[1]) for values, points in curves])
+    x = np.concatenate([points.ravel() for _, points in curves])
+    label, value = np.zeros(x.size, dtype=np.uint64), np.empty(x.size)
+    order = np.argsort(q, kind="stable")
+    for here in np.split(order, np.flatnonzero(np.diff(q[order])) + 1):
+        got = sample(survey.family.at(q[here[0]]), x[here])
+        label[here], value[here] = got.label, got.value
+    ends = np.cumsum([points.size for _, points in curves])[:-1]
+    return [
+        (labels.reshape(points.shape), np.abs(images.reshape(points.shape) - after).max(axis=1))
+        for (_, points), labels, images in zip(
+            curves, np.split(label, ends), np.split(value, ends), strict=True
+        )
+        for after in [successors(points)]
+    ]
 
 
 def _end(survey: Survey, link: _Link | None, row: _Row, points: Floats) -> BranchEnd:

@@ -169,13 +169,13 @@ class Survey:
             self.grid_nodes += self._nodes(fresh)
             self.grid_nodes.sort(key=lambda node: node.q)
 
-    def _nodes(self, values: Sequence[float], beside: float = math.inf) -> list[Node]:
+    def _nodes(self, values: Sequence[float], besides: Sequence[float] = ()) -> list[Node]:
         """Make lists at several values, two at a time: most of the work is the map's own."""
 
-        def make(q: float) -> Node:
-            return Node.make(self.family, q, self.max_period, beside)
+        def make(place: tuple[float, float]) -> Node:
+            return Node.make(self.family, place[0], self.max_period, place[1])
 
-        nodes = in_threads(make, values)
+        nodes = in_threads(make, zip(values, besides or [math.inf] * len(values), strict=True))
         for node in nodes:
             self.words.learn(node.table)
         self.n_nodes += len(nodes)
@@ -332,20 +332,23 @@ class Survey:
         """Put nodes on both sides of new events; return the spans between them."""
         groups = self._groups(fresh)
         bounds = [span.left.q, *(group[0].value for group in groups), span.right.q]
+        places: dict[tuple[int, int], tuple[float, float]] = {}
+        for k, group in enumerate(groups):
+            rooms = bounds[k + 1] - bounds[k], bounds[k + 2] - bounds[k + 1]
+            # An event at the value of a list, as at an end of the range, has its list already.
+            open_sides = [side for side in (0, 1) if rooms[side] > SPLIT * self.scale]
+            beside = min(BESIDE * self.scale, *(CLEAR * rooms[side] for side in open_sides))
+            for side in open_sides:
+                value = group[-1].value + beside if side else group[0].value - beside
+                places[k, side] = value, beside
+        columns = ([place[k] for place in places.values()] for k in (0, 1))
+        nodes = dict(zip(places, self._nodes(*columns), strict=True))
         plain: list[tuple[Node, Node]] = []
         last = span.left
         for k, group in enumerate(groups):
-            rooms = bounds[k + 1] - bounds[k], bounds[k + 2] - bounds[k + 1]
-            open_sides = [room for room in rooms if room > SPLIT * self.scale]
-            beside = min(BESIDE * self.scale, *(CLEAR * room for room in open_sides))
-            # An event at the value of a list, as at an end of the range, has its list already.
-            before = last if rooms[0] <= SPLIT * self.scale else None
-            after = span.right if rooms[1] <= SPLIT * self.scale else None
-            if before is None:
-                (before,) = self._nodes([group[0].value - beside], beside)
+            before, after = nodes.get((k, 0), last), nodes.get((k, 1), span.right)
+            if before is not last:
                 plain.append((last, before))
-            if after is None:
-                (after,) = self._nodes([group[-1].value + beside], beside)
             self.spans.append(self._around(before, after, group))
             last = after
         if last is not span.right:

@@ -340,7 +340,7 @@ class _Traveller:
         foretold = OrbitBundle(b.periods, b.points + move, b.slopes, b.labels)
         floor = FLOOR * domain_width(f)
         leash = LEASH * (np.nanmax(np.abs(move)) + floor)
-        moved = polish_orbits(foretold, f, self._guess(q), leash)
+        moved = polish_orbits(foretold, f, self._guess(q), leash=leash, contracting=True)
         there = moved.bundle
         if not moved.converged[0] or moved.collapsed[0]:
             return None

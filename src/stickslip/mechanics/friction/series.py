@@ -61,14 +61,8 @@ def law_series(laws: Sequence[FrictionLaw]) -> LawSeries | None:
         return None
     if others or not isinstance(formula, TracedFormula) or not formula.symmetric:
         return None
-    series = _series_of(formula)
-    for name in _optional(laws[0]):
-        if all(law.arguments[name] == 0.0 for law in laws):
-            formula_without = formula.without([name])
-            without = _series_of(formula_without)
-            if without.force.n_recurrences < series.force.n_recurrences:
-                formula, series = formula_without, without
-    return series
+    absent = [name for name in _optional(laws[0]) if all(law.arguments[name] == 0 for law in laws)]
+    return _shortest_series(formula, tuple(absent))
 
 
 def _optional(law: FrictionLaw) -> list[str]:
@@ -78,6 +72,17 @@ def _optional(law: FrictionLaw) -> list[str]:
 
 
 @lru_cache(maxsize=64)
+def _shortest_series(formula: TracedFormula, absent: tuple[str, ...]) -> LawSeries:
+    """Series without those of the absent parameters that cost recurrences."""
+    series = _series_of(formula)
+    for name in absent:
+        formula_without = formula.without([name])
+        without = _series_of(formula_without)
+        if without.force.n_recurrences < series.force.n_recurrences:
+            formula, series = formula_without, without
+    return series
+
+
 def _series_of(formula: TracedFormula) -> LawSeries:
     columns = {name: PARAMETER_COLUMN + j for j, name in enumerate(formula.parameters)}
     graph = formula.graph()
