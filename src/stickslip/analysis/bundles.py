@@ -28,7 +28,6 @@ __all__ = ["Moved", "OrbitBundle", "move_orbits", "polish_orbits", "solve_cyclic
 MAX_NEWTON: Final = 12  # a guess that needs more was no guess of this orbit
 STALLED: Final = 1e-9  # of the domain's size: smaller steps must go on shrinking
 SAME: Final = 1e-9  # of the domain's size: points of an orbit that coincide
-CONTRACTS: Final = 0.5  # each step at most this share of the one before, where that is asked
 MANY: Final = 64.0  # roundings that may add up in a value of the map
 
 
@@ -108,6 +107,8 @@ class Moved:
         The orbits where they are now; meaningless where not `converged`.
     converged : ndarray of bool
         Newton's method ended where only rounding is left.
+    given_up : ndarray of bool
+        Newton's method led too far away, or its steps grew.
     same_labels : ndarray of bool
         Converged, and all points are on the branches that they were on.
     collapsed : ndarray of bool
@@ -120,6 +121,7 @@ class Moved:
 
     bundle: OrbitBundle
     converged: NDArray[np.bool_]
+    given_up: NDArray[np.bool_]
     same_labels: NDArray[np.bool_]
     collapsed: NDArray[np.bool_]
     distance: Floats
@@ -155,7 +157,8 @@ def move_orbits(
     change = value - f.parameters[name]
     at_value = f.replace(**{name: value})
     if not len(bundle):
-        return at_value, _moved(bundle, bundle, bundle.points, np.zeros(0, dtype=bool))
+        none = np.zeros(0, dtype=bool)
+        return at_value, _moved(bundle, bundle, bundle.points, none, none)
     rates = np.full(bundle.points.shape, np.nan)
     rates[bundle.used] = f.parameter_derivative(bundle.points[bundle.used], name)
     velocity = solve_cyclic(bundle.slopes, -rates, bundle.periods)
@@ -168,7 +171,7 @@ def polish_orbits(
     start: Floats | None = None,
     *,
     leash: float = np.inf,
-    contracting: bool = False,
+    contraction: float = np.inf,
 ) -> Moved:
     """Solve for orbits of the map f, starting from those of a bundle.
 
@@ -181,14 +184,14 @@ def polish_orbits(
         First guesses, if there are better ones.
     leash : float
         Orbits that go further than this from where they are foretold are given up.
-    contracting : bool
-        Whether those are given up, too, of which a step is not shorter by half than the last.
+    contraction : float
+        Those of which a step is longer than this share of the one before are given up, too.
 
     Returns
     -------
     Moved
     """
-    return _polish(bundle, bundle.points, f, start, leash, CONTRACTS if contracting else np.inf)
+    return _polish(bundle, bundle.points, f, start, leash, contraction)
 
 
 def _evaluate(f: Map1D, points: Floats, periods: NDArray[np.intp]) -> tuple[Floats, Labels, Floats]:
@@ -221,6 +224,7 @@ def _polish(
     labels = np.zeros(points.shape, dtype=np.uint64)
     todo = np.arange(len(points))
     last = np.full(len(points), np.inf)
+    given_up = np.zeros(len(points), dtype=bool)
     for _ in range(MAX_NEWTON):
         periods = bundle.periods[todo]
         slope, label, residual = _evaluate(f, points[todo], periods)
@@ -232,23 +236,24 @@ def _polish(
             moves &= size > EPS * scale  # not if NaN: the orbit is lost
             # Small steps that shrink no more are the rounding of the map itself.
             moves &= (size > STALLED * scale) | (size < 0.25 * last[todo])
-            moves &= (size <= STALLED * scale) | (size <= contraction * last[todo])
+            lost = moves & (size > STALLED * scale) & ~(size <= contraction * last[todo])
             last[todo] = size
-        todo, step = todo[moves], step[moves]
         # An orbit may lie at the very end of the domain.
-        points[todo] = np.clip(points[todo] + step, *f.domain)
+        points[todo[moves]] = np.clip(points[todo[moves]] + step[moves], *f.domain)
         if np.isfinite(leash):
-            todo = todo[np.nanmax(np.abs(points[todo] - foretold[todo]), axis=1) <= leash]
+            lost |= moves & (np.nanmax(np.abs(points[todo] - foretold[todo]), axis=1) > leash)
+        given_up[todo[lost]] = True
+        todo = todo[moves & ~lost]
         if not todo.size:
             break
     converged = residual_is_rounding(slopes, residuals, scale, MANY)
-    converged &= np.isfinite(steps).all(axis=1)
+    converged &= np.isfinite(steps).all(axis=1) & ~given_up
     # The last residuals still make for one step, which need not be checked.
     points[converged] = np.clip(points[converged] + steps[converged], *f.domain)
     unused = ~bundle.used
     points[unused] = slopes[unused] = np.nan
     moved = OrbitBundle(bundle.periods, points, slopes, labels)
-    return _moved(bundle, moved, foretold, converged, SAME * scale)
+    return _moved(bundle, moved, foretold, converged, given_up, SAME * scale)
 
 
 def _moved(
@@ -256,6 +261,7 @@ def _moved(
     now: OrbitBundle,
     foretold: Floats,
     converged: NDArray[np.bool_],
+    given_up: NDArray[np.bool_],
     same: float = 0.0,
 ) -> Moved:
     """Compare orbits with where they were and with where they should be."""
@@ -268,6 +274,7 @@ def _moved(
     return Moved(
         bundle=now,
         converged=converged,
+        given_up=given_up,
         same_labels=same_labels,
         collapsed=_collapsed(now, same) & converged,
         distance=largest(now.points - before.points),

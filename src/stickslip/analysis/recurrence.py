@@ -183,12 +183,10 @@ def promising(f: Map1D, starts: Sequence[Floats], moved: float) -> list[int]:
     for row, start in zip(points, starts, strict=True):
         row[: len(start)] = start
     guesses = OrbitBundle(periods, points, points, np.zeros(points.shape, dtype=np.uint64))
-    leash = LEASH * moved * domain_width(f)
-    found = polish_orbits(guesses, f, leash=leash)
+    found = polish_orbits(guesses, f, leash=LEASH * moved * domain_width(f), contraction=1.0)
     multipliers = np.abs(found.bundle.multipliers)
-    lost = np.isnan(multipliers) | (found.surprise > leash)
     repelling = found.converged & ~found.collapsed & (multipliers > 1 + NEUTRAL)
-    return np.flatnonzero(~(lost | repelling)).tolist()
+    return np.flatnonzero(~(found.given_up | np.isnan(multipliers) | repelling)).tolist()
 
 
 def _newton(f: Map1D, start: Floats, leash: float) -> Cycle | None:

@@ -30,6 +30,7 @@ TRUST: Final = 0.05  # share of an orbit's way by which the cubic's prediction m
 FLOOR: Final = 1e-7  # of the domain's width: errors of a prediction that count for nothing
 SURPRISE: Final = 0.25  # share of a step by which an orbit may miss where it was foretold
 EASY: Final = 0.06  # a smaller one lets the next step grow
+CONTRACTS: Final = 0.5  # a longer step of Newton's method, beside the last, mistrusts the guess
 LEASH: Final = 1.0  # of a step: an orbit may not miss by a third of it, nor come close to this
 SHORTEST: Final = 1e-3  # of the way left: steps below it mean that the orbit ends here
 FIRST: Final = 0.25  # of the way: the first step
@@ -340,7 +341,7 @@ class _Traveller:
         foretold = OrbitBundle(b.periods, b.points + move, b.slopes, b.labels)
         floor = FLOOR * domain_width(f)
         leash = LEASH * (np.nanmax(np.abs(move)) + floor)
-        moved = polish_orbits(foretold, f, self._guess(q), leash=leash, contracting=True)
+        moved = polish_orbits(foretold, f, self._guess(q), leash=leash, contraction=CONTRACTS)
         there = moved.bundle
         if not moved.converged[0] or moved.collapsed[0]:
             return None
