@@ -134,3 +134,26 @@ def test_wrong_names_and_values(logistic_orbits):
     f, bundle = logistic_orbits
     with pytest.raises((ValueError, KeyError), match="nothing"):
         move_orbits(bundle, f, "nothing", 1.0)
+
+
+def test_orbits_are_given_up_that_stray_or_do_not_contract(logistic_orbits):
+    f, bundle = logistic_orbits
+    far = OrbitBundle(bundle.periods, bundle.points + 0.05, bundle.slopes, bundle.labels)
+    near = OrbitBundle(bundle.periods, bundle.points + 1e-4, bundle.slopes, bundle.labels)
+    strayed = polish_orbits(far, f, leash=1e-3)
+    assert strayed.given_up.all()
+    assert not strayed.converged.any()
+    kept = polish_orbits(near, f, leash=1e-2, contraction=0.5)
+    assert kept.converged.all()
+    assert not kept.given_up.any()
+    grown = polish_orbits(far, f, contraction=1e-3)
+    assert (grown.given_up | grown.converged).all()
+    assert grown.given_up.any()
+
+
+def test_better_first_guesses_change_nothing_but_the_work(logistic_orbits):
+    f, bundle = logistic_orbits
+    foretold = OrbitBundle(bundle.periods, bundle.points + 1e-3, bundle.slopes, bundle.labels)
+    moved = polish_orbits(foretold, f, bundle.points)
+    np.testing.assert_allclose(moved.bundle.points, bundle.points, rtol=0, atol=ROUNDING)
+    assert moved.surprise == pytest.approx(np.full(len(bundle), 1e-3), rel=1e-9)
