@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 __all__ = ["Lanes", "lanes_serve"]
 
 NO_SLOPE = np.empty(0)
+# Scratch of each thread, most of a megabyte: whatever the model, one kernel uses it at a time.
+_LOCAL = threading.local()
 
 
 class LaneScratch(NamedTuple):
@@ -50,7 +52,7 @@ class Lanes:
         self._carry = _lane_kernels.carry_lanes
         self._sizes = _lane_passes_kernels.N_STREAMS, _lane_kernels.N_LISTS
         self._stride, self._block = _lane_passes_kernels.STRIDE, _lane_passes_kernels.BLOCK
-        self._local = threading.local()
+        self._local = _LOCAL
 
     def scratch(self) -> LaneScratch:
         """Arrays of the present thread."""
