@@ -145,6 +145,14 @@ def test_an_orbit_enters_a_gap():
     assert lost.outcome.orbits == lost.predicted_outcome.orbits == "lost in a gap"
 
 
+def test_where_there_are_no_orbits_nothing_happens():
+    f = ss.PiecewiseMap(lambda x, a: x + a, (0, 1), parameters={"a": 0.3})
+    found = bifurcations(f, "a", (0.2, 0.4), max_period=2)
+    assert len(found) == 0
+    assert found.branches == ()
+    assert found.unresolved == ()
+
+
 def test_lists_are_sequences_with_tables(doubling_logistic):
     found = doubling_logistic
     assert isinstance(found, BifurcationList)

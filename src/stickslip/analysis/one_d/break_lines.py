@@ -8,6 +8,9 @@ does not know and the next one does is followed back from there as far as it goe
 The two sides are told apart by what the break is: by the value at a jump, by the slope at a
 corner, by whether there is a value at the edge of a gap. Labels would not do: a branch beside a
 break may change its label where the map does not care.
+
+`borders` follows one break to adjacent floats, with the limits on both sides. Here places are
+enough, of all breaks at thousands of values, and for each value a few calls of the map must do.
 """
 
 from __future__ import annotations

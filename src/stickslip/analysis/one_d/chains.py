@@ -99,9 +99,7 @@ def orbit_branches(
     chains.sort(key=lambda chain: (len(chain[1][0].points), chain[1][0].value))
     curves = [_curve(rows) for _, rows, _ in chains]
     known = _labels_and_residuals(survey, curves)
-    return tuple(
-        _branch(survey, chain, *what) for chain, *what in zip(chains, curves, known, strict=True)
-    )
+    return tuple(_branch(survey, *what) for what in zip(chains, curves, known, strict=True))
 
 
 def _link_pieces(web: _Web, number: int, span: Span) -> None:
@@ -285,6 +283,8 @@ def _labels_and_residuals(
     survey: Survey, curves: list[tuple[Floats, Floats]]
 ) -> list[tuple[Labels, Floats]]:
     """Labels and residuals of all curves; each map is asked once, for all that pass it."""
+    if not curves:
+        return []
     q = np.concatenate([np.repeat(values, points.shape[1]) for values, points in curves])
     x = np.concatenate([points.ravel() for _, points in curves])
     label, value = np.zeros(x.size, dtype=np.uint64), np.empty(x.size)
