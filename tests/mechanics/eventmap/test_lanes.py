@@ -149,3 +149,17 @@ def test_degenerate_systems(mu, alpha, beta):
     system = model(alpha, beta, mu, 0.1)
     d = np.concatenate([starts(system, 60), system.domain])
     assert_agree(system, d, max_events=30)
+
+
+@pytest.mark.parametrize("make", [ss.examples.coulomb, ss.examples.law9])
+def test_models_that_differ_in_parameters_take_turns_in_one_scratch(make):
+    one = ss.event_map(make())
+    other = one.replace(alpha=one.model.alpha + 0.01)
+    d = np.linspace(-0.3, 0.3, 40)
+    first = one(d)
+    assert not np.array_equal(other(d), first, equal_nan=True)
+    np.testing.assert_array_equal(one(d), first)
+    if make is ss.examples.coulomb:
+        assert one._carrier.lanes.scratch() is other._carrier.lanes.scratch()
+    else:
+        assert one._carrier._moved._pools(()) is other._carrier._moved._pools(())
