@@ -15,8 +15,9 @@ import stickslip as ss
 # %%
 # The measurement
 # ---------------
-# Force over the static limit, against slip speed in units of ``f_s / sqrt(k m)``. (`ss.Units` converts
-# to and from metres and seconds.) The cubics between the points rise and fall only as the points do.
+# Force over the static limit, against slip speed in units of ``f_s / sqrt(k m)``. (`ss.Units`
+# converts to and from metres and seconds.) The cubics between the points rise and fall only as
+# the points do.
 
 speed = [0.0, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.0]
 force = [0.98, 0.86, 0.76, 0.63, 0.51, 0.45, 0.44, 0.46, 0.50]
@@ -50,25 +51,23 @@ motion.plot(ax=ax)
 # %%
 # The squeal map
 # --------------
-# Over belt speed and damping: where steady sliding is unstable (squeal), and where it is stable.
-# A stick-slip cycle may live on beside stable sliding: hysteresis, a squeal that starts with a knock.
+# Steady sliding is unstable where the law falls faster than the damper can follow, ``c <
+# -F'(V)``. But the stick-slip cycle lives on beside stable sliding: there a knock starts a
+# squeal. Following the cycle in the damping finds where it ends, because its slip no longer
+# reaches the belt.
 
-speeds, dampings = np.linspace(0.02, 1.4, 70), np.linspace(0.0, 1.5, 60)
-unstable = np.empty((dampings.size, speeds.size))
-for i, c in enumerate(dampings):
-    for j, V in enumerate(speeds):
-        unstable[i, j] = law.slope(V) + c < 0
-fig, ax = plt.subplots(figsize=(6, 4))
-ax.contourf(speeds, dampings, unstable, levels=[-0.5, 0.5, 1.5], colors=["white", "#E69F00"])
-ax.set(xlabel="belt speed $V$", ylabel="damping $c$")
-ax.text(0.15, 0.3, "squeal")
+ends = []
+for V in (speeds := np.linspace(0.1, 0.6, 6)):
+    cycle = ss.find_cycle(block.replace(V=V), [0.0], [0.0])
+    branch = ss.continue_cycle(cycle, block.replace(V=V), "damping", (0.0, 3.0))
+    ends.append(branch.bifurcations[-1].value)
+print(branch)
 
 # %%
-# Following the cycle in the damping finds the other edge: how strong a damper must be before the
-# stick-slip motion itself disappears.
 
-branch = ss.continue_cycle(cycle, block, "damping", (0.0, 2.0))
+V = np.linspace(0.05, 1.4, 300)
 fig, ax = plt.subplots(figsize=(6, 4))
-branch.plot(ax=ax)
-for b in branch.bifurcations:
-    print(b)
+ax.fill_between(V, 0, np.maximum(-law.slope(V), 0), color="#E69F00", label="squeals by itself")
+ax.plot(speeds, ends, "o-", ms=4, label="squeals after a knock, below this line")
+ax.set(xlabel="belt speed $V$", ylabel="damping $c$", xlim=(0.05, 1.4), ylim=(0, 2.5))
+ax.legend()

@@ -35,14 +35,14 @@ print(orbits)
 print(f.parameter_derivative(0.1, "fall"))
 
 # %%
-# A motion, at any time you ask for. Thick lines are stick.
+# A motion, at any time you ask for.
 
 motion = ss.simulate(model, d=0.1, t_end=60)
 fig, ax = plt.subplots(figsize=(7, 3))
 motion.plot(ax=ax)
 
 # %%
-# And what happens as the law changes:
+# And where the fixed point becomes unstable as the law changes:
 
-found = ss.bifurcations(model, "fall", (0.35, 0.45), max_period=2)
-print(found)
+branch = ss.continue_orbit(orbits[0], f, "fall", (0.2, 0.6))
+print(branch)

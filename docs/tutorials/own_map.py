@@ -12,8 +12,8 @@ import numpy as np
 import stickslip as ss
 
 # %%
-# A map with a square-root edge, as grazing oscillators have it (Nordmark 1991): smooth on one side of
-# zero, steep beyond.
+# A map with a square-root edge, as grazing oscillators have it (Nordmark 1991): smooth on one
+# side of zero, steep beyond.
 
 
 def grazing(x, a, b, mu):
@@ -44,6 +44,6 @@ for b in ss.bifurcations(f, "mu", (-0.05, 0.15), max_period=3):
 # %%
 # What lives beyond: period adding.
 
-diagram = ss.bifurcation_diagram(f, "mu", np.linspace(-0.02, 0.15, 200), max_period=3)
+diagram = ss.bifurcation_diagram(f, "mu", np.linspace(-0.02, 0.15, 80), max_period=3)
 fig, ax = plt.subplots(figsize=(7, 4))
 diagram.plot(ax=ax)

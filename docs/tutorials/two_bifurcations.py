@@ -2,9 +2,9 @@
 The paper's two bifurcations, step by step
 ==========================================
 
-Galvanetto (2001) follows two blocks on a belt and finds two bifurcations that smooth theory does not
-know: an orbit dies because a motion behind it *grazes*, and an attractor becomes chaotic where a
-slope is infinite. Here is the first of them, found once by hand and once by one call.
+Galvanetto (2001) follows two blocks on a belt and finds two bifurcations that smooth theory does
+not know: an orbit dies because a motion behind it *grazes*, and an attractor becomes chaotic
+where a slope is infinite. Here is the first of them, found once by hand and once by one call.
 """
 
 # %%
@@ -25,8 +25,9 @@ print(f)
 # %%
 # The event map
 # -------------
-# Whenever both blocks ride, their distance ``d`` fixes what follows. The map ``d -> f(d)`` goes from
-# one such phase to the next; it has branches, one for each itinerary, and it jumps between them.
+# Whenever both blocks ride, their distance ``d`` fixes what follows. The map ``d -> f(d)`` goes
+# from one such phase to the next; it has branches, one for each itinerary, and it jumps between
+# them.
 
 fig, ax = plt.subplots(figsize=(5, 5))
 ss.branches(f).plot(ax=ax)
@@ -55,7 +56,9 @@ for V in (0.0366, 0.0368, 0.0369, 0.03697):
     breaks = np.array([point.d for point in ss.breakpoints(g)])
     (orbit,) = [o for o in ss.periodic_orbits(g, period=4) if o.stable]
     distance = np.min(np.abs(orbit.points[:, None] - breaks))
-    print(f"V = {V:.5f}: nearest breakpoint {distance:.2e} away, multiplier {orbit.multiplier:+.4f}")
+    print(
+        f"V = {V:.5f}: nearest breakpoint {distance:.2e} away, multiplier {orbit.multiplier:+.4f}"
+    )
 
 # %%
 # The multiplier stays far from -1 and 1: nothing in the orbit's own stability announces its end.

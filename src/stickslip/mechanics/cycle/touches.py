@@ -28,9 +28,10 @@ class Touch(NamedTuple):
     """A place of a motion that is about to change its modes.
 
     ``kind``: ``grazing``, a slip turns back before the block reaches the belt, ``room`` away in
-    velocity, or would have turned back beyond it (negative); ``limit``, the needed force of a rider turns back before the static limit;
-    ``landing``, a block lands with that much static limit to spare (negative: it does not
-    stick); ``tie``, two blocks have events that much apart in time. ``block`` from 0.
+    velocity, or would have turned back beyond it (negative); ``limit``, the needed force of a
+    rider turns back before the static limit; ``landing``, a block lands with that much static
+    limit to spare (negative: it does not stick); ``tie``, two blocks have events that much apart
+    in time. ``block`` from 0.
     """
 
     kind: TouchKind
