@@ -38,7 +38,7 @@ def commands(page: str, folder: Path) -> list[str]:
 def main() -> int:
     """Return the first exit code that is not 0."""
     folder = Path(tempfile.mkdtemp(prefix="stickslip-start-"))
-    kept = ("PATH", "PIP_", "SSL_", "CURL_")
+    kept = ("PATH", "PIP_", "SSL_")  # where programs and packages come from
     environment = {k: v for k, v in os.environ.items() if k.startswith(kept)}
     environment |= {"HOME": str(folder), "COLUMNS": "100", "NO_COLOR": "1", "MPLBACKEND": "Agg"}
     typed = commands((ROOT / "docs" / "start.md").read_text(), folder)
@@ -53,6 +53,7 @@ def main() -> int:
         check=False,
     )
     said = ran.stdout.replace(f"--quiet {ROOT}", ".").replace(str(folder), "~")
+    said = re.sub(r"^WARNING: Location .*\n|^\[notice\].*\n", "", said, flags=re.MULTILINE)  # of pip
     (ROOT / "docs" / "transcript.txt").write_text(said)
     sys.stdout.write(said)
     sys.stdout.write(f"\nin {folder}: {sorted(p.name for p in folder.iterdir())}\n")
