@@ -6,8 +6,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Final
 
-__all__ = ["whole_file", "write_text"]
+__all__ = ["PICTURE_FORMATS", "whole_file", "write_text"]
+
+PICTURE_FORMATS: Final = ("svg", "pdf", "png")
 
 
 @contextmanager

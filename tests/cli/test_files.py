@@ -5,6 +5,7 @@ import stat
 
 import pytest
 
+from stickslip.cli import main
 from stickslip.cli.failure import REFUSED, RefusalError, UsageError
 from stickslip.cli.files import new_file, new_files, new_folder
 
@@ -140,3 +141,21 @@ def test_a_file_is_no_folder(tmp_path):
         with new_folder(tmp_path / "out", ["a"], force=True):
             pytest.fail("the work began")
     assert (tmp_path / "out").read_text() == "precious"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "map -d 0.1 -d 0.2",
+        "map --grid 50 --window 0.0 0.2",
+        "orbits --max-period 2",
+        "simulate -d 0.1 --t-end 20",
+        "cycles --starts 3",
+    ],
+)
+def test_a_table_becomes_a_picture_if_its_file_is_named_so(command, tmp_path, capsys):
+    out = tmp_path / "picture.png"
+    assert main([*command.split(), "--preset", "coulomb", "--out", str(out)]) == 0
+    assert capsys.readouterr().out == f"{out}\n"
+    assert out.read_bytes().startswith(b"\x89PNG")
+    assert list(tmp_path.iterdir()) == [out]

@@ -71,6 +71,18 @@ def test_versions_agree():
     assert f"\n## {version}" in (ROOT / "CHANGELOG.md").read_text()
 
 
+def test_the_conda_recipe_asks_for_what_the_project_asks_for():
+    recipe = (ROOT / "conda" / "meta.yaml").read_text()
+    run = re.search(r"^  run:\n((?:    - .*\n)+)", recipe, re.MULTILINE)
+    listed = {line.strip("- \n").replace(" ", "") for line in run[1].splitlines()}
+    renamed = {"matplotlib>": "matplotlib-base>"}  # without a screen
+    wanted = {f"python{PYPROJECT['project']['requires-python']}"}
+    for name in PYPROJECT["project"]["dependencies"]:
+        wanted.add(next((name.replace(*pair) for pair in renamed.items() if pair[0] in name), name))
+    assert listed == wanted
+    assert f'version: "{PYPROJECT["project"]["version"]}"' in recipe
+
+
 @pytest.mark.parametrize(
     "target", ["reproduce", "test", "check", "docs", "benchmark", "clean", "lint", "types"]
 )

@@ -6,8 +6,8 @@ import matplotlib as mpl
 import pytest
 from matplotlib.figure import Figure
 
+from stickslip.files import PICTURE_FORMATS
 from stickslip.plot.style import (
-    FORMATS,
     PALETTE,
     WIDTHS,
     axes_or_new,
@@ -120,5 +120,5 @@ class TestAxes:
 
 
 def test_formats_and_colours_are_distinct():
-    assert len(set(FORMATS)) == len(FORMATS)
+    assert len(set(PICTURE_FORMATS)) == len(PICTURE_FORMATS)
     assert len(set(PALETTE.values())) == len(PALETTE)

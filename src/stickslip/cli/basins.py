@@ -43,7 +43,9 @@ def command(*, table: TableOptions = TableOptions(), resolution: float = 1e-5) -
         answer.append(ss.basins(f, resolution=resolution))
         return _rows(answer[0])
 
-    table.deliver("basins", f.model, {"resolution": resolution}, compute)
+    table.deliver(
+        "basins", f.model, {"resolution": resolution}, compute, lambda ax: answer[0].plot(ax)
+    )
     return _ending(answer[0], quiet=table.quiet)
 
 

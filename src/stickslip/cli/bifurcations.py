@@ -174,7 +174,9 @@ def _draw(
             window=found.window,
             progress=show,
         )
-    pictures.draw(diagram, [files[name] for name in PICTURES], bifurcations=found)
+    pictures.draw(
+        lambda ax: diagram.plot(ax, bifurcations=found), [files[name] for name in PICTURES]
+    )
 
 
 def _ending(found: BifurcationList, *, quiet: bool) -> int:

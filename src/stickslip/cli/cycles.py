@@ -55,9 +55,8 @@ def command(
         answer.append(found)
         return {"cycle": list(range(1, len(found) + 1)), **found.table()}
 
-    table.deliver(
-        "cycles", model, {"starts": starts, "max_period": max_period, "seed": seed}, compute
-    )
+    asked = {"starts": starts, "max_period": max_period, "seed": seed}
+    table.deliver("cycles", model, asked, compute, lambda ax: answer[0].plot(ax))
     (found,) = answer
     told = f"{found.n_sliding} starts slide for ever, {found.n_undecided} undecided; "
     told += f"estimated share of starts to cycles not found: {found.unseen:.2g}"

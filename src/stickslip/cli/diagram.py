@@ -86,7 +86,7 @@ def command(
             progress=show,
         )
         if out is not None:
-            pictures.draw(diagram, [temporary[out]])
+            pictures.draw(diagram.plot, [temporary[out]])
         if csv is not None:
             with temporary[csv].open("w", encoding="utf-8", newline="") as stream:
                 columns.write_csv(stream, _rows(diagram))

@@ -13,6 +13,7 @@ from stickslip.cli.table import TableOptions
 
 if TYPE_CHECKING:
     import numpy as np
+    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from stickslip.mechanics.eventmap.event_map import EventMap
@@ -69,7 +70,10 @@ def command(
     def compute() -> dict[str, Any]:
         return _evaluated(f, points, itinerary=itinerary, quiet=table.quiet)
 
-    result = table.deliver("map", f.model, asked, compute)
+    def plot(ax: Axes) -> Axes:
+        return _plot(f, points, window, ax, marked=bool(d))
+
+    result = table.deliver("map", f.model, asked, compute, plot)
     return _ending(result, quiet=table.quiet)
 
 
@@ -107,6 +111,23 @@ def _evaluated(
     if itinerary:
         table["itinerary"] = [f.itinerary(point) for point in points]
     return table
+
+
+def _plot(
+    f: EventMap,
+    points: NDArray[np.float64],
+    window: tuple[float, float] | None,
+    ax: Axes,
+    *,
+    marked: bool,
+) -> Axes:
+    """Draw the map over the window; points that were asked for one by one are marked."""
+    from stickslip.plot.event_map import event_map
+
+    event_map(f, ax, window=window)
+    if marked:
+        ax.plot(points, f(points), "o", ms=4)
+    return ax
 
 
 def _ending(table: dict[str, Any], *, quiet: bool) -> int:

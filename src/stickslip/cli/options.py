@@ -171,7 +171,7 @@ class FileOptions:
     """The file that a table goes to."""
 
     out: Path | None = None
-    """Write a CSV file."""
+    """Write a CSV file, or a picture if the name ends in .svg, .pdf or .png."""
     force: Flag = False
     """Replace the file if it exists."""
 

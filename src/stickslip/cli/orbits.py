@@ -10,7 +10,10 @@ from stickslip.cli.progress import notes
 from stickslip.cli.table import TableOptions
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from stickslip.analysis.orbits import OrbitList
+    from stickslip.study.event_map import EventMap
 
 EXAMPLES = """\
 stickslip orbits --preset coulomb --max-period 4
@@ -66,7 +69,7 @@ def command(
 
     asked: dict[str, Any] = {"max_period": highest} if period is None else {"period": period}
     asked |= {"infinitely_unstable": infinitely_unstable, "resolution": resolution}
-    table.deliver("orbits", f.model, asked, compute)
+    table.deliver("orbits", f.model, asked, compute, lambda ax: _plot(f, answer[0], ax))
     return _ending(answer[0], quiet=table.quiet)
 
 
@@ -85,6 +88,13 @@ def _rows(found: OrbitList) -> dict[str, Any]:
             for column, cell in zip(table.values(), row, strict=True):
                 column.append(cell)
     return table
+
+
+def _plot(f: EventMap, found: OrbitList, ax: Axes) -> Axes:
+    """Draw the orbits' points on the map."""
+    from stickslip.plot.event_map import event_map
+
+    return found.plot(event_map(f, ax))
 
 
 def _ending(found: OrbitList, *, quiet: bool) -> int:

@@ -61,7 +61,7 @@ def command(
     curves = tuple(map(load, curve))
     picture = SweepMap(_cut(open_sweep(store), at), variable, curves)
     with new_files([out], force=force) as (temporary,):
-        pictures.draw(picture, [temporary])
+        pictures.draw(picture.plot, [temporary])
     if output.json:
         from stickslip.cli import columns
 

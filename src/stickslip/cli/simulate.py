@@ -70,18 +70,19 @@ def command(
     start: dict[str, Any] = {"x": x, "v": v}
     if d:
         start = {"d": d[0] if len(d) == 1 and isinstance(model, ss.TwoBlock) else d}
-    ended = status.OK
+    answer: list[Trajectory] = []
 
     def compute() -> dict[str, Any]:
-        nonlocal ended
         motion = ss.simulate(model, **start, t_end=t_end, **table.engine.settings())
-        ended = motion.status
+        answer.append(motion)
         return _events(motion) if events else _samples(motion, samples, energy=energy)
 
-    table.deliver("simulate", model, start | {"t_end": t_end}, compute)
-    if ended == status.OK:
+    asked = start | {"t_end": t_end}
+    table.deliver("simulate", model, asked, compute, lambda ax: answer[0].plot(ax))
+    (motion,) = answer
+    if motion.status == status.OK:
         return DONE
-    note(f"ended before t_end: {status.MESSAGES[ended]}", quiet=table.quiet)
+    note(f"ended before t_end: {motion.message}", quiet=table.quiet)
     return COMPUTATION_FAILED
 
 

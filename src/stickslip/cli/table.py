@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from cyclopts import Parameter
 
-from stickslip.cli import columns
-from stickslip.cli.files import new_file
+from stickslip.cli import columns, pictures
+from stickslip.cli.files import new_file, new_files
 from stickslip.cli.options import (
     EngineOptions,
     FileOptions,
@@ -19,6 +19,8 @@ from stickslip.cli.options import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from stickslip.study.event_map import EventMap
     from stickslip.study.model_values import Model
 
@@ -65,6 +67,7 @@ class TableOptions(SystemOptions):
         model: Model,
         asked: dict[str, Any],
         compute: Callable[[], dict[str, Any]],
+        plot: Callable[[Axes], Axes],
     ) -> dict[str, Any]:
         """Compute the table and send it where the options say: a file, stdout, as JSON or CSV.
 
@@ -80,9 +83,15 @@ class TableOptions(SystemOptions):
             Its own options; they stand in the document beside those shared.
         compute : callable
             Returns the columns by name.
+        plot : callable
+            Draws the answer, once computed, where the file's name is that of a picture.
         """
         if self.file.out is None:
             table = compute()
+        elif pictures.is_picture(self.file.out):
+            with new_files([self.file.out], force=self.file.force) as (temporary,):
+                table = compute()
+                pictures.draw(plot, [temporary])
         else:
             with new_file(self.file.out, force=self.file.force) as stream:
                 table = compute()

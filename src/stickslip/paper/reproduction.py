@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stickslip.files import write_text
+from stickslip.files import PICTURE_FORMATS, write_text
 from stickslip.paper import figures
 from stickslip.paper.report import Report
 from stickslip.paper.sources import GALVANETTO, source_named
 from stickslip.paper.values import Value, as_json, as_markdown
-from stickslip.plot.style import FORMATS, check_formats, new_figure, save, style
+from stickslip.plot.style import check_formats, new_figure, save, style
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -42,7 +42,7 @@ class Reproduction:
 def reproduce(
     numbers: Iterable[int] | None = None,
     out: str | Path = "out",
-    formats: Iterable[str] = FORMATS,
+    formats: Iterable[str] = PICTURE_FORMATS,
     *,
     source: str = GALVANETTO,
     track: Callable[[Sequence[int]], Iterable[int]] = iter,

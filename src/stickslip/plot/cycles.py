@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import itertools
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from stickslip.plot.style import PALETTE, axes_or_new
+from stickslip.vocabulary import symbol
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from matplotlib.axes import Axes
 
-__all__ = ["plot_cycle_branch"]
+__all__ = ["plot_cycle_branch", "plot_cycles", "plot_return_region"]
 
+SAMPLES: Final = 600  # of a cycle
+COLORS: Final = tuple(PALETTE[name] for name in ("blue", "orange", "green", "vermillion", "purple"))
 MARKERS = {"fold": "o", "flip": "s", "neimark_sacker": "^", "branch_point": "x", "hopf": "*"}
 
 
@@ -42,6 +48,32 @@ def plot_cycle_branch(branch: Any, ax: Axes | None = None) -> Axes:
         ax.plot(item.value, item.cycle.period, marker, color=PALETTE["orange"], ms=5)
     ax.set_xlabel(branch.parameter)
     ax.set_ylabel("period")
+    return ax
+
+
+def plot_cycles(cycles: Iterable[Any], ax: Axes | None = None) -> Axes:
+    """Draw limit cycles in the phase plane, a colour each: solid if they attract, else dashed.
+
+    Parameters
+    ----------
+    cycles : iterable of Cycle
+    ax : matplotlib.axes.Axes, optional
+        By default a new figure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        One line for each block of each cycle.
+    """
+    ax = axes_or_new(ax)
+    for color, cycle in zip(itertools.cycle(COLORS), cycles, strict=False):
+        t = np.linspace(0.0, cycle.period, SAMPLES)
+        x, v = cycle.trajectory.x(t), cycle.trajectory.v(t)
+        name = f"period {cycle.period:.6g}"
+        for block, label in zip(range(x.shape[1]), (name, *[None] * x.shape[1]), strict=False):
+            look = "-" if cycle.stable else "--"
+            ax.plot(x[:, block], v[:, block], look, color=color, label=label)
+    ax.set(xlabel=symbol("x"), ylabel=symbol("v"))
     return ax
 
 

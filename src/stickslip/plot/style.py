@@ -12,7 +12,7 @@ import matplotlib as mpl
 from cycler import cycler
 from matplotlib.figure import Figure
 
-from stickslip.files import whole_file
+from stickslip.files import PICTURE_FORMATS, whole_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = [
-    "FORMATS",
     "PALETTE",
     "WIDTHS",
     "axes_or_new",
@@ -30,8 +29,6 @@ __all__ = [
     "save",
     "style",
 ]
-
-FORMATS: Final = ("svg", "pdf", "png")
 
 WIDTHS: Final = MappingProxyType({"one": 3.46, "two": 7.09})
 """Widths in inches of a figure over one and over two columns (88 and 180 mm)."""
@@ -192,7 +189,7 @@ def check_formats(formats: Iterable[str]) -> tuple[str, ...]:
     Parameters
     ----------
     formats : iterable of str
-        Any of `FORMATS`.
+        Any of `PICTURE_FORMATS`.
 
     Returns
     -------
@@ -206,12 +203,14 @@ def check_formats(formats: Iterable[str]) -> tuple[str, ...]:
     """
     given = (formats,) if isinstance(formats, str) else tuple(formats)
     for name in given:
-        if name not in FORMATS:
-            raise ValueError(f"format {name!r} is not one of {', '.join(FORMATS)}")
+        if name not in PICTURE_FORMATS:
+            raise ValueError(f"format {name!r} is not one of {', '.join(PICTURE_FORMATS)}")
     return given
 
 
-def save(figure: Figure, stem: str | Path, formats: Iterable[str] = FORMATS) -> tuple[Path, ...]:
+def save(
+    figure: Figure, stem: str | Path, formats: Iterable[str] = PICTURE_FORMATS
+) -> tuple[Path, ...]:
     """Write a figure; the same figure gives the same bytes.
 
     Parameters
@@ -221,7 +220,7 @@ def save(figure: Figure, stem: str | Path, formats: Iterable[str] = FORMATS) -> 
     stem : str or path
         Path without suffix; folders are made.
     formats : iterable of str
-        Any of `FORMATS`.
+        Any of `PICTURE_FORMATS`.
 
     Returns
     -------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, overload
@@ -86,6 +87,10 @@ class CycleList(Sequence[Cycle]):
             "global_sticks": np.array([len(cycle.d) for cycle in self]),
             "hits": self.hits,
         }
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the cycles in the phase plane of each block; returns the Axes."""
+        return importlib.import_module("stickslip.plot.cycles").plot_cycles(self, ax)
 
     def __repr__(self) -> str:
         """Return one line a cycle, then what else the starts led to."""

@@ -189,3 +189,15 @@ def test_a_branch_is_drawn_and_told() -> None:
     axes = branch.plot()
     assert axes.get_xlabel() == "damping"
     assert len(axes.lines) == 2 + len(branch.bifurcations)
+
+
+def test_a_landing_without_speed_ends_a_stick_slip_cycle() -> None:
+    """F(0) < 1: the stick has a length up to the end, where the slip no longer reaches the belt."""
+    law = ss.TabulatedFriction(speed=[0, 0.1, 0.3, 0.8, 2.0], force=[0.98, 0.76, 0.56, 0.44, 0.5])
+    block = ss.Oscillator(V=0.3, friction=law, damping=0.3)
+    branch = ss.continue_cycle(ss.find_cycle(block, [0.0], [0.0]), block, "damping", (0.2, 2.0))
+    (end,) = branch.bifurcations
+    assert (end.kind, branch.ends[1].reason) == ("grazing", "grazing")
+    assert ss.find_cycle(block.replace(damping=end.value - 1e-9), [0.0], [0.0]).events
+    with pytest.raises(ValueError, match="never to stick again"):
+        ss.find_cycle(block.replace(damping=end.value + 1e-9), [0.0], [0.0])

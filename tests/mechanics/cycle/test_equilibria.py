@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.mechanics.cycle.sliding import force_derivatives
 
 
 def test_one_block_in_closed_form() -> None:
@@ -135,3 +136,24 @@ def test_other_models_have_no_neutral_family() -> None:
     assert ss.equilibria(ss.examples.law9())[0].neutral_family is None
     damped = ss.examples.coulomb().replace(damping=0.1)
     assert ss.equilibria(damped)[0].neutral_family is None
+
+
+def test_a_measured_law_has_the_derivatives_of_the_piece_that_holds() -> None:
+    law = ss.TabulatedFriction(speed=[0, 0.1, 0.4, 1.0, 2.0], force=[0.98, 0.7, 0.5, 0.4, 0.45])
+    step = 1e-3
+    for V in (0.05, 0.3, 0.7, 1.5, 3.0):
+        block = ss.Oscillator(V=V, friction=law)
+        (derivatives,) = force_derivatives(block, V)
+        below, here, above = law.slope([V - step, V, V + step])
+        assert derivatives[0] == pytest.approx(here, abs=1e-14)
+        # the slope is a parabola: its differences are exact
+        assert derivatives[1] == pytest.approx((above - below) / (2 * step), abs=1e-9)
+        assert derivatives[2] == pytest.approx((above - 2 * here + below) / step**2, abs=1e-6)
+
+
+def test_a_block_under_a_measured_law_begins_to_squeal_where_the_law_falls_faster() -> None:
+    law = ss.TabulatedFriction(speed=[0, 0.1, 0.4, 1.0, 2.0], force=[0.98, 0.7, 0.5, 0.4, 0.45])
+    (found,) = ss.equilibria(ss.Oscillator(V=0.3, friction=law, damping=0.1))
+    assert not found.stable
+    for V in found.critical_speeds:
+        assert law.slope(V) == pytest.approx(-0.1, abs=1e-9)

@@ -64,7 +64,8 @@ def force_derivatives(model: Model, V: float) -> Floats | None:
     if code.series is None:
         return None
     derivatives = np.empty((model.n_blocks, 3))
-    for i, row in enumerate(code.parameter_rows(model.laws)):
+    for i, law in enumerate(model.laws):
+        row = code.parameter_row(law, V)
         series = np.zeros((code.N_ROWS, 4))
         series[0, :2] = V, 1.0
         for k in range(4):

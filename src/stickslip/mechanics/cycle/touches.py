@@ -8,7 +8,7 @@ import numpy as np
 
 from stickslip.mechanics.flow.blocks.mode import settle
 from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING
-from stickslip.numerics.polynomial import NO_ROOT, minimum_slope_root, value
+from stickslip.numerics.polynomial import NO_ROOT, jet, minimum_slope_root, value
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,9 +28,10 @@ class Touch(NamedTuple):
     """A place of a motion that is about to change its modes.
 
     ``kind``: ``grazing``, a slip turns back before the block reaches the belt, ``room`` away in
-    velocity; ``limit``, the needed force of a rider turns back before the static limit;
-    ``landing``, a block lands with that much static limit to spare (negative: it does not
-    stick); ``tie``, two blocks have events that much apart in time. ``block`` from 0.
+    velocity, or would have turned back beyond it (negative); ``limit``, the needed force of a
+    rider turns back before the static limit; ``landing``, a block lands with that much static
+    limit to spare (negative: it does not stick); ``tie``, two blocks have events that much apart
+    in time. ``block`` from 0.
     """
 
     kind: TouchKind
@@ -54,11 +55,10 @@ def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
             found += _inside(shooter, block, int(mode[block]), needed, t, h)
         t += h
         if motion.event.any():
-            landed = np.flatnonzero(motion.event == LANDING)
-            found += [
-                Touch("landing", t, int(i), float(system.static[i] - abs(motion.e[i])))
-                for i in landed
-            ]
+            for i in map(int, np.flatnonzero(motion.event == LANDING)):
+                spare = float(system.static[i] - abs(motion.e[i]))
+                found.append(Touch("landing", t, i, spare))
+                found += _barely_landed(mode[i] * shooter.work.w[i], t, i, h)
             settle(system, motion, shooter.work.rates)
             changed = np.flatnonzero(motion.mode != mode)
             for i in changed[:1]:
@@ -66,6 +66,14 @@ def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
                     found.append(Touch("tie", t, int(i), t - last[0]))
                 last = (t, int(i))
     return sorted(found, key=lambda touch: abs(touch.room))
+
+
+def _barely_landed(signal: Floats, time: float, block: int, h: float) -> list[Touch]:
+    """How far beyond the belt a landing slip would have turned back, its series cut at t^2."""
+    _, slope, curvature = jet(signal, h)
+    if curvature <= 0.0:
+        return []
+    return [Touch("grazing", time, block, -(slope**2) / (2.0 * curvature))]
 
 
 def _inside(

@@ -7,6 +7,7 @@ forward (it matters in asymmetric laws only).
 
 from __future__ import annotations
 
+import bisect
 import hashlib
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -102,6 +103,11 @@ class LawCode:
         for i, row in enumerate(rows):
             table[i, : len(row)] = row
         return table
+
+    def parameter_row(self, law: FrictionLaw, s: float) -> NDArray[np.float64]:
+        """Return the row ``p`` of the piece of a law that a slip speed lies on."""
+        piece = bisect.bisect_left([end for end, _ in law.pieces], s)
+        return np.array(self._pieces(law)[piece])
 
     def _pieces(self, law: FrictionLaw) -> list[list[float]]:
         """Law number, F(0) twice, end, no next piece, parameters, constants made of them."""

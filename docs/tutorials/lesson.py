@@ -1,0 +1,80 @@
+"""
+A lesson: why does a violin string, a brake, a fault stick and slip?
+====================================================================
+
+One notebook for one hour (download it at the end of the page). Each section ends with a question.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import stickslip as ss
+
+# %%
+# 1. One block
+# ------------
+# A block on a belt, held by a spring. It rides until the spring pulls harder than static friction
+# can hold, slips back, is caught again.
+
+block = ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.4))
+motion = ss.simulate(block, [0.0], [0.1], t_end=60)
+fig, ax = plt.subplots(figsize=(7, 3))
+motion.plot(ax=ax)
+
+# %%
+# *Question.* The slip lasts almost the same whatever the belt's speed, the stick does not. Why?
+# Vary `V` and see.
+
+# %%
+# 2. What friction does not remember
+# ----------------------------------
+# The multiplier of the cycle is exactly zero: two motions that differ a little are the same motion
+# after the next stick. Friction forgets.
+
+cycle = ss.find_cycle(block, [0.0], [0.1])
+print(cycle.period, cycle.multipliers)
+
+# %%
+# *Question.* How can a system that forgets so well be chaotic? (It takes a second block.)
+
+# %%
+# 3. Two blocks: a map of one number
+# ----------------------------------
+# When both blocks ride, only their distance counts. So the whole motion is a map of a line.
+
+f = ss.event_map(ss.examples.law9(alpha=1.215))
+fig, ax = plt.subplots(figsize=(5, 5))
+d = np.linspace(0.379, 0.390, 1500)
+ax.plot(d, f(d), lw=1)
+ax.plot(d, d, "k:", lw=0.8)
+ax.set(xlabel="$d$", ylabel="next $d$")
+
+# %%
+# *Question.* Where are the fixed points, and which of them can be seen in an experiment?
+
+# %%
+# 4. Chaos
+# --------
+# Two motions that start 1e-9 apart.
+
+orbits = f.iterate(np.array([0.38, 0.38 + 1e-9]), 60)
+fig, ax = plt.subplots(figsize=(7, 3))
+ax.semilogy(np.abs(orbits[1] - orbits[0]))
+ax.set(xlabel="stick phases", ylabel="how far apart")
+exponent = ss.lyapunov_exponent(f, 0.38, n=20_000)
+print(exponent)
+
+# %%
+# *Question.* After how many phases is nothing left of a measurement with three digits?
+
+# %%
+# 5. The end of a stable motion
+# -----------------------------
+# In a smooth system a motion loses its stability before it vanishes. Here it does not.
+
+(end,) = ss.bifurcations(ss.examples.coulomb(), "V", (0.0366, 0.0372))
+print(end.value, end.multipliers)
+print(end.mechanism)
+
+# %%
+# *Question.* Which measurement on the machine could have warned you?

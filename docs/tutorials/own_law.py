@@ -1,0 +1,48 @@
+"""
+A friction law of your own
+==========================
+
+A law is the kinetic friction over the static limit, as a function of the slip speed ``s >= 0``. One
+line of Python is compiled into the engine, with its derivatives, and named parameters can be varied
+and continued like those of the model.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import stickslip as ss
+
+law = ss.friction_law(
+    lambda s, fall, s0, rise: fall + (1 - fall) / (1 + s / s0) + rise * s,
+    parameters={"fall": 0.4, "s0": 0.2, "rise": 0.1},
+)
+s = np.linspace(0, 2, 200)
+fig, ax = plt.subplots(figsize=(5, 3))
+ax.plot(s, law.force(s))
+ax.set(xlabel="slip speed $s$", ylabel="$F(s)$", ylim=(0, 1.05))
+
+# %%
+# From here on it is like any other law.
+
+model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=law)
+f = ss.event_map(model)
+orbits = ss.periodic_orbits(f)
+print(orbits)
+
+# %%
+# How a value changes with a parameter of the law is known exactly, not by a difference:
+
+print(f.parameter_derivative(0.1, "fall"))
+
+# %%
+# A motion, at any time you ask for.
+
+motion = ss.simulate(model, d=0.1, t_end=60)
+fig, ax = plt.subplots(figsize=(7, 3))
+motion.plot(ax=ax)
+
+# %%
+# And where the fixed point becomes unstable as the law changes:
+
+branch = ss.continue_orbit(orbits[0], f, "fall", (0.2, 0.6))
+print(branch)
