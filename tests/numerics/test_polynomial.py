@@ -13,7 +13,7 @@ from stickslip.numerics.polynomial import (
     NO_ROOT,
     first_contact,
     jet,
-    minimum_slope_root,
+    lowest_minimum,
     value,
 )
 
@@ -136,9 +136,9 @@ def test_two_roots_in_one_step_with_both_ends_positive():
 @given(low=st.floats(0.1, 0.9), height=st.floats(-1.0, 1.0), bend=st.floats(0.1, 4.0))
 def test_the_minimum_inside_a_step(low, height, bend):
     g = Polynomial([height, 0.0, bend, 0.05])(Polynomial([-low, 1.0]))
-    assert minimum_slope_root(np.array(g.coef), 1.0) == pytest.approx(low, abs=1e-11)
+    assert lowest_minimum(np.array(g.coef), 1.0) == pytest.approx(low, abs=1e-11)
 
 
 def test_no_minimum_where_a_signal_falls_or_rises_throughout():
-    assert minimum_slope_root(np.array([1.0, -1.0, 0.1, 0.0]), 1.0) == NO_ROOT
-    assert minimum_slope_root(np.array([1.0, 1.0, 0.1, 0.0]), 1.0) == NO_ROOT
+    assert lowest_minimum(np.array([1.0, -1.0, 0.1, 0.0]), 1.0) == NO_ROOT
+    assert lowest_minimum(np.array([1.0, 1.0, 0.1, 0.0]), 1.0) == NO_ROOT

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, overload
@@ -17,6 +18,8 @@ from stickslip.numerics.unseen import unseen_share
 from stickslip.study.maps import periodic_orbits
 
 if TYPE_CHECKING:
+    import os
+
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.neutral import NeutralFamily
@@ -86,6 +89,10 @@ class CycleList(Sequence[Cycle]):
             "global_sticks": np.array([len(cycle.d) for cycle in self]),
             "hits": self.hits,
         }
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to a file that `stickslip.load` reads; built-in friction laws only."""
+        importlib.import_module("stickslip.study.storage").save(self, path)
 
     def __repr__(self) -> str:
         """Return one line a cycle, then what else the starts led to."""

@@ -54,7 +54,9 @@ class SlipTracker:
     def __init__(self, structure: Structure, *, from_belt: bool) -> None:
         n = structure.n_blocks
         coupled = (structure.stiffness != 0.0) | (structure.damping != 0.0)
-        self._neighbours = [np.flatnonzero(row).tolist() for row in coupled & ~np.eye(n, dtype=bool)]
+        self._neighbours = [
+            np.flatnonzero(row).tolist() for row in coupled & ~np.eye(n, dtype=bool)
+        ]
         self._V = structure.V
         self._mode = np.zeros(n, dtype=np.int64)
         self._left: list[float] = [0.0] * n  # belt position less displacement at the start
@@ -81,7 +83,9 @@ class SlipTracker:
         self._left[block] = self._V * t - float(x[block])
         slip = _Growing(-math.inf if self._unknown else float(t), {block}, {block})
         self._slip[block] = slip
-        for other in {id(s): s for k in self._neighbours[block] if (s := self._slip.get(k))}.values():
+        for other in {
+            id(s): s for k in self._neighbours[block] if (s := self._slip.get(k))
+        }.values():
             slip.start = min(slip.start, other.start)
             slip.moving |= other.moving
             slip.blocks |= other.blocks

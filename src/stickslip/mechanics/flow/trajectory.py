@@ -397,9 +397,7 @@ def recorder_for(
             "engine = 'exact' is that of two undamped blocks with constant friction; other models "
             "have one engine, whose series are exact to rounding. Take engine='auto'."
         )
-    return BlocksRecorder(
-        block_engine(model), model.structure, rtol=rtol, dense=dense, last=last
-    )
+    return BlocksRecorder(block_engine(model), model.structure, rtol=rtol, dense=dense, last=last)
 
 
 def start(

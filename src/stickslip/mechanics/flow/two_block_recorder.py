@@ -18,7 +18,9 @@ __all__ = ["TwoBlockRecorder"]
 class TwoBlockRecorder(Recorder):
     """A motion of a `TwoBlock`."""
 
-    def __init__(self, engine: Engine, *, rtol: float, dense: bool, last: int | None = None) -> None:
+    def __init__(
+        self, engine: Engine, *, rtol: float, dense: bool, last: int | None = None
+    ) -> None:
         super().__init__(rtol=rtol, dense=dense, last=last)
         self.engine = engine
         self.motion = new_motion(0, engine.n_law_parameters)
