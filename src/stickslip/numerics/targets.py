@@ -182,7 +182,7 @@ def kernel(
         Let the compiler fuse multiplications and additions: for passes over lanes, a tenth
         faster. Of ``a b + c d`` it may fuse either product. A kernel that others call has a
         copy in each of them, and of the copies in a process the first one loaded serves all: the
-        last bit then depends on what was compiled or loaded before (docs/notes/0007).
+        last bit then depends on what was compiled or loaded before (docs/notes/0008).
     """
     if func is None:
         return lambda function: _compiled(function, inline, fused)

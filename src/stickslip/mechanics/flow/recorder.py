@@ -164,8 +164,9 @@ class Recorder(ABC):
     def follow(self, t_end: float, max_events: int, *, until_stick: bool) -> Iterator[None]:
         """Move as `run` does and pause after each step, the start of which was kept last."""
         endless = math.isinf(t_end)
-        for n, self.status in enumerate(self._steps(t_end)):
-            if self.status != status_codes.OK:
+        for n, status in enumerate(self._steps(t_end)):
+            self.status = status
+            if status != status_codes.OK:
                 self.record.drop()
                 return
             if endless and self._slides_for_ever():

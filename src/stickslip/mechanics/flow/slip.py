@@ -83,9 +83,8 @@ class SlipTracker:
         self._left[block] = self._V * t - float(x[block])
         slip = _Growing(-math.inf if self._unknown else float(t), {block}, {block})
         self._slip[block] = slip
-        for other in {
-            id(s): s for k in self._neighbours[block] if (s := self._slip.get(k))
-        }.values():
+        beside = (self._slip.get(k) for k in self._neighbours[block])
+        for other in {id(found): found for found in beside if found is not None}.values():
             slip.start = min(slip.start, other.start)
             slip.moving |= other.moving
             slip.blocks |= other.blocks

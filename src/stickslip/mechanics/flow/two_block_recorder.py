@@ -50,6 +50,7 @@ class TwoBlockRecorder(Recorder):
         self._note_global_stick()
 
     def keep(self) -> None:
+        """Add the present state to the record."""
         motion = self.motion
         self.record.add(self.t, self._displacements(motion.e), motion.w, motion.e, motion.mode)
 

@@ -65,6 +65,7 @@ class BlocksRecorder(Recorder):
         self._note_global_stick()
 
     def keep(self) -> None:
+        """Add the present state to the record."""
         motion = self.motion
         self.record.add(self.t, motion.x, motion.w, motion.e, motion.mode)
 
