@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import status as status_codes
+from stickslip.mechanics.flow.settings import MAX_INSTANT
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -182,12 +183,15 @@ class Recorder(ABC):
                 return
 
     def _steps(self, t_end: float) -> Iterator[int]:
+        instant = 0
         while self.t < t_end:
             self.keep()
             left = t_end - self.t
             t, status = self._advance(min(LONGEST_STEP, left))
             self.t = t_end if t == left else self.t + t
-            yield status
+            instant = instant + 1 if t == 0.0 else 0
+            stuck = instant > MAX_INSTANT * self.mode.size
+            yield status_codes.UNDECIDED if stuck and status == status_codes.OK else status
 
     def finish(self) -> Recorded:
         """Return the record, closed by the last state."""

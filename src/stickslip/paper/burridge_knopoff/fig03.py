@@ -58,6 +58,6 @@ def caption(data: Data) -> str:
     """Describe the picture."""
     return (
         f"alpha = {STIFF:g}. Blue: by how much of it the moment of a block that slips alone "
-        "exceeds its limit V -> 0; line: integration of one block, dots: slips of the chain. Red: share of "
-        "the time of all slips that passes while another one goes on."
+        "exceeds its limit V -> 0; line: integration of one block, dots: slips of the chain. Red: "
+        "share of the time of all slips that passes while another one goes on."
     )
