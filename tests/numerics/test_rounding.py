@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 
-CONTACTS = '''
+CONTACTS = """
 import hashlib
 import numpy as np
 from stickslip.numerics.polynomial import first_contact
@@ -23,7 +23,7 @@ c[:, 0] = np.abs(c[:, 0])
 found = np.zeros(len(c))
 contacts(c, found)
 print(hashlib.sha256(found.tobytes()).hexdigest())
-'''
+"""
 
 
 def test_a_process_that_compiles_computes_what_one_with_a_cache_does(tmp_path):

@@ -54,7 +54,7 @@ def force(s: float, drop: float, weakening: float) -> float:
 def chain(alpha: float, V: float, *, n: int = BLOCKS) -> Chain:
     """Return the chain of the sources, periodic, all blocks alike."""
     law = friction_law(force, parameters={"drop": DROP, "weakening": WEAKENING})
-    return Chain(static=np.ones(n), alpha=alpha, V=V, friction=law, ends="periodic")
+    return Chain(static=(1.0,) * n, alpha=alpha, V=V, friction=law, ends="periodic")
 
 
 @dataclass(frozen=True)
@@ -158,4 +158,5 @@ def lone_moment(alpha: float, V: float) -> float:
     run = solve_ivp(
         rates, (0.0, 50.0), [0.0, 1.0, 0.0], "DOP853", rtol=1e-13, atol=1e-16, events=landing
     )
+    assert run.y_events is not None
     return float(run.y_events[0][0][2])
