@@ -7,6 +7,7 @@ from .mechanics.cycle.equilibria import equilibria as equilibria
 from .mechanics.cycle.search import find_cycle as find_cycle
 from .mechanics.cycle.stroboscopic import stroboscopic_map as stroboscopic_map
 from .mechanics.cycle.trapping import trapping_ball as trapping_ball
+from .mechanics.flow.slip_stream import slips as slips
 from .mechanics.flow.trajectory import simulate as simulate
 from .mechanics.friction import Coulomb as Coulomb
 from .mechanics.friction import FrictionLaw as FrictionLaw

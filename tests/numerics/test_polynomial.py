@@ -13,7 +13,7 @@ from stickslip.numerics.polynomial import (
     NO_ROOT,
     first_contact,
     jet,
-    minimum_slope_root,
+    lowest_minimum,
     value,
 )
 
@@ -136,9 +136,28 @@ def test_two_roots_in_one_step_with_both_ends_positive():
 @given(low=st.floats(0.1, 0.9), height=st.floats(-1.0, 1.0), bend=st.floats(0.1, 4.0))
 def test_the_minimum_inside_a_step(low, height, bend):
     g = Polynomial([height, 0.0, bend, 0.05])(Polynomial([-low, 1.0]))
-    assert minimum_slope_root(np.array(g.coef), 1.0) == pytest.approx(low, abs=1e-11)
+    assert lowest_minimum(np.array(g.coef), 1.0) == pytest.approx(low, abs=1e-11)
 
 
 def test_no_minimum_where_a_signal_falls_or_rises_throughout():
-    assert minimum_slope_root(np.array([1.0, -1.0, 0.1, 0.0]), 1.0) == NO_ROOT
-    assert minimum_slope_root(np.array([1.0, 1.0, 0.1, 0.0]), 1.0) == NO_ROOT
+    assert lowest_minimum(np.array([1.0, -1.0, 0.1, 0.0]), 1.0) == NO_ROOT
+    assert lowest_minimum(np.array([1.0, 1.0, 0.1, 0.0]), 1.0) == NO_ROOT
+
+
+@given(turn=st.floats(0.05, 0.6), width=st.floats(0.02, 0.3), height=st.floats(0.1, 2.0))
+def test_a_lobe_whose_both_turns_lie_inside_a_step(turn, width, height):
+    """The slope is positive at both ends: signs there tell nothing of the minimum."""
+    low = turn + width
+    g = Polynomial([height]) + Polynomial.fromroots([turn, low]).integ()
+    c = np.array(g.coef)
+    assert g.deriv()(0.0) > 0.0 < g.deriv()(1.0)
+    assert lowest_minimum(c, 1.0) == pytest.approx(low, abs=1e-8)
+
+
+def test_of_several_minima_the_lowest():
+    slope = Polynomial.fromroots([0.2, 0.5, 0.8])
+    g = Polynomial([1.0, 0.0]) + slope.integ() + 0.001 * Polynomial([0.0, -1.0])
+    expected = min(
+        (float(r) for r in np.real(g.deriv().roots()) if g.deriv(2)(r) > 0.0), key=lambda r: g(r)
+    )
+    assert lowest_minimum(np.array(g.coef), 1.0) == pytest.approx(expected, abs=1e-9)

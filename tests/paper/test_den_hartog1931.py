@@ -14,7 +14,7 @@ from stickslip.paper.den_hartog1931.closed_forms import (
 )
 from stickslip.paper.den_hartog1931.facts import largest, steady, stops
 
-FREQUENCIES = [0.58, 0.77, 1.3, 1.9]
+FREQUENCIES = [0.505, 0.58, 0.77, 1.3, 1.9]
 
 
 @pytest.mark.parametrize("frequency", FREQUENCIES)

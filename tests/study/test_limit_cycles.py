@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -74,3 +76,17 @@ def test_the_estimate_is_right_on_average() -> None:
 def test_bad_input_is_told() -> None:
     with pytest.raises(ValueError, match="n_starts"):
         ss.limit_cycles(ss.examples.coulomb(), n_starts=0)
+
+
+def test_a_list_comes_back_from_its_file(tmp_path: Path) -> None:
+    block = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.4))
+    found = ss.limit_cycles(block, n_starts=4, rng=1)
+    found.save(tmp_path / "cycles.json")
+    again = ss.load(tmp_path / "cycles.json")
+    assert repr(again) == repr(found)
+    assert again[0].model == block
+    assert again[0].trajectory.t[-1] == found[0].period
+    own = ss.friction_law(lambda s, a: 1 / (1 + a * s), parameters={"a": 3.0})
+    cycle = ss.find_cycle(block.replace(friction=own), [1.0], [0.2])
+    with pytest.raises(ValueError, match="Python function"):
+        cycle.save(tmp_path / "own.json")

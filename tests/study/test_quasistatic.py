@@ -142,3 +142,18 @@ def test_a_law_of_speed_has_the_limit_too() -> None:
     f = ss.quasistatic_map(model)
     d = far_from_breakpoints(f, np.linspace(*f.domain, 41))
     np.testing.assert_allclose(f(d), limit_of_moving_belt(model, d), atol=1e-9, rtol=0)
+
+
+def test_breakpoints_say_what_happens() -> None:
+    """A release beside the other block's landing; a tie at the onset where both limits meet."""
+    model = ss.TwoBlock(alpha=0.3, beta=2.2, V=0.1, friction=ss.Coulomb(mu=0.1))
+    found = ss.breakpoints(ss.quasistatic_map(model))
+    assert all(item.mechanism for item in found)
+    (tie,) = [item for item in found if "together at the onset" in item.mechanism]
+    assert tie.d == pytest.approx((model.beta - 1) / (1 + 2 * model.alpha), abs=1e-12)
+    first = ss.breakpoints(ss.quasistatic_map(COULOMB))[0]
+    # Alone, block 1 slips by 2 (1 - mu) / (1 + alpha) and so loads block 2 just to its limit.
+    assert first.mechanism == "the coming to rest of block 1 and the release of block 2 coincide"
+    ends = [item for item in found if item.block is not None]
+    assert ends
+    assert all(f"block {item.block}" in item.mechanism for item in ends)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -90,3 +92,24 @@ def test_bad_input_is_told() -> None:
         ss.return_region(COULOMB, "v", (0.1, 1))
     with pytest.raises(ValueError, match="n_values"):
         ss.return_region(COULOMB, "V", (0.1, 1), n_values=0)
+
+
+def test_a_region_comes_back_from_its_file(tmp_path: Path) -> None:
+    region = ss.return_region(LAW9, "V", (0.294, 0.295), n_values=2, n_points=21)
+    region.save(tmp_path / "region.json")
+    again = ss.load(tmp_path / "region.json")
+    assert repr(again) == repr(region)
+    assert again.model == LAW9
+    (gap,), (same,) = region.gaps[1], again.gaps[1]
+    assert same.d == gap.d
+    cycle, read = gap.ball.cycle, same.ball.cycle
+    assert read.events == cycle.events
+    assert read.events[0].kind == cycle.events[0].kind
+    np.testing.assert_array_equal(read.multipliers, cycle.multipliers)
+    # ... and goes on working
+    x, v = LAW9.onset(0.6), [LAW9.V] * 2
+    assert same.ball.entered(x, v) == gap.ball.entered(x, v)
+    again.branches[0].save(tmp_path / "branch.json")
+    branch = ss.load(tmp_path / "branch.json")
+    np.testing.assert_array_equal(branch.periods, region.branches[0].periods)
+    assert repr(branch) == repr(region.branches[0])

@@ -51,16 +51,24 @@ TYPES: Final[dict[str, str]] = {
     "BreakpointList": "analysis.one_d.branches",
     "Cascade": "analysis.bifurcation",
     "CodimensionTwo": "analysis.bifurcation_curve",
+    "Cycle": "mechanics.cycle.cycle",
+    "CycleBifurcation": "mechanics.cycle.branch",
+    "CycleBranch": "mechanics.cycle.branch",
+    "CycleEnd": "mechanics.cycle.branch",
+    "CycleList": "study.limit_cycles",
     "Collision": "analysis.one_d.conditions",
     "Connection": "analysis.one_d.conditions",
     "Crossing": "analysis.one_d.conditions",
     "Diagram": "analysis.diagram",
+    "Event": "mechanics.flow.trajectory",
     "Flip": "analysis.one_d.conditions",
     "Fold": "analysis.one_d.conditions",
+    "Gap": "study.return_region",
     "JumpCrossing": "analysis.orbits",
     "LocalAttractor": "analysis.outcome",
     "LyapunovExponent": "analysis.lyapunov",
     "NearFold": "analysis.orbits",
+    "NeutralFamily": "mechanics.cycle.neutral",
     "OrbitBranch": "analysis.orbit_branch",
     "OrbitBranchND": "analysis.nd.orbit_branch",
     "OrbitCurve": "analysis.diagram",
@@ -73,7 +81,9 @@ TYPES: Final[dict[str, str]] = {
     "PeriodicOrbit": "analysis.orbits",
     "PeriodicOrbitND": "analysis.nd.orbits",
     "Reading": "analysis.one_d.conditions",
+    "ReturnRegion": "study.return_region",
     "StrandEnd": "analysis.one_d.strands",
+    "TrappingBall": "mechanics.cycle.trapping",
     "TurningPoint": "analysis.one_d.borders",
     "Unseen": "analysis.nd.orbits",
     "Unresolved": "analysis.one_d.changes",
@@ -83,14 +93,15 @@ TYPES: Final[dict[str, str]] = {
 
 @dataclasses.dataclass(frozen=True)
 class _Kind:
-    """How maps of a class are described, and made again."""
+    """How values of a class are described, and made again."""
 
-    cls: type
+    cls: type | tuple[type, ...]
     describe: Callable[[Any], Mapping[str, Any]]
     rebuild: Callable[[dict[str, Any]], Any]
 
 
-_kinds: dict[str, _Kind] = {}
+_kinds: dict[str, _Kind] = {}  # of maps
+_parts: dict[str, _Kind] = {}  # of other things that results hold
 
 
 def register_map(
@@ -113,6 +124,19 @@ def register_map(
         ``rebuild(description)``: an equal map.
     """
     _kinds[kind] = _Kind(cls, describe, rebuild)
+
+
+def register_part(
+    kind: str,
+    cls: type | tuple[type, ...],
+    describe: Callable[[Any], Mapping[str, Any]],
+    rebuild: Callable[[dict[str, Any]], Any],
+) -> None:
+    """Tell how things that results hold are written into files, as `register_map` does for maps.
+
+    What cannot be described cannot be saved.
+    """
+    _parts[kind] = _Kind(cls, describe, rebuild)
 
 
 def save(result: Any, path: str | os.PathLike[str]) -> None:
@@ -210,7 +234,7 @@ def _written(value: Any) -> Any:
             return value
         case float():
             return value if math.isfinite(value) else {KIND: "float", "of": repr(value)}
-        case tuple():
+        case tuple() if not _is_listed(value):
             return {KIND: "tuple", "of": [_written(item) for item in value]}
         case list():
             return [_written(item) for item in value]
@@ -220,15 +244,29 @@ def _written(value: Any) -> Any:
             return _written_array(value)
     if isinstance(value, WindowMap):
         return {KIND: "window", "of": _written(value.f), "window": list(value.window)}
-    if TYPES.get(type(value).__name__) == type(value).__module__.partition(".")[2]:
-        names = [item.name for item in dataclasses.fields(value) if item.init]
+    if _is_listed(value):
         return {
             KIND: type(value).__name__,
-            **{name: _written(getattr(value, name)) for name in names},
+            **{name: _written(getattr(value, name)) for name in _field_names(value)},
         }
     if isinstance(value, Map1D | MapND):
         return _written_map(value)
+    for name, kind in _parts.items():
+        if isinstance(value, kind.cls):
+            return {KIND: "part", "kind": name, "description": _written(dict(kind.describe(value)))}
     raise ValueError(f"{value!r} cannot be saved: a {type(value).__name__} is no result.")
+
+
+def _is_listed(value: Any) -> bool:
+    """Whether `TYPES` names the class of a value."""
+    return TYPES.get(type(value).__name__) == type(value).__module__.partition(".")[2]
+
+
+def _field_names(value: Any) -> tuple[str, ...]:
+    """Names of what a dataclass or a named tuple is made of."""
+    if isinstance(value, tuple):
+        return tuple(getattr(value, "_fields", ()))
+    return tuple(item.name for item in dataclasses.fields(value) if item.init)
 
 
 def _written_dict(value: dict[Any, Any]) -> dict[str, Any]:
@@ -306,6 +344,8 @@ class _Reader:
                 return None if inner is None else WindowMap(inner, (low, high))
             case "map":
                 return self._map(written)
+            case "part":
+                return _parts[written["kind"]].rebuild(self.value(written["description"]))
         module = importlib.import_module(f"stickslip.{TYPES[kind]}")
         fields = {name: self.value(item) for name, item in written.items() if name != KIND}
         return getattr(module, kind)(**fields)

@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 # No contact on the interval, and a search that did not end (never seen).
 NO_ROOT, UNFINISHED = -1.0, -2.0
 MAX_SEARCH = 10_000
+# Of an interval: no step that follows a slope is shorter.
+SHORTEST = 1e-3
 
 
 @kernel(inline=True)
@@ -105,20 +107,44 @@ def search(c: Floats, h: float, leaving: bool, rounding: float) -> float:
 
 
 @kernel
-def minimum_slope_root(c: Floats, h: float) -> float:
-    """Time in (0, h) of a minimum: slope negative at 0 and positive at `h`; else NO_ROOT."""
-    _, slope, _ = jet(c, h)
-    if not (c[1] < 0.0 < slope):
-        return NO_ROOT
-    low, high = 0.0, h
-    t = h * c[1] / (c[1] - slope)
+def lowest_minimum(c: Floats, h: float) -> float:
+    """Time of the lowest minimum inside (0, h), or NO_ROOT.
+
+    The slope is followed by steps that provably skip no change of its sign, unless two lie
+    within `SHORTEST` h: such a minimum is no lower than the ends of a step, to 1e-9.
+    """
+    bound = 0.0
+    for k in range(c.shape[0] - 1, 2, -1):
+        bound = bound * h + k * (k - 1) * (k - 2) * abs(c[k])
+    lowest, found = math.inf, NO_ROOT
+    t, slope, curvature = 0.0, c[1], 2.0 * c[2]
+    falls, low = slope < 0.0, 0.0
+    while t < h:
+        side = 1.0 if slope > 0.0 or (slope == 0.0 and curvature > 0.0) else -1.0
+        step = safe_step(side * slope, side * curvature, 0.0, bound, math.inf, h - t)
+        t = min(h, t + max(step, SHORTEST * h))
+        _, slope, curvature = jet(c, t)
+        if slope > 0.0 and falls:
+            at = minimum_between(c, low, t)
+            if value(c, at) < lowest:
+                lowest, found = value(c, at), at
+        if slope != 0.0:
+            falls, low = slope < 0.0, t
+    return found
+
+
+@kernel
+def minimum_between(c: Floats, low: float, high: float) -> float:
+    """Time of a minimum between a falling and a rising point, by Newton's method or halving."""
+    width = high - low
+    t = 0.5 * (low + high)
     for _ in range(60):
         _, slope, curvature = jet(c, t)
         if slope < 0.0:
             low = t
         else:
             high = t
-        if curvature > 0.0 and abs(slope) <= 1e-13 * curvature * h:
+        if curvature > 0.0 and abs(slope) <= 1e-13 * curvature * width:
             break
         t = t - slope / curvature if curvature > 0.0 else math.nan
         if not low < t < high:

@@ -74,7 +74,7 @@ def sincos(x: float) -> tuple[float, float]:
     return -s if quadrant & 2 else s, -c if (quadrant + 1) & 2 else c
 
 
-@kernel(inline=True)
+@kernel(inline=True, fused=True)
 def turn(x: float) -> tuple[float, float]:
     """Return (sin x, 1 - cos x) for ``|x| <= pi/2``."""
     z = x * x
@@ -101,7 +101,7 @@ def turn(x: float) -> tuple[float, float]:
     return x + x * z * sine, 0.5 * z + z * z * versed
 
 
-@kernel(inline=True)
+@kernel(inline=True, fused=True)
 def turned(x: float) -> tuple[float, float]:
     """Return (sin x, cos x) without branches, from those of half the angle: within 3 ulp of 1."""
     k = (x * (0.25 * TWO_OVER_PI) + ROUNDER) - ROUNDER
@@ -110,7 +110,7 @@ def turned(x: float) -> tuple[float, float]:
     return 2.0 * s * (1.0 - v), 1.0 - 2.0 * s * s
 
 
-@kernel(inline=True)
+@kernel(inline=True, fused=True)
 def upper_angle(y: float, x: float) -> float:
     """Angle, 0 to pi, of the point (x, y) with ``y >= 0``, without branches."""
     a = abs(x)

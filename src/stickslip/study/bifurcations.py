@@ -17,9 +17,10 @@ from stickslip.analysis.one_d.breakpoint_curves import (
 from stickslip.analysis.one_d.conditions import Collision, Connection
 from stickslip.analysis.one_d.curves import continue_bifurcation as _continue_bifurcation
 from stickslip.analysis.protocol import MapFamily
+from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.study.event_map import EventMap, event_map
+from stickslip.study.event_map import event_map
 from stickslip.study.maps import as_map
 from stickslip.study.mechanism import mechanism_between
 

@@ -18,6 +18,8 @@ from stickslip.numerics.unseen import unseen_share
 from stickslip.study.maps import periodic_orbits
 
 if TYPE_CHECKING:
+    import os
+
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.neutral import NeutralFamily
@@ -91,6 +93,10 @@ class CycleList(Sequence[Cycle]):
     def plot(self, ax: Any = None) -> Any:
         """Draw the cycles in the phase plane of each block; returns the Axes."""
         return importlib.import_module("stickslip.plot.cycles").plot_cycles(self, ax)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to a file that `stickslip.load` reads; built-in friction laws only."""
+        importlib.import_module("stickslip.study.storage").save(self, path)
 
     def __repr__(self) -> str:
         """Return one line a cycle, then what else the starts led to."""

@@ -22,9 +22,10 @@ from stickslip.analysis.one_d.periodic import periodic_orbits as _periodic_orbit
 from stickslip.analysis.one_d.table import RESOLUTION, BranchTable
 from stickslip.analysis.orbits import OrbitList
 from stickslip.analysis.protocol import Map1D, base_and_exponent, sample
+from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.study.event_map import EventMap, event_map
+from stickslip.study.event_map import event_map
 from stickslip.study.mechanism import UNKNOWN, Mechanism, mechanism_between
 from stickslip.vocabulary import did_you_mean
 

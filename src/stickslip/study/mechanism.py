@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip import status
-from stickslip.mechanics.flow.trajectory import Event, Trajectory, simulate
-from stickslip.study.event_map import EventMap
+from stickslip.mechanics.eventmap.event_map import EventMap
+from stickslip.mechanics.flow.trajectory import Event, Trajectory
 
 __all__ = ["Mechanism", "mechanism_between"]
 
@@ -64,10 +64,7 @@ def mechanism_between(f: EventMap, left: float, right: float) -> Mechanism:
 
 def _compare(f: EventMap, left: float, right: float) -> Mechanism:
     low, high = f.domain
-    first, second = (
-        simulate(f.model, d=d, until="stick", max_events=MAX_EVENTS, engine=f.engine)
-        for d in (max(left, low), min(right, high))
-    )
+    first, second = (f.slip_from(d, MAX_EVENTS) for d in (max(left, low), min(right, high)))
     if (first.modes[0] != second.modes[0]).any():
         return Mechanism("both blocks reach their static limits together at the onset", None)
     for number, (a, b) in enumerate(zip(first.events, second.events, strict=False)):

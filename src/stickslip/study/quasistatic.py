@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from stickslip.analysis.power import LineMap
 from stickslip.analysis.storage import register_map
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.quasistatic import QuasistaticCarrier
+from stickslip.mechanics.flow.trajectory import Trajectory
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.study.model_values import model_of_values, model_values
 
@@ -59,6 +61,16 @@ class QuasistaticMap(LineMap, mechanics.EventMap):
 
     def _carrier_of(self, controls: Controls) -> QuasistaticCarrier:
         return QuasistaticCarrier(self.model, self.engine, controls, self.threads)
+
+    def slip_from(self, d: float, max_events: int) -> Trajectory:
+        """Follow the slip after a global stick phase to its end, on the resting belt.
+
+        Displacements, modes and needed forces count; velocities are those of a moving belt.
+        """
+        assert isinstance(self._carrier, QuasistaticCarrier)
+        recorder = self._carrier.recorder(d)
+        status = recorder.run(math.inf, max_events, until_stick=True)
+        return Trajectory(self.model, recorder.finish(), np.array(recorder.d), status)
 
     @property
     def parameters(self) -> dict[str, float]:

@@ -21,6 +21,8 @@ from stickslip.study.event_map import event_map
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
+    import os
+
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.cycle import Cycle
@@ -133,6 +135,10 @@ class ReturnRegion:
     def plot(self, ax: Any = None) -> Any:
         """Shade the plane of d and the parameter where the map is undefined; returns the Axes."""
         return importlib.import_module("stickslip.plot.cycles").plot_return_region(self, ax)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to a file that `stickslip.load` reads; built-in friction laws only."""
+        importlib.import_module("stickslip.study.storage").save(self, path)
 
     def __repr__(self) -> str:
         """Return a line a value, then the cycles that attract."""

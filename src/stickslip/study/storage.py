@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.analysis.nd.protocol import MapND
 from stickslip.analysis.storage import load as _load
-from stickslip.analysis.storage import save
+from stickslip.analysis.storage import register_part, save
 from stickslip.mechanics.model.belt_model import BeltModel
+from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.study import quasistatic  # noqa: F401 (registers its maps)
 from stickslip.study.event_map import event_map
 from stickslip.study.maps import as_map
+from stickslip.study.model_values import model_of_values, model_values
 
 if TYPE_CHECKING:
     import os
@@ -46,3 +48,6 @@ def load(path: str | os.PathLike[str], system: Any = None) -> Any:
         system = event_map(system)
     f: Any = system if system is None or isinstance(system, MapND) else as_map(system)
     return _load(path, f)
+
+
+register_part("model", (TwoBlock, BeltModel), model_values, model_of_values)

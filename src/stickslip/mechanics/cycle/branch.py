@@ -11,6 +11,8 @@ import numpy as np
 from stickslip.numerics.branch import AlongParameter
 
 if TYPE_CHECKING:
+    import os
+
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.cycle import Cycle
@@ -170,6 +172,10 @@ class CycleBranch(AlongParameter):
     def plot(self, ax: Any = None) -> Any:
         """Draw the period along the parameter, unstable cycles dashed; returns the Axes."""
         return importlib.import_module("stickslip.plot.cycles").plot_cycle_branch(self, ax)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to a file that `stickslip.load` reads; built-in friction laws only."""
+        importlib.import_module("stickslip.study.storage").save(self, path)
 
     def __repr__(self) -> str:
         """Return a short table: ends and what happens on the way."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,6 +13,8 @@ from stickslip.mechanics.cycle.shooting import Leg
 from stickslip.mechanics.flow.trajectory import EVENT_KINDS, Event, Trajectory, simulate
 
 if TYPE_CHECKING:
+    import os
+
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.sliding import Model
@@ -58,7 +61,7 @@ class Cycle:
     v: Floats
     events: tuple[Event, ...]
     residual: float
-    _trajectory: list[Trajectory] = field(default_factory=list, repr=False)
+    _trajectory: list[Trajectory] = field(default_factory=list, init=False, repr=False)
 
     @property
     def trajectory(self) -> Trajectory:
@@ -75,6 +78,10 @@ class Cycle:
     def plot(self, ax: Any = None) -> Any:
         """Draw displacements over one period; returns the Axes."""
         return self.trajectory.plot(ax)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to a file that `stickslip.load` reads; built-in friction laws only."""
+        importlib.import_module("stickslip.study.storage").save(self, path)
 
     def __repr__(self) -> str:
         """Period, multipliers and events."""

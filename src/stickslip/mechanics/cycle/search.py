@@ -263,7 +263,7 @@ class _Search:
             for back, other in enumerate(reversed(states[-64:]), start=1):
                 distance = float(np.abs(state.vector - other.vector).max())
                 if (state.mode == other.mode).all() and distance < closest:
-                    found = self._converged_in_time(state, back * forcing.period, distance)
+                    found = self._converged_in_time(state, back * forcing.period)
                     if found is not None:
                         return found
                     closest = 0.1 * distance
@@ -273,8 +273,10 @@ class _Search:
             f" in {max_periods} periods of the forcing. Start closer to one, or raise max_events."
         )
 
-    def _converged_in_time(self, state: State, period: float, distance: float) -> Cycle | None:
-        start, allowed, n = state, REACH * distance + CONVERGED * self.size, self.plain.n
+    def _converged_in_time(self, state: State, period: float) -> Cycle | None:
+        # A cycle with multiplier near 1 is 1 / (1 - multiplier) distances away: no less far than
+        # from the widest return that is worth an attempt.
+        start, allowed, n = state, REACH * CLOSE * self.size, self.plain.n
         many = 10**9
         for _ in range(MAX_NEWTON):
             leg = self.shooter.leg(state, many, max_time=period)

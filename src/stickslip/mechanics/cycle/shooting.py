@@ -13,6 +13,7 @@ from stickslip.mechanics.flow.blocks.engine import BlockEngine, block_engine
 from stickslip.mechanics.flow.blocks.forces import update_needed
 from stickslip.mechanics.flow.blocks.mode import settle
 from stickslip.mechanics.flow.blocks.system import block_directions, new_block_motion
+from stickslip.mechanics.flow.settings import MAX_INSTANT
 from stickslip.mechanics.flow.system import LANDING
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.roots import EPSILON
@@ -124,13 +125,17 @@ class Shooter:
         self._start_tangents()
         t = 0.0
         events: list[tuple[float, int, int]] = []
-        count, status = 0, status_codes.OK
+        count = instant = 0
+        status = status_codes.OK
         while count < n_events and t < max_time:
             if math.isinf(max_time) and self.slides_for_ever():
                 status = status_codes.NEVER_SLIPPING
                 break
             h, status = self.advance(max_time - t)
             t += h
+            instant = instant + 1 if h == 0.0 else 0
+            if status == status_codes.OK and instant > MAX_INSTANT * self.n:
+                status = status_codes.UNDECIDED
             if status != status_codes.OK:
                 break
             if motion.event.any():

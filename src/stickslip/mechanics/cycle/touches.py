@@ -8,7 +8,7 @@ import numpy as np
 
 from stickslip.mechanics.flow.blocks.mode import settle
 from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING
-from stickslip.numerics.polynomial import NO_ROOT, jet, minimum_slope_root, value
+from stickslip.numerics.polynomial import NO_ROOT, jet, lowest_minimum, value
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -98,7 +98,7 @@ def _inside(
             signals.append(("limit", signal))
     found = []
     for kind, signal in signals:
-        at = minimum_slope_root(signal, h)
+        at = lowest_minimum(signal, h)
         if at != NO_ROOT:
             found.append(Touch(kind, start + at, block, float(value(signal, at))))
     return found

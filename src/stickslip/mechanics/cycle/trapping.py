@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -59,7 +60,10 @@ class TrappingBall:
     curvature: float
     n_samples: int
     norm: Floats = field(repr=False)
-    _map: _Return = field(repr=False)
+
+    @cached_property
+    def _map(self) -> _Return:
+        return _Return(self.cycle)
 
     @property
     def contraction(self) -> float:
@@ -176,7 +180,7 @@ def trapping_ball(cycle: Cycle) -> TrappingBall | None:
     for _ in range(HALVINGS):
         curvature = _curvature(section, at_cycle, factor, radius * depths[:, None] * directions)
         if curvature is not None and rate + SAFETY * curvature * radius < 1.0:
-            return TrappingBall(cycle, radius, rate, SAFETY * curvature, N_SAMPLES, norm, section)
+            return TrappingBall(cycle, radius, rate, SAFETY * curvature, N_SAMPLES, norm)
         radius *= 0.5
     return None
 

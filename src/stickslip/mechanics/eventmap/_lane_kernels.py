@@ -98,7 +98,7 @@ MAX_STEPS = 64
 FIRST_STEPS = 3
 
 
-@kernel
+@kernel(fused=True)
 def pick(
     b: Floats, kinds: np.uint64, kind: float, n: np.uint64, index: Indices, to: np.uint64
 ) -> np.uint64:
@@ -111,7 +111,7 @@ def pick(
     return m
 
 
-@kernel
+@kernel(fused=True)
 def move(
     b: Floats,
     source: np.uint64,
@@ -129,7 +129,7 @@ def move(
             b[target + shift + k] = b[source + shift + index[picked + k]]
 
 
-@kernel
+@kernel(fused=True)
 def move_who(
     index: Indices, source: np.uint64, target: np.uint64, picked: np.uint64, n: np.uint64
 ) -> None:
@@ -139,7 +139,7 @@ def move_who(
         index[target + k] = index[source + index[picked + k]]
 
 
-@kernel
+@kernel(fused=True)
 def leave(
     b: Floats, index: Indices, n: np.uint64, value: Floats, slope: Floats, start: np.uint64
 ) -> None:
@@ -152,7 +152,7 @@ def leave(
             slope[start + index[WHO_ONE + k]] = b[ONE_SLOPE + k]
 
 
-@kernel
+@kernel(fused=True)
 def cross_one(b: Floats, index: Indices, n: np.uint64) -> np.uint64:
     """Begin the list of one slipping block with those that crossed w = 0: mirrored slips."""
     m = pick(b, ONE_KIND, CROSSED, n, index, PICKED)
@@ -171,7 +171,7 @@ def cross_one(b: Floats, index: Indices, n: np.uint64) -> np.uint64:
     return m
 
 
-@kernel
+@kernel(fused=True)
 def cross_two(b: Floats, index: Indices, n: np.uint64, at: np.uint64) -> None:
     """Append slips of both blocks, one of which crossed w = 0, to the list of these."""
     for i in range(n):
@@ -190,7 +190,7 @@ def cross_two(b: Floats, index: Indices, n: np.uint64, at: np.uint64) -> None:
         index[WHO_TWO + k] = index[WHO_END + a]
 
 
-@kernel
+@kernel(fused=True)
 def stick_one(b: Floats, index: Indices, n: np.uint64, at: np.uint64) -> np.uint64:
     """Append slips of both blocks that became slips of one; return the length of the list."""
     m = pick(b, NEXT_KIND, STUCK, n, index, PICKED)
@@ -211,7 +211,7 @@ def stick_one(b: Floats, index: Indices, n: np.uint64, at: np.uint64) -> np.uint
     return at + m
 
 
-@kernel
+@kernel(fused=True)
 def slip_together(plant: Plant, b: Floats, index: Indices, n: np.uint64, streams: int) -> np.uint64:
     """Step slips of both blocks until each is proved to land; they gather in the END list."""
     n_ended = ZERO
@@ -239,7 +239,7 @@ def slip_together(plant: Plant, b: Floats, index: Indices, n: np.uint64, streams
     return n_ended
 
 
-@kernel
+@kernel(fused=True)
 def carry_block(
     plant: Plant,
     b: Floats,
@@ -303,7 +303,7 @@ def carry_block(
         value[start + index[WHO_END + index[CROSSING + np.uint64(i)]]] = math.inf
 
 
-@kernel
+@kernel(fused=True)
 def carry_lanes(
     row: Floats,
     b: Floats,

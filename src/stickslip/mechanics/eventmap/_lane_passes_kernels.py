@@ -75,7 +75,7 @@ POLISHED = 4e-6
 POLISHED_LANDING = 3e-4
 
 
-@kernel(inline=True)
+@kernel(inline=True, fused=True)
 def release_guess(plant: Plant, longest: float, gain: float, room: float) -> float:
     """About when a rider's force that gains `gain` in the time `longest` has gained `room`."""
     inverse = 1.0 / gain
@@ -86,7 +86,7 @@ def release_guess(plant: Plant, longest: float, gain: float, room: float) -> flo
     return longest * (smooth + steady * (share - smooth))
 
 
-@kernel
+@kernel(fused=True)
 def onset_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
     """Begin the first slips of the starts in ONE_VALUE: many return at once, with a value."""
     base = ZERO
@@ -128,7 +128,7 @@ def onset_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
         base += STEP
 
 
-@kernel
+@kernel(fused=True)
 def return_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
     """Carry slips of one block to its return, or find that its rider leaves before."""
     base = ZERO
@@ -182,7 +182,7 @@ def return_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
         base += STEP
 
 
-@kernel
+@kernel(fused=True)
 def turning_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
     """Find which riders whose force turns, ONE_TURNS, reach their lower limit meanwhile."""
     base = ZERO
@@ -212,7 +212,7 @@ def turning_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
         base += STEP
 
 
-@kernel
+@kernel(fused=True)
 def return_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
     """Carry derivatives through slips that return (saltation at the landing)."""
     base = ZERO
@@ -244,7 +244,7 @@ def return_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
         base += STEP
 
 
-@kernel
+@kernel(fused=True)
 def release_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
     """Slips up to the time at which the rider reaches a limit: the upper one if backward.
 
@@ -292,7 +292,7 @@ def release_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
         base += STEP
 
 
-@kernel
+@kernel(fused=True)
 def release_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
     """Carry derivatives through slips whose rider was freed."""
     base = ZERO
@@ -319,7 +319,7 @@ def release_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
         base += STEP
 
 
-@kernel
+@kernel(fused=True)
 def start_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
     """Begin of slips of both blocks, TWO_FRESH of which (-1 or 1) from rest, and a first step.
 
@@ -365,7 +365,7 @@ def start_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
         base += STEP
 
 
-@kernel
+@kernel(fused=True)
 def step_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
     """Carry slips of both blocks as far as bounds prove that neither touches the belt.
 
@@ -412,7 +412,7 @@ def step_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
         base += STEP
 
 
-@kernel
+@kernel(fused=True)
 def landing_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
     """Carry slips of both blocks to the landing of one, and say what it does there.
 
@@ -464,7 +464,7 @@ def landing_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
         base += STEP
 
 
-@kernel
+@kernel(fused=True)
 def landing_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
     """Carry derivatives through slips of both blocks to a landing, in END_D (saltation)."""
     base = ZERO

@@ -14,6 +14,7 @@ from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.eventmap.result import EventMapResult
 from stickslip.mechanics.flow.engine import EngineName
 from stickslip.mechanics.flow.settings import positive_integer, time_limit, tolerance
+from stickslip.mechanics.flow.trajectory import Trajectory, simulate
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import available_threads
 
@@ -93,6 +94,13 @@ class EventMap:
     def __repr__(self) -> str:
         """One line."""
         return f"EventMap({self.model!r}, engine={self._carrier.name!r})"
+
+    def slip_from(self, d: float, max_events: int) -> Trajectory:
+        """Follow the motion from one global stick phase to the next.
+
+        Its displacements, modes and needed forces are those of the map, whatever limit it is.
+        """
+        return simulate(self.model, d=d, until="stick", max_events=max_events, engine=self.engine)
 
     # --- values ---------------------------------------------------------------------------
 

@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.mechanics.eventmap.carrier import NO_ITINERARY, PlainCarrier
 from stickslip.mechanics.flow.engine import engine_for
 from stickslip.mechanics.flow.system import BETA, START
+from stickslip.mechanics.flow.two_block_recorder import TwoBlockRecorder
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.eventmap.records import Controls, Outputs
     from stickslip.mechanics.flow.engine import EngineName
+    from stickslip.mechanics.flow.recorder import Recorder
     from stickslip.mechanics.model.two_block import TwoBlock
 
     Floats = NDArray[np.float64]
@@ -57,6 +59,12 @@ class QuasistaticCarrier(PlainCarrier):
             ends = [motion.e for motion in (scratch.motion, scratch.long_motion)]
             last[k] = min(ends, key=lambda e: abs((e[1] - e[0]) / (1.0 + 2.0 * alpha) - value))
         return first, last
+
+    def recorder(self, d: float) -> Recorder:
+        """Motion on the resting belt as the slip from `d` begins, to be followed step by step."""
+        recorder = TwoBlockRecorder(self.engine, rtol=self.controls.rtol, dense=True)
+        recorder.start_on_belt(np.array([d]))
+        return recorder
 
     def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
         outputs = super()._carried(d, directions, watch)

@@ -100,7 +100,7 @@ def plant_row(system: System, mu: tuple[float, float]) -> NDArray[np.float64]:
 # --- one block slips --------------------------------------------------------------------------
 
 
-@kernel(inline=True)
+@kernel(inline=True, fused=True)
 def half_turn(
     plant: Plant, sign: float, gap: float, rate: float
 ) -> tuple[float, float, float, float]:
@@ -118,7 +118,7 @@ def half_turn(
     return square, end, y, x
 
 
-@kernel(inline=True)
+@kernel(inline=True, fused=True)
 def smooth_share(share: float) -> float:
     """Where a force that changes from rest to rest has made a share of its way: a good guess.
 
@@ -130,7 +130,7 @@ def smooth_share(share: float) -> float:
     return 0.5 - u * (0.5 - bend * (0.28868 - 0.122 * bend))
 
 
-@kernel(inline=True)
+@kernel(inline=True, fused=True)
 def dip(
     plant: Plant, gap: float, rate: float, end: float, time: float, gain: float
 ) -> tuple[float, float, float, float]:
@@ -164,7 +164,7 @@ def dip(
 # --- both blocks slip -------------------------------------------------------------------------
 
 
-@kernel(inline=True)
+@kernel(inline=True, fused=True)
 def modes_turned(
     plant: Plant, t: float, sum_w: float, sum_pull: float, gap_w: float, gap_pull: float
 ) -> tuple[float, float, float, float]:
@@ -183,7 +183,7 @@ def modes_turned(
     )
 
 
-@kernel(inline=True)
+@kernel(inline=True, fused=True)
 def modes_polished(
     plant: Plant, t: float, sum_w: float, sum_pull: float, gap_w: float, gap_pull: float
 ) -> tuple[float, float, float, float]:
@@ -200,7 +200,7 @@ def modes_polished(
     )
 
 
-@kernel(inline=True)
+@kernel(inline=True, fused=True)
 def clearance(
     plant: Plant,
     mode: float,
@@ -224,7 +224,7 @@ def clearance(
     )
 
 
-@kernel(inline=True)
+@kernel(inline=True, fused=True)
 def fall(plant: Plant, f_2: float, f_3: float, bound_2: float, bound_4: float) -> float:
     """Sharpest m with ``f(h) >= f + f' h - m h^2 / 2`` for every h up to the cap."""
     sinking = -f_3 if f_3 < 0.0 else 0.0
@@ -233,7 +233,7 @@ def fall(plant: Plant, f_2: float, f_3: float, bound_2: float, bound_4: float) -
     return m if m > 1e-6 else 1e-6
 
 
-@kernel(inline=True)
+@kernel(inline=True, fused=True)
 def safe_reach(plant: Plant, f: float, f_1: float, m: float) -> float:
     """Time, at most the cap, in which ``f > 0`` provably stays positive."""
     root = math.sqrt(f_1 * f_1 + 2.0 * m * f)
@@ -242,13 +242,13 @@ def safe_reach(plant: Plant, f: float, f_1: float, m: float) -> float:
     return h if h < plant.cap else plant.cap
 
 
-@kernel(inline=True)
+@kernel(inline=True, fused=True)
 def falls_to_zero(f: float, f_1: float, bound_2: float) -> bool:
     """Whether f, with ``|f''| <= bound_2``, provably falls until it is zero, and that is near."""
     return f_1 < -1e-4 * bound_2 and 6.0 * f * bound_2 < f_1 * f_1 and f < -REACH * f_1
 
 
-@kernel(inline=True)
+@kernel(inline=True, fused=True)
 def contact_ahead(f: float, f_1: float, f_2: float, f_3: float, f_4: float) -> float:
     """Root of the Taylor series of f next to 0, by reversion; error of the fifth order."""
     inverse = -1.0 / f_1

@@ -24,7 +24,7 @@ from stickslip.numerics.polynomial import (
     NO_ROOT,
     UNFINISHED,
     first_contact,
-    minimum_slope_root,
+    lowest_minimum,
     value,
 )
 from stickslip.numerics.roots import EPSILON
@@ -121,8 +121,8 @@ def watch_step(system: System, motion: Motion, w: Rows, e: Rows, signal: Floats,
 
 @kernel
 def clearance(signal: Floats, h: float) -> float:
-    """Value of a signal at its minimum inside the step, or inf."""
-    t = minimum_slope_root(signal, h)
+    """Value of a signal at its lowest minimum inside the step, or inf."""
+    t = lowest_minimum(signal, h)
     if t == NO_ROOT:
         return math.inf
     return max(value(signal, t), 0.0)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import status as status_codes
+from stickslip.mechanics.flow.settings import MAX_INSTANT
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -49,15 +51,21 @@ class Recorded:
     inside: StatesInside | None
 
 
-@dataclass
 class Record:
-    """Steps of a motion while it is followed: start times, states and modes."""
+    """Steps of a motion while it is followed: start times, states and modes.
 
-    t: list[float] = field(default_factory=list)
-    x: list[Floats] = field(default_factory=list)
-    w: list[Floats] = field(default_factory=list)
-    e: list[Floats] = field(default_factory=list)
-    mode: list[Ints] = field(default_factory=list)
+    Parameters
+    ----------
+    last : int, optional
+        Keep so many steps, the last ones; all by default.
+    """
+
+    def __init__(self, last: int | None = None) -> None:
+        self.t: deque[float] = deque(maxlen=last)
+        self.x: deque[Floats] = deque(maxlen=last)
+        self.w: deque[Floats] = deque(maxlen=last)
+        self.e: deque[Floats] = deque(maxlen=last)
+        self.mode: deque[Ints] = deque(maxlen=last)
 
     def add(self, t: float, x: Floats, w: Floats, e: Floats, mode: Ints) -> None:
         """Keep the state at the start of a step."""
@@ -69,7 +77,8 @@ class Record:
 
     def drop(self) -> None:
         """Forget the last step: it could not be taken."""
-        for values in (self.t, self.x, self.w, self.e, self.mode):
+        self.t.pop()
+        for values in (self.x, self.w, self.e, self.mode):
             values.pop()
 
     def recorded(self, inside: StatesInside | None) -> Recorded:
@@ -87,21 +96,32 @@ class Record:
 class Recorder(ABC):
     """A motion that moves step by step; `run` ends it and returns why.
 
+    Parameters
+    ----------
+    rtol : float
+    dense : bool
+        Whether to keep what evaluates the motion within its steps.
+    last : int, optional
+        Keep so many steps and global stick phases, the last ones; all by default.
+
     Attributes
     ----------
     t : float
     n_events : int
-    d : list
+    status : int
+        Why it ended; OK before.
+    d : deque
         Differences of the displacements in each global stick phase.
     """
 
-    def __init__(self, *, rtol: float, dense: bool) -> None:
+    def __init__(self, *, rtol: float, dense: bool, last: int | None = None) -> None:
         self.rtol = rtol
         self.dense = dense
-        self.record = Record()
+        self.record = Record(last)
         self.t = 0.0
         self.n_events = 0
-        self.d: list[float | Floats] = []
+        self.status = status_codes.OK
+        self.d: deque[float | Floats] = deque(maxlen=last)
 
     # --- what a kind of motion must do -------------------------------------------------------
 
@@ -119,7 +139,7 @@ class Recorder(ABC):
         """Start from any state; a block at belt velocity rides if its force is in the limits."""
 
     @abstractmethod
-    def _keep(self) -> None:
+    def keep(self) -> None:
         """Add the present state to the record."""
 
     @abstractmethod
@@ -138,31 +158,43 @@ class Recorder(ABC):
 
     def run(self, t_end: float, max_events: int, *, until_stick: bool) -> int:
         """Move until `t_end` or a limit, or the next global stick phase; return a status."""
+        for _ in self.follow(t_end, max_events, until_stick=until_stick):
+            pass
+        return self.status
+
+    def follow(self, t_end: float, max_events: int, *, until_stick: bool) -> Iterator[None]:
+        """Move as `run` does and pause after each step, the start of which was kept last."""
         endless = math.isinf(t_end)
         for n, status in enumerate(self._steps(t_end)):
+            self.status = status
             if status != status_codes.OK:
                 self.record.drop()
-                return status
+                return
             if endless and self._slides_for_ever():
-                return status_codes.NEVER_SLIPPING
-            if endless and n >= STEPS_PER_EVENT * max_events:
-                return status_codes.TIME_LIMIT
-            if self.n_events >= max_events:
-                return status_codes.EVENT_LIMIT
+                self.status = status_codes.NEVER_SLIPPING
+            elif endless and n >= STEPS_PER_EVENT * max_events:
+                self.status = status_codes.TIME_LIMIT
+            elif self.n_events >= max_events:
+                self.status = status_codes.EVENT_LIMIT
+            yield
+            if self.status != status_codes.OK:
+                return
             if until_stick and self.n_events > 0 and not self.mode.any():
-                break
-        return status_codes.OK
+                return
 
     def _steps(self, t_end: float) -> Iterator[int]:
+        instant = 0
         while self.t < t_end:
-            self._keep()
+            self.keep()
             left = t_end - self.t
             t, status = self._advance(min(LONGEST_STEP, left))
             self.t = t_end if t == left else self.t + t
-            yield status
+            instant = instant + 1 if t == 0.0 else 0
+            stuck = instant > MAX_INSTANT * self.mode.size
+            yield status_codes.UNDECIDED if stuck and status == status_codes.OK else status
 
     def finish(self) -> Recorded:
         """Return the record, closed by the last state."""
         dense = self.dense and bool(self.record.t)
-        self._keep()
+        self.keep()
         return self.record.recorded(self._inside() if dense else None)

@@ -8,6 +8,9 @@ import numpy as np
 
 from stickslip.checks import finite_number
 
+# Steps in zero time, for each block, after which the modes count as undecidable (rule 5).
+MAX_INSTANT = 4
+
 
 def tolerance(rtol: object) -> float:
     """Return the local truncation error of the adaptive engine, at least 1e-16.

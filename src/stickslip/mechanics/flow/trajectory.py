@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import itertools
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,6 +19,7 @@ from stickslip.mechanics.flow.blocks.recorder import BlocksRecorder
 from stickslip.mechanics.flow.engine import EngineName, engine_for
 from stickslip.mechanics.flow.recorder import Recorded, Recorder
 from stickslip.mechanics.flow.settings import positive_integer, tolerance
+from stickslip.mechanics.flow.slip import Slip, SlipTracker
 from stickslip.mechanics.flow.two_block_recorder import TwoBlockRecorder
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
@@ -36,19 +38,6 @@ class Event(NamedTuple):
     time: float
     block: int
     kind: str
-
-
-class Slip(NamedTuple):
-    """Motion between two global stick phases.
-
-    ``start``, ``duration`` in units of sqrt(m / k); ``blocks`` that slipped, counted from 1;
-    ``moment``: how far the belt left the blocks behind, summed over them, units of f_s1 / k.
-    """
-
-    start: float
-    duration: float
-    blocks: tuple[int, ...]
-    moment: float
 
 
 class State(NamedTuple):
@@ -156,31 +145,17 @@ class Trajectory:
 
     @cached_property
     def slips(self) -> tuple[Slip, ...]:
-        """Slips between two global stick phases of this trajectory."""
-        modes = np.vstack((self.modes, self._record.mode[-1:]))
-        riding = np.flatnonzero(~modes.any(axis=1))
-        starts = riding[:-1] + 1
-        if self.d.size and self.modes.shape[0] and self.modes[0].any() and self._from_belt:
-            starts = np.concatenate(([0], starts))
-            riding = np.concatenate(([-1], riding))
-        ends = riding[1:]
-        # A trajectory that ends on the belt has its last mode twice.
-        return tuple(self._slip(a, b) for a, b in zip(starts, ends, strict=False) if b > a)
-
-    def _slip(self, first: int, last: int) -> Slip:
-        start, end = self.t[first], self.t[last]
-        steps = np.append(self._changes, len(self._record.t) - 1)[[first, last]]
-        before, after = self._record.x[steps]
-        blocks = np.flatnonzero(self.modes[first:last].any(axis=0)) + 1
-        moment = float(np.sum(self.model.V * (end - start) - (after - before)))
-        return Slip(float(start), float(end - start), tuple(blocks.tolist()), moment)
+        """Slips that both begin and end within this trajectory, in the order of their ends."""
+        record = self._record
+        tracker = SlipTracker(self.model.structure, from_belt=self._from_belt)
+        steps = np.append(self._changes, len(record.t) - 1)
+        seen = (tracker.see(float(record.t[k]), record.x[k], record.mode[k]) for k in steps)
+        return tuple(itertools.chain.from_iterable(seen))
 
     @property
     def _from_belt(self) -> bool:
         """Whether the trajectory starts as a global stick phase ends."""
-        # Within the limits: a start from rest on the belt beyond them is no global stick.
-        inside = np.abs(self._record.e[0]) <= self.model.limits
-        return bool((self._record.w[0] == 0.0).all() and inside.all())
+        return leaves_belt(self.model, self._record.w[0], self._record.e[0])
 
     # --- state at any time --------------------------------------------------------------------
 
@@ -383,22 +358,35 @@ def simulate(
         raise ValueError(f"until = {until!r}; allowed: 'stick' or None")
     if t_end is None and until is None:
         raise ValueError("give an end: t_end= a time, until='stick', or both")
-    end = math.inf
-    if t_end is not None:
-        end = finite_number("t_end", t_end, at_least=0.0, why="A motion is followed forward.")
+    end = math.inf if t_end is None else end_time(t_end)
     max_events = positive_integer("max_events", max_events, "changes of mode of one trajectory")
-    recorder = _recorder(model, engine, rtol=tolerance(rtol), dense=record == "motion")
-    _start(recorder, model, x, v, d)
+    recorder = recorder_for(model, engine, rtol=tolerance(rtol), dense=record == "motion")
+    start(recorder, model, x, v, d)
     status = recorder.run(end, max_events, until_stick=until == "stick")
     d_shape = (-1,) if isinstance(model, TwoBlock) else (-1, model.n_blocks - 1)
     phases = np.array(recorder.d, dtype=np.float64).reshape(len(recorder.d), *d_shape[1:])
     return Trajectory(model, recorder.finish(), phases, status)
 
 
-def _recorder(model: Model, engine: EngineName, *, rtol: float, dense: bool) -> Recorder:
-    """Choose what follows the motion of a model."""
+def end_time(t_end: float) -> float:
+    """Check the time up to which to follow a motion."""
+    return finite_number("t_end", t_end, at_least=0.0, why="A motion is followed forward.")
+
+
+def leaves_belt(model: Model, w: Floats, e: Floats) -> bool:
+    """Whether a motion starts as a global stick phase ends.
+
+    All blocks are at rest on the belt and within their limits: beyond them it was no global stick.
+    """
+    return bool((w == 0.0).all() and (np.abs(e) <= model.limits).all())
+
+
+def recorder_for(
+    model: Model, engine: EngineName, *, rtol: float, dense: bool, last: int | None = None
+) -> Recorder:
+    """Choose what follows the motion of a model; its settings as in `Recorder`."""
     if isinstance(model, TwoBlock) and model.damping == 0.0:
-        return TwoBlockRecorder(engine_for(model, engine), rtol=rtol, dense=dense)
+        return TwoBlockRecorder(engine_for(model, engine), rtol=rtol, dense=dense, last=last)
     if not isinstance(model, BeltModel | TwoBlock):
         raise ValueError(
             f"model = {model!r} is not a model. Take ss.TwoBlock(...), ss.Chain(...), "
@@ -409,16 +397,17 @@ def _recorder(model: Model, engine: EngineName, *, rtol: float, dense: bool) -> 
             "engine = 'exact' is that of two undamped blocks with constant friction; other models "
             "have one engine, whose series are exact to rounding. Take engine='auto'."
         )
-    return BlocksRecorder(block_engine(model), model.structure, rtol=rtol, dense=dense)
+    return BlocksRecorder(block_engine(model), model.structure, rtol=rtol, dense=dense, last=last)
 
 
-def _start(
+def start(
     recorder: Recorder,
     model: Model,
     x: ArrayLike | None,
     v: ArrayLike | None,
     d: ArrayLike | None,
 ) -> None:
+    """Start a motion from a global stick phase or from a state."""
     if (d is None) == (x is None) or (x is None) != (v is None):
         raise ValueError("give either d=, a global stick phase, or both x and v, a state")
     if d is not None:

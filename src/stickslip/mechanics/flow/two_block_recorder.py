@@ -18,8 +18,10 @@ __all__ = ["TwoBlockRecorder"]
 class TwoBlockRecorder(Recorder):
     """A motion of a `TwoBlock`."""
 
-    def __init__(self, engine: Engine, *, rtol: float, dense: bool) -> None:
-        super().__init__(rtol=rtol, dense=dense)
+    def __init__(
+        self, engine: Engine, *, rtol: float, dense: bool, last: int | None = None
+    ) -> None:
+        super().__init__(rtol=rtol, dense=dense, last=last)
         self.engine = engine
         self.motion = new_motion(0, engine.n_law_parameters)
         self.work = engine.new_work()
@@ -47,7 +49,8 @@ class TwoBlockRecorder(Recorder):
         settle(self.engine.system, motion)
         self._note_global_stick()
 
-    def _keep(self) -> None:
+    def keep(self) -> None:
+        """Add the present state to the record."""
         motion = self.motion
         self.record.add(self.t, self._displacements(motion.e), motion.w, motion.e, motion.mode)
 

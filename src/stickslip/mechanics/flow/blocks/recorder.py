@@ -23,9 +23,15 @@ class BlocksRecorder(Recorder):
     """A motion of any model of the family."""
 
     def __init__(
-        self, engine: BlockEngine, structure: Structure, *, rtol: float, dense: bool
+        self,
+        engine: BlockEngine,
+        structure: Structure,
+        *,
+        rtol: float,
+        dense: bool,
+        last: int | None = None,
     ) -> None:
-        super().__init__(rtol=rtol, dense=dense)
+        super().__init__(rtol=rtol, dense=dense, last=last)
         n = structure.n_blocks
         self.engine, self.structure = engine, structure
         self.motion = new_block_motion(n, 0)
@@ -58,7 +64,8 @@ class BlocksRecorder(Recorder):
         settle(self.engine.system, motion, self.work.rates)
         self._note_global_stick()
 
-    def _keep(self) -> None:
+    def keep(self) -> None:
+        """Add the present state to the record."""
         motion = self.motion
         self.record.add(self.t, motion.x, motion.w, motion.e, motion.mode)
 

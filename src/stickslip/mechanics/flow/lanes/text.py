@@ -357,7 +357,9 @@ class _Writer:
         lines += ["align_stack()", "stiff = 1.0 + alpha"]
         for loop in loops:
             lines += [f"for lane in range({layout.LANES}):", *indented(loop)]
-        return "\n".join(["", "@kernel", f"def {name}({ARGUMENTS}):", *indented(lines), ""])
+        return "\n".join(
+            ["", "@kernel(fused=True)", f"def {name}({ARGUMENTS}):", *indented(lines), ""]
+        )
 
     def _call_loop(self, start: Lines, i: int, speed: str) -> Lines:
         load = f"rows{i}[0, 0] = x[{speed}_{i + 1} + lane]"
