@@ -149,17 +149,17 @@ def variables(centres: Sequence[arb], radii: Sequence[arb]) -> list[Jet]:
 
 def centre(x: Number) -> arb:
     """Value at the centre of the box."""
-    return x.centre if isinstance(x, Jet) else x
+    return getattr(x, "centre", x)
 
 
 def spread(x: Number) -> arb:
     """Range over the box."""
-    return x.range if isinstance(x, Jet) else x
+    return getattr(x, "range", x)
 
 
 def tight(x: Number) -> Number:
     """`Jet.tight`, constants as they are."""
-    return x.tight() if isinstance(x, Jet) else x
+    return x if isinstance(x, arb) else x.tight()
 
 
 def sin_cos(x: Number) -> tuple[Number, Number]:
