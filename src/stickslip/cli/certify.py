@@ -67,7 +67,9 @@ def command(
     elif max_period is not None:
         proof = certify.certify_orbits(system, max_period, digits=digits)
     elif orbit is not None and border is not None:
-        proof = certify.certify_border(system, orbit, period, border, digits=digits)
+        proof = certify.certify_bifurcation(
+            system, "border_collision", orbit, period, border, digits=digits
+        )
     else:
         assert orbit is not None
         proof = certify.certify_orbit(system, orbit, period, digits=digits)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["Falling", "TaylorStep"]
 
 RADII: Final = 12  # tried for one step
-FIRST_SHARE: Final = 0.9  # of the radius of convergence, as the coefficients show it
+FIRST_SHARE: Final = 0.85  # of the radius of convergence, as the coefficients show it
 NEXT_SHARE: Final = 0.85
 LARGEST_RADIUS: Final = 8.0
 LONGEST_SHARE: Final = 0.7  # of the radius, that a step may use
@@ -59,7 +59,7 @@ class TaylorStep:
         self, system: System, modes: Modes, w: Pair, e: Pair, released: int | None
     ) -> None:
         self.system, self.modes = system, modes
-        self.degree = ctx.prec // 4 + 8
+        self.degree = ctx.prec // 3 + 8
         kind = max((*w, *e, system.alpha, system.beta, system.V), key=lambda x: _rank(x))
         self.w0 = [like(kind, x) for x in w]
         self.e0 = [like(kind, x) for x in e]
