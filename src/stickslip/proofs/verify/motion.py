@@ -78,15 +78,19 @@ class Signal:
         return bool(rate < 0 and self.range(t + h) < 0 and self.range(t) > 0)
 
     def root(self, t: arb, h: arb) -> arb_series:
-        """When it falls through zero, with the derivative in d."""
+        """When it falls through zero, with the derivatives in d."""
         window = t.union(t + h)
         while True:
             rate = self.rate(window)
             new = window.mid() - self.range(window.mid()) / rate
             new = new.intersection(window)
             if not new.rad() < 0.7 * window.rad():
-                return arb_series([new, -self.wave(new)[1] / rate])
+                break
             window = new
+        terms = [new]
+        for k in range(1, ctx.cap):  # each round gives one more term
+            terms.append(-self.wave(arb_series(terms))[k] / self.rate(new))
+        return arb_series(terms)
 
 
 class _Open(Exception):
@@ -128,6 +132,17 @@ class Motion:
 
     def step(self, d: arb) -> tuple[str, arb, arb]:
         """Return the one outcome from a ball; the value by the mean value theorem."""
+        word, value, slope = self._one(d)
+        if d.rad() > 0:
+            value = value.intersection(self._one(d.mid())[1] + slope * (d - d.mid()))
+        return word, value, slope
+
+    def series(self, d: arb) -> arb_series:
+        """Return the next d as a power series in the distance from a thin ball."""
+        self._one(d)
+        return self.reached
+
+    def _one(self, d: arb) -> tuple[str, arb, arb]:
         self.strict = True
         try:
             word, value, slope = next(self.outcomes(d))
@@ -136,8 +151,6 @@ class Motion:
         finally:
             self.strict = False
         assert slope is not None
-        if d.rad() > 0:
-            value = value.intersection(self.step(d.mid())[1] + slope * (d - d.mid()))
         return word, value, slope
 
     def _follow(self, state: Any, words: list[str], sure: bool) -> Iterator[Any]:
@@ -146,7 +159,7 @@ class Motion:
         x, v, modes = state
         words = [*words, GLYPHS[modes[0]] + GLYPHS[modes[1]]]
         if modes == (0, 0):
-            value = x[1] - x[0]
+            value = self.reached = x[1] - x[0]
             word = " ".join(w for i, w in enumerate(words) if i == 0 or w != words[i - 1])
             yield word, value[0], value[1] if sure else None
             return
