@@ -10,9 +10,9 @@ from typing import Any, Final
 
 from flint import arb
 
-from stickslip.proofs.jet import Jet, Number, hull, spread
+from stickslip.proofs.jet import Number, hull, outward, spread
 from stickslip.proofs.system import Phase
-from stickslip.proofs.wave import Basis, Undecided, Wave, root
+from stickslip.proofs.wave import Undecided, Wave, root
 
 __all__ = ["Decision", "Event", "possible_events"]
 
@@ -165,7 +165,7 @@ def possible_events(phase: Phase, *, at_touch: bool = False) -> list[Event]:
     for _ in range(STEPS):
         basis = signals[0].wave.basis(s)  # all waves of a phase have the same frequencies
         for signal in signals:
-            signal.reach(basis, float((phase.reach - s).lower()))
+            signal.reach(basis, outward(phase.reach - s)[0])
         if (event := _clean(signals, s)) is not None:
             return [*found, _with(event, missed)]
         if s > KNOWN * phase.reach:

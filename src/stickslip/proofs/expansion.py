@@ -18,6 +18,7 @@ from stickslip.proofs.jet import Jet, Number, centre, spread, tight
 
 __all__ = ["Arc", "Expansion", "Unbounded"]
 
+
 class Unbounded(Exception):
     """The radius is too large for a bound."""
 
@@ -88,6 +89,8 @@ class Expansion:
 
     def __rtruediv__(self, other: Any) -> Expansion:
         """Divide a number: 1 / a = q + q r / (1 - r), r = 1 - a q, where |r| < 1."""
+        if self.head[0].contains(0):
+            raise Unbounded
         cap, ctx.cap = ctx.cap, self.degree + 1
         try:
             inverse = arb_poly((1 / arb_series(self.head)).coeffs())

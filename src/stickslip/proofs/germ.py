@@ -174,9 +174,7 @@ def dot(xs: Sequence[Any], ys: Sequence[Any]) -> Any:
     if isinstance(first, Germ):
         u = [[x.coefficients[k] for x in xs] for k in range(len(first.coefficients))]
         v = [[y.coefficients[k] for y in ys] for k in range(len(first.coefficients))]
-        return Germ(
-            [total([dot(u[j], v[k - j]) for j in range(k + 1)]) for k in range(len(u))]
-        )
+        return Germ([total([dot(u[j], v[k - j]) for j in range(k + 1)]) for k in range(len(u))])
     if not isinstance(first, Jet):
         return sum(map(mul, xs, ys), arb(0))
     u, v = [x.range for x in xs], [y.range for y in ys]

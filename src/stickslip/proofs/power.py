@@ -110,9 +110,7 @@ def step(
     first = principal(d)
     middle = first.centre.mid()
     centres = [middle, *(p.centre for p in parameters)]
-    widths = [
-        (x.range - c).abs_upper() for x, c in zip((first, *parameters), centres, strict=True)
-    ]
+    widths = [(x.range - c).abs_upper() for x, c in zip((first, *parameters), centres, strict=True)]
     start, *local = variables(centres, widths)
     kind = start if isinstance(d, Jet) else germ(start, len(d.coefficients) - 1)
     pieces = images(setting.system(local, kind), kind, forks=forks, at_touch=at_touch)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from flint import arb, arb_poly, ctx
 
 from stickslip.proofs.expansion import Arc, Expansion, Unbounded
-from stickslip.proofs.germ import combine, dot, like
-from stickslip.proofs.jet import Number, spread
+from stickslip.proofs.germ import Germ, combine, dot, like
+from stickslip.proofs.jet import Jet, Number, spread
 from stickslip.proofs.wave import Undecided
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ RADII: Final = 12  # tried for one step
 FIRST_SHARE: Final = 0.85  # of the radius of convergence, as the coefficients show it
 NEXT_SHARE: Final = 0.85
 LARGEST_RADIUS: Final = 8.0
+KINDS: Final = (arb, Jet, Germ)  # what a number may be, the richest last
 LONGEST_SHARE: Final = 0.7  # of the radius, that a step may use
 
 
@@ -60,7 +61,9 @@ class TaylorStep:
     ) -> None:
         self.system, self.modes = system, modes
         self.degree = ctx.prec // 3 + 8
-        kind = max((*w, *e, system.alpha, system.beta, system.V), key=lambda x: _rank(x))
+        kind = max(
+            (*w, *e, system.alpha, system.beta, system.V), key=lambda x: KINDS.index(type(x))
+        )
         self.w0 = [like(kind, x) for x in w]
         self.e0 = [like(kind, x) for x in e]
         series = self._coefficients(released)
@@ -168,10 +171,7 @@ class TaylorStep:
         one = Expansion(arb_poly([1]), arb(0), self.degree)
         time = one.integral(radius)
         y = [combine(lambda part: part.integral(radius), x) for x in w]
-        e = [
-            y[i] * (alpha + 1) - y[1 - i] * alpha + V * time + self.e0[i]
-            for i in (0, 1)
-        ]
+        e = [y[i] * (alpha + 1) - y[1 - i] * alpha + V * time + self.e0[i] for i in (0, 1)]
         image = []
         for i, mode in enumerate(modes):
             if not mode:
@@ -206,9 +206,3 @@ def parts(x: Any) -> list[Expansion]:
     found: list[Expansion] = []
     combine(found.append, x)
     return found
-
-
-def _rank(x: Number) -> int:
-    from stickslip.proofs.germ import Germ
-    from stickslip.proofs.jet import Jet
-    return 2 if isinstance(x, Germ) else 1 if isinstance(x, Jet) else 0

@@ -57,16 +57,14 @@ class Piece:
 class FallingMotion(Motion):
     """Two blocks with law (9), parameters exact."""
 
+    law = ("gamma", "delta", "eta")
+
     def __init__(self, values: dict[str, str], **replaced: arb) -> None:
-        numbers = {name: ball(text) for name, text in values.items()} | replaced
-        names = {"alpha", "beta", "V"} | {f"{n}_{i}" for n in ("gamma", "delta", "eta") for i in "12"}
-        if set(numbers) != names:
-            raise Refused(f"the system is not given by {', '.join(sorted(names))}")
-        super().__init__({}, **{n: numbers[n] for n in ("alpha", "beta", "V")}, mu_1=arb(1), mu_2=arb(1))
-        if not all(numbers[n] >= 0 for n in names) or any(numbers[f"delta_{i}"] > 1 for i in "12"):
+        super().__init__(values, **replaced)
+        if not all(x >= 0 for law in self.laws for x in law):
             raise Refused("a parameter is out of range")
-        self.laws = [[numbers[f"{n}_{i}"] for n in ("gamma", "delta", "eta")] for i in "12"]
         self.order = ctx.prec // 4
+        self.length = arb(2) ** -4  # of the next step, to begin with
 
     def _follow(self, state: Any, words: list[str], sure: bool) -> Iterator[Any]:
         """Follow Taylor steps to the next event, and so on to global stick."""
@@ -200,14 +198,12 @@ class FallingMotion(Motion):
             box = self._box(x, v, modes, h)
             if box is not None:
                 last = [c[-1] for c in self._terms(*box, modes, None, self.order + 1)]
-                worst = max((float(abs(flat(c)).upper() * h ** (self.order + 1)) for c in last), default=0)
+                worst = max(float((abs(flat(c)) * h ** (self.order + 1)).upper()) for c in last)
                 if worst < 2.0 ** (-0.7 * ctx.prec):
                     self.length = (h * 1.2).mid()
                     return [Piece([*t, c], h) for t, c in zip(terms, last, strict=True)], h
             h = (h * 0.7).mid()
         raise Refused("the ball is too wide for a Taylor step")
-
-    length = arb(2) ** -4
 
 
 def _series(x: Any) -> arb_series:
@@ -219,7 +215,8 @@ def _dot(xs: list[Any], ys: list[Any]) -> Any:
 
 
 def _wider(x: Any) -> arb_series:
-    return arb_series([c + arb(0, (c.rad() * 0.2 + abs(c) * 1e-6 + 1e-30).upper()) for c in _parts(x)])
+    margins = [c.rad() * 0.2 + abs(c) * 1e-6 + 1e-30 for c in _parts(x)]
+    return arb_series([c + arb(0, m.upper()) for c, m in zip(_parts(x), margins, strict=True)])
 
 
 def _parts(x: Any) -> list[arb]:

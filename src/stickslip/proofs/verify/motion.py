@@ -100,16 +100,20 @@ class _Open(Exception):
 class Motion:
     """Two blocks with Coulomb friction (eqs. 5a-10), parameters exact."""
 
+    law: tuple[str, ...] = ("mu",)  # its parameters, each with _1 and _2
+
     def __init__(self, values: dict[str, str], **replaced: arb) -> None:
-        if sorted([*values, *replaced]) != ["V", "alpha", "beta", "mu_1", "mu_2"]:
-            raise Refused("the system is not given by alpha, beta, V, mu_1 and mu_2")
+        names = ["alpha", "beta", "V", *(f"{name}_{i}" for name in self.law for i in (1, 2))]
+        if sorted([*values, *replaced]) != sorted(names):
+            raise Refused(f"the system is not given by {', '.join(names)}")
         numbers = {name: ball(text) for name, text in values.items()} | replaced
         self.alpha, self.V = numbers["alpha"], numbers["V"]
         if not (self.alpha >= 0 and self.V > 0 and numbers["beta"] > 0):
             raise Refused("a parameter is out of range")
         self.limits = (arb(1), numbers["beta"])
-        self.mu = (numbers["mu_1"], numbers["mu_2"])
+        self.laws = [[numbers[f"{name}_{i}"] for name in self.law] for i in (1, 2)]
         self.strict = False
+        self.reached = arb_series()  # the last value, as a series in d
 
     @property
     def end(self) -> arb:
@@ -195,7 +199,9 @@ class Motion:
 
     def _waves(self, x: list[Any], v: list[Any], modes: tuple[int, int]) -> list[Wave]:
         alpha, V = self.alpha, self.V
-        pull = [-m * limit * mu for m, limit, mu in zip(modes, self.limits, self.mu, strict=True)]
+        pull = [
+            -m * limit * mu for m, limit, (mu,) in zip(modes, self.limits, self.laws, strict=True)
+        ]
         if modes[0] and modes[1]:
             omega = (1 + 2 * alpha).sqrt()
             c, r = pull[0] + pull[1], (pull[1] - pull[0]) / (1 + 2 * alpha)
