@@ -177,7 +177,6 @@ def test_numbers_are_read_exactly():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"friction": ss.Stribeck(mu=0.3, v=0.2)}, "cannot be certified"),
         ({"friction": (ss.Coulomb(mu=0.2), ss.PoppStelter(gamma=3.0))}, "cannot be certified"),
         ({"friction": ss.Coulomb(mu=0.2, viscous=0.1)}, "cannot be certified"),
         ({"damping": 0.1}, "damping"),

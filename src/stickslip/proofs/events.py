@@ -11,6 +11,7 @@ from typing import Any, Final
 from flint import arb
 
 from stickslip.proofs.jet import Number, hull, outward, spread
+from stickslip.proofs.smooth import TaylorStep
 from stickslip.proofs.system import Phase
 from stickslip.proofs.wave import Undecided, Wave, root
 
@@ -141,12 +142,12 @@ class _Signal:
         return bool(spread(self.wave(s + h)) > 0 and spread(self.slope(s + h)) > 0)
 
 
-def possible_events(phase: Phase, *, at_touch: bool = False) -> list[Event]:
+def possible_events(phase: Phase | TaylorStep, *, at_touch: bool = False) -> list[Event]:
     """Return the first event of a phase; several if the box leaves open which it is.
 
     Parameters
     ----------
-    phase : Phase
+    phase : Phase or TaylorStep
     at_touch : bool, optional
         Let a block that may graze land at the extremum of its velocity. That is where it lands
         if it just touches; the states agree to first order there. By default the time of

@@ -9,7 +9,7 @@ Docs: proofs, Taylor steps.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 from flint import arb, arb_poly, arb_series, ctx
 
@@ -145,6 +145,7 @@ class Arc:
         if isinstance(parts, Germ):
             return self._germ(parts, t)
         if isinstance(parts, Jet):
+            parts = cast("Any", parts)  # its parts are expansions
             if not isinstance(t, Jet):
                 return combine(lambda part: self._part(part, t), parts)
             rate = Arc(_slope(parts.range, self.radius), self.radius, self.reach, self.order + 1)
@@ -201,14 +202,16 @@ class Arc:
 
     def centre(self) -> Arc:
         """Return the function at the centre of the box."""
-        return Arc(centre(self.parts), self.radius, self.reach, self.order)
+        parts = self.parts if isinstance(self.parts, Expansion) else centre(self.parts)
+        return Arc(parts, self.radius, self.reach, self.order)
 
     def largest(self, order: int) -> arb:
         """Bound the derivative of that order on the step."""
         arc: Arc = self
         for _ in range(order):
             arc = arc.derivative()
-        part, share = spread(arc.parts), self.reach / self.radius
+        part: Any = arc.parts if isinstance(arc.parts, Expansion) else spread(arc.parts)
+        share = self.reach / self.radius
         terms = (abs(c) * share**k for k, c in enumerate(part.head.coeffs()))
         return (sum(terms, arb(0)) + arc._tail(part, self.reach)).upper()
 

@@ -6,7 +6,7 @@ Docs: proofs, events and their order.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from flint import arb
 
@@ -143,7 +143,8 @@ def _after(system: System, state: _State, at_touch: bool) -> list[_State]:
     found = []
     for event in possible_events(phase, at_touch=at_touch):
         basis = phase.w[0].basis(event.time)
-        w = [wave.at(basis) if m else arb(0) for wave, m in zip(phase.w, state.modes, strict=True)]
+        waves: tuple[Any, ...] = phase.w
+        w = [wave.at(basis) if m else arb(0) for wave, m in zip(waves, state.modes, strict=True)]
         e: list[Number] = [wave.at(basis) for wave in phase.e]
         i = event.block
         decisions = state.decisions + event.decisions

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from math import inf, nextafter
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from flint import arb, ctx
 
@@ -126,7 +126,7 @@ class Jet:
         return Jet(among, among, tuple(nothing for _ in self.box), self.box)
 
 
-Number: TypeAlias = Jet | arb
+Number: TypeAlias = Any  # arb, Jet, or a germ of either
 
 
 def variables(centres: Sequence[arb], radii: Sequence[arb]) -> list[Jet]:
@@ -149,12 +149,14 @@ def variables(centres: Sequence[arb], radii: Sequence[arb]) -> list[Jet]:
 
 def centre(x: Number) -> arb:
     """Value at the centre of the box."""
-    return getattr(x, "centre", x)
+    found: arb = x if isinstance(x, arb) else x.centre
+    return found
 
 
 def spread(x: Number) -> arb:
     """Range over the box."""
-    return getattr(x, "range", x)
+    found: arb = x if isinstance(x, arb) else x.range
+    return found
 
 
 def tight(x: Number) -> Number:

@@ -60,6 +60,7 @@ class TaylorStep:
         self, system: System, modes: Modes, w: Pair, e: Pair, released: int | None
     ) -> None:
         self.system, self.modes = system, modes
+        self.laws: tuple[Any, ...] = system.laws
         self.degree = ctx.prec // 3 + 8
         kind = max(
             (*w, *e, system.alpha, system.beta, system.V), key=lambda x: KINDS.index(type(x))
@@ -67,10 +68,10 @@ class TaylorStep:
         self.w0 = [like(kind, x) for x in w]
         self.e0 = [like(kind, x) for x in e]
         series = self._coefficients(released)
-        self.radius, self.reach, self.w, self.e = self._enclosed(series)
-        self.signals = self._signals()
-        self.w = tuple(self._arc(x) for x in self.w)
-        self.e = tuple(self._arc(x) for x in self.e)
+        self.radius, self.reach, w_parts, e_parts = self._enclosed(series)
+        self.signals = self._signals(w_parts, e_parts)
+        self.w = tuple(self._arc(x) for x in w_parts)
+        self.e = tuple(self._arc(x) for x in e_parts)
 
     def _arc(self, parts: Any) -> Arc:
         return Arc(parts, self.radius, self.reach)
@@ -89,7 +90,7 @@ class TaylorStep:
                 if i not in slips:
                     w[i].append(none)
                     continue
-                gamma, delta, eta = system.laws[i]
+                gamma, delta, eta = self.laws[i]
                 s[i].append(w[i][k] * arb(modes[i]))
                 if k == 0:
                     r[i].append(1 / (1 + gamma * s[i][0]))
@@ -177,23 +178,23 @@ class TaylorStep:
             if not mode:
                 image.append(w[i])
                 continue
-            force = system.laws[i].force(w[i] * arb(mode)) * (system.limits[i] * arb(-mode))
+            force = self.laws[i].force(w[i] * arb(mode)) * (system.limits[i] * arb(-mode))
             rate = force - e[i]
             image.append(combine(lambda part: part.integral(radius), rate) + self.w0[i])
         return image, e
 
-    def _signals(self) -> list[tuple[int, int, Arc]]:
+    def _signals(self, w: Any, e: Any) -> list[tuple[int, int, Arc]]:
         """As `system.Phase`."""
         found = []
         for i in (0, 1):
             mode, other = self.modes[i], self.modes[1 - i]
             if mode:
-                found.append((i, 0, self._arc(self.w[i] * arb(mode))))
+                found.append((i, 0, self._arc(w[i] * arb(mode))))
                 continue
             limit = self.system.limits[i]
-            found.append((i, 1, self._arc(-self.e[i] + limit)))
+            found.append((i, 1, self._arc(-e[i] + limit)))
             if other > 0:
-                found.append((i, -1, self._arc(self.e[i] + limit)))
+                found.append((i, -1, self._arc(e[i] + limit)))
         return found
 
 

@@ -50,7 +50,10 @@ RANGES: Final[dict[str, tuple[int | None, int | None]]] = {
     "delta": (0, 1),
     "eta": (0, None),
 }
-LAWS: Final = {"coulomb": Constant, "popp-stelter": Falling}
+LAWS: Final[dict[str, type[Constant] | type[Falling]]] = {
+    "coulomb": Constant,
+    "popp-stelter": Falling,
+}
 
 
 def fraction(name: str, value: Exact) -> Fraction:
@@ -121,7 +124,7 @@ def exact_parameters(
     return values
 
 
-def law_of(values: Mapping[str, Any]) -> type[Constant | Falling]:
+def law_of(values: Mapping[str, Any]) -> type[Constant] | type[Falling]:
     """Return the law whose parameters are among these names."""
     return next(law for law in LAWS.values() if f"{law._fields[0]}_1" in values)
 

@@ -159,7 +159,7 @@ def _flip(values: dict[str, str], c: dict[str, Any], digits: int) -> None:
             for p in ((root - width).mid(), (root + width).mid())
         ]
         (low, _), (high, _) = starts
-        radius = width * arb(10) ** (-digits - 8)
+        radius = width * arb(10) ** (-digits - 22)
         found = [_branch(values, c, p, x, 1, radius) for p, x in starts]
         a, b = (slope + 1 for _, slope in found)
         if not a * b < 0:
@@ -311,7 +311,7 @@ def check(c: Any) -> str:
     before = ctx.prec, ctx.cap
     ctx.prec, ctx.cap = 10 * digits + 100, 2
     if c["claim"] == "flip":  # differences of multipliers lose as many digits as they have
-        ctx.prec = 12 * digits + 160
+        ctx.prec = 14 * digits + 220
     try:
         if c["claim"] in ("border", "flip", "fold"):
             {"border": _border, "flip": _flip, "fold": _fold}[c["claim"]](c["system"], c, digits)

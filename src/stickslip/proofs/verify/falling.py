@@ -12,7 +12,7 @@ from typing import Any, Final
 from flint import arb, arb_series, ctx
 
 from stickslip.proofs.verify.motion import GLYPHS, Motion, Signal, flat
-from stickslip.proofs.verify.words import Refused, ball
+from stickslip.proofs.verify.words import Refused
 
 __all__ = ["FallingMotion"]
 
@@ -197,7 +197,7 @@ class FallingMotion(Motion):
         while h > SHORTEST:
             box = self._box(x, v, modes, h)
             if box is not None:
-                last = [c[-1] for c in self._terms(*box, modes, None, self.order + 1)]
+                last = [c[-1] for c in self._terms(box[0], box[1], modes, None, self.order + 1)]
                 worst = max(float((abs(flat(c)) * h ** (self.order + 1)).upper()) for c in last)
                 if worst < 2.0 ** (-0.7 * ctx.prec):
                     self.length = (h * 1.2).mid()
