@@ -57,9 +57,10 @@ def certify(
     found : PeriodicOrbit, Breakpoint or Bifurcation
         An orbit: that it exists, alone near by, with its points, multiplier and stability. A
         breakpoint: that the map jumps there, and its values on both sides. A border collision:
-        that the orbit reaches a jump at one parameter value and crosses it transversally.
+        that the orbit reaches a jump at one parameter value and crosses it transversally. A fold
+        or flip: that the multiplier is 1 or -1 there, and the coefficients of the normal form.
     model : TwoBlock
-        Undamped, with Coulomb friction. Its floats are read as the decimals that Python prints
+        Undamped, with Coulomb friction or law (9). Its floats are read as the decimals that Python prints
         for them: 1.2 is exactly 12/10, and the statement says so.
     digits : int, optional
         Significant digits of the enclosures.

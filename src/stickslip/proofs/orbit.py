@@ -59,9 +59,19 @@ def proven_orbit(
     shares = (10**6, 10**7) if law_of(setting.values) is Falling else (100, 1000, 10000)
     for share in shares:
         alone = f"{float(box.rad()) / share:.0e}"
-        if box.contains_interior(point + arb(0, arb(alone).upper())):
-            return point, box, _entries(setting, point, period, digits, alone)
+        ball = point + arb(0, 2 * arb(alone).upper())
+        if box.contains_interior(ball):
+            entries = _entries(setting, point, period, digits, alone)
+            if not entries["stable"] or _contracts(setting, ball, period):
+                return point, box, entries
     raise Undecided("the orbit is too near the end of the interval in which it is alone")
+
+
+def _contracts(setting: Setting, ball: arb, period: int) -> bool:
+    """Whether f^period brings all points of a ball closer to each other."""
+    (x,) = variables([ball.mid()], [ball.rad()])
+    (value,) = closing(setting, period)([x])
+    return bool(abs(value.gradient[0] + 1) < 1)
 
 
 def _entries(setting: Setting, point: arb, period: int, digits: int, alone: str) -> dict[str, Any]:

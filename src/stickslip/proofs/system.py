@@ -1,4 +1,4 @@
-"""Two blocks with Coulomb friction as exact numbers, and the phases of their motion."""
+"""Two blocks and their laws as exact numbers, and the phases of their motion."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def exact_parameters(
     Parameters
     ----------
     model : TwoBlock
-        With Coulomb friction, undamped; its floats are read as the decimals they print.
+        Undamped, with Coulomb friction or law (9); its floats are read as the decimals they print.
     exact : mapping of str to exact number, optional
         Values that replace the model's, by the names of ``model.parameters``.
 

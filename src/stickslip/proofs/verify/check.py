@@ -68,8 +68,11 @@ def _orbit(motion: Motion, c: dict[str, Any], digits: int) -> arb:
     if c["stable"] is not bool(abs(slope) < 1):
         raise Refused(f"stable is stated as {c['stable']}, the multiplier is {slope.str(12)}")
     alone = points[0].mid() + ball(f"0 +/- {c['alone']}")
-    if (_power(motion, alone, c["itinerary"])[1] - 1).contains(0):
+    _, slope = _power(motion, alone.mid() + 2 * (alone - alone.mid()), c["itinerary"])
+    if (slope - 1).contains(0):
         raise Refused(f"the orbit is not shown to be alone within {c['alone']}")
+    if c["stable"] and not abs(slope) < 1:
+        raise Refused(f"the orbit is not shown to attract all points within {c['alone']}")
     return alone
 
 

@@ -100,10 +100,11 @@ def statement(c: dict[str, Any]) -> str:
 
 def _orbit_words(c: dict[str, Any]) -> str:
     kind = "asymptotically stable" if c["stable"] else "unstable"
+    basin = f", and all starts within {c['alone']} of this point tend to it" if c["stable"] else ""
     return (
         f"The event map has a periodic orbit of minimal period {c['period']} through "
         f"d = {c['points'][0]}. Within {c['alone']} of this point there is no other periodic point "
-        f"of that period. Its multiplier is {c['multiplier']}: the orbit is {kind}."
+        f"of that period. Its multiplier is {c['multiplier']}: the orbit is {kind}{basin}."
     )
 
 
