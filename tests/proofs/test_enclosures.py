@@ -166,16 +166,6 @@ def test_an_interval_that_straddles_a_breakpoint_is_refused_with_the_reason(ends
     assert np.isnan(found.value).all()
 
 
-@pytest.mark.parametrize(
-    ("mu", "reason"), [(0.0, "force about at the static limit"), (1.0, "next event")]
-)
-def test_a_single_slip_that_returns_by_an_equality_is_undecided(mu, reason):
-    # With its force exactly at the lower limit; by a touch.
-    found = ss.enclose(ss.examples.coulomb(mu=mu), "-0.5")
-    assert not found.proven
-    assert reason in found.reason
-
-
 def test_numbers_are_read_exactly():
     assert fraction("x", 0.1) == Fraction(1, 10)
     assert fraction("x", "6/5") == Fraction(6, 5)
@@ -190,6 +180,8 @@ def test_numbers_are_read_exactly():
         ({"friction": (ss.Coulomb(mu=0.2), ss.PoppStelter(gamma=3.0))}, "cannot be certified"),
         ({"friction": ss.Coulomb(mu=0.2, viscous=0.1)}, "cannot be certified"),
         ({"damping": 0.1}, "damping"),
+        ({"friction": ss.Coulomb(mu=0.0)}, "mu_1 = 0 .* exactly at the lower limit"),
+        ({"friction": ss.Coulomb(mu=1.0)}, "mu_1 = 1 .* by a touch"),
     ],
 )
 def test_models_without_a_closed_form_are_errors(change, message):

@@ -60,8 +60,8 @@ def certify(
         that the orbit reaches a jump at one parameter value and crosses it transversally. A fold
         or flip: that the multiplier is 1 or -1 there, and the coefficients of the normal form.
     model : TwoBlock
-        Undamped, with Coulomb friction or law (9). Its floats are read as the decimals that Python prints
-        for them: 1.2 is exactly 12/10, and the statement says so.
+        Undamped, with Coulomb friction or law (9). Its floats are read as the decimals that
+        Python prints for them: 1.2 is exactly 12/10, and the statement says so.
     digits : int, optional
         Significant digits of the enclosures.
     exact : mapping of str to str, int, Fraction or Decimal, optional

@@ -50,6 +50,10 @@ RANGES: Final[dict[str, tuple[int | None, int | None]]] = {
     "delta": (0, 1),
     "eta": (0, None),
 }
+EQUALITIES: Final = {
+    0: "a single slip without friction ends with its force exactly at the lower limit",
+    1: "a single slip against the static limit comes back by a touch",
+}
 LAWS: Final[dict[str, type[Constant] | type[Falling]]] = {
     "coulomb": Constant,
     "popp-stelter": Falling,
@@ -121,6 +125,11 @@ def exact_parameters(
             allowed = f"{name} > 0" if low is None else f"{low} <= {name}"
             allowed += "" if high is None else f" <= {high}"
             raise ValueError(f"{name} = {value} is out of range: {allowed}")
+        if name in ("mu_1", "mu_2") and value in EQUALITIES:
+            raise ValueError(
+                f"{name} = {value} cannot be certified: {EQUALITIES[int(value)]}, an equality that "
+                "no enclosure decides"
+            )
     return values
 
 
