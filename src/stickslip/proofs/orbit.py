@@ -56,7 +56,7 @@ def proven_orbit(
     target = arb(10) ** (-digits - 12)
     (point,), (box,) = zero(closing(setting, period), [near], RADII, target=target)
     # What the second program confirms: it follows law (9) without the mean value form.
-    shares = (10**6, 10**7) if law_of(setting.values) is Falling else (100, 1000, 10000)
+    shares = (10**7, 10**8) if law_of(setting.values) is Falling else (100, 1000, 10000)
     for share in shares:
         alone = f"{float(box.rad()) / share:.0e}"
         ball = point + arb(0, 2 * arb(alone).upper())

@@ -41,22 +41,7 @@ def _orbit(motion: Motion, c: dict[str, Any], digits: int) -> arb:
             f"{len(points)} points and {len(c['itinerary'])} itineraries are given for "
             f"period {c['period']}"
         )
-    tight = points[0]
-    for k in range(6):  # each time from what the last one proved
-        _, slope = _power(motion, tight, c["itinerary"])
-        end, _ = _power(motion, tight.mid(), c["itinerary"])
-        if (slope - 1).contains(0):
-            raise Refused("the multiplier cannot be told from 1")
-        new = tight.mid() - (end - tight.mid()) / (slope - 1)
-        if not tight.contains_interior(new):
-            what = "may be" if new.overlaps(tight) else "is"
-            raise Refused(
-                f"points[0] is stated as {c['points'][0]}, but the orbit {what} at "
-                f"{new.str(digits + 3, radius=False)}"
-            )
-        tight = new
-        if k > 0 and tight.rad() < arb(10) ** (-digits - 20):
-            break
+    tight, _ = _branch(motion, c["itinerary"], points[0].mid(), 3, arb(10) ** (-digits - 20))
     x, slope = tight, arb(1)
     for k, text in enumerate(c["points"]):
         _matches(f"points[{k}]", text, x, digits)
@@ -67,7 +52,7 @@ def _orbit(motion: Motion, c: dict[str, Any], digits: int) -> arb:
         raise Refused("two points of the orbit coincide: the period is not minimal")
     if c["stable"] is not bool(abs(slope) < 1):
         raise Refused(f"stable is stated as {c['stable']}, the multiplier is {slope.str(12)}")
-    alone = points[0].mid() + ball(f"0 +/- {c['alone']}")
+    alone = tight.mid() + ball(f"0 +/- {c['alone']}")
     _, slope = _power(motion, alone.mid() + 2 * (alone - alone.mid()), c["itinerary"])
     if (slope - 1).contains(0):
         raise Refused(f"the orbit is not shown to be alone within {c['alone']}")
@@ -149,7 +134,12 @@ def _flip(values: dict[str, str], c: dict[str, Any], digits: int) -> None:
     stated = ball(c["value"])
     x, wide = ball(c["points"][0]).mid(), arb(10) ** (-digits - 4)
     low, high = ((stated.mid() + sign * stated.rad()).mid() for sign in (-1, 1))
-    found = [_branch(values, c, p, x, 2, wide * arb(10) ** -15) for p in (low, high)]
+
+    def branch(p: arb, x: arb, radius: arb) -> tuple[arb, arb]:
+        motion = _motion(values, **dict.fromkeys(_names(c["parameter"]), p))
+        return _branch(motion, c["itinerary"], x, 2, radius)
+
+    found = [branch(p, x, wide * arb(10) ** -15) for p in (low, high)]
     a, b = (slope + 1 for _, slope in found)
     if not a * b < 0:
         raise Refused(f"value is stated as {c['value']}, but the multiplier does not pass -1 there")
@@ -163,7 +153,7 @@ def _flip(values: dict[str, str], c: dict[str, Any], digits: int) -> None:
         ]
         (low, _), (high, _) = starts
         radius = width * arb(10) ** (-digits - 22)
-        found = [_branch(values, c, p, x, 1, radius) for p, x in starts]
+        found = [branch(p, x, radius) for p, x in starts]
         a, b = (slope + 1 for _, slope in found)
         if not a * b < 0:
             raise Refused("the place of the flip cannot be told to its last digit")
@@ -183,20 +173,17 @@ def _flip(values: dict[str, str], c: dict[str, Any], digits: int) -> None:
         raise Refused("the sides of the flip are not those of its coefficients")
 
 
-def _branch(
-    values: dict[str, str], c: dict[str, Any], p: arb, x: arb, rounds: int, radius: arb
-) -> tuple[arb, arb]:
-    """Enclose the orbit's first point at a parameter value, and its multiplier."""
-    motion = _motion(values, **dict.fromkeys(_names(c["parameter"]), p))
+def _branch(motion: Motion, words: list[str], x: arb, rounds: int, radius: arb) -> tuple[arb, arb]:
+    """Enclose the first point of an orbit near x, and its multiplier, by Newton's method."""
     for _ in range(rounds):
-        end, slope = _power(motion, x, c["itinerary"])
+        end, slope = _power(motion, x, words)
         x = (x - (end - x) / (slope - 1)).mid()
     near = x + arb(0, radius.upper())
-    end, _ = _power(motion, x, c["itinerary"])
-    _, slope = _power(motion, near, c["itinerary"])
+    end, _ = _power(motion, x, words)
+    _, slope = _power(motion, near, words)
     new = x - (end - x) / (slope - 1)
     if not near.contains_interior(new):
-        raise Refused(f"no such orbit is shown at {c['parameter']} = {p.str(12)}")
+        raise Refused(f"no such orbit is shown near d = {x.str(12, radius=False)}")
     return new, slope
 
 
