@@ -12,7 +12,7 @@ pytest.importorskip("flint", reason="needs the extra 'certify'")
 
 import stickslip as ss
 from stickslip.proofs.certify import certify_bifurcation, certify_jump, certify_orbit
-from stickslip.proofs.verify import check, motion, words
+from stickslip.proofs.verify import check, falling, motion, words
 from stickslip.proofs.verify.check import Refused, check_text
 
 
@@ -110,7 +110,7 @@ def test_what_is_no_certificate_is_refused(text):
 
 
 def test_it_shares_nothing_with_the_certifier_but_flint():
-    for module in (check, motion, words):
+    for module in (check, falling, motion, words):
         for node in ast.walk(ast.parse(inspect.getsource(module))):
             if isinstance(node, ast.ImportFrom) and node.module.startswith("stickslip"):
                 assert node.module.startswith("stickslip.proofs.verify")
