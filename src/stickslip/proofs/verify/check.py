@@ -131,6 +131,8 @@ def _fold(values: dict[str, str], c: dict[str, Any], digits: int) -> None:
 
 def _flip(values: dict[str, str], c: dict[str, Any], digits: int) -> None:
     """Check where the multiplier along the orbit's branch passes -1, how, and how it doubles."""
+    if "delta_1" in values or "gamma_1" in values:
+        raise Refused("flips under law (9) are proven by the certifier alone")
     stated = ball(c["value"])
     x, wide = ball(c["points"][0]).mid(), arb(10) ** (-digits - 4)
     low, high = ((stated.mid() + sign * stated.rad()).mid() for sign in (-1, 1))
