@@ -11,7 +11,7 @@ from tests.reference.values import COULOMB, COULOMB_JUMPS, COULOMB_ORBITS
 
 import stickslip as ss
 from stickslip.analysis.bifurcation import Bifurcation
-from stickslip.proofs.certify import certify_border, certify_jump, certify_orbit
+from stickslip.proofs.certify import certify_bifurcation, certify_jump, certify_orbit
 
 BINARY = {name: Fraction(value) for name, value in COULOMB.items()}
 PERIODS = {"S1": 1, "U1": 1, "U2": 1, "S4": 4}
@@ -155,7 +155,7 @@ def test_found_objects_are_certified():
         (lambda: certify_orbit(model(), 0.27913539909416657), "block 2 may graze"),
         (lambda: certify_jump(model(), 0.1), "no breakpoint"),
         (lambda: certify_jump(model(), 0.08823529411764706), "no jump"),
-        (lambda: certify_border(model(0.0366), 0.2774, 4, "V"), "Nothing"),
+        (lambda: certify_bifurcation(model(0.0366), "border_collision", 0.2774, 4, "V"), "Nothing"),
     ],
     ids=["no orbit", "period", "not minimal", "breakpoint", "smooth", "harmless", "no border"],
 )
@@ -174,7 +174,7 @@ def test_what_is_not_so_is_refused_with_the_reason(prove, reason):
         (lambda: ss.certify(3, model()), "give a PeriodicOrbit"),
         (lambda: certify_orbit(model(), 0.1, digits=2), "digits = 2"),
         (lambda: certify_orbit(model(), 0.1, 0), "period = 0"),
-        (lambda: certify_border(model(), 0.1, 1, "gamma"), "gamma"),
+        (lambda: certify_bifurcation(model(), "fold", 0.1, 1, "gamma"), "gamma"),
         (lambda: certify_orbit(model(), 0.1, exact={"V": "-1"}), "V = -1"),
     ],
 )

@@ -11,8 +11,8 @@ import pytest
 pytest.importorskip("flint", reason="needs the extra 'certify'")
 
 import stickslip as ss
-from stickslip.proofs.certify import certify_border, certify_jump, certify_orbit
-from stickslip.proofs.verify import check, motion, words
+from stickslip.proofs.certify import certify_bifurcation, certify_jump, certify_orbit
+from stickslip.proofs.verify import check, falling, motion, words
 from stickslip.proofs.verify.check import Refused, check_text
 
 
@@ -38,7 +38,7 @@ def test_a_jump_is_confirmed(d):
 
 @pytest.mark.slow
 def test_the_grazing_of_s4_is_confirmed():
-    proof = certify_border(model(0.036976), 0.27943, 4, "V")
+    proof = certify_bifurcation(model(0.036976), "border_collision", 0.27943, 4, "V")
     assert check_text(proof.text()) == proof.statement
     wrong = proof.text().replace(
         "0.0369759235203076003816096018771", "0.0369759235203076003816096018781"
@@ -110,7 +110,7 @@ def test_what_is_no_certificate_is_refused(text):
 
 
 def test_it_shares_nothing_with_the_certifier_but_flint():
-    for module in (check, motion, words):
+    for module in (check, falling, motion, words):
         for node in ast.walk(ast.parse(inspect.getsource(module))):
             if isinstance(node, ast.ImportFrom) and node.module.startswith("stickslip"):
                 assert node.module.startswith("stickslip.proofs.verify")

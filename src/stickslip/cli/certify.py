@@ -1,4 +1,4 @@
-"""``stickslip certify``: prove an orbit, a jump, a border collision or a complete list."""
+"""``stickslip certify``: prove an orbit, a bifurcation, a jump or a complete list."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ stickslip certify --preset coulomb --orbit 0.27739 --period 4 --out S4.json
 stickslip certify --preset coulomb --jump 0.279135
 stickslip certify --preset coulomb --V 0.036976 --border V \\
     --orbit 0.27943 --period 4
+stickslip certify --preset law9 --alpha 1.209859796 --flip alpha \\
+    --orbit 0.38274245 --digits 12
 stickslip certify --preset coulomb --max-period 1 --json
 """
 
@@ -27,6 +29,8 @@ def command(
     orbit: float | None = None,
     period: Whole = 1,
     border: str | None = None,
+    flip: str | None = None,
+    fold: str | None = None,
     jump: float | None = None,
     max_period: Whole | None = None,
     digits: Whole = 30,
@@ -47,6 +51,10 @@ def command(
     border
         Prove instead that this orbit reaches a jump as this parameter varies, near the model's
         own value of it.
+    flip
+        Prove instead that the multiplier of this orbit passes -1 as this parameter varies.
+    fold
+        Prove instead that this orbit meets another one and vanishes as this parameter varies.
     jump
         Prove the jump of the map near this d.
     max_period
@@ -59,15 +67,20 @@ def command(
     asked = [value is not None for value in (orbit, jump, max_period)]
     if sum(asked) != 1:
         raise UsageError("give one of --orbit, --jump and --max-period")
-    if border is not None and orbit is None:
-        raise UsageError("--border needs the orbit: --orbit D --period P")
+    kinds = {"border_collision": border, "flip": flip, "fold": fold}
+    varied = {kind: name for kind, name in kinds.items() if name is not None}
+    if len(varied) > 1:
+        raise UsageError("give one of --border, --flip and --fold")
+    if varied and orbit is None:
+        raise UsageError("--border, --flip and --fold need the orbit: --orbit D --period P")
     system = model.two_blocks()
     if jump is not None:
         proof = certify.certify_jump(system, jump, digits=digits)
     elif max_period is not None:
         proof = certify.certify_orbits(system, max_period, digits=digits)
-    elif orbit is not None and border is not None:
-        proof = certify.certify_border(system, orbit, period, border, digits=digits)
+    elif orbit is not None and varied:
+        ((kind, name),) = varied.items()
+        proof = certify.certify_bifurcation(system, kind, orbit, period, name, digits=digits)
     else:
         assert orbit is not None
         proof = certify.certify_orbit(system, orbit, period, digits=digits)

@@ -16,6 +16,7 @@ from stickslip.analysis.orbits import PeriodicOrbit
 from stickslip.proofs.border import proven_border
 from stickslip.proofs.certificate import Certificate, certificate, refusal
 from stickslip.proofs.complete import survey
+from stickslip.proofs.critical import MULTIPLIERS, proven_critical
 from stickslip.proofs.jet import outward, precision, variables
 from stickslip.proofs.jump import proven_jump
 from stickslip.proofs.newton import NoZero
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Enclosure",
     "certify",
-    "certify_border",
+    "certify_bifurcation",
     "certify_jump",
     "certify_orbit",
     "certify_orbits",
@@ -56,10 +57,11 @@ def certify(
     found : PeriodicOrbit, Breakpoint or Bifurcation
         An orbit: that it exists, alone near by, with its points, multiplier and stability. A
         breakpoint: that the map jumps there, and its values on both sides. A border collision:
-        that the orbit reaches a jump at one parameter value and crosses it transversally.
+        that the orbit reaches a jump at one parameter value and crosses it transversally. A fold
+        or flip: that the multiplier is 1 or -1 there, and the coefficients of the normal form.
     model : TwoBlock
-        Undamped, with Coulomb friction. Its floats are read as the decimals that Python prints
-        for them: 1.2 is exactly 12/10, and the statement says so.
+        Undamped, with Coulomb friction or law (9). Its floats are read as the decimals that
+        Python prints for them: 1.2 is exactly 12/10, and the statement says so.
     digits : int, optional
         Significant digits of the enclosures.
     exact : mapping of str to str, int, Fraction or Decimal, optional
@@ -100,11 +102,15 @@ def certify(
         return certify_orbit(model, start, found.period, digits=digits, exact=exact)
     if isinstance(found, Breakpoint):
         return certify_jump(model, found.d, digits=digits, exact=exact)
-    if found.kind != "border_collision":
-        raise ValueError(f"a {found.kind} cannot be certified: only a border_collision can")
+    if found.kind not in (*MULTIPLIERS, "border_collision"):
+        raise ValueError(
+            f"a {found.kind} cannot be certified: only a border_collision, a fold or a flip can"
+        )
     model = model.replace(**{found.parameter: float(found.value)})
     for d in found.points:
-        proof = certify_border(model, d, found.period, found.parameter, digits=digits, exact=exact)
+        proof = certify_bifurcation(
+            model, found.kind, d, found.period, found.parameter, digits=digits, exact=exact
+        )
         if proof:
             break
     return proof
@@ -132,8 +138,9 @@ def certify_jump(
     )
 
 
-def certify_border(
+def certify_bifurcation(
     model: TwoBlock,
+    kind: str,
     d: float,
     period: int,
     parameter: str,
@@ -141,19 +148,35 @@ def certify_border(
     digits: int = 30,
     exact: ExactValues = None,
 ) -> Certificate:
-    """Prove that an orbit's point near d reaches a jump near the model's own parameter value."""
+    """Prove what happens to the orbit near d near the model's own value of a parameter.
+
+    Parameters
+    ----------
+    model, digits, exact
+        As for `certify`.
+    kind : str
+        ``fold``, ``flip``, or ``border_collision``: the point near d reaches a jump.
+    d : float
+    period : int
+    parameter : str
+        The one that varies.
+    """
     values = _checked(model, digits, exact, period=period)
+    if kind not in (*MULTIPLIERS, "border_collision"):
+        raise ValueError(f"kind = {kind!r} is not border_collision, fold or flip")
     if parameter not in model.parameters:
         known = ", ".join(model.parameters)
         raise ValueError(f"parameter = {parameter!r} is not one of the model's: {known}")
-    value = float(model.parameters[parameter])
+    near, value = arb(float(d)), arb(float(model.parameters[parameter]))
     setting = Setting(values, (parameter,))
     stated = {name: v for name, v in values.items() if name not in setting.replaced}
 
     def prove() -> dict[str, Any]:
-        return proven_border(setting, arb(float(d)), arb(value), period, digits)
+        if kind == "border_collision":
+            return proven_border(setting, near, value, period, digits)
+        return proven_critical(kind, setting, near, value, period, digits)
 
-    return _proof("border", prove, stated, digits)
+    return _proof("border" if kind == "border_collision" else kind, prove, stated, digits)
 
 
 def certify_orbits(
@@ -260,7 +283,7 @@ def enclose(
     'block 2 may graze the belt velocity'
     """
     values = exact_parameters(model, exact)
-    if unknown := sorted(set(parameters) - {"mu", *values}):
+    if unknown := sorted(set(parameters) - {*model.parameters, *values}):
         raise ValueError(f"{unknown[0]!r} is no parameter that can vary in a proof")
     with precision(bits):
         ends = [d if isinstance(d, tuple) else (d, d), *parameters.values()]

@@ -6,13 +6,14 @@ Docs: proofs, the first event.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from flint import arb
 
-from stickslip.proofs.jet import Jet, Number, hull, spread
+from stickslip.proofs.jet import Number, hull, outward, spread
+from stickslip.proofs.smooth import TaylorStep
 from stickslip.proofs.system import Phase
-from stickslip.proofs.wave import Basis, Undecided, Wave, root
+from stickslip.proofs.wave import Undecided, Wave, root
 
 __all__ = ["Decision", "Event", "possible_events"]
 
@@ -22,6 +23,7 @@ CAUTION: Final = 0.9  # share taken of a step that is proven to be safe
 SHORTEST: Final = 1e-150  # time that is told from none
 GROWTHS: Final = 40  # of a window, from the time scale of the signals
 QUIET: Final = 8  # windows in which nothing happens
+KNOWN: Final = 0.9  # share of a Taylor step that is used before the next one
 VAGUE: Final = 0.6  # a distance below this share of its spread is not approached further
 
 
@@ -53,19 +55,19 @@ class Decision:
 
 @dataclass(frozen=True)
 class Event:
-    """A signal reaches zero.
+    """A signal reaches zero; or nothing happens for as long as the motion is known.
 
     Attributes
     ----------
     block, end : int
-        As in `Phase.signals`.
+        As in `Phase.signals`; a block of None if nothing happens.
     time : Jet or arb
         Since the start of the phase.
     decisions : tuple of Decision
         What was left open on the way to it.
     """
 
-    block: int
+    block: int | None
     end: int
     time: Number
     decisions: tuple[Decision, ...] = ()
@@ -80,9 +82,13 @@ class _Signal:
         self.bend = self.slope.derivative()
         self.bound, self.bound_3 = wave.largest(2), wave.largest(3)
 
-    def reach(self, basis: Basis) -> None:
-        """Take values at a time."""
+    def reach(self, basis: Any, room: float) -> None:
+        """Take values at a time; how long the wave is known after it."""
         self.g, self.rate = spread(self.wave.at(basis)), spread(self.slope.at(basis))
+        self.room = room
+        # A block released where F(0) = 1 starts with g = g' = 0 exactly: g / t^2 decides.
+        self.tangent = self.g.is_zero() and self.rate.is_zero()
+        self.curve = spread(self.bend.at(basis)) if self.tangent else arb(0)
         if not (self.g.is_finite() and self.rate.is_finite() and self.bound.is_finite()):
             raise Undecided("the box is too wide for the motion to be enclosed")
 
@@ -93,11 +99,17 @@ class _Signal:
 
     def stays(self, h: arb | float) -> bool:
         """Whether it is proven positive on (s, s + h], being >= 0 at s: by a concave bound."""
+        if not h <= self.room:
+            return False
+        if self.tangent:
+            return bool(self.curve - self.bound_3 * h / 3 > 0)
         low = self.g.lower()
         return bool((low if low > 0 else arb(0)) + self.rate * h - self.bound * h * h / 2 > 0)
 
     def safe(self) -> float:
         """Longest step after which the same bound is positive, in floats: only a proposal."""
+        if self.tangent:
+            return min(self.room, 3 * float(self.curve.lower()) / float(self.bound_3))
         g, rate, bound = (
             max(float(self.g.lower()), 0.0),
             float(self.rate.lower()),
@@ -130,12 +142,12 @@ class _Signal:
         return bool(spread(self.wave(s + h)) > 0 and spread(self.slope(s + h)) > 0)
 
 
-def possible_events(phase: Phase, *, at_touch: bool = False) -> list[Event]:
+def possible_events(phase: Phase | TaylorStep, *, at_touch: bool = False) -> list[Event]:
     """Return the first event of a phase; several if the box leaves open which it is.
 
     Parameters
     ----------
-    phase : Phase
+    phase : Phase or TaylorStep
     at_touch : bool, optional
         Let a block that may graze land at the extremum of its velocity. That is where it lands
         if it just touches; the states agree to first order there. By default the time of
@@ -154,13 +166,20 @@ def possible_events(phase: Phase, *, at_touch: bool = False) -> list[Event]:
     for _ in range(STEPS):
         basis = signals[0].wave.basis(s)  # all waves of a phase have the same frequencies
         for signal in signals:
-            signal.reach(basis)
+            signal.reach(basis, outward(phase.reach - s)[0])
         if (event := _clean(signals, s)) is not None:
             return [*found, _with(event, missed)]
+        if s > KNOWN * phase.reach:
+            return [*found, Event(None, 0, s, missed)]
         if (h := _safe_step(signals)) is not None:
             s = (s + h).mid()
         else:
-            events, goes_on, s = _window(signals, s, at_touch)
+            try:
+                events, goes_on, s = _window(signals, s, at_touch)
+            except Undecided:
+                if s > 0 and phase.reach.is_finite():  # the next step sees further
+                    return [*found, Event(None, 0, s, missed)]
+                raise
             found += [_with(event, missed) for event in events]
             if goes_on is None:
                 return found
@@ -180,7 +199,7 @@ def _with(event: Event, before: tuple[Decision, ...]) -> Event:
 def _safe_step(signals: list[_Signal]) -> float | None:
     """Return a time in which nothing happens; None if the box leaves open too much for one."""
     steps = [signal.safe() for signal in signals]
-    h = CAUTION * min(steps)
+    h = min(CAUTION * min(steps), signals[0].room)
     for signal, longest in zip(signals, steps, strict=True):
         blocks = not signal.rate > 0 and CAUTION * longest <= 2 * h
         if blocks and float(signal.g.lower()) < VAGUE * float(signal.g.rad()):
@@ -297,7 +316,7 @@ def _touch(x: _Signal, s: arb, h: float, at_touch: bool) -> tuple[Number, Number
     """Return when a block lands that may graze, and the margin: the least slip speed."""
     bottom = root(x.slope, hull(s, s + h))
     margin = x.wave(bottom)
-    if at_touch or not isinstance(bottom, Jet):
+    if at_touch or isinstance(bottom, arb):
         return bottom, margin
     return bottom.vague(hull(s, bottom.range.upper())), margin
 

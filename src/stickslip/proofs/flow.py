@@ -5,14 +5,14 @@ Docs: proofs, events and their order.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final, TypeAlias
+from dataclasses import dataclass, replace
+from typing import Any, Final, TypeAlias
 
 from flint import arb
 
 from stickslip.proofs.events import Decision, possible_events
 from stickslip.proofs.jet import Number, spread, tight
-from stickslip.proofs.system import Phase, System
+from stickslip.proofs.system import System
 from stickslip.proofs.wave import Undecided
 
 __all__ = ["Piece", "image", "images"]
@@ -20,7 +20,7 @@ __all__ = ["Piece", "image", "images"]
 Modes: TypeAlias = tuple[int, int]
 Pair: TypeAlias = tuple[Number, Number]
 
-MOST_EVENTS: Final = 400
+MOST_PHASES: Final = 1000  # of constant modes, or Taylor steps
 GLYPHS: Final = {-1: "-", 0: ".", 1: "+"}
 
 
@@ -48,11 +48,13 @@ class _State:
     modes: Modes
     w: Pair
     e: Pair
+    released: int | None  # the block whose force has just reached its limit
+    phases: int = 0  # so far
     words: tuple[Modes, ...] = ()
     decisions: tuple[Decision, ...] = ()
 
     def decided(self, decision: Decision) -> _State:
-        return _State(self.modes, self.w, self.e, self.words, (*self.decisions, decision))
+        return replace(self, decisions=(*self.decisions, decision))
 
 
 def image(system: System, d: Number) -> Piece:
@@ -96,8 +98,8 @@ def images(system: System, d: Number, *, forks: int = 8, at_touch: bool = False)
             value = tight(system.distance(state.e))
             done.append(Piece(words, value, state.decisions))
             continue
-        if len(state.words) > MOST_EVENTS:
-            raise Undecided(f"no global stick within {MOST_EVENTS} events")
+        if state.phases > MOST_PHASES:
+            raise Undecided(f"no global stick within {MOST_PHASES} phases")
         after = _after(system, state, at_touch)
         if len(after) > 1 and len(done) + len(waiting) + len(after) > forks + 1:
             raise Undecided(_question(after))
@@ -122,8 +124,8 @@ def _onsets(system: System, d: Number) -> list[_State]:
     gap = (2 * system.alpha + 1) * d  # e_2 - e_1
     none = arb(0)
     margin = tight(beta - one - gap)  # positive: block 1 first
-    first = _State((-1, 0), (none, none), (one, tight(one + gap)))
-    second = _State((0, -1), (none, none), (tight(beta - gap), beta))
+    first = _State((-1, 0), (none, none), (one, tight(one + gap)), 0)
+    second = _State((0, -1), (none, none), (tight(beta - gap), beta), 1)
     if spread(margin) > 0:
         return [first]
     if spread(margin) < 0:
@@ -136,16 +138,30 @@ def _onsets(system: System, d: Number) -> list[_State]:
 
 def _after(system: System, state: _State, at_touch: bool) -> list[_State]:
     """Follow a phase to its end: the states that may come next."""
-    phase = Phase(system, state.modes, state.w, state.e)
+    phase = system.phase(state.modes, state.w, state.e, state.released)
     words = state.words if state.words[-1:] == (state.modes,) else (*state.words, state.modes)
     found = []
     for event in possible_events(phase, at_touch=at_touch):
         basis = phase.w[0].basis(event.time)
-        w = [wave.at(basis) if m else arb(0) for wave, m in zip(phase.w, state.modes, strict=True)]
+        waves: tuple[Any, ...] = phase.w
+        w = [wave.at(basis) if m else arb(0) for wave, m in zip(waves, state.modes, strict=True)]
         e: list[Number] = [wave.at(basis) for wave in phase.e]
         i = event.block
-        w[i] = arb(0)
         decisions = state.decisions + event.decisions
+        if i is None:
+            found.append(
+                replace(
+                    state,
+                    w=(w[0], w[1]),
+                    e=(e[0], e[1]),
+                    released=None,
+                    phases=state.phases + 1,
+                    words=words,
+                    decisions=decisions,
+                )
+            )
+            continue
+        w[i] = arb(0)
         if event.end:
             e[i] = system.limits[i] * arb(event.end)
             choices: list[tuple[int, tuple[Decision, ...]]] = [(-event.end, ())]
@@ -158,6 +174,8 @@ def _after(system: System, state: _State, at_touch: bool) -> list[_State]:
                     modes,
                     (w[0], w[1]),
                     (e[0], e[1]),
+                    i if event.end else None,
+                    state.phases + 1,
                     words,
                     decisions + asked,
                 )

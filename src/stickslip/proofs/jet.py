@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from math import inf, nextafter
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from flint import arb, ctx
 
@@ -126,7 +126,7 @@ class Jet:
         return Jet(among, among, tuple(nothing for _ in self.box), self.box)
 
 
-Number: TypeAlias = Jet | arb
+Number: TypeAlias = Any  # arb, Jet, or a germ of either
 
 
 def variables(centres: Sequence[arb], radii: Sequence[arb]) -> list[Jet]:
@@ -149,17 +149,19 @@ def variables(centres: Sequence[arb], radii: Sequence[arb]) -> list[Jet]:
 
 def centre(x: Number) -> arb:
     """Value at the centre of the box."""
-    return x.centre if isinstance(x, Jet) else x
+    found: arb = x if isinstance(x, arb) else x.centre
+    return found
 
 
 def spread(x: Number) -> arb:
     """Range over the box."""
-    return x.range if isinstance(x, Jet) else x
+    found: arb = x if isinstance(x, arb) else x.range
+    return found
 
 
 def tight(x: Number) -> Number:
     """`Jet.tight`, constants as they are."""
-    return x.tight() if isinstance(x, Jet) else x
+    return x if isinstance(x, arb) else x.tight()
 
 
 def sin_cos(x: Number) -> tuple[Number, Number]:

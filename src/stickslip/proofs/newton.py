@@ -8,14 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from flint import arb, arb_mat
+from flint import arb, arb_mat, ctx
 
-from stickslip.proofs.jet import Jet, variables
+from stickslip.proofs.jet import Jet, precision, variables
 from stickslip.proofs.wave import Undecided
 
 __all__ = ["NoZero", "zero"]
 
 ROUNDS: Final = 30
+SEARCH_BITS: Final = 128  # until a zero is proven; its digits need more
 
 
 class NoZero(Exception):
@@ -62,7 +63,8 @@ def zero(
         widths = [arb(radius)] * len(centres)
         box = [c + arb(0, w) for c, w in zip(centres, widths, strict=True)]
         try:
-            new = _step(equations, centres, widths)
+            with precision(min(ctx.prec, SEARCH_BITS)):
+                new = _step(equations, centres, widths)
         except Undecided as error:
             reason = error
             continue

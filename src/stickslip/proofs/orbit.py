@@ -10,6 +10,8 @@ from flint import arb
 from stickslip.proofs.jet import Jet, variables
 from stickslip.proofs.newton import zero
 from stickslip.proofs.power import Setting, step
+from stickslip.proofs.smooth import Falling
+from stickslip.proofs.system import law_of
 from stickslip.proofs.verify.words import rounded
 from stickslip.proofs.wave import Undecided
 
@@ -53,11 +55,23 @@ def proven_orbit(
     """
     target = arb(10) ** (-digits - 12)
     (point,), (box,) = zero(closing(setting, period), [near], RADII, target=target)
-    for share in (100, 1000, 10000):
+    # What the second program confirms: it follows law (9) without the mean value form.
+    shares = (10**7, 10**8) if law_of(setting.values) is Falling else (100, 1000, 10000)
+    for share in shares:
         alone = f"{float(box.rad()) / share:.0e}"
-        if box.contains_interior(point + arb(0, arb(alone).upper())):
-            return point, box, _entries(setting, point, period, digits, alone)
+        ball = point + arb(0, 2 * arb(alone).upper())
+        if box.contains_interior(ball):
+            entries = _entries(setting, point, period, digits, alone)
+            if not entries["stable"] or _contracts(setting, ball, period):
+                return point, box, entries
     raise Undecided("the orbit is too near the end of the interval in which it is alone")
+
+
+def _contracts(setting: Setting, ball: arb, period: int) -> bool:
+    """Whether f^period brings all points of a ball closer to each other."""
+    (x,) = variables([ball.mid()], [ball.rad()])
+    (value,) = closing(setting, period)([x])
+    return bool(abs(value.gradient[0] + 1) < 1)
 
 
 def _entries(setting: Setting, point: arb, period: int, digits: int, alone: str) -> dict[str, Any]:

@@ -9,13 +9,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Any
 
 from flint import arb
 
 from stickslip.proofs.events import Decision
 from stickslip.proofs.flow import Piece, images
-from stickslip.proofs.jet import Jet, variables
-from stickslip.proofs.system import NAMES, System, number
+from stickslip.proofs.germ import Germ, germ, like, principal
+from stickslip.proofs.jet import Jet, Number, variables
+from stickslip.proofs.system import System, law_of, number
 
 __all__ = ["Image", "Setting", "step"]
 
@@ -35,19 +37,30 @@ class Setting:
     values: dict[str, Fraction]
     varied: tuple[str, ...] = ()
 
+    def names(self, varied: str) -> tuple[str, ...]:
+        """Names in `values` that a varied parameter stands for: its own, or both blocks'."""
+        return (varied,) if varied in self.values else (f"{varied}_1", f"{varied}_2")
+
     @property
     def replaced(self) -> frozenset[str]:
         """Names of `values` that the varied parameters stand for."""
-        pairs = (("mu_1", "mu_2") if name == "mu" else (name,) for name in self.varied)
-        return frozenset(name for pair in pairs for name in pair)
+        return frozenset(each for name in self.varied for each in self.names(name))
 
-    def system(self, coordinates: Sequence[Jet]) -> System:
-        """Return the system on a box, given the coordinates of the varied parameters."""
-        given: dict[str, Jet | arb] = {name: number(self.values[name]) for name in NAMES}
+    def system(self, coordinates: Sequence[Jet], kind: Number) -> System:
+        """Return the system on a box, given the coordinates of the varied parameters.
+
+        Parameters
+        ----------
+        coordinates : sequence of Jet
+        kind : Jet or Germ
+            The form in which numbers that vary are written.
+        """
+        given: dict[str, Any] = {name: number(value) for name, value in self.values.items()}
         for name, coordinate in zip(self.varied, coordinates, strict=True):
-            for each in ("mu_1", "mu_2") if name == "mu" else (name,):
-                given[each] = coordinate
-        return System(**given)
+            given |= dict.fromkeys(self.names(name), like(kind, coordinate))
+        law = law_of(given)
+        first, second = (law(*(given[f"{n}_{i}"] for n in law._fields)) for i in (1, 2))
+        return System(given["alpha"], given["beta"], given["V"], (first, second))
 
 
 @dataclass(frozen=True)
@@ -57,13 +70,13 @@ class Image:
     Attributes
     ----------
     itinerary : str
-    value : Jet
+    value : Jet or Germ
         The next d.
     decisions : tuple of Decision
     """
 
     itinerary: str
-    value: Jet
+    value: Any
     decisions: tuple[Decision, ...]
 
     @property
@@ -76,7 +89,7 @@ class Image:
 
 def step(
     setting: Setting,
-    d: Jet,
+    d: Jet | Germ,
     parameters: Sequence[Jet] = (),
     *,
     forks: int = 0,
@@ -87,34 +100,43 @@ def step(
     Parameters
     ----------
     setting : Setting
-    d : Jet
+    d : Jet or Germ
+        A germ, for higher derivatives in the first start; the value is one, too.
     parameters : sequence of Jet
         Coordinates of the varied parameters.
     forks, at_touch
         As in `flow.images`.
     """
-    middle = d.centre.mid()
+    first = principal(d)
+    middle = first.centre.mid()
     centres = [middle, *(p.centre for p in parameters)]
-    widths = [(x.range - c).abs_upper() for x, c in zip((d, *parameters), centres, strict=True)]
-    local = variables(centres, widths)
-    pieces = images(setting.system(local[1:]), local[0], forks=forks, at_touch=at_touch)
+    widths = [(x.range - c).abs_upper() for x, c in zip((first, *parameters), centres, strict=True)]
+    start, *local = variables(centres, widths)
+    kind = start if isinstance(d, Jet) else germ(start, len(d.coefficients) - 1)
+    pieces = images(setting.system(local, kind), kind, forks=forks, at_touch=at_touch)
     return [_composed(piece, d, middle, parameters) for piece in pieces]
 
 
-def _composed(piece: Piece, d: Jet, middle: arb, parameters: Sequence[Jet]) -> Image:
+def _composed(piece: Piece, d: Jet | Germ, middle: arb, parameters: Sequence[Jet]) -> Image:
     """Write a piece in the coordinates of the outer box."""
+    start = principal(d)
 
     def outer(x: Jet | arb) -> Jet:
         if not isinstance(x, Jet):
-            return Jet(x, x, tuple(arb(0) for _ in d.box), d.box)
+            return Jet(x, x, tuple(arb(0) for _ in start.box), start.box)
         slope, *rest = x.gradient
-        gradient = [slope * g for g in d.gradient]
+        gradient = [slope * g for g in start.gradient]
         for coordinate, by_parameter in zip(parameters, rest, strict=True):
             gradient = [
                 g + by_parameter * u for g, u in zip(gradient, coordinate.gradient, strict=True)
             ]
-        centre = x.centre + slope * (d.centre - middle)
-        return Jet(centre, x.range, tuple(gradient), d.box).tight()
+        centre = x.centre + slope * (start.centre - middle)
+        return Jet(centre, x.range, tuple(gradient), start.box).tight()
 
-    decisions = tuple(replace(each, margin=outer(each.margin)) for each in piece.decisions)
-    return Image(piece.itinerary, outer(piece.value), decisions)
+    decisions = tuple(
+        replace(each, margin=outer(principal(each.margin))) for each in piece.decisions
+    )
+    if isinstance(d, Jet):
+        return Image(piece.itinerary, outer(piece.value), decisions)
+    coefficients = [outer(c) for c in piece.value.coefficients]
+    return Image(piece.itinerary, d.into(coefficients), decisions)

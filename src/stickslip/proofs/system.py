@@ -1,4 +1,4 @@
-"""Two blocks with Coulomb friction as exact numbers, and the phases of their motion."""
+"""Two blocks and their laws as exact numbers, and the phases of their motion."""
 
 from __future__ import annotations
 
@@ -6,20 +6,58 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from flint import arb, fmpq
 
 from stickslip.proofs.jet import HALF, Number, spread
+from stickslip.proofs.smooth import Falling, TaylorStep
 from stickslip.proofs.wave import Wave
 
 if TYPE_CHECKING:
     from stickslip.mechanics.model.two_block import TwoBlock
 
-__all__ = ["NAMES", "Exact", "Phase", "System", "exact_parameters", "fraction", "number"]
+__all__ = [
+    "Constant",
+    "Exact",
+    "Phase",
+    "System",
+    "exact_parameters",
+    "fraction",
+    "law_of",
+    "number",
+]
 
 Exact: TypeAlias = str | int | float | Fraction | Decimal
-NAMES = ("alpha", "beta", "V", "mu_1", "mu_2")
+
+
+class Constant(NamedTuple):
+    """Law (8): F = mu."""
+
+    mu: Number
+
+
+Law: TypeAlias = Constant | Falling
+Modes: TypeAlias = tuple[int, int]
+Pair: TypeAlias = tuple[Number, Number]
+# Least and largest value; the least of None is 0, excluded.
+RANGES: Final[dict[str, tuple[int | None, int | None]]] = {
+    "alpha": (0, None),
+    "beta": (None, None),
+    "V": (None, None),
+    "mu": (0, 1),
+    "gamma": (0, None),
+    "delta": (0, 1),
+    "eta": (0, None),
+}
+EQUALITIES: Final = {
+    0: "a single slip without friction ends with its force exactly at the lower limit",
+    1: "a single slip against the static limit comes back by a touch",
+}
+LAWS: Final[dict[str, type[Constant] | type[Falling]]] = {
+    "coulomb": Constant,
+    "popp-stelter": Falling,
+}
 
 
 def fraction(name: str, value: Exact) -> Fraction:
@@ -52,7 +90,7 @@ def exact_parameters(
     Parameters
     ----------
     model : TwoBlock
-        With Coulomb friction, undamped; its floats are read as the decimals they print.
+        Undamped, with Coulomb friction or law (9); its floats are read as the decimals they print.
     exact : mapping of str to exact number, optional
         Values that replace the model's, by the names of ``model.parameters``.
 
@@ -62,12 +100,12 @@ def exact_parameters(
         The model is of another kind, a name is unknown, or a value is out of range.
     """
     laws = model.friction if isinstance(model.friction, tuple) else (model.friction,) * 2
-    strange = [law for law in laws if law.name != "coulomb" or law.parameters.get("viscous")]
-    if strange or model.damping:
-        what = f"damping = {model.damping!r}" if model.damping else f"friction = {strange[0]}"
+    strange = [law for law in laws if law.name not in LAWS or law.parameters.get("viscous")]
+    if strange or model.damping or laws[0].name != laws[1].name:
+        what = f"damping = {model.damping!r}" if model.damping else f"friction = {laws!r}"
         raise ValueError(
-            f"{what} cannot be certified: proofs cover undamped two-block models with Coulomb "
-            "friction, Coulomb(mu=...)"
+            f"{what} cannot be certified: proofs cover undamped two-block models whose blocks both "
+            "have Coulomb friction, Coulomb(mu=...), or both law (9), PoppStelter(gamma=...)"
         )
     given: dict[str, Exact] = {**model.parameters, **(exact or {})}
     if unknown := sorted(set(given) - set(model.parameters)):
@@ -75,18 +113,29 @@ def exact_parameters(
             f"exact names {unknown[0]!r}, which is no parameter of the model: "
             f"{', '.join(model.parameters)}"
         )
-    if "mu" in given:
-        given["mu_1"] = given["mu_2"] = given["mu"]
-    values = {name: fraction(name, given[name]) for name in NAMES}
-    if values["alpha"] < 0:
-        raise ValueError(f"alpha = {values['alpha']} is out of range: alpha >= 0")
-    for name in ("beta", "V"):
-        if values[name] <= 0:
-            raise ValueError(f"{name} = {values[name]} is out of range: {name} > 0")
-    for name in ("mu_1", "mu_2"):
-        if not 0 <= values[name] <= 1:
-            raise ValueError(f"{name} = {values[name]} is out of range: 0 <= {name} <= 1")
+    of_law = LAWS[laws[0].name]._fields
+    for name in of_law:
+        if name in given:
+            given[f"{name}_1"] = given[f"{name}_2"] = given[name]
+    names = ["alpha", "beta", "V", *(f"{name}_{i}" for i in (1, 2) for name in of_law)]
+    values = {name: fraction(name, given[name]) for name in names}
+    for name, value in values.items():
+        low, high = RANGES[name.split("_")[0]]
+        if not (value > 0 if low is None else value >= low) or (high is not None and value > high):
+            allowed = f"{name} > 0" if low is None else f"{low} <= {name}"
+            allowed += "" if high is None else f" <= {high}"
+            raise ValueError(f"{name} = {value} is out of range: {allowed}")
+        if name in ("mu_1", "mu_2") and value in EQUALITIES:
+            raise ValueError(
+                f"{name} = {value} cannot be certified: {EQUALITIES[int(value)]}, an equality that "
+                "no enclosure decides"
+            )
     return values
+
+
+def law_of(values: Mapping[str, Any]) -> type[Constant] | type[Falling]:
+    """Return the law whose parameters are among these names."""
+    return next(law for law in LAWS.values() if f"{law._fields[0]}_1" in values)
 
 
 @dataclass(frozen=True)
@@ -96,17 +145,36 @@ class System:
     alpha: Number
     beta: Number
     V: Number
-    mu_1: Number
-    mu_2: Number
+    laws: tuple[Law, Law]
 
     @property
     def limits(self) -> tuple[Number, Number]:
         """Static limits of the blocks."""
         return arb(1), self.beta
 
+    def phase(
+        self, modes: Modes, w: Pair, e: Pair, released: int | None = None
+    ) -> Phase | TaylorStep:
+        """Return the motion with constant modes from a state, for ever or for some time.
+
+        Parameters
+        ----------
+        modes : pair of int
+            -1 backward slip, 0 stick, 1 forward slip; not both 0.
+        w, e : pair of numbers
+            Relative velocities and needed forces at the start.
+        released : int, optional
+            The block whose force has just reached its limit.
+        """
+        if isinstance(self.laws[0], Falling):
+            return TaylorStep(self, modes, w, e, released)
+        return Phase(self, modes, w, e)
+
     def friction(self, block: int, mode: int) -> Number:
-        """Kinetic friction on a slipping block."""
-        return (self.mu_1, self.mu_2)[block] * self.limits[block] * arb(-mode)
+        """Constant kinetic friction on a slipping block."""
+        law = self.laws[block]
+        assert isinstance(law, Constant)
+        return law.mu * self.limits[block] * arb(-mode)
 
     def distance(self, e: tuple[Number, Number]) -> Number:
         """D = X_2 - X_1 from the needed forces."""
@@ -136,6 +204,7 @@ class Phase:
         both = modes[0] and modes[1]
         self.w, self.e = self._both(w, e) if both else self._one(w, e)
         self.signals = self._signals()
+        self.reach = arb("inf")
 
     def _one(
         self, w: tuple[Number, Number], e: tuple[Number, Number]

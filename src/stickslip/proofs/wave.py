@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from flint import arb
 
+from stickslip.proofs.germ import Germ, principal
 from stickslip.proofs.jet import Jet, Number, centre, sin_cos, spread, tight
 
 __all__ = ["Basis", "Undecided", "Wave", "root"]
@@ -124,10 +125,22 @@ def root(wave: Wave, window: arb) -> Number:
     kernel = wave.centre()
     middle = _newton(kernel, kernel.derivative(), range)
     at = wave(range)
-    if not isinstance(at, Jet):
+    value = principal(at)
+    if not isinstance(value, Jet):
         return middle
     rate = spread(slope(range))
-    return Jet(middle, range, tuple(-a / rate for a in at.gradient), at.box).tight()
+    time = Jet(middle, range, tuple(-a / rate for a in value.gradient), value.box).tight()
+    return _germ_of_root(wave, slope, time, at) if isinstance(at, Germ) else time
+
+
+def _germ_of_root(wave: Wave, slope: Wave, time: Jet, at: Germ) -> Germ:
+    """Return the root as a series in d: one more term with each round."""
+    none = time * arb(0)
+    terms = [time, *(none for _ in at.coefficients[1:])]
+    rate = principal(slope(Germ(terms)))
+    for k in range(1, len(terms)):
+        terms[k] = -(wave(Germ(terms)).coefficients[k] / rate)
+    return Germ(terms)
 
 
 def _newton(wave: Wave, slope: Wave, window: arb) -> arb:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 from typing import Any, Final
 
-from flint import arb, ctx
+from flint import arb, arb_series, ctx
 
+from stickslip.proofs.verify.falling import FallingMotion
 from stickslip.proofs.verify.motion import Motion
 from stickslip.proofs.verify.words import KEYS, SCHEMA, Refused, ball, rounded, statement
 
@@ -14,6 +15,12 @@ __all__ = ["Refused", "check", "check_text"]
 
 COARSE: Final = 1e-3  # wider intervals of d are halved before possibilities are listed
 NARROWEST: Final = 1e-9  # an interval of d, before it counts as undecided
+
+
+def _motion(values: dict[str, str], **replaced: arb) -> Motion:
+    """Return the motion of a system under the law that its parameters tell."""
+    falling = "gamma_1" in {*values, *replaced}
+    return (FallingMotion if falling else Motion)(values, **replaced)
 
 
 def _matches(name: str, text: str, found: arb, digits: int) -> None:
@@ -34,20 +41,7 @@ def _orbit(motion: Motion, c: dict[str, Any], digits: int) -> arb:
             f"{len(points)} points and {len(c['itinerary'])} itineraries are given for "
             f"period {c['period']}"
         )
-    tight = points[0]
-    for _ in range(2):  # the second time from what the first proved
-        _, slope = _power(motion, tight, c["itinerary"])
-        end, _ = _power(motion, tight.mid(), c["itinerary"])
-        if (slope - 1).contains(0):
-            raise Refused("the multiplier cannot be told from 1")
-        new = tight.mid() - (end - tight.mid()) / (slope - 1)
-        if not tight.contains_interior(new):
-            what = "may be" if new.overlaps(tight) else "is"
-            raise Refused(
-                f"points[0] is stated as {c['points'][0]}, but the orbit {what} at "
-                f"{new.str(digits + 3, radius=False)}"
-            )
-        tight = new
+    tight, _ = _branch(motion, c["itinerary"], points[0].mid(), 3, arb(10) ** (-digits - 20))
     x, slope = tight, arb(1)
     for k, text in enumerate(c["points"]):
         _matches(f"points[{k}]", text, x, digits)
@@ -58,9 +52,12 @@ def _orbit(motion: Motion, c: dict[str, Any], digits: int) -> arb:
         raise Refused("two points of the orbit coincide: the period is not minimal")
     if c["stable"] is not bool(abs(slope) < 1):
         raise Refused(f"stable is stated as {c['stable']}, the multiplier is {slope.str(12)}")
-    alone = points[0].mid() + ball(f"0 +/- {c['alone']}")
-    if (_power(motion, alone, c["itinerary"])[1] - 1).contains(0):
+    alone = tight.mid() + ball(f"0 +/- {c['alone']}")
+    _, slope = _power(motion, alone.mid() + 2 * (alone - alone.mid()), c["itinerary"])
+    if (slope - 1).contains(0):
         raise Refused(f"the orbit is not shown to be alone within {c['alone']}")
+    if c["stable"] and not abs(slope) < 1:
+        raise Refused(f"the orbit is not shown to attract all points within {c['alone']}")
     return alone
 
 
@@ -106,7 +103,7 @@ def _jump(motion: Motion, c: dict[str, Any], digits: int) -> None:
 
 def _border(values: dict[str, str], c: dict[str, Any], digits: int) -> None:
     """Check at which value of the parameter the jump's one-sided image returns to it."""
-    names = ("mu_1", "mu_2") if c["parameter"] == "mu" else (c["parameter"],)
+    names = _names(c["parameter"])
     stated = ball(c["value"])
     low, high = (stated.mid() + sign * stated.rad() for sign in (-1, 1))
     a, b = (_miss(values, names, p, c, digits)[0] for p in (low, high))
@@ -122,11 +119,96 @@ def _border(values: dict[str, str], c: dict[str, Any], digits: int) -> None:
         _matches(f"points[{k}]", text, x + arb(0, arb(10) ** (-digits - 8)), digits)
 
 
+def _names(parameter: str) -> tuple[str, ...]:
+    """Names in the system that a varied parameter stands for."""
+    both = parameter in ("mu", "gamma", "delta", "eta")
+    return (f"{parameter}_1", f"{parameter}_2") if both else (parameter,)
+
+
+def _fold(values: dict[str, str], c: dict[str, Any], digits: int) -> None:
+    raise Refused("folds are proven by the certifier alone")
+
+
+def _flip(values: dict[str, str], c: dict[str, Any], digits: int) -> None:
+    """Check where the multiplier along the orbit's branch passes -1, how, and how it doubles."""
+    if "delta_1" in values or "gamma_1" in values:
+        raise Refused("flips under law (9) are proven by the certifier alone")
+    stated = ball(c["value"])
+    x, wide = ball(c["points"][0]).mid(), arb(10) ** (-digits - 4)
+    low, high = ((stated.mid() + sign * stated.rad()).mid() for sign in (-1, 1))
+
+    def branch(p: arb, x: arb, radius: arb) -> tuple[arb, arb]:
+        motion = _motion(values, **dict.fromkeys(_names(c["parameter"]), p))
+        return _branch(motion, c["itinerary"], x, 2, radius)
+
+    found = [branch(p, x, wide * arb(10) ** -15) for p in (low, high)]
+    a, b = (slope + 1 for _, slope in found)
+    if not a * b < 0:
+        raise Refused(f"value is stated as {c['value']}, but the multiplier does not pass -1 there")
+    for width in (wide, wide * arb(10) ** -6):
+        share = (a / (a - b)).mid()  # of the secant; what follows proves what it found
+        root = (low + share * (high - low)).mid()
+        drift = (found[1][0] - found[0][0]) / (high - low)
+        starts = [
+            (p, (found[0][0] + drift * (p - low)).mid())
+            for p in ((root - width).mid(), (root + width).mid())
+        ]
+        (low, _), (high, _) = starts
+        radius = width * arb(10) ** (-digits - 22)
+        found = [branch(p, x, radius) for p, x in starts]
+        a, b = (slope + 1 for _, slope in found)
+        if not a * b < 0:
+            raise Refused("the place of the flip cannot be told to its last digit")
+    _matches("value", c["value"], low.union(high), digits)
+    x = found[0][0].union(found[1][0])
+    rate = (b - a) / (high - low)  # the derivative somewhere between
+    _matches("rate", c["rate"], rate, digits)
+    points, series = _series(values, c, low.union(high), x)
+    for k, (text, point) in enumerate(zip(c["points"], points, strict=True)):
+        _matches(f"points[{k}]", text, point, digits)
+    if any(a.overlaps(b) for i, a in enumerate(points) for b in points[:i]):
+        raise Refused("two points of the orbit coincide: the period is not minimal")
+    cubic = series[3] + series[2] ** 2
+    _matches("cubic", c["cubic"], cubic, digits)
+    sides = [bool(rate > 0), bool(rate * cubic < 0)]
+    if [c["stable"] == "above", c["doubled"] == "above"] != sides:
+        raise Refused("the sides of the flip are not those of its coefficients")
+
+
+def _branch(motion: Motion, words: list[str], x: arb, rounds: int, radius: arb) -> tuple[arb, arb]:
+    """Enclose the first point of an orbit near x, and its multiplier, by Newton's method."""
+    for _ in range(rounds):
+        end, slope = _power(motion, x, words)
+        x = (x - (end - x) / (slope - 1)).mid()
+    near = x + arb(0, radius.upper())
+    end, _ = _power(motion, x, words)
+    _, slope = _power(motion, near, words)
+    new = x - (end - x) / (slope - 1)
+    if not near.contains_interior(new):
+        raise Refused(f"no such orbit is shown near d = {x.str(12, radius=False)}")
+    return new, slope
+
+
+def _series(
+    values: dict[str, str], c: dict[str, Any], p: arb, x: arb
+) -> tuple[list[arb], arb_series]:
+    """Return the orbit's points, and the power series of f^period in d to the third order."""
+    ctx.cap = 4
+    motion = _motion(values, **dict.fromkeys(_names(c["parameter"]), p))
+    points, total = [], arb_series([x, 1])
+    for _ in c["itinerary"]:
+        points.append(total[0])
+        shift = arb_series([0, *(total[k] for k in range(1, 4))])
+        total = motion.series(total[0])(shift)
+    ctx.cap = 2
+    return points, total
+
+
 def _miss(
     values: dict[str, str], names: tuple[str, ...], p: arb, c: dict[str, Any], digits: int
 ) -> tuple[arb, list[arb], str]:
     """How far f^p of the jump's one side misses the jump; the points; the other side's word."""
-    motion = Motion(values, **dict.fromkeys(names, p))
+    motion = _motion(values, **dict.fromkeys(names, p))
     near, word = ball(c["points"][0]).mid(), c["itinerary"][0]
     reach = arb(10) ** (8 - digits)
     sides = [motion.step((near + sign * reach).mid())[0] for sign in (-1, 1)]
@@ -220,11 +302,13 @@ def check(c: Any) -> str:
         raise Refused(f"digits = {digits!r} is not a whole number from 5 to 1000")
     before = ctx.prec, ctx.cap
     ctx.prec, ctx.cap = 10 * digits + 100, 2
+    if c["claim"] == "flip":  # differences of multipliers lose as many digits as they have
+        ctx.prec = 14 * digits + 220
     try:
-        if c["claim"] == "border":
-            _border(c["system"], c, digits)
+        if c["claim"] in ("border", "flip", "fold"):
+            {"border": _border, "flip": _flip, "fold": _fold}[c["claim"]](c["system"], c, digits)
         else:
-            motion = Motion(c["system"])
+            motion = _motion(c["system"])
             {"orbit": _orbit, "jump": _jump, "list": _list}[c["claim"]](motion, c, digits)
         if c["statement"] != statement(c):
             raise Refused("the statement is not what the numbers say")

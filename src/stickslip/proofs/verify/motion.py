@@ -78,15 +78,19 @@ class Signal:
         return bool(rate < 0 and self.range(t + h) < 0 and self.range(t) > 0)
 
     def root(self, t: arb, h: arb) -> arb_series:
-        """When it falls through zero, with the derivative in d."""
+        """When it falls through zero, with the derivatives in d."""
         window = t.union(t + h)
         while True:
             rate = self.rate(window)
             new = window.mid() - self.range(window.mid()) / rate
             new = new.intersection(window)
             if not new.rad() < 0.7 * window.rad():
-                return arb_series([new, -self.wave(new)[1] / rate])
+                break
             window = new
+        terms = [new]
+        for k in range(1, ctx.cap):  # each round gives one more term
+            terms.append(-self.wave(arb_series(terms))[k] / self.rate(new))
+        return arb_series(terms)
 
 
 class _Open(Exception):
@@ -96,16 +100,20 @@ class _Open(Exception):
 class Motion:
     """Two blocks with Coulomb friction (eqs. 5a-10), parameters exact."""
 
+    law: tuple[str, ...] = ("mu",)  # its parameters, each with _1 and _2
+
     def __init__(self, values: dict[str, str], **replaced: arb) -> None:
-        if sorted([*values, *replaced]) != ["V", "alpha", "beta", "mu_1", "mu_2"]:
-            raise Refused("the system is not given by alpha, beta, V, mu_1 and mu_2")
+        names = ["alpha", "beta", "V", *(f"{name}_{i}" for name in self.law for i in (1, 2))]
+        if sorted([*values, *replaced]) != sorted(names):
+            raise Refused(f"the system is not given by {', '.join(names)}")
         numbers = {name: ball(text) for name, text in values.items()} | replaced
         self.alpha, self.V = numbers["alpha"], numbers["V"]
         if not (self.alpha >= 0 and self.V > 0 and numbers["beta"] > 0):
             raise Refused("a parameter is out of range")
         self.limits = (arb(1), numbers["beta"])
-        self.mu = (numbers["mu_1"], numbers["mu_2"])
+        self.laws = [[numbers[f"{name}_{i}"] for name in self.law] for i in (1, 2)]
         self.strict = False
+        self.reached = arb_series()  # the last value, as a series in d
 
     @property
     def end(self) -> arb:
@@ -128,6 +136,17 @@ class Motion:
 
     def step(self, d: arb) -> tuple[str, arb, arb]:
         """Return the one outcome from a ball; the value by the mean value theorem."""
+        word, value, slope = self._one(d)
+        if d.rad() > 0:
+            value = value.intersection(self._one(d.mid())[1] + slope * (d - d.mid()))
+        return word, value, slope
+
+    def series(self, d: arb) -> arb_series:
+        """Return the next d as a power series in the distance from a thin ball."""
+        self._one(d)
+        return self.reached
+
+    def _one(self, d: arb) -> tuple[str, arb, arb]:
         self.strict = True
         try:
             word, value, slope = next(self.outcomes(d))
@@ -136,8 +155,6 @@ class Motion:
         finally:
             self.strict = False
         assert slope is not None
-        if d.rad() > 0:
-            value = value.intersection(self.step(d.mid())[1] + slope * (d - d.mid()))
         return word, value, slope
 
     def _follow(self, state: Any, words: list[str], sure: bool) -> Iterator[Any]:
@@ -146,7 +163,7 @@ class Motion:
         x, v, modes = state
         words = [*words, GLYPHS[modes[0]] + GLYPHS[modes[1]]]
         if modes == (0, 0):
-            value = x[1] - x[0]
+            value = self.reached = x[1] - x[0]
             word = " ".join(w for i, w in enumerate(words) if i == 0 or w != words[i - 1])
             yield word, value[0], value[1] if sure else None
             return
@@ -182,7 +199,9 @@ class Motion:
 
     def _waves(self, x: list[Any], v: list[Any], modes: tuple[int, int]) -> list[Wave]:
         alpha, V = self.alpha, self.V
-        pull = [-m * limit * mu for m, limit, mu in zip(modes, self.limits, self.mu, strict=True)]
+        pull = [
+            -m * limit * mu for m, limit, (mu,) in zip(modes, self.limits, self.laws, strict=True)
+        ]
         if modes[0] and modes[1]:
             omega = (1 + 2 * alpha).sqrt()
             c, r = pull[0] + pull[1], (pull[1] - pull[0]) / (1 + 2 * alpha)

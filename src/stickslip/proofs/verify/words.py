@@ -25,6 +25,18 @@ KEYS: Final = {
         "mechanism",
     },
     "list": {"max_period", "orbits", "undecided"},
+    "fold": {"parameter", "value", "period", "points", "itinerary", "curvature", "exists"},
+    "flip": {
+        "parameter",
+        "value",
+        "period",
+        "points",
+        "itinerary",
+        "rate",
+        "cubic",
+        "stable",
+        "doubled",
+    },
 }
 
 
@@ -74,21 +86,25 @@ def rounded(x: arb, digits: int) -> str:
 def statement(c: dict[str, Any]) -> str:
     """Say a certificate in words: made from its data, so that the two cannot differ."""
     system = ", ".join(f"{name} = {value}" for name, value in c["system"].items())
-    head = f"Two blocks with Coulomb friction, {system} (exact numbers). "
+    law = "friction law (9)" if {"gamma_1", "delta_1"} & set(c["system"]) else "Coulomb friction"
+    head = f"Two blocks with {law}, {system} (exact numbers). "
     return head + {
         "orbit": _orbit_words,
         "jump": _jump_words,
         "border": _border_words,
         "list": _list_words,
+        "fold": _fold_words,
+        "flip": _flip_words,
     }[c["claim"]](c)
 
 
 def _orbit_words(c: dict[str, Any]) -> str:
     kind = "asymptotically stable" if c["stable"] else "unstable"
+    basin = f", and all starts within {c['alone']} of this point tend to it" if c["stable"] else ""
     return (
         f"The event map has a periodic orbit of minimal period {c['period']} through "
         f"d = {c['points'][0]}. Within {c['alone']} of this point there is no other periodic point "
-        f"of that period. Its multiplier is {c['multiplier']}: the orbit is {kind}."
+        f"of that period. Its multiplier is {c['multiplier']}: the orbit is {kind}{basin}."
     )
 
 
@@ -118,3 +134,31 @@ def _list_words(c: dict[str, Any]) -> str:
         f"The event map has exactly {len(c['orbits'])} periodic orbits of period up to "
         f"{c['max_period']} on its whole domain, outside the undecided intervals: {places}.{tail}"
     ).replace(", outside the undecided intervals" if not c["undecided"] else "\0", "")
+
+
+def _critical_words(c: dict[str, Any], multiplier: int) -> str:
+    return (
+        f"As {c['parameter']} varies, the periodic orbit of minimal period {c['period']} with the "
+        f"itinerary {' | '.join(c['itinerary'])} has the multiplier {multiplier} at "
+        f"{c['parameter']} = {c['value']}, with the point d = {c['points'][0]}"
+    )
+
+
+def _fold_words(c: dict[str, Any]) -> str:
+    return (
+        f"{_critical_words(c, 1)}, where the second derivative of that power of the map is "
+        f"{c['curvature']}. It is a fold: near that value two such orbits exist {c['exists']} it, "
+        "which meet there, and none on the other side."
+    )
+
+
+def _flip_words(c: dict[str, Any]) -> str:
+    kind = "stable" if c["stable"] != c["doubled"] else "unstable"
+    side = {"stable": "super", "unstable": "sub"}[kind]
+    return (
+        f"{_critical_words(c, -1)}. It passes -1 with the derivative {c['rate']} in "
+        f"{c['parameter']}, and the cubic coefficient of the normal form is {c['cubic']}: a "
+        f"{side}critical flip. Near that value the orbit is asymptotically stable {c['stable']} it "
+        f"and unstable on the other side, and an {kind} orbit of twice the period exists "
+        f"{c['doubled']} it."
+    ).replace("an stable", "a stable")

@@ -1,0 +1,209 @@
+"""Taylor steps with proven remainders: motion under the falling law (9) with constant modes.
+
+Docs: proofs, Taylor steps.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from flint import arb, arb_poly, ctx
+
+from stickslip.proofs.expansion import Arc, Expansion, Unbounded
+from stickslip.proofs.germ import Germ, combine, dot, like
+from stickslip.proofs.jet import Jet, Number, spread
+from stickslip.proofs.wave import Undecided
+
+if TYPE_CHECKING:
+    from stickslip.proofs.system import Modes, Pair, System
+
+__all__ = ["Falling", "TaylorStep"]
+
+RADII: Final = 12  # tried for one step
+FIRST_SHARE: Final = 0.85  # of the radius of convergence, as the coefficients show it
+NEXT_SHARE: Final = 0.85
+LARGEST_RADIUS: Final = 8.0
+KINDS: Final = (arb, Jet, Germ)  # what a number may be, the richest last
+LONGEST_SHARE: Final = 0.7  # of the radius, that a step may use
+
+
+class Falling(NamedTuple):
+    """Law (9): F(s) = (1 - delta) / (1 + gamma s) + delta + eta s^2."""
+
+    gamma: Number
+    delta: Number
+    eta: Number
+
+    def force(self, s: Any) -> Any:
+        """F along a motion with expansions as parts."""
+        force = (1 - self.delta) * (1 / (1 + self.gamma * s)) + self.delta
+        return force if _vanishes(self.eta) else force + self.eta * (s * s)
+
+
+def _vanishes(x: Number) -> bool:
+    return isinstance(x, arb) and x.is_zero()
+
+
+class TaylorStep:
+    """Motion from a state (w, e) for a short time, with what `system.Phase` offers.
+
+    Parameters
+    ----------
+    system : System
+    modes : pair of int
+    w, e : pair of numbers
+    released : int or None
+        The block that has just left the belt by its force: its acceleration is exactly 0.
+    """
+
+    def __init__(
+        self, system: System, modes: Modes, w: Pair, e: Pair, released: int | None
+    ) -> None:
+        self.system, self.modes = system, modes
+        self.laws: tuple[Any, ...] = system.laws
+        self.degree = ctx.prec // 3 + 8
+        kind = max(
+            (*w, *e, system.alpha, system.beta, system.V), key=lambda x: KINDS.index(type(x))
+        )
+        self.w0 = [like(kind, x) for x in w]
+        self.e0 = [like(kind, x) for x in e]
+        series = self._coefficients(released)
+        self.radius, self.reach, w_parts, e_parts = self._enclosed(series)
+        self.signals = self._signals(w_parts, e_parts)
+        self.w = tuple(self._arc(x) for x in w_parts)
+        self.e = tuple(self._arc(x) for x in e_parts)
+
+    def _arc(self, parts: Any) -> Arc:
+        return Arc(parts, self.radius, self.reach)
+
+    def _coefficients(self, released: int | None) -> list[list[Any]]:
+        """Return the Taylor coefficients of both relative velocities in time."""
+        system, modes = self.system, self.modes
+        alpha, V = system.alpha, system.V
+        w, e = [[x] for x in self.w0], [[x] for x in self.e0]
+        slips = [i for i in (0, 1) if modes[i]]
+        s: list[list[Any]] = [[], []]
+        r: list[list[Any]] = [[], []]
+        none = self.w0[0] * arb(0)
+        for k in range(self.degree):
+            for i in (0, 1):
+                if i not in slips:
+                    w[i].append(none)
+                    continue
+                gamma, delta, eta = self.laws[i]
+                s[i].append(w[i][k] * arb(modes[i]))
+                if k == 0:
+                    r[i].append(1 / (1 + gamma * s[i][0]))
+                else:
+                    r[i].append(-(r[i][0] * gamma) * dot(s[i][1:], r[i][::-1]))
+                force = (1 - delta) * r[i][k]
+                if k == 0:
+                    force = force + delta
+                if not _vanishes(eta):
+                    force = force + eta * dot(s[i], s[i][::-1])
+                rate = force * (system.limits[i] * arb(-modes[i])) - e[i][k]
+                w[i].append(none if k == 0 and i == released else rate / (k + 1))
+            for i in (0, 1):
+                rate = (alpha + 1) * w[i][k] - alpha * w[1 - i][k]
+                e[i].append((rate + V if k == 0 else rate) / (k + 1))
+        return w
+
+    def _enclosed(self, w: list[list[Any]]) -> tuple[arb, arb, tuple[Any, Any], tuple[Any, Any]]:
+        """Find a radius on which the tails can be bounded, and the time they allow."""
+        radius = FIRST_SHARE * self._convergence(w)
+        for _ in range(RADII):
+            size = arb(radius)
+            try:
+                found = self._contracted(w, size)
+            except Unbounded:
+                found = None
+            if found is not None:
+                worst = max(float(part.tail) for x in found[0] + found[1] for part in parts(x))
+                return size, arb(radius * self._share(worst)), *found
+            radius *= NEXT_SHARE
+        raise Undecided("the box is too wide for a Taylor step")
+
+    def _share(self, tail: float) -> float:
+        """Share of the radius after which a tail has shrunk below the precision."""
+        if tail == 0:
+            return LONGEST_SHARE
+        share = (2.0 ** (-0.75 * ctx.prec) / tail) ** (1 / (self.degree + 1))
+        return float(min(LONGEST_SHARE, share))
+
+    def _convergence(self, w: list[list[Any]]) -> float:
+        """Estimate the radius of convergence by the last coefficients."""
+        found = LARGEST_RADIUS
+        for x in w:
+            for k in range(self.degree - 3, self.degree + 1):
+                size = float(abs(spread(x[k]).mid()))
+                if size > 0:
+                    found = min(found, size ** (-1 / k))
+        return found
+
+    def _contracted(self, w: list[list[Any]], radius: arb) -> Any:
+        """Bound the tails: Picard's operator maps the tails within the bounds into themselves."""
+        powers = [arb(1)]
+        for _ in range(self.degree):
+            powers.append(powers[-1] * radius)
+
+        def series(*column: arb) -> Expansion:
+            head = arb_poly([c * p for c, p in zip(column, powers, strict=True)])
+            return Expansion(head, arb(0), self.degree)
+
+        start = [combine(series, *x) for x in w]
+        image, e = self._picard(start, radius)
+        for _ in range(4):
+            trial = [combine(_tailed, x, 2 * y) for x, y in zip(start, image, strict=True)]
+            image, e = self._picard(trial, radius)
+            pairs = [
+                (a, b)
+                for x, y in zip(image, trial, strict=True)
+                for a, b in zip(parts(x), parts(y), strict=True)
+            ]
+            if all(a.tail <= b.tail for a, b in pairs):
+                found = [combine(_tailed, x, y) for x, y in zip(start, image, strict=True)]
+                return tuple(found), tuple(e)
+        return None
+
+    def _picard(self, w: list[Any], radius: arb) -> tuple[list[Any], list[Any]]:
+        """Return start + the integral of the right hand side, and the needed forces."""
+        system, modes = self.system, self.modes
+        alpha, V = system.alpha, system.V
+        one = Expansion(arb_poly([1]), arb(0), self.degree)
+        time = one.integral(radius)
+        y = [combine(lambda part: part.integral(radius), x) for x in w]
+        e = [y[i] * (alpha + 1) - y[1 - i] * alpha + V * time + self.e0[i] for i in (0, 1)]
+        image = []
+        for i, mode in enumerate(modes):
+            if not mode:
+                image.append(w[i])
+                continue
+            force = self.laws[i].force(w[i] * arb(mode)) * (system.limits[i] * arb(-mode))
+            rate = force - e[i]
+            image.append(combine(lambda part: part.integral(radius), rate) + self.w0[i])
+        return image, e
+
+    def _signals(self, w: Any, e: Any) -> list[tuple[int, int, Arc]]:
+        """As `system.Phase`."""
+        found = []
+        for i in (0, 1):
+            mode, other = self.modes[i], self.modes[1 - i]
+            if mode:
+                found.append((i, 0, self._arc(w[i] * arb(mode))))
+                continue
+            limit = self.system.limits[i]
+            found.append((i, 1, self._arc(-e[i] + limit)))
+            if other > 0:
+                found.append((i, -1, self._arc(e[i] + limit)))
+        return found
+
+
+def _tailed(start: Expansion, image: Expansion) -> Expansion:
+    return Expansion(start.head, image.tail, start.degree)
+
+
+def parts(x: Any) -> list[Expansion]:
+    """List the parts of a number."""
+    found: list[Expansion] = []
+    combine(found.append, x)
+    return found

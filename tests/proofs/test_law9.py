@@ -1,0 +1,170 @@
+"""Law (9) proven: Taylor steps with enclosed tails, germs, and what stands on them."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+pytest.importorskip("flint", reason="needs the extra 'certify'")
+
+from flint import arb, arb_poly, ctx
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.reference.law9 import Smooth
+from tests.reference.laws import PoppStelter
+from tests.reference.values import LAW9, LAW9_ORBITS
+
+import stickslip as ss
+from stickslip.proofs.certify import certify_bifurcation, certify_orbit
+from stickslip.proofs.expansion import Expansion, Unbounded
+from stickslip.proofs.germ import germ
+from stickslip.proofs.jet import precision, variables
+from stickslip.proofs.power import Setting, step
+from stickslip.proofs.system import exact_parameters
+from stickslip.proofs.verify.check import Refused, check_text
+
+BINARY = {name: Fraction(value) for name, value in LAW9.items()}
+FLIP = {"alpha": 1.20985979564076}
+DEGREE = 6
+
+
+def middle(text):
+    return Fraction(text.split(" +/- ")[0])
+
+
+def flip(**changes):
+    asked = {"kind": "flip", "d": 0.382742448843, "period": 1, "parameter": "alpha", "digits": 12}
+    return certify_bifurcation(ss.examples.law9(**FLIP), **(asked | changes))
+
+
+@given(st.lists(st.floats(-1, 1), min_size=2, max_size=20), st.floats(-0.9, 0.9))
+def test_the_algebra_encloses_what_it_leaves_out(terms, x):
+    whole = arb_poly([arb(2), *map(arb, terms)])  # |x| <= 1
+    u = Expansion(arb_poly(whole.coeffs()[: DEGREE + 1]), arb(0), DEGREE)
+    u = Expansion(u.head, sum((abs(c) for c in whole.coeffs()[DEGREE + 1 :]), arb(0)), DEGREE)
+    value = whole(arb(x))
+    cases = [(u * u, value**2), (u.integral(arb(1)), whole.integral()(arb(x)))]
+    try:
+        cases.append((1 / u, 1 / value))
+    except Unbounded:
+        assert sum(map(abs, terms)) > 0.5
+    for found, expected in cases:
+        assert (found.head(arb(x)) + arb(0, found.tail)).overlaps(expected)
+
+
+def test_a_reciprocal_without_a_bound_is_refused():
+    with pytest.raises(Unbounded):
+        1 / Expansion(arb_poly([1, 2]), arb(0), DEGREE)  # a zero inside the disc
+    assert ctx.cap >= DEGREE
+
+
+def test_germs_are_derivatives():
+    model = ss.examples.coulomb()
+    f = ss.event_map(model)
+    with precision(128):
+        setting = Setting(exact_parameters(model))
+        (x,) = variables([arb(0.27)], [arb(0)])
+        (piece,) = step(setting, germ(x, 3))
+    _, slope, bend, third = (float(c.range) for c in piece.value.coefficients)
+    h = 1e-4
+    before, here, after = f.derivative(np.array([0.27 - h, 0.27, 0.27 + h]))
+    assert slope == pytest.approx(here, rel=1e-12)
+    assert 2 * bend == pytest.approx((after - before) / (2 * h), rel=1e-6)
+    assert 6 * third == pytest.approx((after - 2 * here + before) / h**2, rel=1e-4)
+
+
+@pytest.mark.parametrize("d", ["0.1", "-0.4"])
+def test_an_enclosure_holds_the_oracles_value(d):
+    found = ss.enclose(ss.examples.law9(), Fraction(float(d)), exact=BINARY)
+    law = PoppStelter(LAW9["gamma"], 0.0, 0.0)
+    oracle = Smooth(LAW9["alpha"], LAW9["beta"], LAW9["V"], law).motion(float(d))
+    assert found.proven
+    assert found.itinerary == oracle.itinerary
+    assert found.value[0] <= float(oracle.value) <= found.value[1]
+    assert found.value[1] - found.value[0] < 1e-15
+    assert found.derivative == pytest.approx(
+        (ss.event_map(ss.examples.law9()).derivative(float(d)),) * 2, rel=1e-10
+    )
+
+
+def test_p1_is_proven():
+    proof = certify_orbit(ss.examples.law9(), 0.3832953740383583, digits=8, exact=BINARY)
+    point, multiplier = LAW9_ORBITS["P1"]
+    assert proof.proven
+    assert "friction law (9)" in proof.statement
+    assert proof.document["stable"] is True
+    assert abs(middle(proof.document["points"][0]) - Fraction(point)) < Fraction(1, 10**8)
+    assert abs(middle(proof.document["multiplier"]) - Fraction(multiplier)) < Fraction(1, 10**7)
+
+
+def test_a_wide_interval_is_refused_with_the_reason():
+    found = ss.enclose(ss.examples.law9(), ("0.38", "0.39"))
+    assert not found.proven
+    assert "too wide" in found.reason
+
+
+@pytest.mark.slow
+def test_a_wrong_orbit_is_refused():
+    assert not certify_orbit(ss.examples.law9(), 0.38330, digits=10)
+
+
+@pytest.mark.slow
+def test_p1_is_confirmed_and_no_changed_digit():
+    text = certify_orbit(ss.examples.law9(), 0.3832953740383583, digits=12).text()
+    assert check_text(text)
+    with pytest.raises(Refused, match="multiplier"):
+        check_text(text.replace("-0.936895739733", "-0.936895739732"))
+
+
+@pytest.mark.slow
+def test_the_flip_of_p1():
+    proof = flip()
+    assert proof.proven
+    assert abs(middle(proof.document["value"]) - Fraction("1.20985979564076")) < Fraction(1, 10**11)
+    assert float(middle(proof.document["cubic"])) == pytest.approx(-6607.54, abs=0.01)
+    assert (proof.document["stable"], proof.document["doubled"]) == ("below", "below")
+    assert "subcritical" in proof.statement
+    with pytest.raises(Refused, match="certifier alone"):
+        check_text(proof.text())
+
+
+@pytest.mark.slow
+def test_the_fold_of_s1_and_u1():
+    model = ss.examples.law9(alpha=1.2151058900461)
+    proof = certify_bifurcation(model, "fold", 0.38033784252577, 1, "alpha", digits=12)
+    assert proof.proven
+    assert abs(middle(proof.document["value"]) - Fraction("1.2151058900461")) < Fraction(1, 10**11)
+    assert proof.document["exists"] == "above"
+    with pytest.raises(Refused, match="certifier alone"):
+        check_text(proof.text())
+
+
+def test_the_flip_of_s1_in_the_coulomb_system():
+    model = ss.examples.coulomb(alpha=1.1370148264946178)
+    proof = certify_bifurcation(model, "flip", -0.05618813, 1, "alpha")
+    assert proof.proven
+    assert (proof.document["stable"], proof.document["doubled"]) == ("above", "below")
+    assert "supercritical" in proof.statement
+    text = proof.text()
+    assert check_text(text) == proof.statement
+    # A stable orbit of period 2 below, the stable fixed point above.
+    below, above = (ss.examples.coulomb(alpha=1.1370148264946178 + h) for h in (-1e-3, 1e-3))
+    assert certify_orbit(above, ss.event_map(above).iterate(-0.056, 4000)[-1], digits=12)
+    doubled = certify_orbit(below, ss.event_map(below).iterate(-0.056, 4000)[-1], 2, digits=12)
+    assert doubled.document["stable"] is True
+    with pytest.raises(Refused, match="does not pass -1"):
+        check_text(text.replace("1.13701482649461", "1.13701482649471"))
+    with pytest.raises(Refused, match="cubic"):
+        check_text(text.replace("117.38294972", "117.38294982"))
+
+
+@pytest.mark.parametrize("kind", ["flip", "fold"])
+def test_what_is_no_bifurcation_is_refused(kind):
+    proof = certify_bifurcation(ss.examples.coulomb(), kind, -0.03991431341, 1, "alpha", digits=8)
+    assert not proof
+    assert "Nothing is proven" in proof.statement
+
+
+def test_another_kind_is_an_error():
+    with pytest.raises(ValueError, match="kind = 'crisis'"):
+        flip(kind="crisis")
