@@ -2,10 +2,11 @@
 import { Clock } from "./clock.js";
 import { Connection } from "./connection.js";
 import { keep } from "./keep.js";
-import { blockCount, continuousParameters, valueOf, withValue } from "./model.js";
+import { blockCount, continuousParameters, indexed, valueOf, withValue } from "./model.js";
 import { PATIENT, QUESTIONS, slotsFor } from "./questions.js";
 import { clean, completeAlong, Store } from "./state.js";
 
+const EMPTY = new Set(["progress", "end"]); // parts that only tell how far an answer is
 const REST_MS = 120; // controls at rest: time for what takes longer
 
 /**
@@ -19,7 +20,7 @@ const REST_MS = 120; // controls at rest: time for what takes longer
  */
 
 export class App {
-  /** @param {Limits} limits @param {State} state @param {(open: boolean) => void} onconnection */
+  /** @param {Limits} limits @param {State} state @param {(open: boolean, warm: boolean) => void} onconnection */
   constructor(limits, state, onconnection) {
     this.limits = limits;
     this.store = new Store(state);
@@ -57,7 +58,7 @@ export class App {
   /** @param {string} name */
   symbol(name) {
     const known = continuousParameters(this.limits, this.state.model);
-    return known.find((one) => one.name === name)?.symbol ?? name;
+    return indexed(known.find((one) => one.name === name)?.symbol ?? name);
   }
 
   // --- changes that several controls make ------------------------------------------------------
@@ -169,9 +170,9 @@ export class App {
     answer.cancelled = part.cancelled;
     answer.done = Boolean(part.last && !part.error && !part.cancelled);
     if (part.error) answer.parts = [];
-    else if (!part.cancelled) answer.parts.push(part);
+    else if (!part.cancelled && !EMPTY.has(part.data.part_name)) answer.parts.push(part);
     this.#progress(slot, part);
-    if (slot === "motion" && answer.parts.length === 1) this.#move(answer);
+    if (slot === "motion" && answer.parts[0] === part) this.#move(answer);
     for (const view of this.views) if (view.slots.includes(slot) && view.isFor(this.state)) view.refresh();
     if (answer.done || part.error || part.cancelled) this.#idle(slot);
   }
@@ -181,7 +182,7 @@ export class App {
     const ended = part.last || part.error || part.cancelled;
     if (part.cancelled) this.asked.delete(slot);
     const panel = this.#own(slot)?.panel;
-    panel?.busy(ended && !this.connection.running.has(slot) ? null : part.progress);
+    panel?.busy(ended && !this.connection.running.has(slot) ? null : (part.progress ?? 0));
     if (part.error) {
       panel?.say(part.error.message, true);
       this.showError(part.error.field ?? null, part.error.message);
