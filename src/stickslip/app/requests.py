@@ -1,0 +1,226 @@
+"""What the page may ask: one struct a view, every number bounded, nothing unknown accepted."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
+
+import msgspec
+from msgspec import Meta, Raw, Struct
+
+from stickslip.study.model_values import model_of_values
+from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from stickslip.study.model_values import Model
+
+__all__ = [
+    "REQUESTS",
+    "BadRequestError",
+    "Basins",
+    "Cobweb",
+    "Cycle",
+    "Diagram",
+    "EventMap",
+    "Export",
+    "Law",
+    "Locus",
+    "Message",
+    "Motion",
+    "Request",
+    "message_of",
+    "model_of",
+    "request_of",
+]
+
+MOST_BLOCKS: Final = 20
+MOST_KNOTS: Final = 200  # of a tabulated law
+PLACE: Final = re.compile(r" - at `\$\.?([^`]*)`$")
+NAMED: Final = re.compile(r"(?:^|[\]:] )(\w+)(?:\[\d+\])? = ")
+
+Interval: TypeAlias = tuple[float, float]
+Numbers: TypeAlias = Annotated[tuple[float, ...], Meta(max_length=MOST_BLOCKS)]
+Period: TypeAlias = Annotated[int, Meta(ge=1, le=8)]
+
+
+class BadRequestError(ValueError):
+    """A request that is not allowed.
+
+    Attributes
+    ----------
+    field : str
+        Dotted path of the field that is wrong, such as ``model.mu``; empty if it is the whole.
+    """
+
+    def __init__(self, text: str, field: str = "") -> None:
+        super().__init__(text)
+        self.field = field
+
+
+class Request(Struct, frozen=True, forbid_unknown_fields=True):
+    """What every view needs: the model, as the table of a model file."""
+
+    model: dict[str, Any]
+
+
+class EventMap(Request, frozen=True):
+    """The map over a window, or a power of it, with branches and orbits."""
+
+    window: Interval | None = None
+    points: Annotated[int, Meta(ge=2, le=4000)] = 801
+    power: Period = 1
+    max_period: Annotated[int, Meta(ge=0, le=8)] = 4
+
+
+class Cobweb(Request, frozen=True):
+    """An orbit of the map."""
+
+    d: float
+    n: Annotated[int, Meta(ge=1, le=2000)] = 100
+
+
+class Start(Request, frozen=True):
+    """A state: a global stick phase d, or displacements and velocities."""
+
+    d: float | Numbers | None = None
+    x: Numbers | None = None
+    v: Numbers | None = None
+
+
+class Motion(Start, frozen=True):
+    """A motion in time."""
+
+    t_end: Annotated[float, Meta(gt=0, le=5000)] = 200.0
+    samples: Annotated[int, Meta(ge=2, le=20_000)] = 4000
+
+
+class Cycle(Start, frozen=True):
+    """The limit cycle that a motion settles on."""
+
+    max_events: Annotated[int, Meta(ge=1, le=20_000)] = 2000
+
+
+class Locus(Request, frozen=True):
+    """The global stick locus in the plane of displacements."""
+
+
+class Law(Request, frozen=True):
+    """The friction laws of the blocks, up to a slip speed."""
+
+    range: Annotated[float, Meta(gt=0, le=1000)] = 2.0
+    points: Annotated[int, Meta(ge=2, le=4000)] = 401
+
+
+class Basins(Request, frozen=True):
+    """Basins of attraction on the whole domain."""
+
+    resolution: Annotated[float, Meta(gt=0, le=0.1)] = 1e-5
+
+
+class Diagram(Request, frozen=True, kw_only=True):
+    """Attractors, orbits and bifurcations over a parameter."""
+
+    parameter: Annotated[str, Meta(max_length=40)]
+    range: Interval
+    window: Interval | None = None
+    values: Annotated[int, Meta(ge=2, le=2000)] = 300
+    max_period: Period = 4
+    bifurcations: bool = True
+
+
+REQUESTS: Final[dict[str, type[Request]]] = {
+    "event_map": EventMap,
+    "cobweb": Cobweb,
+    "motion": Motion,
+    "cycle": Cycle,
+    "locus": Locus,
+    "law": Law,
+    "basins": Basins,
+    "diagram": Diagram,
+}
+"""Views by name, and what is asked of each."""
+
+
+class Message(Struct, frozen=True, forbid_unknown_fields=True):
+    """What comes over the WebSocket: a request, or the wish to hear no more of a view."""
+
+    id: Annotated[int, Meta(ge=0, le=2**53)] = 0
+    view: Annotated[str, Meta(max_length=40)] = ""
+    request: Raw = Raw(b"{}")
+    cancel: Annotated[str, Meta(max_length=40)] | None = None
+
+
+class Export(Struct, frozen=True, forbid_unknown_fields=True):
+    """A view as a file."""
+
+    view: Annotated[str, Meta(max_length=40)]
+    request: Raw
+    format: Annotated[str, Meta(max_length=10)]
+
+
+def message_of(text: str | bytes) -> Message:
+    """Decode a message of the WebSocket.
+
+    Raises
+    ------
+    BadRequestError
+    """
+    return _decoded(text, Message)
+
+
+def request_of(view: str, content: Raw) -> Request:
+    """Decode what a view is asked.
+
+    Raises
+    ------
+    BadRequestError
+        No such view; a field that is unknown, missing, of the wrong type or out of its range.
+    """
+    if view not in REQUESTS:
+        raise BadRequestError(f"view = {view!r} is unknown. {did_you_mean(view, REQUESTS)}", "view")
+    return _decoded(content, REQUESTS[view])
+
+
+def _decoded(content: Any, kind: Any) -> Any:
+    try:
+        return msgspec.json.decode(content, type=kind)
+    except msgspec.ValidationError as error:
+        text = str(error)
+        place = PLACE.search(text)
+        raise BadRequestError(PLACE.sub("", text), place[1] if place else "") from None
+    except (msgspec.DecodeError, RecursionError) as error:
+        raise BadRequestError(f"not JSON: {error}") from None
+
+
+def model_of(request: Request) -> Model:
+    """Make the model that a request is about.
+
+    Raises
+    ------
+    BadRequestError
+        A table that makes no model, or one larger than the explorer's bounds.
+    """
+    _refuse_large(request.model)
+    try:
+        return model_of_values(dict(request.model))
+    except (ValueError, TypeError, OverflowError, RecursionError) as error:
+        name = NAMED.search(str(error))
+        raise BadRequestError(str(error), f"model.{name[1]}" if name else "model") from None
+
+
+def _refuse_large(table: dict[str, Any]) -> None:
+    """Refuse models whose size alone would keep the server busy."""
+    for name, value in table.items():
+        if isinstance(value, list) and len(value) > MOST_BLOCKS:
+            raise BadRequestError(
+                f"{name} has {len(value)} entries; the explorer takes at most {MOST_BLOCKS}.",
+                f"model.{name}",
+            )
+    laws = table.get("friction")
+    for law in laws if isinstance(laws, list) else [laws]:
+        knots = law.get("speed") if isinstance(law, dict) else None
+        if isinstance(knots, list) and len(knots) > MOST_KNOTS:
+            raise BadRequestError(
+                f"speed has {len(knots)} entries; the explorer takes at most {MOST_KNOTS}.",
+                "model.friction",
+            )
