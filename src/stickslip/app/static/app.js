@@ -2,7 +2,7 @@
 import { Clock } from "./clock.js";
 import { Connection } from "./connection.js";
 import { keep } from "./keep.js";
-import { blockCount, continuousParameters, indexed, valueOf, withValue } from "./model.js";
+import { blockCount, continuousParameters, hasLineMap, indexed, valueOf, withValue } from "./model.js";
 import { PATIENT, QUESTIONS, slotsFor } from "./questions.js";
 import { clean, completeAlong, Store } from "./state.js";
 
@@ -65,7 +65,7 @@ export class App {
 
   /** Start the motion from a point of the map. @param {number} d */
   startAt(d) {
-    const domain = this.domain();
+    const domain = hasLineMap(this.state.model) ? this.domain() : undefined;
     const inside = domain ? Math.min(domain[1], Math.max(domain[0], d)) : d;
     this.store.update({ d: clean(inside) }, "d");
   }
@@ -137,6 +137,7 @@ export class App {
     for (const slot of slots) if (!PATIENT.has(slot)) this.ask(slot);
     clearTimeout(this.restTimer);
     this.restTimer = setTimeout(() => {
+      this.restTimer = 0;
       for (const slot of slots) if (PATIENT.has(slot)) this.ask(slot);
     }, REST_MS);
   }
@@ -214,6 +215,12 @@ export class App {
     if (this.connection.running.has(slot)) return;
     for (const resolve of this.waiters.get(slot) ?? []) resolve();
     this.waiters.delete(slot);
+  }
+
+  /** Whether every question has its answer. */
+  get quiet() {
+    const { running, waiting } = this.connection;
+    return !this.restTimer && !running.size && !waiting.size;
   }
 
   /** A plot has another size: what it shows wants another resolution. @param {string} id @param {number} width */

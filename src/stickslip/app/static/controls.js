@@ -194,10 +194,13 @@ export class Controls {
     this.playButton = playButton("Play the motion", () => this.playMotion(!clock.playing));
     const speed = element("input", { type: "range", min: 0, max: 2, step: 0.05, value: Math.log10(clock.speed), "aria-label": "speed, slider",
       oninput: () => (clock.speed = 10 ** speed.valueAsNumber) });
-    const start = { name: "d", symbol: "d", meaning: "start of the motion", default: 0, min: -1, max: 1, step: 0.001 };
+    const start = { name: "d", symbol: "d", meaning: "start of the motion: X₂ − X₁ of a global stick", default: 0, min: -1, max: 1, step: 0.001 };
+    const displaced = { ...start, symbol: "X_1", meaning: "start of the motion: displacement of block 1, all at rest" };
+    const starts = [start, displaced].map((one) => this.#number(one, ({ d }) => d, (d) => app.startAt(d), this.fixed));
+    this.fixed.push(({ model }) => starts.forEach((row, k) => (row.hidden = hasLineMap(model) === Boolean(k))));
     const duration = { name: "t_end", symbol: "T", meaning: "duration of the motion", default: 120, min: 20, max: 500, step: 5 };
     return this.#group("Motion",
-      this.#number(start, ({ d }) => d, (d) => app.startAt(d), this.fixed),
+      ...starts,
       element("div", { class: "row buttons" }, this.playButton, element("span", { class: "time-label" }, "t = ", this.time), speed),
       this.#number(duration, ({ t_end }) => t_end, (t_end) => app.store.update({ t_end }, "t_end"), this.fixed));
   }

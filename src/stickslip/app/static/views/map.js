@@ -113,8 +113,8 @@ export class MapView extends View {
       ys.push(orbit[k], orbit[k]);
     }
     const late = Math.max(2, Math.floor(xs.length * 0.6));
-    this.plot.line(xs, ys, { color: colors().ink, width: 0.8, alpha: 0.28 }, 0, late);
-    this.plot.line(xs, ys, { color: colors().ink, width: 1, alpha: 0.75 }, late - 1);
+    this.plot.line(xs, ys, { color: colors().ink, width: 0.8, alpha: 0.22 }, 0, late);
+    this.plot.line(xs, ys, { color: colors().ink, width: 0.9, alpha: 0.5 }, late - 1);
   }
 
   paintOrbits() {
