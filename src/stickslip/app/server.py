@@ -17,6 +17,7 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 
+from stickslip.app.downloads import Downloads
 from stickslip.app.headers import SafeHeaders, hosts_of, is_own_page
 from stickslip.app.limits import described_limits
 from stickslip.app.presets import presets
@@ -112,6 +113,7 @@ def application(
         Route("/healthz", health),
         Route("/presets.json", listed),
         Route("/limits.json", listed),
+        Route("/export", Downloads(workers).answer, methods=["POST"]),
         WebSocketRoute("/ws", talk),
         Mount("/static", StaticFiles(directory=str(static))),
     ]
