@@ -76,11 +76,18 @@ class Downloads:
         except NotHereError as error:
             return _refused(NOT_HERE, str(error), "format")
         except Exception as error:
-            code = {TimeIsUpError: TOO_LONG}.get(type(error), BROKEN)
-            code = BAD if isinstance(error, ValueError) else code
-            return _refused(code, **told(error, request))
+            return _refused(_code_of(error), **told(error, request))
         headers = {"content-disposition": f'attachment; filename="{file.name}"'}
         return Response(file.content, media_type=file.media_type, headers=headers)
+
+
+def _code_of(error: Exception) -> int:
+    match error:
+        case ValueError():
+            return BAD
+        case TimeIsUpError():
+            return TOO_LONG
+    return BROKEN
 
 
 async def _content(received: Request) -> bytes | None:

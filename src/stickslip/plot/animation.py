@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
+from matplotlib.animation import FFMpegWriter, PillowWriter
 
 from stickslip.plot.mechanism import mechanism
 from stickslip.plot.motion import sample_times
@@ -24,7 +24,7 @@ MOST_FRAMES: Final = 160
 DPI: Final = 100
 COLORS: Final = (PALETTE["blue"], PALETTE["vermillion"])
 
-WRITERS: Final[dict[str, type[AbstractMovieWriter]]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
+WRITERS: Final[dict[str, Any]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
 
 
 def can_write(kind: str) -> bool:
