@@ -1,8 +1,8 @@
-"""What keeps other web pages out: headers of every answer, and whose requests are taken."""
+"""What keeps other web pages out: headers of all answers, and whose requests are taken."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
@@ -10,12 +10,12 @@ from starlette.responses import PlainTextResponse
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
-    from starlette.websockets import WebSocket
 
-__all__ = ["SafeHeaders", "hosts_of", "is_own_page"]
+__all__ = ["SafeHeaders", "hosts_of"]
 
 LOCAL: Final = ("127.0.0.1", "localhost", "[::1]")
 EVERYWHERE: Final = ("0.0.0.0", "::")
+POLICY_VIOLATION: Final = 1008
 POLICY: Final = (
     "default-src 'self'; img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; "
     "form-action 'none'; object-src 'none'; frame-ancestors 'self'"
@@ -29,16 +29,11 @@ def hosts_of(host: str) -> tuple[str, ...]:
     return (*LOCAL, f"[{host}]" if ":" in host else host)
 
 
-def is_own_page(socket: WebSocket) -> bool:
-    """Whether a WebSocket was opened by a page of this server, or by a program that is no page."""
-    origin = socket.headers.get("origin")
-    return origin is None or urlsplit(origin).netloc == socket.headers.get("host")
-
-
 class SafeHeaders:
-    """Add headers to every answer, and refuse requests that name a foreign host.
+    """Add headers to every answer, and refuse requests of other sites' pages.
 
-    A page of another site that has its name resolved to this machine would name its own.
+    Browsers name the page's origin with what it posts and with WebSockets. A site that has its
+    own name resolved to this machine names a foreign host.
 
     Parameters
     ----------
@@ -66,12 +61,8 @@ class SafeHeaders:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        if not self._is_host(Headers(scope=scope).get("host", "")):
-            refusal: Any = PlainTextResponse("unknown host\n", status_code=400)
-            if scope["type"] == "websocket":
-                await send({"type": "websocket.close", "code": 1008})
-                return
-            await refusal(scope, receive, send)
+        if not self._is_ours(Headers(scope=scope)):
+            await self._refuse(scope, receive, send)
             return
 
         async def send_with_headers(message: Message) -> None:
@@ -83,6 +74,16 @@ class SafeHeaders:
 
         await self.app(scope, receive, send_with_headers)
 
-    def _is_host(self, host: str) -> bool:
+    def _is_ours(self, headers: Headers) -> bool:
+        host = headers.get("host", "")
         name = host[: host.rfind(":")] if host.rpartition(":")[2].isdigit() else host
-        return not self.hosts or name in self.hosts
+        origin = headers.get("origin")
+        foreign = origin is not None and urlsplit(origin).netloc != host
+        return not foreign and (not self.hosts or name in self.hosts)
+
+    async def _refuse(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "websocket":
+            await send({"type": "websocket.close", "code": POLICY_VIOLATION})
+            return
+        answer = PlainTextResponse("a request of another site\n", status_code=403)
+        await answer(scope, receive, send)

@@ -14,9 +14,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Final
 
-__all__ = ["CalledOffError", "Gate", "Job", "TimeIsUpError", "checkpoint", "progress_between"]
+__all__ = [
+    "CalledOffError",
+    "Gate",
+    "Job",
+    "TimeIsUpError",
+    "checkpoint",
+    "progress_between",
+    "undisturbed",
+]
 
-SLICE: Final = 0.05  # seconds of work after which others get their turn
+SLICE: Final = 0.02  # seconds of work after which others get their turn
 
 REPORTED: Final = 0.2  # seconds between two reports of progress
 
@@ -34,6 +42,7 @@ class TimeIsUpError(Exception):
 @dataclass(eq=False)
 class _Ticket:
     user: object
+    patient: bool = False
     granted: bool = False
     event: threading.Event = field(default_factory=threading.Event)
 
@@ -93,11 +102,14 @@ class Gate:
 
     def _grant(self) -> None:
         while self._free and self._waiting:
-            ticket = min(self._waiting, key=lambda waiting: self._used[waiting.user])
+            ticket = min(self._waiting, key=self._turn)
             self._waiting.remove(ticket)
             self._free -= 1
             ticket.granted = True
             ticket.event.set()
+
+    def _turn(self, ticket: _Ticket) -> tuple[float, bool]:
+        return self._used[ticket.user], ticket.patient
 
 
 class Job:
@@ -111,6 +123,8 @@ class Job:
         Whose turns they are.
     seconds : float
         How long it may compute, waiting aside.
+    patient : bool
+        Whether other jobs of this user go first.
     report : callable, optional
         Told now and then which share of the work is done.
     """
@@ -120,6 +134,8 @@ class Job:
         gate: Gate,
         user: object,
         seconds: float,
+        *,
+        patient: bool = False,
         report: Callable[[float], None] | None = None,
     ) -> None:
         self.report = report
@@ -127,6 +143,7 @@ class Job:
         self._user = user
         self._left = seconds
         self._since = 0.0
+        self._patient = patient
         self._called_off = False
         self._ticket: _Ticket | None = None
         self._holds = False
@@ -174,7 +191,7 @@ class Job:
 
     def _compute(self) -> None:
         """Wait for a slot."""
-        self._ticket = ticket = _Ticket(self._user)
+        self._ticket = ticket = _Ticket(self._user, self._patient)
         if not self._called_off:
             self._gate.enter(ticket)
         self._ticket = None
@@ -198,6 +215,16 @@ def checkpoint() -> None:
     job: Job | None = getattr(_current, "job", None)
     if job is not None:
         job.check()
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Pass over checkpoints: for work that must not wait for a turn."""
+    job, _current.job = getattr(_current, "job", None), None
+    try:
+        yield
+    finally:
+        _current.job = job
 
 
 def progress_between(low: float, high: float) -> Callable[[float], None]:

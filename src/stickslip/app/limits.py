@@ -9,6 +9,7 @@ from typing import Any, Final
 import msgspec
 
 from stickslip.app import requests
+from stickslip.app.exports import KNOWN, formats
 from stickslip.mechanics.friction import LAWS
 from stickslip.mechanics.friction.ranges import Choice
 from stickslip.vocabulary import TERMS
@@ -69,7 +70,12 @@ IN_TIME: Final = ("motion", "law", "cycle")
 
 def described_limits() -> dict[str, Any]:
     """Return models, laws and bounds of requests as plain values."""
-    return {"models": _models(), "laws": [_law(name) for name in LAWS], "requests": _bounds()}
+    return {
+        "models": _models(),
+        "laws": [_law(name) for name in LAWS],
+        "requests": _bounds(),
+        "exports": {view: formats(view) for view in KNOWN},
+    }
 
 
 def _models() -> list[dict[str, Any]]:

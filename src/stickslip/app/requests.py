@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
 
 import msgspec
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from stickslip.study.model_values import Model
 
 __all__ = [
+    "PICTURES",
     "REQUESTS",
     "BadRequestError",
     "Basins",
@@ -25,9 +27,14 @@ __all__ = [
     "Export",
     "Law",
     "Locus",
+    "Mechanism",
     "Message",
     "Motion",
+    "Plane",
+    "Portrait",
     "Request",
+    "Start",
+    "export_of",
     "message_of",
     "model_of",
     "request_of",
@@ -40,6 +47,7 @@ NAMED: Final = re.compile(r"(?:^|[\]:] )(\w+)(?:\[\d+\])? = ")
 
 Interval: TypeAlias = tuple[float, float]
 Numbers: TypeAlias = Annotated[tuple[float, ...], Meta(max_length=MOST_BLOCKS)]
+Word: TypeAlias = Annotated[str, Meta(max_length=40)]
 Period: TypeAlias = Annotated[int, Meta(ge=1, le=8)]
 
 
@@ -94,6 +102,20 @@ class Motion(Start, frozen=True):
     samples: Annotated[int, Meta(ge=2, le=20_000)] = 4000
 
 
+class Portrait(Motion, frozen=True):
+    """The phase portrait of one block; a picture only."""
+
+    block: Annotated[int, Meta(ge=1, le=MOST_BLOCKS)] = 1
+
+
+class Plane(Motion, frozen=True):
+    """A motion in the plane of displacements, over the stick locus; a picture only."""
+
+
+class Mechanism(Motion, frozen=True):
+    """Blocks, springs and belt at the start of a motion; as a film, the motion."""
+
+
 class Cycle(Start, frozen=True):
     """The limit cycle that a motion settles on."""
 
@@ -120,7 +142,7 @@ class Basins(Request, frozen=True):
 class Diagram(Request, frozen=True, kw_only=True):
     """Attractors, orbits and bifurcations over a parameter."""
 
-    parameter: Annotated[str, Meta(max_length=40)]
+    parameter: Word
     range: Interval
     window: Interval | None = None
     values: Annotated[int, Meta(ge=2, le=2000)] = 300
@@ -140,22 +162,38 @@ REQUESTS: Final[dict[str, type[Request]]] = {
 }
 """Views by name, and what is asked of each."""
 
+PICTURES: Final[dict[str, type[Request]]] = {
+    "portrait": Portrait,
+    "plane": Plane,
+    "mechanism": Mechanism,
+}
+"""Pictures of a motion, which has no view of its own for them: the page draws its motion."""
+
 
 class Message(Struct, frozen=True, forbid_unknown_fields=True):
-    """What comes over the WebSocket: a request, or the wish to hear no more of a view."""
+    """What comes over the WebSocket: a request, or the slot of one that is not wanted any more.
+
+    Of each slot the latest request wins; it is the view, unless the page shows one twice.
+    """
 
     id: Annotated[int, Meta(ge=0, le=2**53)] = 0
-    view: Annotated[str, Meta(max_length=40)] = ""
+    view: Word = ""
+    slot: Word = ""
     request: Raw = Raw(b"{}")
-    cancel: Annotated[str, Meta(max_length=40)] | None = None
+    cancel: Word | None = None
+
+    @property
+    def place(self) -> str:
+        """The slot that it belongs to."""
+        return self.slot or self.view
 
 
 class Export(Struct, frozen=True, forbid_unknown_fields=True):
     """A view as a file."""
 
-    view: Annotated[str, Meta(max_length=40)]
+    view: Word
     request: Raw
-    format: Annotated[str, Meta(max_length=10)]
+    format: Word
 
 
 def message_of(text: str | bytes) -> Message:
@@ -168,17 +206,27 @@ def message_of(text: str | bytes) -> Message:
     return _decoded(text, Message)
 
 
-def request_of(view: str, content: Raw) -> Request:
-    """Decode what a view is asked.
+def request_of(view: str, content: Raw, known: Mapping[str, type[Request]] = REQUESTS) -> Request:
+    """Decode what a view is asked, one of those that are known.
 
     Raises
     ------
     BadRequestError
         No such view; a field that is unknown, missing, of the wrong type or out of its range.
     """
-    if view not in REQUESTS:
-        raise BadRequestError(f"view = {view!r} is unknown. {did_you_mean(view, REQUESTS)}", "view")
-    return _decoded(content, REQUESTS[view])
+    if view not in known:
+        raise BadRequestError(f"view = {view!r} is unknown. {did_you_mean(view, known)}", "view")
+    return _decoded(content, known[view])
+
+
+def export_of(content: bytes) -> Export:
+    """Decode the wish for a file.
+
+    Raises
+    ------
+    BadRequestError
+    """
+    return _decoded(content, Export)
 
 
 def _decoded(content: Any, kind: Any) -> Any:

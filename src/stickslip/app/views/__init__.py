@@ -13,7 +13,7 @@ from stickslip.app.views.event_map import cobweb, event_map
 from stickslip.app.views.model import law, locus
 from stickslip.app.views.motion import cycle, motion
 
-__all__ = ["SLOW", "VIEWS"]
+__all__ = ["VIEWS", "is_slow"]
 
 VIEWS: Final[dict[type[requests.Request], Callable[[Any], Iterator[Part]]]] = {
     requests.EventMap: event_map,
@@ -26,5 +26,9 @@ VIEWS: Final[dict[type[requests.Request], Callable[[Any], Iterator[Part]]]] = {
     requests.Diagram: diagram,
 }
 
-SLOW: Final = ("basins", "cycle", "diagram")
-"""Views that take seconds: they never wait before a quick one of the same user."""
+SLOW: Final = (requests.Basins, requests.Cycle, requests.Diagram)
+
+
+def is_slow(request: requests.Request) -> bool:
+    """Whether an answer takes seconds: quick ones of the same user go first."""
+    return isinstance(request, SLOW) or getattr(request, "power", 1) > 1

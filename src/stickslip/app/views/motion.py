@@ -18,12 +18,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.app import requests
+    from stickslip.mechanics.cycle.cycle import Cycle
     from stickslip.mechanics.flow.trajectory import Event, Trajectory
     from stickslip.study.model_values import Model
 
     Floats = NDArray[np.float64]
 
-__all__ = ["cycle", "motion", "start_of"]
+__all__ = ["MAX_EVENTS", "cycle", "found_cycle", "motion", "simulated", "start_of"]
 
 MAX_EVENTS: Final = 20_000
 CYCLE_SAMPLES: Final = 2000
@@ -33,11 +34,8 @@ CODES: Final = np.array([0, 1, 2], dtype=np.uint8)
 
 def motion(request: requests.Motion) -> Iterator[Part]:
     """Follow a motion and sample it, every event included."""
-    model = model_of(request)
-    with naming(_start_field(request)):
-        found = simulate(
-            model, **start_of(model, request), t_end=request.t_end, max_events=MAX_EVENTS
-        )
+    found = simulated(request)
+    model = found.model
     arrays = sampled(found, request.samples) | {"d": found.d}
     data = {
         "events": events(found.events),
@@ -52,10 +50,7 @@ def motion(request: requests.Motion) -> Iterator[Part]:
 
 def cycle(request: requests.Cycle) -> Iterator[Part]:
     """Follow a motion onto its limit cycle."""
-    model = model_of(request)
-    with naming(_start_field(request)):
-        x, v = state_of(model, start_of(model, request))
-        found = find_cycle(model, x, v, max_events=request.max_events)
+    found = found_cycle(request)
     data = {
         "period": found.period,
         "multipliers": [complex(value) for value in found.multipliers],
@@ -63,9 +58,25 @@ def cycle(request: requests.Cycle) -> Iterator[Part]:
         "events": events(found.events),
         "d": found.d,
         "residual": found.residual,
-        "V": model.V,
+        "V": found.model.V,
     }
     yield Part("cycle", sampled(found.trajectory, CYCLE_SAMPLES), data)
+
+
+def simulated(request: requests.Motion) -> Trajectory:
+    """Follow the motion that is asked for."""
+    model = model_of(request)
+    with naming(_start_field(request)):
+        start = start_of(model, request)
+        return simulate(model, **start, t_end=request.t_end, max_events=MAX_EVENTS)
+
+
+def found_cycle(request: requests.Cycle) -> Cycle:
+    """Find the limit cycle that is asked for."""
+    model = model_of(request)
+    with naming(_start_field(request)):
+        x, v = _state_of(model, start_of(model, request))
+        return find_cycle(model, x, v, max_events=request.max_events)
 
 
 def start_of(model: Model, request: requests.Start) -> dict[str, Any]:
@@ -89,7 +100,7 @@ def _start_field(request: requests.Start) -> str:
     return "d" if request.x is None else "x"
 
 
-def state_of(model: Model, start: dict[str, Any]) -> tuple[Any, Any]:
+def _state_of(model: Model, start: dict[str, Any]) -> tuple[Any, Any]:
     """Return displacements and velocities at the start."""
     if "x" in start:
         return start["x"], start["v"]
