@@ -23,7 +23,7 @@ MIXED = {**COULOMB, "friction": [{"law": "coulomb", "mu": 0.2}, {"law": "coulomb
 
 def test_the_event_map_comes_with_its_branches_and_orbits(page):
     parts = page.parts("event_map", points=101, max_period=2)
-    assert list(parts) == ["samples", "branches", "orbits", "end"]
+    assert list(parts) == ["samples", "branches", "orbits", "explained", "end"]
     f = ss.event_map(MODEL)
     samples = parts["samples"].arrays
     np.testing.assert_array_equal(samples["f"], f(samples["x"]))
@@ -33,7 +33,8 @@ def test_the_event_map_comes_with_its_branches_and_orbits(page):
         assert line.arrays["x"][mine][[0, -1]].tolist() == [branch.left, branch.right]
         ends = line.arrays["f"][mine][[0, -1]].tolist()
         assert ends == [branch.value_left, branch.value_right]
-    told = [(item["at"], item["mechanism"]) for item in line.data["breakpoints"]]
+    np.testing.assert_array_equal(parts["explained"].arrays["f"], line.arrays["f"])
+    told = [(item["at"], item["mechanism"]) for item in parts["explained"].data["breakpoints"]]
     assert told == [(item.d, item.mechanism) for item in table.breakpoints]
     orbits = ss.periodic_orbits(f, 2, infinitely_unstable=True)
     assert [o["points"] for o in parts["orbits"].data["orbits"]] == [
@@ -49,6 +50,16 @@ def test_a_window_and_a_power_are_shown_at_their_own_resolution(page):
     found = [item["at"] for item in parts["branches"].data["breakpoints"]]
     whole = [item.d for item in ss.breakpoints(ss.event_map(MODEL).power(2))]
     np.testing.assert_allclose(found, [d for d in whole if 0.1 < d < 0.2], rtol=0, atol=1e-12)
+
+
+def test_orbits_inside_a_window_come_before_the_others(page):
+    asked = {"window": [0.05, 0.2], "points": 20, "max_period": 1}
+    received = page.answer(page.ask("event_map", **asked))
+    first, last = (part.data["orbits"] for part in received if part.name == "orbits")
+    everywhere = ss.periodic_orbits(MODEL, 1, infinitely_unstable=True)
+    assert [o["points"] for o in last] == [orbit.points.tolist() for orbit in everywhere]
+    inside = [o["points"][0] for o in last if 0.05 <= o["points"][0] <= 0.2]
+    np.testing.assert_allclose([o["points"][0] for o in first], inside, rtol=0, atol=1e-12)
 
 
 def test_motions_that_are_long_are_missing_only_from_the_first_picture(page):
@@ -117,14 +128,16 @@ def test_basins_have_the_edges_of_the_library(page):
 
 
 def test_a_diagram_grows_from_dots_to_bifurcations(page):
-    asked = {"parameter": "V", "range": [0.03695, 0.037], "values": 5, "max_period": 1}
-    received = page.answer(page.ask("diagram", **asked))
+    asked = {"max_period": 1, "window": [-0.1, 0.05]}
+    ends = {"parameter": "V", "range": [0.03695, 0.037], "values": 5}
+    received = page.answer(page.ask("diagram", **ends, **asked))
     names = [part.name for part in received if part.name != "progress"]
     assert names == [*["dots"] * 5, "branches", "bifurcations", "infinitely_unstable", "end"]
     shares = [part.header["progress"] for part in received]
     assert shares == sorted(shares)
     branches = next(part for part in received if part.name == "branches")
-    diagram = ss.bifurcation_diagram(MODEL, "V", np.linspace(0.03695, 0.037, 5), max_period=1)
+    values = np.linspace(0.03695, 0.037, 5)
+    diagram = ss.bifurcation_diagram(MODEL, "V", values, max_period=1, window=(-0.1, 0.05))
     assert len(branches.data["orbits"]) == len(diagram.orbits)
     np.testing.assert_array_equal(branches.arrays["points_0"], diagram.orbits[0].points)
 
