@@ -2,10 +2,11 @@
 import { Clock } from "./clock.js";
 import { Connection } from "./connection.js";
 import { keep } from "./keep.js";
-import { blockCount, continuousParameters, valueOf, withValue } from "./model.js";
+import { blockCount, continuousParameters, hasLineMap, indexed, valueOf, withValue } from "./model.js";
 import { PATIENT, QUESTIONS, slotsFor } from "./questions.js";
 import { clean, completeAlong, Store } from "./state.js";
 
+const EMPTY = new Set(["progress", "end"]); // parts that only tell how far an answer is
 const REST_MS = 120; // controls at rest: time for what takes longer
 
 /**
@@ -19,7 +20,7 @@ const REST_MS = 120; // controls at rest: time for what takes longer
  */
 
 export class App {
-  /** @param {Limits} limits @param {State} state @param {(open: boolean) => void} onconnection */
+  /** @param {Limits} limits @param {State} state @param {(open: boolean, warm: boolean) => void} onconnection */
   constructor(limits, state, onconnection) {
     this.limits = limits;
     this.store = new Store(state);
@@ -57,14 +58,14 @@ export class App {
   /** @param {string} name */
   symbol(name) {
     const known = continuousParameters(this.limits, this.state.model);
-    return known.find((one) => one.name === name)?.symbol ?? name;
+    return indexed(known.find((one) => one.name === name)?.symbol ?? name);
   }
 
   // --- changes that several controls make ------------------------------------------------------
 
   /** Start the motion from a point of the map. @param {number} d */
   startAt(d) {
-    const domain = this.domain();
+    const domain = hasLineMap(this.state.model) ? this.domain() : undefined;
     const inside = domain ? Math.min(domain[1], Math.max(domain[0], d)) : d;
     this.store.update({ d: clean(inside) }, "d");
   }
@@ -136,6 +137,7 @@ export class App {
     for (const slot of slots) if (!PATIENT.has(slot)) this.ask(slot);
     clearTimeout(this.restTimer);
     this.restTimer = setTimeout(() => {
+      this.restTimer = 0;
       for (const slot of slots) if (PATIENT.has(slot)) this.ask(slot);
     }, REST_MS);
   }
@@ -169,9 +171,9 @@ export class App {
     answer.cancelled = part.cancelled;
     answer.done = Boolean(part.last && !part.error && !part.cancelled);
     if (part.error) answer.parts = [];
-    else if (!part.cancelled) answer.parts.push(part);
+    else if (!part.cancelled && !EMPTY.has(part.data.part_name)) answer.parts.push(part);
     this.#progress(slot, part);
-    if (slot === "motion" && answer.parts.length === 1) this.#move(answer);
+    if (slot === "motion" && answer.parts[0] === part) this.#move(answer);
     for (const view of this.views) if (view.slots.includes(slot) && view.isFor(this.state)) view.refresh();
     if (answer.done || part.error || part.cancelled) this.#idle(slot);
   }
@@ -181,7 +183,7 @@ export class App {
     const ended = part.last || part.error || part.cancelled;
     if (part.cancelled) this.asked.delete(slot);
     const panel = this.#own(slot)?.panel;
-    panel?.busy(ended && !this.connection.running.has(slot) ? null : part.progress);
+    panel?.busy(ended && !this.connection.running.has(slot) ? null : (part.progress ?? 0));
     if (part.error) {
       panel?.say(part.error.message, true);
       this.showError(part.error.field ?? null, part.error.message);
@@ -213,6 +215,12 @@ export class App {
     if (this.connection.running.has(slot)) return;
     for (const resolve of this.waiters.get(slot) ?? []) resolve();
     this.waiters.delete(slot);
+  }
+
+  /** Whether every question has its answer. */
+  get quiet() {
+    const { running, waiting } = this.connection;
+    return !this.restTimer && !running.size && !waiting.size;
   }
 
   /** A plot has another size: what it shows wants another resolution. @param {string} id @param {number} width */

@@ -18,7 +18,7 @@ const KINDS = { f8: Float64Array, f4: Float32Array, u1: Uint8Array, i4: Int32Arr
 export class Connection {
   /**
    * @param {string} url
-   * @param {(open: boolean) => void} onchange
+   * @param {(open: boolean, warm: boolean) => void} onchange  connected or not; kernels compiled or not
    */
   constructor(url, onchange) {
     this.url = url;
@@ -62,12 +62,12 @@ export class Connection {
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => {
       this.failures = 0;
-      this.onchange(true);
+      this.onchange(true, true);
       for (const asked of [...this.running.values()]) this.#send(asked);
     };
     this.socket.onmessage = (event) => this.#receive(decode(event.data));
     this.socket.onclose = () => {
-      this.onchange(false);
+      this.onchange(false, true);
       const pause = RETRY_MS[Math.min(this.failures++, RETRY_MS.length - 1)];
       setTimeout(() => this.#open(), pause);
     };
@@ -88,9 +88,10 @@ export class Connection {
 
   /** @param {Part} part */
   #receive(part) {
-    const { slot } = part;
-    const running = this.running.get(slot);
-    if (!running || running.id !== part.id) return;
+    if (part.view === "hello") return this.onchange(true, part.data.warm);
+    const running = [...this.running.values()].find(({ id }) => id === part.id);
+    if (!running) return;
+    const { slot } = running;
     const ends = part.last || part.cancelled || part.error;
     if (ends) {
       this.running.delete(slot);

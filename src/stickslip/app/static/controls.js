@@ -1,5 +1,5 @@
 /** The controls at the side, made of what the server says of each parameter. @import {App} from "./app.js" @import {Parameter, Preset, State} from "./types.js" @import {Player} from "./player.js" */
-import { element, iconButton } from "./dom.js";
+import { element, iconButton, playButton } from "./dom.js";
 import { continuousParameters, defaultLaw, defaultModel, hasLineMap, kindEntry, lawOf, parametersOf, valueOf } from "./model.js";
 import { clean, completeAlong, completeState } from "./state.js";
 
@@ -11,6 +11,7 @@ export class Controls {
     this.presets = presets;
     /** @type {((state: State) => void)[]} */ this.fixed = [];
     /** @type {((state: State) => void)[]} */ this.changing = [];
+    this.shape = "";
     this.error = element("p", { class: "error", role: "alert", hidden: true });
     this.modelRows = element("div", {});
     this.lawRows = element("div", {});
@@ -73,7 +74,7 @@ export class Controls {
       slider.show(value);
       if (typed.valueAsNumber !== value || typed.value === "") typed.value = String(value);
     });
-    return element("div", { class: "row", title: one.meaning }, element("span", { class: "symbol", "aria-hidden": "true" }, one.symbol), slider.input, typed);
+    return element("div", { class: "row", title: one.meaning }, symbolOf(one), slider.input, typed);
   }
 
   /** Several numbers in one field. @param {Parameter} one @param {(state: State) => number[]} get @param {(value: number[]) => void} set */
@@ -89,7 +90,7 @@ export class Controls {
         set(values);
       } });
     this.changing.push((state) => (field.value = get(state).join(", ")));
-    return element("div", { class: "row wide", title: one.meaning }, element("span", { class: "symbol", "aria-hidden": "true" }, one.symbol), field);
+    return element("div", { class: "row wide", title: one.meaning }, symbolOf(one), field);
   }
 
   /** @param {string} label @param {[string, string][]} options @param {(value: string) => void} set @param {(state: State) => string} get */
@@ -166,7 +167,7 @@ export class Controls {
       this.along.value = diagram.parameter;
       ends.forEach((input, end) => (input.value = String(diagram.range[end])));
     });
-    const play = iconButton("play", "Play along the parameter", () => player.toggle(), { "aria-pressed": "false", class: "icon-button play" });
+    const play = playButton("Play along the parameter", () => player.toggle());
     player.onchange = (playing) => play.setAttribute("aria-pressed", String(playing));
     const group = this.#group("Along a parameter", this.along,
       element("div", { class: "row ends" }, ends[0], element("span", { "aria-hidden": "true" }, "…"), ends[1]),
@@ -190,13 +191,16 @@ export class Controls {
     const { app } = this;
     const { clock } = app;
     this.time = element("output", { class: "time", "aria-label": "time" }, "0.0");
-    this.playButton = iconButton("play", "Play the motion", () => this.playMotion(!clock.playing), { "aria-pressed": "false", class: "icon-button play" });
+    this.playButton = playButton("Play the motion", () => this.playMotion(!clock.playing));
     const speed = element("input", { type: "range", min: 0, max: 2, step: 0.05, value: Math.log10(clock.speed), "aria-label": "speed, slider",
       oninput: () => (clock.speed = 10 ** speed.valueAsNumber) });
-    const start = { name: "d", symbol: "d", meaning: "start of the motion", default: 0, min: -1, max: 1, step: 0.001 };
+    const start = { name: "d", symbol: "d", meaning: "start of the motion: X₂ − X₁ of a global stick", default: 0, min: -1, max: 1, step: 0.001 };
+    const displaced = { ...start, symbol: "X_1", meaning: "start of the motion: displacement of block 1, all at rest" };
+    const starts = [start, displaced].map((one) => this.#number(one, ({ d }) => d, (d) => app.startAt(d), this.fixed));
+    this.fixed.push(({ model }) => starts.forEach((row, k) => (row.hidden = hasLineMap(model) === Boolean(k))));
     const duration = { name: "t_end", symbol: "T", meaning: "duration of the motion", default: 120, min: 20, max: 500, step: 5 };
     return this.#group("Motion",
-      this.#number(start, ({ d }) => d, (d) => app.startAt(d), this.fixed),
+      ...starts,
       element("div", { class: "row buttons" }, this.playButton, element("span", { class: "time-label" }, "t = ", this.time), speed),
       this.#number(duration, ({ t_end }) => t_end, (t_end) => app.store.update({ t_end }, "t_end"), this.fixed));
   }
@@ -204,7 +208,7 @@ export class Controls {
   /** @param {boolean} playing */
   playMotion(playing) {
     this.app.clock.play(playing);
-    this.playButton.setAttribute("aria-pressed", String(playing));
+    this.playButton?.setAttribute("aria-pressed", String(playing));
   }
 
   /** Say what is wrong, and with which field. @param {string | null} field @param {string} message */
@@ -212,11 +216,18 @@ export class Controls {
     this.error.hidden = !message;
     this.error.textContent = message;
     const last = field?.split(".").at(-1);
-    for (const input of document.querySelectorAll(".controls input[name]")) {
+    for (const input of /** @type {NodeListOf<HTMLInputElement>} */ (document.querySelectorAll(".controls input[name]"))) {
       input.toggleAttribute("aria-invalid", Boolean(message) && input.getAttribute("name") === last);
       if (input.hasAttribute("aria-invalid")) input.setAttribute("aria-invalid", "true");
     }
   }
+}
+
+/** A parameter's symbol, its index lowered. @param {Parameter} one */
+function symbolOf({ symbol }) {
+  const [letter, index] = symbol.split("_");
+  const low = index ? [element("sub", {}, index)] : [];
+  return element("span", { class: "symbol", "aria-hidden": "true" }, letter, ...low);
 }
 
 const NOTCHES = 1000;

@@ -60,3 +60,13 @@ export function iconButton(name, label, onclick, more = {}) {
   const names = { type: "button", class: "icon-button", "aria-label": label, title: label };
   return element("button", { ...names, onclick, ...more }, icon(name));
 }
+
+/**
+ * A button that plays and, pressed, pauses.
+ * @param {string} label @param {() => void} onclick
+ */
+export function playButton(label, onclick) {
+  const button = iconButton("play", label, onclick, { class: "icon-button play", "aria-pressed": "false" });
+  button.append(icon("pause"));
+  return button;
+}

@@ -49,8 +49,9 @@ async function start() {
   const [limits, presets] = await Promise.all([read("limits.json"), read("presets.json")]);
   const status = /** @type {HTMLElement} */ (document.querySelector(".connection"));
   const toast = /** @type {HTMLElement} */ (document.querySelector(".toast"));
-  const app = new App(limits, stateOfAddress(limits, presets), (open) => {
-    status.textContent = open ? "" : "No connection to the server; trying again";
+  const app = new App(limits, stateOfAddress(limits, presets), (open, warm) => {
+    status.textContent = !open ? "No connection to the server; trying again …" : warm ? "" : "Compiling, the first time only …";
+    status.classList.toggle("error", !open);
   });
   let toastTimer = 0;
   app.announce = (message) => {

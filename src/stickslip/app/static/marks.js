@@ -41,15 +41,17 @@ export function mark(plot, shape, x, y, { color = colors().ink, size = 4 } = {})
   const open = shape === "ring" || shape === "square";
   context.beginPath();
   OUTLINES[shape](context, px, py, size);
-  context.lineWidth = thin ? 3.6 : open ? 3.4 : 1.2;
-  context.strokeStyle = colors().panel; // a rim that keeps marks apart from lines
-  context.stroke();
+  if (size > 3) {
+    context.lineWidth = thin ? 3.6 : open ? 3.4 : 1.2;
+    context.strokeStyle = colors().panel; // a rim that keeps marks apart from lines
+    context.stroke();
+  }
   if (!thin) {
     context.fillStyle = open ? colors().panel : color;
     context.fill();
   }
   if (thin || open) {
-    context.lineWidth = 1.6;
+    context.lineWidth = size > 3 ? 1.6 : 1.1;
     context.strokeStyle = color;
     context.stroke();
   }

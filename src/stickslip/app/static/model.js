@@ -9,6 +9,9 @@ export function blockCount(model) {
 /** Whether its event map is a map of an interval. @param {Model} model */
 export const hasLineMap = (model) => model.kind === "two_block";
 
+/** A symbol with its index as `mathText` reads it: V_dr is V_{dr}. @param {string} symbol */
+export const indexed = (symbol) => symbol.replace(/_(\w+)/, "_{$1}");
+
 /** The law's table: one for all blocks, or that of the first. @param {Model} model @returns {any} */
 export const frictionOf = (model) => [model.friction].flat()[0];
 

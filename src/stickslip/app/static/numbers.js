@@ -32,7 +32,7 @@ function deepLabels(/** @type {number[]} */ values, /** @type {number} */ step, 
 function roundStep(rough) {
   const unit = 10 ** Math.floor(Math.log10(rough));
   const share = rough / unit;
-  return unit * (share <= 1 ? 1 : share <= 2 ? 2 : share <= 5 ? 5 : 10);
+  return unit * (share <= 1.1 ? 1 : share <= 2.2 ? 2 : share <= 5.5 ? 5 : 10);
 }
 
 const fixed = (/** @type {number} */ value, /** @type {number} */ decimals) => {

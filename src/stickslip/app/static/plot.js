@@ -19,14 +19,16 @@ import { ticks } from "./numbers.js";
 
 const TOP = 8;
 const RIGHT = 12;
-const BOTTOM = 34;
+const BOTTOM = 37;
 
 export class Plot {
   /** @param {HTMLElement} host @param {Options} options */
   constructor(host, options) {
     this.options = options;
     const name = { role: "application", "aria-roledescription": "plot", "aria-label": options.name };
+    /** @type {HTMLCanvasElement} */
     this.base = element("canvas", { class: "plot-base", "aria-hidden": "true" });
+    /** @type {HTMLCanvasElement} */
     this.over = element("canvas", { class: "plot-over", tabindex: "0", ...name });
     this.tip = element("div", { class: "tip", role: "status", hidden: true });
     this.box = element("div", { class: "zoom-box", hidden: true });
@@ -45,6 +47,11 @@ export class Plot {
     /** @type {() => void} */ this.onresize = () => {};
     this.pending = 0;
     this.dirty = false;
+    this.width = this.height = 0;
+    this.ratio = 1;
+    this.left = this.right = this.top = this.bottom = 0;
+    this.xTicks = this.yTicks = ticks(0, 1, 2);
+    this.context = /** @type {CanvasRenderingContext2D} */ (this.base.getContext("2d"));
     attachGestures(this);
     new ResizeObserver(() => this.#resize()).observe(host);
     this.#resize();
@@ -128,12 +135,12 @@ export class Plot {
     this.shown = this.view;
     this.left = left ?? (bare ? RIGHT : this.#labelWidth() + 26);
     if (equal) this.shown = this.#widened();
-    this.yTicks = ticks(this.shown[2], this.shown[3], (this.bottom - this.top) / 36);
+    this.yTicks = ticks(this.shown[2], this.shown[3], (this.bottom - this.top) / 32);
     this.xTicks = ticks(this.shown[0], this.shown[1], (this.right - this.left) / 68);
   }
 
   #labelWidth() {
-    const { labels } = ticks(this.view[2], this.view[3], (this.bottom - this.top) / 36);
+    const { labels } = ticks(this.view[2], this.view[3], (this.bottom - this.top) / 32);
     this.context.font = `11px ${SANS}`;
     return Math.ceil(Math.max(20, ...labels.map((text) => this.context.measureText(text).width)));
   }
@@ -194,7 +201,7 @@ export class Plot {
     }
     const { xlabel, ylabel } = this.options;
     const offset = this.xTicks.offset ? `(${this.xTicks.offset})` : "";
-    mathText(context, xlabel, (left + right) / 2, this.height - 8, of.ink, offset);
+    mathText(context, xlabel, (left + right) / 2, this.height - 6, of.ink, offset);
     if (this.options.bare || !ylabel) return;
     context.save();
     context.translate(11, (top + bottom) / 2);

@@ -45,14 +45,12 @@
  * @typedef {Float64Array | Float32Array | Uint8Array | Int32Array} Numbers
  *
  * @typedef {object} Part  one part of an answer
- * @property {string} slot
  * @property {number} id
  * @property {number} part
- * @property {string} [part_name]
  * @property {string} view
  * @property {boolean} last
  * @property {number} progress
- * @property {Record<string, any>} data
+ * @property {Record<string, any>} data  `part_name` and what the part holds
  * @property {Record<string, Numbers>} arrays
  * @property {{message: string, field?: string | null}} [error]
  * @property {boolean} [cancelled]

@@ -59,7 +59,7 @@ export class DiagramView extends View {
   get dots() {
     const settled = this.branches?.arrays;
     if (settled) return [[settled.dot_value, settled.dot_d]];
-    return this.parts.filter(({ part_name }) => part_name === "dots").map(({ arrays }) => [arrays.value, arrays.d]);
+    return this.parts.filter(({ data }) => data.part_name === "dots").map(({ arrays }) => [arrays.value, arrays.d]);
   }
 
   /** What the dots span. */
@@ -80,6 +80,7 @@ export class DiagramView extends View {
     const { plot, branches } = this;
     if (!this.parts.length) return plot.message(this.emptyText("diagram"));
     const of = colors();
+    /** @type {{arrays: Record<string, Numbers>, data: any}} */
     const { arrays, data } = branches ?? { arrays: {}, data: { breakpoints: [], orbits: [] } };
     data.breakpoints.forEach((/** @type {any} */ _, /** @type {number} */ k) => {
       plot.line(arrays.value, arrays[`break_${k}`], { color: of.muted, dash: [6, 4], width: 1 });
@@ -88,8 +89,8 @@ export class DiagramView extends View {
     data.orbits.forEach((/** @type {any} */ orbit, /** @type {number} */ k) => {
       this.#orbit(arrays.value, arrays[`points_${k}`], arrays[`multiplier_${k}`], orbit);
     });
-    const infinite = this.parts.find(({ part_name }) => part_name === "infinitely_unstable")?.arrays;
-    if (infinite) for (let k = 0; k < infinite.d.length; k++) mark(plot, "cross", infinite.value[k], infinite.d[k], { color: of.purple, size: 2.5 });
+    const infinite = this.parts.find(({ data }) => data.part_name === "infinitely_unstable")?.arrays;
+    if (infinite) for (let k = 0; k < infinite.d.length; k++) mark(plot, "cross", infinite.value[k], infinite.d[k], { color: of.purple, size: 1.8 });
     this.#marks();
   }
 
@@ -148,7 +149,7 @@ export class DiagramView extends View {
         return `${item.short}: ${kind}${item.period ? `, period ${item.period}` : ""} at ${short(item.value, 10)}\n${item.mechanism ?? ""}`;
       }
     }
-    return `${this.app.symbol(this.app.state.diagram.parameter)} = ${short(x, 7)}, d = ${short(y, 5)}`;
+    return `${this.app.state.diagram.parameter} = ${short(x, 7)}, d = ${short(y, 5)}`;
   }
 
   resetZoom() {

@@ -24,6 +24,8 @@ export class MapView extends View {
     });
     this.slot = slot;
     this.main = main;
+    /** Branches of one itinerary have one label, and one colour. @type {string[]} */
+    this.labels = [];
     const ylabel = main ? "d_{n+1}" : "d_{n+2}";
     const plot = this.addPlot({ name: help, xlabel: "d_n", ylabel, left: main ? LEFT : undefined });
     this.plot = plot;
@@ -60,7 +62,6 @@ export class MapView extends View {
     const values = this.values;
     const home = values ? [...values.data.domain, ...values.data.domain] : [-1, 1, -1, 1];
     this.plot.setView(/** @type {Box} */ (state.windows[this.slot] ?? home));
-    /** Branches of one itinerary have one label, and one colour. */
     this.labels = [...new Set(values?.data.labels ?? [])];
     this.say();
   }
@@ -68,9 +69,11 @@ export class MapView extends View {
   say() {
     if (!this.main || !this.values) return;
     const { orbits, old } = this.orbits;
-    const stable = orbits.filter((orbit) => orbit.stable).length;
-    const most = this.app.state.max_period;
-    const text = old || most === 0 ? "" : `${orbits.length} orbit${orbits.length === 1 ? "" : "s"} up to period ${most}, ${stable} stable`;
+    const proper = orbits.filter((orbit) => !isThrough(orbit));
+    const stable = proper.filter((orbit) => orbit.stable).map(orbitName);
+    const unstable = proper.filter((orbit) => !orbit.stable).length;
+    const through = orbits.length - proper.length;
+    const text = old || !orbits.length ? "" : `stable ${stable.join(", ") || "none"}; unstable ${unstable}; through a jump ${through}`;
     this.panel.say(text);
   }
 
@@ -110,8 +113,8 @@ export class MapView extends View {
       ys.push(orbit[k], orbit[k]);
     }
     const late = Math.max(2, Math.floor(xs.length * 0.6));
-    this.plot.line(xs, ys, { color: colors().ink, width: 0.8, alpha: 0.28 }, 0, late);
-    this.plot.line(xs, ys, { color: colors().ink, width: 1, alpha: 0.75 }, late - 1);
+    this.plot.line(xs, ys, { color: colors().ink, width: 0.8, alpha: 0.22 }, 0, late);
+    this.plot.line(xs, ys, { color: colors().ink, width: 0.9, alpha: 0.5 }, late - 1);
   }
 
   paintOrbits() {
@@ -119,17 +122,19 @@ export class MapView extends View {
     const { orbits, old } = this.orbits;
     const labels = new Labels(plot);
     plot.context.globalAlpha = old ? 0.35 : 1;
-    const spots = orbits.map((orbit) => ({ orbit, at: this.spots(orbit) }));
+    const order = [...orbits].sort((a, b) => Number(isThrough(b)) - Number(isThrough(a)));
+    const spots = order.map((orbit) => ({ orbit, at: this.spots(orbit) }));
     for (const { orbit, at } of spots) {
       for (const [x, y] of at) {
-        mark(plot, orbitShape(orbit), x, y, { color: orbit.stable ? colors().ink : colors().vermillion });
+        const { color, size } = orbitLook(orbit);
+        mark(plot, orbitShape(orbit), x, y, { color, size });
+        if (isThrough(orbit)) continue;
         labels.avoid(x, y);
       }
     }
-    if (orbits.length <= 24) {
-      for (const { orbit, at } of spots) {
-        for (const [x, y] of at) labels.place(orbitName(orbit), x, y);
-      }
+    const named = spots.filter(({ orbit }) => !isThrough(orbit));
+    if (named.length <= 24) {
+      for (const { orbit, at } of named) for (const [x, y] of at) labels.place(orbitName(orbit), x, y);
     }
     plot.context.globalAlpha = 1;
   }
@@ -170,6 +175,16 @@ export class MapView extends View {
     const itinerary = values.data.itineraries?.[branch[k]];
     return `d = ${short(xs[k], 7)} → ${short(f[k], 7)}${itinerary ? `\n${itinerary}` : ""}`;
   }
+}
+
+/** Infinitely unstable: through a jump. There are many, so they are marked small. @param {Orbit} orbit */
+const isThrough = ({ kind }) => kind === "infinitely unstable";
+
+/** @param {Orbit} orbit */
+function orbitLook(orbit) {
+  const of = colors();
+  if (isThrough(orbit)) return { color: of.purple, size: 2.5 };
+  return { color: orbit.stable ? of.ink : of.vermillion, size: 4 };
 }
 
 /** @param {Orbit} orbit */
