@@ -78,7 +78,7 @@ def _event_map(request: requests.EventMap) -> list[str]:
     power = f".power({request.power})" if request.power > 1 else ""
     lines = [
         "from stickslip.plot.event_map import event_map",
-        "from stickslip.plot.event_map import mark_orbit",
+        "from stickslip.plot.orbits import draw_orbits",
         "f = ss.event_map(model)",
         f"g = f{power}",
         f"x = np.linspace({window[0]!r}, {window[1]!r}, {request.points})",
@@ -89,9 +89,7 @@ def _event_map(request: requests.EventMap) -> list[str]:
     if request.max_period > 0:
         lines += [
             f"orbits = ss.periodic_orbits(f, {request.max_period}, infinitely_unstable=True)",
-            "for orbit in orbits:",
-            f"    mark_orbit(ax, orbit.points, power={request.power}, stable=bool(orbit.stable), "
-            "clip_on=True)",
+            f"draw_orbits(orbits, ax, power={request.power}, clip_on=True)",
         ]
     return lines
 

@@ -20,10 +20,11 @@ from stickslip.app.views.motion import found_cycle, simulated
 from stickslip.plot.animation import film
 from stickslip.plot.cobweb import draw_cobweb
 from stickslip.plot.diagram import draw_diagram
-from stickslip.plot.event_map import event_map, mark_orbit
+from stickslip.plot.event_map import event_map
 from stickslip.plot.law import friction_characteristics
 from stickslip.plot.mechanism import mechanism
 from stickslip.plot.motion import phase_portrait
+from stickslip.plot.orbits import draw_orbits
 from stickslip.plot.stick_locus import stick_locus, trajectory_in_plane
 from stickslip.plot.style import new_figure, save, style
 from stickslip.study.bifurcations import as_family, bifurcations
@@ -59,7 +60,8 @@ def picture_of(request: requests.Request, kind: str) -> bytes:
     with _one_at_a_time(), TemporaryDirectory() as folder:
         figure = new_figure("two", height=HEIGHT)
         axes = draw(figure.add_subplot())
-        if labels := axes.get_legend_handles_labels()[1]:
+        labels = axes.get_legend_handles_labels()[1]
+        if labels and axes.get_legend() is None:
             figure.legend(loc="outside upper right", ncols=min(len(labels), 5))
         (path,) = save(figure, Path(folder) / "view", (kind,))
         return path.read_bytes()
@@ -108,10 +110,7 @@ def _event_map(request: requests.EventMap) -> Draw:
     def draw(ax: Axes) -> Axes:
         g = f if request.power == 1 else f.power(request.power)
         event_map(g, ax, window=window, points=request.points, power=request.power)
-        for orbit in found:
-            stable = bool(orbit.stable)
-            mark_orbit(ax, orbit.points, power=request.power, stable=stable, clip_on=True)
-        return ax
+        return draw_orbits(found, ax, power=request.power, clip_on=True)
 
     return draw
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.arguments import checked_range
+from stickslip.analysis.window import windowed
 from stickslip.app.answers import Part
 from stickslip.app.jobs import checkpoint, progress_between
 from stickslip.app.views.common import map_of, naming
@@ -143,7 +144,7 @@ def _infinitely_unstable(f: MapFamily, request: requests.Diagram, low: float, hi
     values = np.linspace(low, high, min(request.values, INFINITE)).tolist()
     for k, value in enumerate(values):
         report(k / len(values))
-        at_value = f.replace(**{request.parameter: value})
+        at_value = windowed(f.replace(**{request.parameter: value}), request.window)
         for orbit in periodic_orbits(at_value, request.max_period, infinitely_unstable=True):
             if orbit.jump is not None:
                 rows += [(value, float(d), orbit.period) for d in orbit.points]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import status
+from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.window import windowed
 from stickslip.app.answers import Part
 from stickslip.app.views.common import map_of, naming
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.one_d.breakpoints import Breakpoint
     from stickslip.analysis.one_d.table import Branch, BranchTable
     from stickslip.analysis.orbits import PeriodicOrbit
+    from stickslip.analysis.protocol import Map1D
     from stickslip.app import requests
     from stickslip.app.watched import WatchedMap
 
@@ -32,20 +34,20 @@ FEWEST: Final = 24  # points of a branch, however narrow
 
 
 def event_map(request: requests.EventMap) -> Iterator[Part]:
-    """Sample the map at once; then find its branches to the last digit, and its orbits.
+    """Sample the map at once; find its branches and orbits; then say why it breaks where it does.
 
-    Of a power the branches take longest, so they come last.
+    Orbits that stay in the window are soon found, all others take the map's whole domain.
     """
     f = map_of(request)
-    window = window_of(f, request)
-    x = np.linspace(*window, request.points)
+    x = np.linspace(*window_of(f, request), request.points)
+    g = shown_map(f, request)
     yield _samples(f, x, request)
-    if request.power == 1:
-        yield _exact(f, x, request)
-        yield _orbits(f, request)
-    else:
-        yield _orbits(f, request)
-        yield _exact(f, x, request)
+    yield _branches(g, x, branch_table(g), "branches", 0.5)
+    if request.max_period > 0:
+        yield _orbits(windowed(f, request.window), request, 0.7)
+    yield _branches(g, x, branches(g), "explained", 0.8)
+    if request.max_period > 0 and request.window is not None:
+        yield _orbits(f, request, 1.0)
 
 
 def window_of(f: WatchedMap, request: requests.EventMap) -> tuple[float, float]:
@@ -74,7 +76,7 @@ def _samples(f: WatchedMap, x: Floats, request: requests.EventMap) -> Part:
     quick = type(f)(f.model, **{**f.settings, "max_events": FIRST_EVENTS})
     found = quick.power(request.power).evaluate(x)
     number, labels = _numbered(found.label, found.status)
-    data = _described(f, request) | {"labels": labels}
+    data = {"domain": f.domain, "labels": labels}
     if request.power == 1:
         first = [int(np.argmax(number == k)) for k in range(len(labels))]
         data["itineraries"] = [f.itinerary(x[k]) for k in first]
@@ -95,27 +97,22 @@ def _name(label: int) -> str:
     return f"{int(label):016x}"
 
 
-def _described(f: WatchedMap, request: requests.EventMap) -> dict[str, Any]:
-    return {"domain": f.domain, "window": window_of(f, request), "power": request.power}
-
-
-def _exact(f: WatchedMap, x: Floats, request: requests.EventMap) -> Part:
+def _branches(g: Any, x: Floats, table: BranchTable, name: str, progress: float) -> Part:
     """Each branch from its first point to its last, with one-sided values there."""
-    g = shown_map(f, request)
-    table = branches(g)
     lines = _lines(g, table, x)
     arrays = {
         "x": np.concatenate([line[0] for line in lines] or [np.empty(0)]),
         "f": np.concatenate([line[1] for line in lines] or [np.empty(0)]),
         "branch": np.repeat(np.arange(len(lines)), [len(line[0]) for line in lines]),
     }
-    data = _described(f, request) | {
+    data = {
+        "domain": getattr(g, "whole", g).domain,
         "labels": [_name(branch.label) for branch in table],
         "itineraries": [table.text(branch.label) for branch in table],
         "breakpoints": [_break(item) for item in table.breakpoints],
         "unresolved": [str(item) for item in table.unresolved],
     }
-    return Part("branches", arrays, data, progress=1.0 if request.power > 1 else 0.7)
+    return Part(name, arrays, data, progress)
 
 
 def _lines(g: Any, table: BranchTable, x: Floats) -> list[tuple[Floats, Floats]]:
@@ -150,15 +147,16 @@ def _break(item: Breakpoint) -> dict[str, Any]:
     }
 
 
-def _orbits(f: WatchedMap, request: requests.EventMap) -> Part:
-    """Orbits of the whole map: those that leave the window and come back, too."""
-    data: dict[str, Any] = {"orbits": [], "unresolved": [], "complete": 0}
-    if request.max_period > 0:
-        found = periodic_orbits(f, request.max_period, infinitely_unstable=True)
-        data["orbits"] = [_orbit(orbit) for orbit in found]
-        data["unresolved"] = [str(item) for item in found.unresolved]
-        data["complete"] = found.complete
-    return Part("orbits", data=data, progress=1.0 if request.power == 1 else 0.5)
+def _orbits(f: Map1D, request: requests.EventMap, progress: float) -> Part:
+    """Orbits of the map itself, also where a power of it is shown."""
+    found = periodic_orbits(f, request.max_period, infinitely_unstable=True)
+    data = {
+        "window": f.domain,
+        "orbits": [_orbit(orbit) for orbit in found],
+        "unresolved": [str(item) for item in found.unresolved],
+        "complete": found.complete,
+    }
+    return Part("orbits", data=data, progress=progress)
 
 
 def _orbit(orbit: PeriodicOrbit) -> dict[str, Any]:
