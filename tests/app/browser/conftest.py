@@ -198,7 +198,7 @@ def page_of_module(browser, address):
     context.close()
 
 
-@pytest.fixture()
+@pytest.fixture
 def explorer(page_of_module):
     """The page of this module, at the first preset, for a test that leaves no complaint."""
     page_of_module.complaints.clear()
