@@ -1,4 +1,4 @@
-"""One server and one Chromium for all tests, one page for each module."""
+"""One server, one Chromium and one page for all tests."""
 
 import json
 import os
@@ -46,6 +46,9 @@ def pytest_collection_modifyitems(items):
 @pytest.fixture(scope="session")
 def address():
     """Address of an explorer that has compiled its kernels."""
+    if os.environ.get("DEV_ADDRESS"):
+        yield os.environ["DEV_ADDRESS"]
+        return
     command = [sys.executable, "-m", "stickslip.cli", "explore", "--no-browser", "--port", "0"]
     server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     try:
@@ -108,9 +111,13 @@ class Explorer:
         )
         return self.settle()
 
-    def settle(self):
-        """Wait until the controls rest, every question is answered and drawn."""
-        self.page.wait_for_function("() => explorer.quiet", timeout=SETTLE_MS)
+    def settle(self, *slots):
+        """Wait until what is quick, or the slots named, is answered and drawn."""
+        self.page.wait_for_function(
+            "slots => explorer.settled(slots.length ? slots : explorer.quickSlots)",
+            arg=list(slots),
+            timeout=SETTLE_MS,
+        )
         self.page.evaluate("() => new Promise((r) => requestAnimationFrame(() => setTimeout(r)))")
         return self
 
@@ -128,7 +135,7 @@ class Explorer:
 
     def spot(self, panel, x, y):
         """Where a point of a panel's plot is on the screen."""
-        at = self.view(panel, f"[view.plot.x({x!r}), view.plot.y({y!r})]")
+        at = self.view(panel, f"[view.plot.x({float(x)}), view.plot.y({float(y)})]")
         box = self.plot(panel).bounding_box()
         return box["x"] + at[0], box["y"] + at[1]
 
@@ -185,8 +192,8 @@ class Explorer:
             self.page.screenshot(path=SHOTS / f"{re.sub(r'[^a-z0-9]+', '-', name.lower())}.png")
 
 
-@pytest.fixture(scope="module")
-def page_of_module(browser, address):
+@pytest.fixture(scope="session")
+def only_page(browser, address):
     context = browser.new_context(
         viewport={"width": 1280, "height": 800},
         reduced_motion="reduce",
@@ -198,11 +205,11 @@ def page_of_module(browser, address):
     context.close()
 
 
-@pytest.fixture
-def explorer(page_of_module):
-    """The page of this module, at the first preset, for a test that leaves no complaint."""
-    page_of_module.complaints.clear()
-    page_of_module.page.set_viewport_size({"width": 1280, "height": 800})
-    page_of_module.show()
-    yield page_of_module
-    assert not page_of_module.complaints
+@pytest.fixture()
+def explorer(only_page):
+    """The page at the first preset, for a test that leaves no complaint."""
+    only_page.complaints.clear()
+    only_page.page.set_viewport_size({"width": 1280, "height": 800})
+    only_page.show()
+    yield only_page
+    assert not only_page.complaints

@@ -11,6 +11,7 @@ PANELS = ["map", "power", "basins", "diagram", "portrait-1", "portrait-2", "plan
 
 @pytest.mark.parametrize("panel", PANELS)
 def test_every_view_draws(explorer, panel):
+    explorer.settle("power", "basins", "diagram")
     assert explorer.inked(panel) > 8  # frame, ticks and labels alone have fewer colours
     assert explorer.panel(panel).locator(".note.error").count() == 0
 
@@ -78,7 +79,7 @@ def test_the_wheel_zooms_about_the_pointer(explorer):
 def test_the_power_of_the_map(explorer):
     explorer.page.locator("main").click(position={"x": 2, "y": 2})
     explorer.page.keyboard.press("4")
-    explorer.settle()
+    explorer.settle("power")
     assert explorer.state["power"] == 4
     x, f = explorer.view("power", "[[...view.values.arrays.x], [...view.values.arrays.f]]")
     x, f = np.array(x), np.array(f, dtype=float)
@@ -91,6 +92,7 @@ def test_the_power_of_the_map(explorer):
 
 def test_bifurcations_are_located_and_explained(explorer):
     (collision,) = ss.bifurcations(MODEL, "V", (0.0366, 0.0372))
+    explorer.settle("diagram")
     tip = explorer.point_at("diagram", collision.value, collision.points[0])
     assert tip.startswith("BC: border collision, period 4 at 0.03697592")
     assert collision.mechanism in tip
@@ -114,14 +116,16 @@ def test_a_click_on_the_diagram_goes_there(explorer):
 def test_a_zoom_of_the_diagram_recomputes_it(explorer):
     explorer.drag("diagram", (0.03690, 0.55), (0.03705, 0.4))
     assert explorer.state["diagram"]["range"] == pytest.approx([0.0369, 0.03705], abs=3e-6)
+    explorer.page.wait_for_function("() => explorer.answers.get('diagram').parts.length")
     dots = explorer.view("diagram", "view.dots.flatMap(([values]) => [...values])")
     assert min(dots) >= explorer.state["diagram"]["range"][0] - 1e-12
     explorer.panel("diagram").locator(".fit").click()
-    explorer.settle()
+    explorer.settle("diagram")
     assert explorer.state["diagram"]["range"] == [0.0366, 0.0372]
 
 
 def test_basins_are_those_of_the_library_and_start_motions(explorer):
+    explorer.settle("basins")
     basins = ss.basins(ss.event_map(MODEL))
     edges = explorer.view("basins", "[...view.part.arrays.edges]")
     assert edges == pytest.approx(basins.edges, abs=1e-5)
@@ -170,6 +174,7 @@ def test_the_friction_law_follows_its_parameter(explorer):
 def test_models_without_a_map_of_the_line(explorer, kind):
     explorer.show(f"preset={kind}")
     explorer.shoot(kind)
+    explorer.settle("cycle")
     blocks = explorer.page.locator(".panel-portrait:visible").count()
     assert blocks == {"oscillator": 1, "chain": 3}[kind]
     assert explorer.panel("map").is_hidden()

@@ -7,6 +7,7 @@ import { PATIENT, QUESTIONS, slotsFor } from "./questions.js";
 import { clean, completeAlong, Store } from "./state.js";
 
 const EMPTY = new Set(["progress", "end"]); // parts that only tell how far an answer is
+const KEPT = 40; // answers that took long, for undo
 const REST_MS = 120; // controls at rest: time for what takes longer
 
 /**
@@ -27,6 +28,7 @@ export class App {
     /** @type {View[]} */ this.views = [];
     /** @type {Map<string, Answer>} */ this.answers = new Map();
     /** @type {Map<string, string>} */ this.asked = new Map();
+    /** @type {Map<string, Answer>} */ this.kept = new Map();
     /** @type {Record<string, number>} */ this.widths = {};
     /** @type {Map<string, (() => void)[]>} */ this.waiters = new Map();
     this.clock = new Clock(() => this.views.forEach((view) => view.tick()));
@@ -134,22 +136,31 @@ export class App {
   /** Ask what is new: at once what is quick, the rest when the controls rest. */
   askAll() {
     const slots = slotsFor(this.state);
-    for (const slot of slots) if (!PATIENT.has(slot)) this.ask(slot);
+    for (const slot of this.quickSlots) this.ask(slot);
     clearTimeout(this.restTimer);
     this.restTimer = setTimeout(() => {
-      this.restTimer = 0;
       for (const slot of slots) if (PATIENT.has(slot)) this.ask(slot);
     }, REST_MS);
   }
 
   /** @param {string} slot */
   ask(slot) {
-    const question = QUESTIONS[slot](this.state, this.widths, this.limits);
+    const question = this.question(slot);
     const text = JSON.stringify(question);
-    if (!question || this.asked.get(slot) === text) return;
+    if (this.asked.get(slot) === text) return;
     this.asked.set(slot, text);
+    const kept = this.kept.get(text);
+    if (kept) return this.#recall(slot, kept);
     this.#own(slot)?.panel.busy(0);
     this.connection.ask(slot, question, (part) => this.receive(slot, question, part));
+  }
+
+  /** Show an answer that took long and was given before. @param {string} slot @param {Answer} answer */
+  #recall(slot, answer) {
+    this.connection.forget(slot);
+    this.answers.set(slot, answer);
+    this.#own(slot)?.panel.busy(null);
+    this.#tell(slot);
   }
 
   /** @param {string} slot */
@@ -169,19 +180,32 @@ export class App {
     this.answers.set(slot, answer);
     answer.error = part.error;
     answer.cancelled = part.cancelled;
+    if (part.cancelled && this.asked.get(slot) === JSON.stringify(question)) this.asked.delete(slot);
     answer.done = Boolean(part.last && !part.error && !part.cancelled);
     if (part.error) answer.parts = [];
     else if (!part.cancelled && !EMPTY.has(part.data.part_name)) answer.parts.push(part);
     this.#progress(slot, part);
     if (slot === "motion" && answer.parts[0] === part) this.#move(answer);
-    for (const view of this.views) if (view.slots.includes(slot) && view.isFor(this.state)) view.refresh();
+    if (answer.done && PATIENT.has(slot)) this.#keep(JSON.stringify(question), answer);
+    this.#tell(slot);
     if (answer.done || part.error || part.cancelled) this.#idle(slot);
+  }
+
+  /** @param {string} slot */
+  #tell(slot) {
+    for (const view of this.views) if (view.slots.includes(slot)) view.refresh();
+  }
+
+  /** @param {string} text @param {Answer} answer */
+  #keep(text, answer) {
+    this.kept.delete(text);
+    this.kept.set(text, answer);
+    if (this.kept.size > KEPT) this.kept.delete(/** @type {string} */ (this.kept.keys().next().value));
   }
 
   /** @param {string} slot @param {Part} part */
   #progress(slot, part) {
     const ended = part.last || part.error || part.cancelled;
-    if (part.cancelled) this.asked.delete(slot);
     const panel = this.#own(slot)?.panel;
     panel?.busy(ended && !this.connection.running.has(slot) ? null : (part.progress ?? 0));
     if (part.error) {
@@ -217,10 +241,19 @@ export class App {
     this.waiters.delete(slot);
   }
 
-  /** Whether every question has its answer. */
-  get quiet() {
-    const { running, waiting } = this.connection;
-    return !this.restTimer && !running.size && !waiting.size;
+  get quickSlots() {
+    return slotsFor(this.state).filter((slot) => !PATIENT.has(slot));
+  }
+
+  /** What a slot asks in the present state. @param {string} slot */
+  question(slot) {
+    return QUESTIONS[slot](this.state, this.widths, this.limits);
+  }
+
+  /** Whether these slots, by default all, show answers to the present state. @param {string[]} [slots] */
+  settled(slots = slotsFor(this.state)) {
+    return slots.every((slot) =>
+      this.asked.get(slot) === JSON.stringify(this.question(slot)) && !this.connection.running.has(slot));
   }
 
   /** A plot has another size: what it shows wants another resolution. @param {string} id @param {number} width */
@@ -236,10 +269,10 @@ export class App {
    * @param {string} format @param {Panel} panel
    */
   async save(picture, slot, extra, format, panel) {
-    const question = QUESTIONS[slot](this.state, this.widths, this.limits);
+    const question = this.question(slot);
     panel.section.setAttribute("data-saving", format);
     try {
-      await keep({ view: picture, request: { ...question?.request, ...extra }, format }, this.announce);
+      await keep({ view: picture, request: { ...question.request, ...extra }, format }, this.announce);
     } catch (error) {
       this.announce(`Not saved: ${/** @type {Error} */ (error).message}`);
     }

@@ -51,6 +51,12 @@ export class Connection {
     if (this.running.has(slot)) this.#write({ cancel: slot });
   }
 
+  /** Give up what a slot asks, and hear no more of it. @param {string} slot */
+  forget(slot) {
+    this.cancel(slot);
+    this.running.delete(slot);
+  }
+
   /** @param {Asked} running */
   #makeWay(running) {
     const { slot } = running;

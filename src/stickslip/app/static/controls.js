@@ -1,7 +1,7 @@
 /** The controls at the side, made of what the server says of each parameter. @import {App} from "./app.js" @import {Parameter, Preset, State} from "./types.js" @import {Player} from "./player.js" */
 import { element, iconButton, playButton } from "./dom.js";
 import { continuousParameters, defaultLaw, defaultModel, hasLineMap, kindEntry, lawOf, parametersOf, valueOf } from "./model.js";
-import { clean, completeAlong, completeState } from "./state.js";
+import { clean, completeAlong, completeState, same } from "./state.js";
 
 export class Controls {
   /** @param {App} app @param {Preset[]} presets @param {Player} player @param {HTMLElement} host */
@@ -120,10 +120,8 @@ export class Controls {
     } }, element("option", { value: "" }, "Choose a system or figure …"),
       ...presets.map(({ name, title }) => element("option", { value: name }, title)));
     this.fixed.push(({ model }) => {
-      const now = JSON.stringify(sorted(model));
-      const chosen = presets.find((one) => one.name === choose.value);
-      if (chosen && JSON.stringify(sorted(chosen.state.model ?? {})) === now) return;
-      choose.value = presets.find((one) => JSON.stringify(sorted(one.state.model ?? {})) === now)?.name ?? "";
+      const fits = presets.filter((one) => same(one.state.model, model));
+      if (!fits.some(({ name }) => name === choose.value)) choose.value = fits[0]?.name ?? "";
     });
     return this.#group("Preset", choose);
   }
@@ -264,8 +262,3 @@ function sliderOf(one, label, set) {
     },
   };
 }
-
-/** A table with its keys in order, so that equal ones read equal. @param {Record<string, any>} table @returns {any} */
-const sorted = (table) =>
-  Object.fromEntries(Object.entries(table).sort(([a], [b]) => (a < b ? -1 : 1)).map(([key, value]) =>
-    [key, value !== null && typeof value === "object" && !Array.isArray(value) ? sorted(value) : value]));

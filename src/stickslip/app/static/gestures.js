@@ -31,7 +31,7 @@ export function attachGestures(plot) {
     const [x, y] = place(event);
     if (!press) {
       over.style.cursor = !inside(x, y) ? "" : plot.grab(x, y) ? "ew-resize" : "crosshair";
-      return showTip(plot, x, y, inside(x, y) ? plot.onhover(x, y) : null);
+      return showTip(plot, x, y, inside(x, y) ? plot.onhover(plot.dataX(x), plot.dataY(y)) : null);
     }
     press.moved ||= Math.hypot(x - press.x, y - press.y) > SLACK;
     if (!press.moved) return;

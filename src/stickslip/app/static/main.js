@@ -96,7 +96,7 @@ function addTools(app, does) {
   able();
   document.querySelector(".tools")?.append(undo, redo,
     iconButton("link", "Copy the address of what you see", () => {
-      history.replaceState(null, "", `#${toFragment(app.state)}`);
+      history.replaceState(null, "", `#${toFragment(app.limits, app.state)}`);
       copy(location.href, "Copied: the address of what you see", app.announce);
     }),
     iconButton("theme", "Light or dark", does.theme),
@@ -108,7 +108,7 @@ function keepAddress(/** @type {App} */ app, /** @type {Limits} */ limits, /** @
   let timer = 0;
   app.store.subscribe((state) => {
     clearTimeout(timer);
-    timer = setTimeout(() => history.replaceState(null, "", `#${toFragment(state)}`), ADDRESS_MS);
+    timer = setTimeout(() => history.replaceState(null, "", `#${toFragment(limits, state)}`), ADDRESS_MS);
   });
   addEventListener("hashchange", () => app.store.replace(stateOfAddress(limits, presets)));
 }

@@ -18,13 +18,14 @@ export const frictionOf = (model) => [model.friction].flat()[0];
 /** @param {Model} model @returns {string} */
 export const lawOf = (model) => frictionOf(model).law;
 
-/** What is known of a kind. @param {Limits} limits @param {string} kind */
+/** What is known of a kind; of one that a notebook may show, nothing. @param {Limits} limits @param {string} kind */
 export const kindEntry = (limits, kind) =>
-  limits.models.find((entry) => entry.kind === kind) ?? limits.models[0];
+  limits.models.find((entry) => entry.kind === kind) ??
+  { kind, title: kind, views: [], parameters: [], default: {}, blocks: undefined };
 
-/** What is known of a law. @param {Limits} limits @param {string} law */
+/** What is known of a law, as of a kind. @param {Limits} limits @param {string} law */
 export const lawEntry = (limits, law) =>
-  limits.laws.find((entry) => entry.law === law) ?? limits.laws[0];
+  limits.laws.find((entry) => entry.law === law) ?? { law, title: law, parameters: [], default: { law } };
 
 /**
  * Parameters of a model's kind and of its law.

@@ -6,7 +6,7 @@ const MOTION_SAMPLES = 6000;
 
 /**
  * @typedef {Record<string, number>} Widths  of the panels' plots, in pixels
- * @typedef {(state: State, widths: Widths, limits: Limits) => Question | null} Ask
+ * @typedef {(state: State, widths: Widths, limits: Limits) => Question} Ask
  */
 
 /** Twice the pixels, in steps, so that a small change of the window asks nothing new. */

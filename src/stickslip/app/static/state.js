@@ -1,5 +1,5 @@
 /** The state of the page: one object, changed in one place, remembered, written as an address. @import {State, Model, Limits, Along, Box} from "./types.js" */
-import { continuousParameters, defaultModel, frictionOf, lawEntry, lawOf, valueOf, withValue } from "./model.js";
+import { continuousParameters, defaultModel, frictionOf, parametersOf, valueOf, withValue } from "./model.js";
 
 const MERGE_MS = 900; // changes of one control that follow this closely are one step to undo
 const MEMORY = 200;
@@ -94,7 +94,7 @@ const square = ([low, high]) => [low, high, low, high];
 export function completeAlong(limits, model, given = {}) {
   const known = continuousParameters(limits, model);
   const entry = known.find((one) => one.name === given.parameter) ??
-    known.find((one) => one.name === "V") ?? known[0];
+    known.find((one) => one.name === "V") ?? known[0] ?? { name: "V", min: 0, step: 0.001 };
   const fits = given.range && entry.name === given.parameter;
   const range = fits ? /** @type {[number, number]} */ (given.range) : around(limits, model, entry);
   const full = (fits && given.full) || range;
@@ -120,15 +120,13 @@ const escape = (/** @type {any} */ value) =>
 
 /**
  * State as `kind=two_block&alpha=1.2&...`: the model, its law, then what is looked at.
- * @param {State} state
+ * @param {Limits} limits @param {State} state
  */
-export function toFragment(state) {
-  const { friction: _, ...model } = state.model;
+export function toFragment(limits, state) {
   const { parameter, range, window, full, max_period } = state.diagram;
   /** @type {[string, any][]} */
   const pairs = [
-    ...flat(model),
-    ...Object.entries(frictionOf(state.model)),
+    ...modelPairs(limits, state.model),
     ["d", state.d],
     ["t_end", state.t_end],
     ["power", state.power],
@@ -142,6 +140,21 @@ export function toFragment(state) {
     if (box) pairs.push([`zoom.${panel}`, box.join(":")]);
   }
   return pairs.map(([key, value]) => `${key}=${escape(value)}`).join("&");
+}
+
+/** A model by its parameters; one that has more than the controls show, as a table. @param {Limits} limits @param {Model} model @returns {[string, any][]} */
+function modelPairs(limits, model) {
+  const { friction: _, ...rest } = model;
+  const pairs = [...flat(rest), ...Object.entries(frictionOf(model))];
+  const read = modelOf(limits, new Map(pairs.map(([key, value]) => [key, String(value)])));
+  return same(read, model) ? pairs : [["model", JSON.stringify(model)]];
+}
+
+/** Whether two tables hold the same, in any order. @param {any} a @param {any} b @returns {boolean} */
+export function same(a, b) {
+  if (a === null || b === null || typeof a !== "object" || typeof b !== "object") return a === b;
+  const keys = Object.keys(a);
+  return keys.length === Object.keys(b).length && keys.every((key) => same(a[key], b[key]));
 }
 
 /** @param {Record<string, any>} table @param {string} [before] @returns {[string, any][]} */
@@ -160,15 +173,8 @@ const flat = (table, before = "") =>
  */
 export function fromFragment(limits, fragment) {
   const given = new Map(new URLSearchParams(fragment));
-  const kind = given.get("kind");
-  if (!kind || !limits.models.some((entry) => entry.kind === kind)) return null;
-  let model = defaultModel(limits, kind, given.get("law") ?? "");
-  const entry = limits.models.find((one) => one.kind === kind);
-  const known = [...(entry?.parameters ?? []), ...lawEntry(limits, lawOf(model)).parameters];
-  for (const one of known) {
-    const text = given.get(one.name);
-    if (text !== undefined) model = withValue(limits, model, one.name, parse(text, one.default));
-  }
+  const model = tableOf(given.get("model")) ?? modelOf(limits, given);
+  if (!model) return null;
   return completeState(limits, {
     model,
     d: number(given.get("d")),
@@ -180,10 +186,34 @@ export function fromFragment(limits, fragment) {
   });
 }
 
+/** The model that an address gives by its parameters. @param {Limits} limits @param {Map<string, string>} given */
+function modelOf(limits, given) {
+  const kind = given.get("kind") ?? "";
+  if (!limits.models.some((entry) => entry.kind === kind)) return null;
+  let model = defaultModel(limits, kind, given.get("law") ?? "");
+  const { ofModel, ofLaw } = parametersOf(limits, model);
+  for (const { name } of [...ofModel, ...ofLaw]) {
+    const text = given.get(name);
+    if (text !== undefined) model = withValue(limits, model, name, parse(text, valueOf(limits, model, name)));
+  }
+  return model;
+}
+
+/** The model that an address gives whole, as a notebook does. @param {string | undefined} text @returns {Model | null} */
+function tableOf(text) {
+  try {
+    const table = JSON.parse(text ?? "");
+    const whole = typeof table?.kind === "string" && typeof frictionOf(table)?.law === "string";
+    return whole ? table : null;
+  } catch {
+    return null;
+  }
+}
+
 /** @param {string} text @param {any} like */
 function parse(text, like) {
   if (Array.isArray(like)) return text.split(",").map(Number);
-  return typeof like === "number" ? (number(text) ?? like) : text;
+  return number(text) ?? like;
 }
 
 /** @param {string | undefined} text */

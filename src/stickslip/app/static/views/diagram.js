@@ -58,7 +58,7 @@ export class DiagramView extends View {
   /** Arrays of dots, as pairs: the first quick ones until the settled ones are known. @returns {[Numbers, Numbers][]} */
   get dots() {
     const settled = this.branches?.arrays;
-    if (settled) return [[settled.dot_value, settled.dot_d]];
+    if (settled?.dot_d.length) return [[settled.dot_value, settled.dot_d]];
     return this.parts.filter(({ data }) => data.part_name === "dots").map(({ arrays }) => [arrays.value, arrays.d]);
   }
 
