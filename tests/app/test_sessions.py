@@ -256,3 +256,26 @@ def test_a_job_out_of_time_gives_its_slot_back():
     with pytest.raises(TimeIsUpError):
         spin(Job(gate, "a", 0.01), 5.0)
     spin(Job(gate, "a", 10.0), 0.0)
+
+
+def test_a_patient_job_waits_while_its_user_has_another():
+    gate, order = Gate(2), []
+
+    def patient():
+        with Job(gate, "a", 10.0, patient=True).running():
+            while "quick ends" not in order:
+                checkpoint()
+                order.append("patient works")
+
+    thread = threading.Thread(target=patient)
+    thread.start()
+    while not order:
+        time.sleep(0.001)
+    with Job(gate, "a", 10.0).running():
+        time.sleep(0.05)  # for the other to reach a checkpoint
+        order.append("quick begins")
+        time.sleep(0.05)
+        order.append("quick ends")
+    thread.join(10)
+    begins, ends = order.index("quick begins"), order.index("quick ends")
+    assert ends == begins + 1

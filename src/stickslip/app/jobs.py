@@ -3,12 +3,14 @@
 A job runs in a thread of its own but computes only while it holds one of a few slots. Wherever
 the work calls `checkpoint` it learns that it was called off or has used up its time, and hands
 its slot on if others wait and its slice is over. Slots go to the user who has had least of them.
+Python runs one thread at a time, so what nobody waits for makes way for what a user waits for.
 """
 
 from __future__ import annotations
 
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -50,6 +52,8 @@ class _Ticket:
 class Gate:
     """A few slots for computing, shared fairly between users.
 
+    A user's patient jobs wait while an impatient one of the same user is at work.
+
     Parameters
     ----------
     slots : int
@@ -60,7 +64,8 @@ class Gate:
         self._free = slots
         self._lock = threading.Lock()
         self._waiting: list[_Ticket] = []
-        self._active: dict[object, int] = {}
+        self._jobs: Counter[object] = Counter()
+        self._impatient: Counter[object] = Counter()
         self._used: dict[object, float] = {}
 
     @property
@@ -68,23 +73,32 @@ class Gate:
         """Whether a job waits for a slot."""
         return bool(self._waiting)
 
-    def join(self, user: object) -> None:
-        """Note that a job of this user begins; newcomers start level with the least served."""
-        with self._lock:
-            if not self._active.get(user):
-                others = [self._used[other] for other in self._active if other != user]
-                self._used[user] = max(self._used.get(user, 0.0), min(others, default=0.0))
-            self._active[user] = self._active.get(user, 0) + 1
+    def must_wait(self, ticket: _Ticket) -> bool:
+        """Whether it is a patient job, and its user has an impatient one."""
+        return ticket.patient and self._impatient[ticket.user] > 0
 
-    def part(self, user: object) -> None:
-        """Note that a job of this user has ended; users without jobs are forgotten."""
+    def join(self, ticket: _Ticket) -> None:
+        """Note that a job begins; newcomers start level with the least served user."""
+        user = ticket.user
         with self._lock:
-            self._active[user] -= 1
-            if not self._active[user]:
-                del self._active[user], self._used[user]
+            if not self._jobs[user]:
+                others = [used for other, used in self._used.items() if other != user]
+                self._used[user] = min(others, default=0.0)
+            self._jobs[user] += 1
+            self._impatient[user] += not ticket.patient
 
-    def enter(self, ticket: _Ticket) -> None:
-        """Wait for a slot, or until somebody else sets the ticket's event."""
+    def part(self, ticket: _Ticket) -> None:
+        """Note that a job has ended; users without jobs are forgotten."""
+        user = ticket.user
+        with self._lock:
+            self._jobs[user] -= 1
+            self._impatient[user] -= not ticket.patient
+            if not self._jobs[user]:
+                del self._jobs[user], self._impatient[user], self._used[user]
+            self._grant()
+
+    def enter(self, ticket: _Ticket) -> bool:
+        """Wait for a slot, or until somebody else sets the ticket's event; tell which."""
         with self._lock:
             self._waiting.append(ticket)
             self._grant()
@@ -92,6 +106,7 @@ class Gate:
         with self._lock:
             if not ticket.granted:
                 self._waiting.remove(ticket)
+            return ticket.granted
 
     def leave(self, user: object, seconds: float) -> None:
         """Give a slot back after so many seconds of work."""
@@ -101,15 +116,15 @@ class Gate:
             self._grant()
 
     def _grant(self) -> None:
-        while self._free and self._waiting:
-            ticket = min(self._waiting, key=self._turn)
+        while self._free:
+            ready = [ticket for ticket in self._waiting if not self.must_wait(ticket)]
+            if not ready:
+                return
+            ticket = min(ready, key=lambda ticket: self._used[ticket.user])
             self._waiting.remove(ticket)
             self._free -= 1
             ticket.granted = True
             ticket.event.set()
-
-    def _turn(self, ticket: _Ticket) -> tuple[float, bool]:
-        return self._used[ticket.user], ticket.patient
 
 
 class Job:
@@ -140,20 +155,16 @@ class Job:
     ) -> None:
         self.report = report
         self._gate = gate
-        self._user = user
         self._left = seconds
         self._since = 0.0
-        self._patient = patient
         self._called_off = False
-        self._ticket: _Ticket | None = None
-        self._holds = False
+        self._ticket = _Ticket(user, patient)
         self._turning = threading.Lock()
 
     def call_off(self) -> None:
         """Let the work end at its next checkpoint."""
         self._called_off = True
-        if (ticket := self._ticket) is not None:
-            ticket.event.set()
+        self._ticket.event.set()
 
     def check(self) -> None:
         """Stop if called off or out of time; else let others have a turn now and then.
@@ -167,7 +178,13 @@ class Job:
         spent = time.monotonic() - self._since
         if spent > self._left:
             raise TimeIsUpError
-        if spent > SLICE and self._gate.is_crowded and self._turning.acquire(blocking=False):
+        turn_is_over = spent > SLICE and self._gate.is_crowded
+        if turn_is_over or self._gate.must_wait(self._ticket):
+            self._take_turns()
+
+    def _take_turns(self) -> None:
+        """Wait for another turn; of several threads of a job one does it for all."""
+        if self._turning.acquire(blocking=False):
             try:
                 self._rest()
                 self._compute()
@@ -177,7 +194,7 @@ class Job:
     @contextmanager
     def running(self) -> Iterator[Job]:
         """Hold a slot; `checkpoint` in this thread is this job's."""
-        self._gate.join(self._user)
+        self._gate.join(self._ticket)
         try:
             self._compute()
             _current.job = self
@@ -187,27 +204,23 @@ class Job:
                 _current.job = None
                 self._rest()
         finally:
-            self._gate.part(self._user)
+            self._gate.part(self._ticket)
 
     def _compute(self) -> None:
         """Wait for a slot."""
-        self._ticket = ticket = _Ticket(self._user, self._patient)
-        if not self._called_off:
-            self._gate.enter(ticket)
-        self._ticket = None
-        self._since = time.monotonic()
-        self._holds = ticket.granted
-        if not self._holds:
+        self._ticket = ticket = _Ticket(self._ticket.user, self._ticket.patient)
+        if self._called_off or not self._gate.enter(ticket):
             raise CalledOffError
+        self._since = time.monotonic()
 
     def _rest(self) -> None:
         """Give the slot back, if it holds one."""
-        if not self._holds:
+        if not self._ticket.granted:
             return
-        self._holds = False
+        self._ticket.granted = False
         spent = time.monotonic() - self._since
         self._left -= spent
-        self._gate.leave(self._user, spent)
+        self._gate.leave(self._ticket.user, spent)
 
 
 def checkpoint() -> None:

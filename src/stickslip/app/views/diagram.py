@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["diagram"]
 
-SEEDS: Final = 6  # orbits that the first dots are taken from
+SEEDS: Final = 12  # orbits that the first dots are taken from
 SETTLING: Final = 150  # steps of each before dots are kept
 KEPT: Final = 24  # dots of each
 COARSE: Final = 240  # values with first dots, at most
@@ -86,7 +86,8 @@ def _dots(f: MapFamily, request: requests.Diagram, low: float, high: float) -> I
         some = values[k::BLOCKS]
         if some.size == 0:
             return
-        dots = [_settled(f.replace(**{request.parameter: value})) for value in some]
+        maps = [f.replace(**{request.parameter: value}) for value in some]
+        dots = [_settled(windowed(g, request.window)) for g in maps]
         arrays = {
             "value": np.repeat(some, [len(points) for points in dots]),
             "d": np.concatenate(dots),
