@@ -80,7 +80,7 @@ export function completeState(limits, given) {
     power: given.power ?? 2,
     max_period: given.max_period ?? 4,
     diagram: completeAlong(limits, model, given.diagram),
-    windows: given.windows ?? (given.window ? { map: square(given.window) } : {}),
+    windows: given.windows ?? (given.window ? { map: square(given.window), power: square(given.window) } : {}),
   };
 }
 

@@ -8,7 +8,7 @@ export class CycleView extends View {
   constructor(app) {
     const help = "Period and Floquet multipliers of the cycle on which the motion ends.";
     super(app, { id: "cycle", title: "Limit cycle", help, slots: ["cycle"], export: "cycle" });
-    this.table = element("div", { class: "table-holder", tabindex: "0", role: "region", "aria-label": "Limit cycle" });
+    this.table = element("div", { class: "table-holder", tabindex: "0", role: "region", "aria-label": "Period and multipliers" });
     this.panel.body.append(this.table);
   }
 
