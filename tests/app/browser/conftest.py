@@ -21,7 +21,7 @@ FLAGS = (
     "--no-first-run",
 )
 WARM_UP_S = 600  # a cold cache compiles every kernel that the page needs
-SETTLE_MS = 120_000
+SETTLE_MS = 20_000
 SHOTS = Path(os.environ.get("STICKSLIP_SHOTS", "/nonexistent"))
 
 
@@ -212,4 +212,6 @@ def explorer(only_page):
     only_page.page.set_viewport_size({"width": 1280, "height": 800})
     only_page.show()
     yield only_page
+    only_page.page.keyboard.press("Escape")
+    only_page.page.evaluate("() => [...explorer.connection.running.keys()].forEach((s) => explorer.cancel(s))")
     assert not only_page.complaints

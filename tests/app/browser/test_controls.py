@@ -49,7 +49,7 @@ def test_many_keys_make_few_questions_and_the_last_wins(explorer):
 
 def test_a_value_out_of_range_is_named_at_its_field(explorer):
     explorer.type_into("mu", 1.7)
-    error = explorer.page.locator(".controls .error")
+    error = explorer.page.locator(".controls > .error")
     assert "mu = 1.7" in error.text_content()
     field = explorer.page.locator("input[name='mu']")
     assert field.get_attribute("aria-invalid") == "true"
@@ -134,7 +134,7 @@ def test_the_diagram_takes_another_parameter_and_range(explorer):
     assert explorer.view("diagram", "view.plot.options.xlabel") == "β"
     low.fill("2")
     low.press("Enter")
-    assert "smaller to a larger" in explorer.page.locator(".controls .error").text_content()
+    assert "smaller to a larger" in explorer.page.locator(".controls > .error").text_content()
 
 
 def test_long_work_shows_its_progress_and_can_be_stopped(explorer):

@@ -153,6 +153,7 @@ export class App {
     if (kept) return this.#recall(slot, kept);
     this.#own(slot)?.panel.busy(0);
     this.connection.ask(slot, question, (part) => this.receive(slot, question, part));
+    if (!this.answers.has(slot)) this.#tell(slot);
   }
 
   /** Show an answer that took long and was given before. @param {string} slot @param {Answer} answer */

@@ -1,5 +1,6 @@
 /** Keys of the whole page: one table for what they do and for the help. @import {App} from "./app.js" @import {Controls} from "./controls.js" @import {Player} from "./player.js" */
 import { element } from "./dom.js";
+import { PATIENT } from "./questions.js";
 
 /**
  * @typedef {{keys: string[], shown: string, does: string, run?: (event: KeyboardEvent) => void}} Key
@@ -65,5 +66,5 @@ function showAll(app) {
 /** @param {App} app @param {Player} player */
 function stopAll(app, player) {
   player.stop();
-  for (const slot of app.connection.running.keys()) app.cancel(slot);
+  for (const slot of PATIENT) app.cancel(slot);
 }

@@ -39,6 +39,8 @@ export class Plot {
     /** What is shown: with equal scales more. @type {Box} */ this.shown = this.view;
     this.paint = () => {};
     this.paintOver = () => {};
+    /** Beside the frame. */
+    this.paintMargin = () => {};
     /** @type {(x: number, y: number) => void} */ this.onclick = () => {};
     /** @type {(x: number, y: number) => (string | null)} */ this.onhover = () => null;
     /** @type {((view: Box) => void) | null} */ this.onzoom = null;
@@ -96,6 +98,7 @@ export class Plot {
       this.context = this.#clear(this.base);
       this.#layOut();
       this.#axes();
+      this.paintMargin();
       this.#inside(this.paint);
       this.host.dispatchEvent(new CustomEvent("drawn", { bubbles: true }));
     }

@@ -39,7 +39,7 @@ export class BasinsView extends View {
     this.plot.setView([low, high, 0, 1]);
     const shares = this.shares();
     const text = this.attractors.map((one, k) => (shares ? `${name(one)} ${short(100 * shares[k], 3)} %` : name(one)));
-    this.panel.say(text.join("   "));
+    this.panel.say(text.join(" · "));
   }
 
   /** Of the whole domain. */

@@ -47,7 +47,7 @@ export class DiagramView extends View {
     this.plot.setView(/** @type {Box} */ ([...diagram.range, ...vertical]));
     const found = this.bifurcations;
     const done = this.parts.some((part) => part.data.bifurcations);
-    this.panel.say(done ? found.length ? found.map((one) => `${one.short} ${short(one.value, 7)}`).join("   ") : "no bifurcation in this range" : "");
+    this.panel.say(done ? found.length ? found.map((one) => `${one.short} ${short(one.value, 7)}`).join(" · ") : "no bifurcation in this range" : "");
   }
 
   /** @returns {Part | undefined} */
@@ -90,7 +90,7 @@ export class DiagramView extends View {
       this.#orbit(arrays.value, arrays[`points_${k}`], arrays[`multiplier_${k}`], orbit);
     });
     const infinite = this.parts.find(({ data }) => data.part_name === "infinitely_unstable")?.arrays;
-    if (infinite) for (let k = 0; k < infinite.d.length; k++) mark(plot, "cross", infinite.value[k], infinite.d[k], { color: of.purple, size: 1.8 });
+    if (infinite) plot.dots(infinite.value, infinite.d, { color: of.purple, size: 2.2, alpha: 0.8 });
     this.#marks();
   }
 

@@ -167,6 +167,7 @@ export class Timeline {
     const plot = new Plot(host, { name: "Stick and slip over time. Click to go to that time.", xlabel: "t", ylabel: "", bare: true, left: 22 });
     this.plot = plot;
     plot.paint = () => this.paint();
+    plot.paintMargin = () => this.numbers();
     plot.paintOver = () => plot.vertical(app.clock.t, { width: 1.5 });
     plot.onclick = (x) => app.clock.seek(x);
     plot.grab = () => (x) => app.clock.seek(x);
@@ -199,17 +200,21 @@ export class Timeline {
         context.fillRect(left, middle - 0.3 * lane, Math.max(1, plot.x(t[Math.min(k, t.length - 1)]) - left), 0.6 * lane);
         from = -1;
       }
-      this.#number(block, middle);
     }
   }
 
-  /** The block's number, left of its lane. */
-  #number(/** @type {number} */ block, /** @type {number} */ middle) {
-    const { context, left } = this.plot;
+  /** The blocks' numbers, left of their lanes. */
+  numbers() {
+    const { arrays } = this.app.clock;
+    if (!arrays) return;
+    const { context, left, top, bottom } = this.plot;
+    const count = arrays.mode.length / arrays.t.length;
     context.font = `600 11px ${SANS}`;
     context.fillStyle = colors().ink;
-    context.textAlign = "left";
+    context.textAlign = "right";
     context.textBaseline = "middle";
-    context.fillText(String(block + 1), left + 4, middle);
+    for (let block = 0; block < count; block++) {
+      context.fillText(String(block + 1), left - 6, top + ((bottom - top) * (block + 0.5)) / count);
+    }
   }
 }

@@ -50,6 +50,7 @@ export class View {
   /** @param {string} slot */
   emptyText(slot) {
     const answer = this.answer(slot);
+    if (this.app.connection.running.has(slot)) return "Computing …";
     if (answer?.error) return answer.error.message;
     return answer?.cancelled ? "Stopped" : "";
   }
