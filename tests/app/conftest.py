@@ -1,7 +1,4 @@
 import pytest
-
-pytest.importorskip("starlette", reason="needs the extra app")
-
 from starlette.testclient import TestClient
 from tests.app.talk import opened
 

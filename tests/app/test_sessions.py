@@ -82,8 +82,10 @@ def test_bytes_are_read_as_text(page):
 
 
 def test_numbers_that_are_not_finite_stay_out(page):
-    page.socket.send_text('{"id": 1, "view": "cobweb", "request": {"model": {}, "d": 1e999}}')
-    assert page.read().header["error"]["message"]
+    whole = json.dumps({"id": 1, "view": "cobweb", "request": {"model": COULOMB, "d": "D"}})
+    for number in ("1e999", "NaN", "-Infinity"):
+        page.socket.send_text(whole.replace('"D"', number))
+        assert page.read().header["error"]["message"]
 
 
 def test_the_latest_request_of_a_slot_wins(page, endless):

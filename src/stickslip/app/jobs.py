@@ -173,23 +173,16 @@ class Job:
         ------
         CalledOffError, TimeIsUpError
         """
-        if self._called_off:
-            raise CalledOffError
-        spent = time.monotonic() - self._since
-        if spent > self._left:
-            raise TimeIsUpError
-        turn_is_over = spent > SLICE and self._gate.is_crowded
-        if turn_is_over or self._gate.must_wait(self._ticket):
-            self._take_turns()
-
-    def _take_turns(self) -> None:
-        """Wait for another turn; of several threads of a job one does it for all."""
-        if self._turning.acquire(blocking=False):
-            try:
+        with self._turning:  # a job's own threads wait for its turn, too
+            if self._called_off:
+                raise CalledOffError
+            spent = time.monotonic() - self._since
+            if spent > self._left:
+                raise TimeIsUpError
+            turn_is_over = spent > SLICE and self._gate.is_crowded
+            if turn_is_over or self._gate.must_wait(self._ticket):
                 self._rest()
                 self._compute()
-            finally:
-                self._turning.release()
 
     @contextmanager
     def running(self) -> Iterator[Job]:

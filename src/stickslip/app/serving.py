@@ -59,7 +59,8 @@ def serve(listener: socket.socket, host: str, *, page: str | None) -> None:
     page : str or None
         Opened in a browser once the server runs.
     """
-    logging.basicConfig(format="%(levelname)s: %(message)s", stream=sys.stderr)
+    logging.basicConfig(format="stickslip: %(message)s", stream=sys.stderr)
+    logging.getLogger("stickslip").setLevel(logging.INFO)
     server = _server(application(host=host))
     if page is not None:
         threading.Thread(target=_open_when_started, args=(server, page), daemon=True).start()
