@@ -91,8 +91,10 @@ def measured(page: Page, url: str, keys: int, bursts: int) -> None:
         low, middle, high = np.percentile(times, [10, 50, 90])
         print(f"key to {text:22}: median {middle:5.0f} ms, 10-90 %: {low:.0f} to {high:.0f} ms")
     settled = [pressed(page, BURST)["orbits"] for _ in range(bursts)]
-    print(f"burst of {BURST} keys settles  : median {np.median(settled):5.0f} ms, "
-          f"{min(settled):.0f} to {max(settled):.0f} ms")
+    print(
+        f"burst of {BURST} keys settles  : median {np.median(settled):5.0f} ms, "
+        f"{min(settled):.0f} to {max(settled):.0f} ms"
+    )
 
 
 def main() -> None:

@@ -43,7 +43,9 @@ def test_many_keys_make_few_questions_and_the_last_wins(explorer):
     assert explorer.state["model"]["friction"]["mu"] == pytest.approx(0.26)
     assert asked[-1]["request"]["model"]["friction"]["mu"] == pytest.approx(0.26)
     assert len(asked) < 40
-    shown = explorer.page.evaluate("() => explorer.answers.get('map').question.request.model.friction.mu")
+    shown = explorer.page.evaluate(
+        "() => explorer.answers.get('map').question.request.model.friction.mu"
+    )
     assert shown == pytest.approx(0.26)
 
 

@@ -109,9 +109,7 @@ def test_everything_is_reached_by_tab(explorer):
     for _ in range(90):
         explorer.page.keyboard.press("Tab")
         names.add(
-            explorer.page.evaluate(
-                "() => document.activeElement.getAttribute('aria-label') ?? ''"
-            )
+            explorer.page.evaluate("() => document.activeElement.getAttribute('aria-label') ?? ''")
         )
     assert {"Preset", "Model", "Friction law", "Help", "Undo"} - {"Undo"} <= names
     plots = [name for name in names if name.startswith(("From one global", "Steady motions"))]

@@ -142,7 +142,9 @@ def test_the_mechanism_moves_and_tells_stick_from_slip(explorer):
     seek = "t => { explorer.clock.seek(t); return explorer.clock.arrays.mode[2 * explorer.clock.index()]; }"
     riding = explorer.page.evaluate(seek, 30)
     first = explorer.settle().picture("mechanism")
-    slip = explorer.page.evaluate("() => explorer.clock.arrays.t[explorer.clock.arrays.mode.findIndex((m, k) => k % 2 === 0 && m !== 0) / 2]")
+    slip = explorer.page.evaluate(
+        "() => explorer.clock.arrays.t[explorer.clock.arrays.mode.findIndex((m, k) => k % 2 === 0 && m !== 0) / 2]"
+    )
     slipping = explorer.page.evaluate(seek, slip + 0.2)
     assert riding == 0 and slipping != 0
     assert explorer.settle().picture("mechanism") != first

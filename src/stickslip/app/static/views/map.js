@@ -45,8 +45,8 @@ export class MapView extends View {
   /** @returns {{orbits: Orbit[], old: boolean}} */
   get orbits() {
     const answer = this.answer("map");
-    const now = answer?.parts.find((part) => part.data.orbits);
-    const before = answer?.before.find((part) => part.data.orbits);
+    const now = answer?.parts.findLast((part) => part.data.orbits);
+    const before = answer?.before.findLast((part) => part.data.orbits);
     const { power } = this.app.state;
     /** @type {Orbit[]} */
     const all = (now ?? before)?.data.orbits ?? [];
