@@ -141,7 +141,10 @@ def test_the_diagram_takes_another_parameter_and_range(explorer):
 
 def test_long_work_shows_its_progress_and_can_be_stopped(explorer):
     explorer.page.evaluate(
-        "() => explorer.store.update({ diagram: { ...explorer.state.diagram, range: [0.02, 0.2], full: [0.02, 0.2] } }, 'test')"
+        """() => {
+            const wide = { range: [0.02, 0.2], full: [0.02, 0.2] };
+            explorer.store.update({ diagram: { ...explorer.state.diagram, ...wide } }, "test");
+        }"""
     )
     panel = explorer.panel("diagram")
     stop = panel.locator("button.cancel")
