@@ -23,6 +23,7 @@ MIXED = {**COULOMB, "friction": [{"law": "coulomb", "mu": 0.2}, {"law": "coulomb
 
 def test_the_event_map_comes_with_its_branches_and_orbits(page):
     parts = page.parts("event_map", points=101, max_period=2)
+    parts.pop("followed", None)  # of other tests' maps
     assert list(parts) == ["samples", "branches", "orbits", "explained", "end"]
     f = ss.event_map(MODEL)
     samples = parts["samples"].arrays
@@ -50,6 +51,18 @@ def test_a_window_and_a_power_are_shown_at_their_own_resolution(page):
     found = [item["at"] for item in parts["branches"].data["breakpoints"]]
     whole = [item.d for item in ss.breakpoints(ss.event_map(MODEL).power(2))]
     np.testing.assert_allclose(found, [d for d in whole if 0.1 < d < 0.2], rtol=0, atol=1e-12)
+
+
+def test_orbits_follow_from_those_of_a_map_nearby(page):
+    page.parts("event_map", points=20, max_period=4)
+    moved = {**COULOMB, "V": 0.03665}
+    parts = page.parts("event_map", model=moved, points=20, max_period=4)
+    found = [o for o in parts["orbits"].data["orbits"] if o["jump"] is None]
+    followed = parts["followed"].data["orbits"]
+    assert [o["period"] for o in followed] == [o["period"] for o in found]
+    for one, other in zip(followed, found, strict=True):
+        np.testing.assert_allclose(one["points"], other["points"], rtol=0, atol=1e-12)
+        assert one["multiplier"] == pytest.approx(other["multiplier"], rel=1e-9)
 
 
 def test_orbits_inside_a_window_come_before_the_others(page):
