@@ -38,7 +38,9 @@ WATCH = """() => {
     const canvas = panel.querySelector("canvas");
     const map = explorer.views.find(({ id }) => id === "map");
     const others = ["cobweb", "motion", "power", "basins"];
-    const now = () => JSON.stringify(explorer.answers.get("map").question) === explorer.asked.get("map");
+    const text = (question) => JSON.stringify(question);
+    const isAsked = () => text(explorer.question("map")) === explorer.asked.get("map");
+    const now = () => text(explorer.answers.get("map").question) === explorer.asked.get("map");
     let start = 0;
     addEventListener("keydown", () => { start = performance.now(); }, { capture: true });
     const frame = () => new Promise((next) => requestAnimationFrame(() => setTimeout(next)));
@@ -51,7 +53,7 @@ WATCH = """() => {
         while (!times.pixels || !times.orbits || !times.others) {
             await frame();
             const passed = performance.now() - start;
-            if (seen < keys || JSON.stringify(explorer.question("map")) !== explorer.asked.get("map")) continue;
+            if (seen < keys || !isAsked()) continue;
             if (!times.pixels && now()) times.pixels = passed;
             if (!times.orbits && now() && !map.orbits.old) times.orbits = passed;
             if (!times.others && explorer.settled(others)) times.others = passed;
@@ -91,8 +93,10 @@ def measured(page: Page, url: str, keys: int, bursts: int) -> None:
         low, middle, high = np.percentile(times, [10, 50, 90])
         print(f"key to {text:22}: median {middle:5.0f} ms, 10-90 %: {low:.0f} to {high:.0f} ms")
     settled = [pressed(page, BURST)["orbits"] for _ in range(bursts)]
-    print(f"burst of {BURST} keys settles  : median {np.median(settled):5.0f} ms, "
-          f"{min(settled):.0f} to {max(settled):.0f} ms")
+    print(
+        f"burst of {BURST} keys settles  : median {np.median(settled):5.0f} ms, "
+        f"{min(settled):.0f} to {max(settled):.0f} ms"
+    )
 
 
 def main() -> None:

@@ -21,7 +21,7 @@ FLAGS = (
     "--no-first-run",
 )
 WARM_UP_S = 600  # a cold cache compiles every kernel that the page needs
-SETTLE_MS = 20_000
+SETTLE_MS = 120_000  # under load; a second on an idle machine
 SHOTS = Path(os.environ.get("STICKSLIP_SHOTS", "/nonexistent"))
 
 
@@ -46,9 +46,6 @@ def pytest_collection_modifyitems(items):
 @pytest.fixture(scope="session")
 def address():
     """Address of an explorer that has compiled its kernels."""
-    if os.environ.get("DEV_ADDRESS"):
-        yield os.environ["DEV_ADDRESS"]
-        return
     command = [sys.executable, "-m", "stickslip.cli", "explore", "--no-browser", "--port", "0"]
     server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     try:
@@ -169,8 +166,11 @@ class Explorer:
 
     def inked(self, panel):
         """Share of pixels that are drawn on, and how many colours there are."""
-        return self.panel(panel).locator("canvas").first.evaluate(
-            """(c) => {
+        return (
+            self.panel(panel)
+            .locator("canvas")
+            .first.evaluate(
+                """(c) => {
                 const { data } = c.getContext("2d").getImageData(0, 0, c.width, c.height);
                 const colours = new Set();
                 for (let k = 0; k < data.length; k += 4) if (data[k + 3] > 200) {
@@ -178,6 +178,7 @@ class Explorer:
                 }
                 return colours.size;
             }"""
+            )
         )
 
     def type_into(self, name, value):
@@ -205,7 +206,7 @@ def only_page(browser, address):
     context.close()
 
 
-@pytest.fixture()
+@pytest.fixture
 def explorer(only_page):
     """The page at the first preset, for a test that leaves no complaint."""
     only_page.complaints.clear()
@@ -213,5 +214,7 @@ def explorer(only_page):
     only_page.show()
     yield only_page
     only_page.page.keyboard.press("Escape")
-    only_page.page.evaluate("() => [...explorer.connection.running.keys()].forEach((s) => explorer.cancel(s))")
+    only_page.page.evaluate(
+        "() => [...explorer.connection.running.keys()].forEach((s) => explorer.cancel(s))"
+    )
     assert not only_page.complaints

@@ -43,7 +43,9 @@ def test_many_keys_make_few_questions_and_the_last_wins(explorer):
     assert explorer.state["model"]["friction"]["mu"] == pytest.approx(0.26)
     assert asked[-1]["request"]["model"]["friction"]["mu"] == pytest.approx(0.26)
     assert len(asked) < 40
-    shown = explorer.page.evaluate("() => explorer.answers.get('map').question.request.model.friction.mu")
+    shown = explorer.page.evaluate(
+        "() => explorer.answers.get('map').question.request.model.friction.mu"
+    )
     assert shown == pytest.approx(0.26)
 
 
@@ -139,7 +141,10 @@ def test_the_diagram_takes_another_parameter_and_range(explorer):
 
 def test_long_work_shows_its_progress_and_can_be_stopped(explorer):
     explorer.page.evaluate(
-        "() => explorer.store.update({ diagram: { ...explorer.state.diagram, range: [0.02, 0.2], full: [0.02, 0.2] } }, 'test')"
+        """() => {
+            const wide = { range: [0.02, 0.2], full: [0.02, 0.2] };
+            explorer.store.update({ diagram: { ...explorer.state.diagram, ...wide } }, "test");
+        }"""
     )
     panel = explorer.panel("diagram")
     stop = panel.locator("button.cancel")
