@@ -7,8 +7,16 @@ import pytest
 from tests.app.talk import COULOMB
 
 import stickslip as ss
-from stickslip.app.as_python import as_python
+from stickslip.app.as_python import TEXTS, as_python
+from stickslip.app.exports import KNOWN
+from stickslip.app.limits import described_limits
+from stickslip.app.pictures import DRAWN
+from stickslip.app.presets import presets
 from stickslip.app.requests import REQUESTS, request_of
+from stickslip.app.views import VIEWS
+from stickslip.mechanics.model import locus
+from stickslip.plot.motion import stick_interval
+from stickslip.study.model_values import model_of_values
 
 MODEL = ss.examples.coulomb()
 CHAIN = {
@@ -23,6 +31,7 @@ MIXED = {**COULOMB, "friction": [{"law": "coulomb", "mu": 0.2}, {"law": "coulomb
 
 def test_the_event_map_comes_with_its_branches_and_orbits(page):
     parts = page.parts("event_map", points=101, max_period=2)
+    parts.pop("followed", None)  # of other tests' maps
     assert list(parts) == ["samples", "branches", "orbits", "explained", "end"]
     f = ss.event_map(MODEL)
     samples = parts["samples"].arrays
@@ -50,6 +59,18 @@ def test_a_window_and_a_power_are_shown_at_their_own_resolution(page):
     found = [item["at"] for item in parts["branches"].data["breakpoints"]]
     whole = [item.d for item in ss.breakpoints(ss.event_map(MODEL).power(2))]
     np.testing.assert_allclose(found, [d for d in whole if 0.1 < d < 0.2], rtol=0, atol=1e-12)
+
+
+def test_orbits_follow_from_those_of_a_map_nearby(page):
+    page.parts("event_map", points=20, max_period=4)
+    moved = {**COULOMB, "V": 0.03665}
+    parts = page.parts("event_map", model=moved, points=20, max_period=4)
+    found = [o for o in parts["orbits"].data["orbits"] if o["jump"] is None]
+    followed = parts["followed"].data["orbits"]
+    assert [o["period"] for o in followed] == [o["period"] for o in found]
+    for one, other in zip(followed, found, strict=True):
+        np.testing.assert_allclose(one["points"], other["points"], rtol=0, atol=1e-12)
+        assert one["multiplier"] == pytest.approx(other["multiplier"], rel=1e-9)
 
 
 def test_orbits_inside_a_window_come_before_the_others(page):
@@ -91,13 +112,11 @@ def test_a_motion_is_sampled_with_its_events_and_stick_intervals(page):
     np.testing.assert_array_equal(part.arrays["x"], motion.x(t))
     np.testing.assert_array_equal(part.arrays["force"], motion.friction(t))
     assert [e["t"] for e in part.data["events"]] == [e.time for e in motion.events]
-    from stickslip.plot.motion import stick_interval
-
     x = motion.x(t)
     expected = [stick_interval(MODEL, 2, x_1) for x_1 in x[:, 0]]
     np.testing.assert_allclose(part.arrays["interval"][:, 1], expected, rtol=0, atol=1e-12)
     rides = part.arrays["mode"][:, 0] == 0
-    np.testing.assert_array_equal(rides[:-1], (part.arrays["v"][:, 0] == MODEL.V)[:-1] & rides[:-1])
+    assert (part.arrays["v"][rides, 0] == MODEL.V).all()
 
 
 def test_a_chain_moves_from_its_differences(page):
@@ -112,8 +131,6 @@ def test_laws_that_differ_are_columns(page):
 
 
 def test_the_locus_has_the_corners_of_the_paper(page):
-    from stickslip.mechanics.model import locus
-
     data = page.parts("locus")["locus"].data
     assert data["corners"] == locus.corners(1.2, 1.3).tolist()
     assert data["domain"] == list(MODEL.domain)
@@ -185,17 +202,28 @@ def test_python_of_other_models_makes_equal_models():
         {"kind": "oscillator", "V": 0.2, "friction": {"law": "stribeck", "mu": 0.4, "speed": 0.1}}
         | {"forcing": {"amplitude": 0.1, "frequency": 2.0}},
     ):
-        from stickslip.study.model_values import model_of_values
-
         made = numbers_of("law", model=values)
         assert made["model"] == model_of_values(values)
 
 
 def test_every_view_has_python_and_a_picture():
-    from stickslip.app.as_python import TEXTS
-    from stickslip.app.exports import KNOWN
-    from stickslip.app.pictures import DRAWN
-    from stickslip.app.views import VIEWS
-
     assert set(TEXTS) == set(DRAWN) == set(KNOWN.values())
     assert set(VIEWS) == set(REQUESTS.values())
+
+
+def test_controls_and_presets_are_allowed_as_they_are():
+    described = described_limits()
+    models = [entry["default"] for entry in described["models"]]
+    models += [preset["state"]["model"] for preset in presets()]
+    models += [{**COULOMB, "friction": entry["default"]} for entry in described["laws"]]
+    for model in models:
+        assert model_of_values(model).n_blocks
+    for entry in (*described["models"], *described["laws"]):
+        for parameter in entry["parameters"]:
+            default = parameter["default"]
+            if "values" in parameter:
+                assert default in parameter["values"]
+            else:
+                assert parameter["min"] <= default <= parameter["max"]
+            assert parameter["symbol"]
+            assert "\\" not in parameter["symbol"]

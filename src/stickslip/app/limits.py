@@ -8,10 +8,13 @@ from typing import Any, Final
 
 import msgspec
 
+from stickslip import examples
 from stickslip.app import requests
 from stickslip.app.exports import KNOWN, formats
+from stickslip.app.presets import CHAIN, OSCILLATOR
 from stickslip.mechanics.friction import LAWS
 from stickslip.mechanics.friction.ranges import Choice
+from stickslip.study.model_values import model_values
 from stickslip.vocabulary import TERMS
 
 __all__ = ["described_limits"]
@@ -63,7 +66,6 @@ LAW_TITLES: Final = {
     "stribeck": ("Stribeck", "F = μ + (1 \u2212 μ) exp(\u2212(s/s₀)ᵖ) + c s"),
 }
 
-COULOMB: Final = {"law": "coulomb", "mu": 0.22}
 TWO_BLOCKS: Final = ("event_map", "cobweb", "motion", "locus", "law", "basins", "diagram", "cycle")
 IN_TIME: Final = ("motion", "law", "cycle")
 
@@ -79,26 +81,13 @@ def described_limits() -> dict[str, Any]:
 
 
 def _models() -> list[dict[str, Any]]:
-    two_blocks = {"kind": "two_block", "alpha": 1.2, "beta": 1.3, "V": 0.0366, "friction": COULOMB}
-    oscillator = {
-        "kind": "oscillator",
-        "V": 0.2,
-        "damping": 0.05,
-        "friction": {"law": "popp-stelter", "gamma": 3.0},
-    }
-    chain = {
-        "kind": "chain",
-        "static": [1.0, 1.3, 1.1],
-        "alpha": 1.2,
-        "V": 0.0366,
-        "friction": COULOMB,
-    }
+    two_blocks = model_values(examples.coulomb())
     return [
         _model("Two blocks", two_blocks, TWO_BLOCKS, ("alpha", "beta", "V", "damping"), (2, 2)),
-        _model("Oscillator", oscillator, IN_TIME, ("V", "damping"), (1, 1)),
+        _model("Oscillator", OSCILLATOR, IN_TIME, ("V", "damping"), (1, 1)),
         _model(
             "Chain",
-            chain,
+            CHAIN,
             IN_TIME,
             ("static", "alpha", "V", "support", "mass", "damping"),
             (2, requests.MOST_BLOCKS),

@@ -7,11 +7,25 @@ from typing import Any, Final
 from stickslip import examples
 from stickslip.study.model_values import model_values
 
-__all__ = ["preset_names", "presets"]
+__all__ = ["CHAIN", "OSCILLATOR", "preset_names", "presets"]
 
 COULOMB_RANGE: Final = (0.0366, 0.0372)  # of V, figure 4
 LAW9_RANGE: Final = (1.208, 1.21865)  # of alpha, figure 11
 LAW9_WINDOW: Final = (0.379, 0.39)
+
+OSCILLATOR: Final = {
+    "kind": "oscillator",
+    "V": 0.2,
+    "damping": 0.05,
+    "friction": {"law": "popp-stelter", "gamma": 3.0},
+}
+CHAIN: Final = {
+    "kind": "chain",
+    "static": [1.0, 1.1, 1.2],
+    "alpha": 1.2,
+    "V": 0.1,
+    "friction": {"law": "coulomb", "mu": 0.22},
+}
 
 
 def _coulomb(V: float, **state: Any) -> dict[str, Any]:
@@ -40,8 +54,8 @@ def presets() -> list[dict[str, Any]]:
         "law9": ("Friction law (9) (figure 12)", _law9(1.208)),
         "law9-map": ("Law (9), the whole map", _law9(1.208, window=None)),
         "fig14": ("Law (9), near the crisis", _law9(1.211)),
-        "oscillator": ("One block", {"model": _oscillator(), "x": [0.0], "v": [0.0]}),
-        "chain": ("A chain of three", {"model": _chain(), "d": [0.1, -0.2]}),
+        "oscillator": ("One block", {"model": OSCILLATOR}),
+        "chain": ("A chain of three", {"model": CHAIN}),
     }
     return [{"name": name, "title": t, "state": state} for name, (t, state) in listed.items()]
 
@@ -49,14 +63,3 @@ def presets() -> list[dict[str, Any]]:
 def preset_names() -> list[str]:
     """Return what a page can be opened with."""
     return [preset["name"] for preset in presets()]
-
-
-def _oscillator() -> dict[str, Any]:
-    friction = {"law": "popp-stelter", "gamma": 3.0}
-    return {"kind": "oscillator", "V": 0.2, "damping": 0.05, "friction": friction}
-
-
-def _chain() -> dict[str, Any]:
-    friction = {"law": "coulomb", "mu": 0.22}
-    static = [1.0, 1.3, 1.1]
-    return {"kind": "chain", "static": static, "alpha": 1.2, "V": 0.0366, "friction": friction}

@@ -12,6 +12,7 @@ from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.window import windowed
 from stickslip.app.answers import Part
 from stickslip.app.views.common import map_of, naming
+from stickslip.app.views.followed import Known
 from stickslip.study.maps import branches, periodic_orbits
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.protocol import Map1D
     from stickslip.app import requests
     from stickslip.app.watched import WatchedMap
+    from stickslip.mechanics.model.two_block import TwoBlock
 
     Floats = NDArray[np.float64]
     Arrays = dict[str, NDArray[Any]]
@@ -30,24 +32,29 @@ if TYPE_CHECKING:
 __all__ = ["cobweb", "event_map", "shown_map", "window_of"]
 
 FIRST_EVENTS: Final = 64  # changes of mode after which the first, quick picture gives up
+KNOWN: Final = Known()
 FEWEST: Final = 24  # points of a branch, however narrow
 
 
 def event_map(request: requests.EventMap) -> Iterator[Part]:
     """Sample the map at once; find its branches and orbits; then say why it breaks where it does.
 
-    Orbits that stay in the window are soon found, all others take the map's whole domain.
+    First come orbits that follow from those of a map nearby, if one was asked for before. Orbits
+    that stay in the window are soon found, all others take the map's whole domain.
     """
     f = map_of(request)
     x = np.linspace(*window_of(f, request), request.points)
     g = shown_map(f, request)
     yield _samples(f, x, request)
+    if request.max_period > 0:
+        if near := list(KNOWN.followed(f, f.model, request.max_period)):
+            yield Part("followed", data={"orbits": near}, progress=0.3)
     yield _branches(g, x, branch_table(g), "branches", 0.5)
     if request.max_period > 0:
-        yield _orbits(windowed(f, request.window), request, 0.7)
+        yield _orbits(windowed(f, request.window), f.model, request.max_period, 0.7)
     yield _branches(g, x, branches(g), "explained", 0.8)
     if request.max_period > 0 and request.window is not None:
-        yield _orbits(f, request, 1.0)
+        yield _orbits(f, f.model, request.max_period, 1.0)
 
 
 def window_of(f: WatchedMap, request: requests.EventMap) -> tuple[float, float]:
@@ -147,9 +154,10 @@ def _break(item: Breakpoint) -> dict[str, Any]:
     }
 
 
-def _orbits(f: Map1D, request: requests.EventMap, progress: float) -> Part:
+def _orbits(f: Map1D, model: TwoBlock, max_period: int, progress: float) -> Part:
     """Orbits of the map itself, also where a power of it is shown."""
-    found = periodic_orbits(f, request.max_period, infinitely_unstable=True)
+    found = periodic_orbits(f, max_period, infinitely_unstable=True)
+    KNOWN.add(model, found)
     data = {
         "window": f.domain,
         "orbits": [_orbit(orbit) for orbit in found],

@@ -49,8 +49,11 @@ export class MapView extends View {
     const before = answer?.before.findLast((part) => part.data.orbits);
     const { power } = this.app.state;
     /** @type {Orbit[]} */
-    const all = (now ?? before)?.data.orbits ?? [];
-    return { orbits: this.main ? all : all.filter(({ period }) => power % period === 0), old: !now };
+    const all = [...((now ?? before)?.data.orbits ?? [])];
+    // Those that follow from the last map lack what only a search finds.
+    const followed = now?.data.part_name === "followed";
+    if (followed) all.push(...(before?.data.orbits ?? []).filter(isThrough));
+    return { orbits: this.main ? all : all.filter(({ period }) => power % period === 0), old: !now || followed };
   }
 
   update() {
