@@ -118,7 +118,7 @@ def test_a_click_on_the_diagram_goes_there(explorer):
 
 
 def test_a_zoom_of_the_diagram_recomputes_it(explorer):
-    explorer.drag("diagram", (0.03690, 0.55), (0.03705, 0.4))
+    explorer.drag("diagram", (0.03690, 0.5), (0.03705, 0.4))
     assert explorer.state["diagram"]["range"] == pytest.approx([0.0369, 0.03705], abs=3e-6)
     explorer.page.wait_for_function(
         "() => explorer.answers.get('diagram').question.request.range[0] > 0.03685"

@@ -138,12 +138,12 @@ export class Plot {
     this.shown = this.view;
     this.left = left ?? (bare ? RIGHT : this.#labelWidth() + 26);
     if (equal) this.shown = this.#widened();
-    this.yTicks = ticks(this.shown[2], this.shown[3], (this.bottom - this.top) / 32);
+    this.yTicks = ticks(this.shown[2], this.shown[3], Math.max(3, (this.bottom - this.top) / 32));
     this.xTicks = ticks(this.shown[0], this.shown[1], (this.right - this.left) / 68);
   }
 
   #labelWidth() {
-    const { labels } = ticks(this.view[2], this.view[3], (this.bottom - this.top) / 32);
+    const { labels } = ticks(this.view[2], this.view[3], Math.max(3, (this.bottom - this.top) / 32));
     this.context.font = `11px ${SANS}`;
     return Math.ceil(Math.max(20, ...labels.map((text) => this.context.measureText(text).width)));
   }

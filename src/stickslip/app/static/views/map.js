@@ -161,6 +161,10 @@ export class MapView extends View {
     mark(plot, "disc", phase.d, phase.next ?? phase.d, { color: of.stick, size: 5 });
   }
 
+  tick() {
+    if (this.main) this.plot.redrawOver();
+  }
+
   /** @param {number} x @param {number} y */
   read(x, y) {
     const { plot, values } = this;
