@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -31,8 +30,7 @@ if TYPE_CHECKING:
 
 __all__ = ["application"]
 
-LOG: Final = logging.getLogger(__name__)
-
+STATIC: Final = files("stickslip.app") / "static"
 LIMITS: Final = Limits()
 TRY_AGAIN: Final = 1013
 
@@ -68,50 +66,58 @@ def application(
     -------
     Starlette
     """
-    workers = Workers(available_threads(), limits)
-    warmth = Warmth()
-    open_pages: set[Session] = set()
-    static = files("stickslip.app") / "static"
+    explorer = _Explorer(limits, warm)
+    routes = [
+        Route("/", explorer.page),
+        Route("/healthz", explorer.health),
+        Route("/presets.json", explorer.listed),
+        Route("/limits.json", explorer.listed),
+        Route("/export", explorer.downloads.answer, methods=["POST"]),
+        WebSocketRoute("/ws", explorer.talk),
+        Mount("/static", StaticFiles(directory=str(STATIC))),
+    ]
+    middleware = [Middleware(SafeHeaders, hosts=hosts_of(host), framed_by=framed_by)]
+    return Starlette(routes=routes, middleware=middleware, lifespan=explorer.lifespan)
 
-    async def page(_: Request) -> Response:
-        return FileResponse(str(static / "index.html"))
 
-    async def health(_: Request) -> Response:
-        state = {"status": "ok", "warm": warmth.is_warm, "pages": len(open_pages)}
+class _Explorer:
+    """What the routes lead to, and what they share."""
+
+    def __init__(self, limits: Limits, warm: bool) -> None:
+        self._limits = limits
+        self._warm = warm
+        self._workers = Workers(available_threads(), limits)
+        self._warmth = Warmth()
+        self._open: set[Session] = set()
+        self.downloads = Downloads(self._workers)
+
+    @asynccontextmanager
+    async def lifespan(self, _: Starlette) -> AsyncIterator[None]:
+        if self._warm:
+            threading.Thread(target=self._warmth.warm_up, daemon=True).start()
+        yield
+        self._workers.pool.shutdown(wait=False, cancel_futures=True)
+
+    async def page(self, _: Request) -> Response:
+        return FileResponse(str(STATIC / "index.html"))
+
+    async def health(self, _: Request) -> Response:
+        state = {"status": "ok", "warm": self._warmth.is_warm, "pages": len(self._open)}
         return Response(msgspec.json.encode(state), media_type="application/json")
 
-    async def listed(request: Request) -> Response:
+    async def listed(self, request: Request) -> Response:
         what = request.url.path.removeprefix("/").removesuffix(".json")
         return Response(_json(what), media_type="application/json")
 
-    async def talk(socket: WebSocket) -> None:
+    async def talk(self, socket: WebSocket) -> None:
         await socket.accept()
-        if len(open_pages) >= limits.connections:
+        if len(self._open) >= self._limits.connections:
             await socket.close(TRY_AGAIN, "too many pages are open")
             return
-        session = Session(socket, workers)
-        open_pages.add(session)
+        session = Session(socket, self._workers)
+        self._open.add(session)
         try:
-            warmth.greet(session)
+            self._warmth.greet(session)
             await session.run()
         finally:
-            open_pages.discard(session)
-
-    @asynccontextmanager
-    async def lifespan(_: Starlette) -> AsyncIterator[None]:
-        if warm:
-            threading.Thread(target=warmth.warm_up, daemon=True).start()
-        yield
-        workers.pool.shutdown(wait=False, cancel_futures=True)
-
-    routes = [
-        Route("/", page),
-        Route("/healthz", health),
-        Route("/presets.json", listed),
-        Route("/limits.json", listed),
-        Route("/export", Downloads(workers).answer, methods=["POST"]),
-        WebSocketRoute("/ws", talk),
-        Mount("/static", StaticFiles(directory=str(static))),
-    ]
-    middleware = [Middleware(SafeHeaders, hosts=hosts_of(host), framed_by=framed_by)]
-    return Starlette(routes=routes, middleware=middleware, lifespan=lifespan)
+            self._open.discard(session)
