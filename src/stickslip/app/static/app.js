@@ -1,8 +1,21 @@
-/** The page at work: state to questions, answers to views. @import {Box, Limits, Part, Preset, Question, State} from "./types.js" @import {View} from "./views/view.js" @import {Panel} from "./panel.js" */
+/**
+ * The page at work: state to questions, answers to views.
+ *
+ * @import {Box, Limits, Part, Preset, Question, State} from "./types.js"
+ * @import {View} from "./views/view.js"
+ * @import {Panel} from "./panel.js"
+ */
 import { Clock } from "./clock.js";
 import { Connection } from "./connection.js";
 import { keep } from "./keep.js";
-import { blockCount, continuousParameters, hasLineMap, indexed, valueOf, withValue } from "./model.js";
+import {
+  blockCount,
+  continuousParameters,
+  hasLineMap,
+  indexed,
+  valueOf,
+  withValue,
+} from "./model.js";
 import { PATIENT, QUESTIONS, slotsFor } from "./questions.js";
 import { clean, completeAlong, Store } from "./state.js";
 
@@ -21,7 +34,11 @@ const REST_MS = 120; // controls at rest: time for what takes longer
  */
 
 export class App {
-  /** @param {Limits} limits @param {State} state @param {(open: boolean, warm: boolean) => void} onconnection */
+  /**
+   * @param {Limits} limits
+   * @param {State} state
+   * @param {(open: boolean, warm: boolean) => void} onconnection
+   */
   constructor(limits, state, onconnection) {
     this.limits = limits;
     this.store = new Store(state);
@@ -72,7 +89,11 @@ export class App {
     this.store.update({ d: clean(inside) }, "d");
   }
 
-  /** Set the diagram's parameter, perhaps the start too. @param {number} value @param {number} [d] */
+  /**
+   * Set the diagram's parameter, perhaps the start too.
+   * @param {number} value
+   * @param {number} [d]
+   */
   goTo(value, d) {
     const { parameter } = this.state.diagram;
     const model = withValue(this.limits, this.state.model, parameter, clean(value));
@@ -85,7 +106,10 @@ export class App {
     this.store.update({ model }, `value:${name}`);
   }
 
-  /** Another kind or law: ranges and zooms of the old model mean nothing there. @param {any} model */
+  /**
+   * Another kind or law: ranges and zooms of the old model mean nothing there.
+   * @param {any} model
+   */
   setModel(model) {
     const diagram = completeAlong(this.limits, model, { parameter: this.state.diagram.parameter });
     this.store.update({ model, diagram, windows: {} }, "model");
@@ -96,12 +120,21 @@ export class App {
     const { diagram, windows } = this.state;
     if (panel !== "diagram") {
       const bounded = panel === "map" || panel === "power" ? this.#bounded(box) : box;
-      this.store.update({ windows: { ...windows, [panel]: bounded && /** @type {Box} */ (bounded.map(clean)) } }, `zoom:${panel}`);
+      this.store.update(
+        { windows: { ...windows, [panel]: bounded && /** @type {Box} */ (bounded.map(clean)) } },
+        `zoom:${panel}`,
+      );
     } else if (box) {
       const [x0, x1, y0, y1] = box.map(clean);
-      this.store.update({ diagram: { ...diagram, range: [x0, x1], window: [y0, y1] } }, "zoom:diagram");
+      this.store.update(
+        { diagram: { ...diagram, range: [x0, x1], window: [y0, y1] } },
+        "zoom:diagram",
+      );
     } else {
-      this.store.update({ diagram: { ...diagram, range: diagram.full, window: null } }, "zoom:diagram");
+      this.store.update(
+        { diagram: { ...diagram, range: diagram.full, window: null } },
+        "zoom:diagram",
+      );
     }
   }
 
@@ -126,7 +159,10 @@ export class App {
       const shown = view.isFor(this.state);
       view.panel.section.hidden = !shown;
       if (!shown) continue;
-      const zoomed = view.id === "diagram" ? this.state.diagram.range !== this.state.diagram.full : Boolean(this.state.windows[view.id]);
+      const zoomed =
+        view.id === "diagram"
+          ? this.state.diagram.range !== this.state.diagram.full
+          : Boolean(this.state.windows[view.id]);
       if (view.panel.reset) view.panel.reset.hidden = !zoomed;
       view.update();
     }
@@ -156,7 +192,11 @@ export class App {
     if (!this.answers.has(slot)) this.#tell(slot);
   }
 
-  /** Show an answer that took long and was given before. @param {string} slot @param {Answer} answer */
+  /**
+   * Show an answer that took long and was given before.
+   * @param {string} slot
+   * @param {Answer} answer
+   */
   #recall(slot, answer) {
     this.connection.forget(slot);
     this.answers.set(slot, answer);
@@ -172,16 +212,20 @@ export class App {
   /** @param {string} slot @param {Question} question @param {Part} part */
   receive(slot, question, part) {
     const known = this.answers.get(slot);
-    const answer = known?.question === question ? known : {
-      question,
-      parts: [],
-      before: known?.done ? known.parts : (known?.before ?? []),
-      done: false,
-    };
+    const answer =
+      known?.question === question
+        ? known
+        : {
+            question,
+            parts: [],
+            before: known?.done ? known.parts : (known?.before ?? []),
+            done: false,
+          };
     this.answers.set(slot, answer);
     answer.error = part.error;
     answer.cancelled = part.cancelled;
-    if (part.cancelled && this.asked.get(slot) === JSON.stringify(question)) this.asked.delete(slot);
+    if (part.cancelled && this.asked.get(slot) === JSON.stringify(question))
+      this.asked.delete(slot);
     answer.done = Boolean(part.last && !part.error && !part.cancelled);
     if (part.error) answer.parts = [];
     else if (!part.cancelled && !EMPTY.has(part.data.part_name)) answer.parts.push(part);
@@ -201,7 +245,8 @@ export class App {
   #keep(text, answer) {
     this.kept.delete(text);
     this.kept.set(text, answer);
-    if (this.kept.size > KEPT) this.kept.delete(/** @type {string} */ (this.kept.keys().next().value));
+    if (this.kept.size > KEPT)
+      this.kept.delete(/** @type {string} */ (this.kept.keys().next().value));
   }
 
   /** @param {string} slot @param {Part} part */
@@ -215,7 +260,10 @@ export class App {
     } else if (slot === "map") this.showError(null, "");
   }
 
-  /** A motion from elsewhere starts anew; after a change of the model it goes on. @param {Answer} answer */
+  /**
+   * A motion from elsewhere starts anew; after a change of the model it goes on.
+   * @param {Answer} answer
+   */
   #move(answer) {
     const same = JSON.stringify(this.start) === JSON.stringify(answer.question.request.start);
     const { t } = this.clock;
@@ -232,7 +280,9 @@ export class App {
   /** Resolves when nothing of a slot is under way. @param {string} slot @returns {Promise<void>} */
   whenIdle(slot) {
     if (!this.connection.running.has(slot)) return Promise.resolve();
-    return new Promise((resolve) => this.waiters.set(slot, [...(this.waiters.get(slot) ?? []), resolve]));
+    return new Promise((resolve) =>
+      this.waiters.set(slot, [...(this.waiters.get(slot) ?? []), resolve]),
+    );
   }
 
   /** @param {string} slot */
@@ -251,13 +301,23 @@ export class App {
     return QUESTIONS[slot](this.state, this.widths, this.limits);
   }
 
-  /** Whether these slots, by default all, show answers to the present state. @param {string[]} [slots] */
+  /**
+   * Whether these slots, by default all, show answers to the present state.
+   * @param {string[]} [slots]
+   */
   settled(slots = slotsFor(this.state)) {
-    return slots.every((slot) =>
-      this.asked.get(slot) === JSON.stringify(this.question(slot)) && !this.connection.running.has(slot));
+    return slots.every(
+      (slot) =>
+        this.asked.get(slot) === JSON.stringify(this.question(slot)) &&
+        !this.connection.running.has(slot),
+    );
   }
 
-  /** A plot has another size: what it shows wants another resolution. @param {string} id @param {number} width */
+  /**
+   * A plot has another size: what it shows wants another resolution.
+   * @param {string} id
+   * @param {number} width
+   */
   sized(id, width) {
     this.widths[id] = width;
     clearTimeout(this.sizeTimer);
@@ -273,7 +333,10 @@ export class App {
     const question = this.question(slot);
     panel.section.setAttribute("data-saving", format);
     try {
-      await keep({ view: picture, request: { ...question.request, ...extra }, format }, this.announce);
+      await keep(
+        { view: picture, request: { ...question.request, ...extra }, format },
+        this.announce,
+      );
     } catch (error) {
       this.announce(`Not saved: ${/** @type {Error} */ (error).message}`);
     }

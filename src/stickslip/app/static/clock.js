@@ -1,4 +1,8 @@
-/** The time of the shown motion, and what the motion does then. @import {Answer} from "./app.js" */
+/**
+ * The time of the shown motion, and what the motion does then.
+ *
+ * @import {Answer} from "./app.js"
+ */
 import { nearest } from "./numbers.js";
 
 export class Clock {

@@ -1,4 +1,8 @@
-/** The socket: questions by slot, answers in parts; of each slot the latest question wins. @import {Part, Question, Numbers} from "./types.js" */
+/**
+ * The socket: questions by slot, answers in parts; of each slot the latest question wins.
+ *
+ * @import {Part, Question, Numbers} from "./types.js"
+ */
 
 const PATIENCE_MS = 120; // a question that has run this long gives way to a newer one
 const RETRY_MS = [300, 1000, 3000];

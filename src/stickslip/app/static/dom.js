@@ -66,7 +66,10 @@ export function iconButton(name, label, onclick, more = {}) {
  * @param {string} label @param {() => void} onclick
  */
 export function playButton(label, onclick) {
-  const button = iconButton("play", label, onclick, { class: "icon-button play", "aria-pressed": "false" });
+  const button = iconButton("play", label, onclick, {
+    class: "icon-button play",
+    "aria-pressed": "false",
+  });
   button.append(icon("pause"));
   return button;
 }

@@ -1,4 +1,9 @@
-/** Pointer, wheel and keys on a plot: click, drag a box or a handle, zoom, reset, read. @import {Plot} from "./plot.js" @import {Box} from "./types.js" */
+/**
+ * Pointer, wheel and keys on a plot: click, drag a box or a handle, zoom, reset, read.
+ *
+ * @import {Plot} from "./plot.js"
+ * @import {Box} from "./types.js"
+ */
 
 const SLACK = 4; // pixels that a click may move
 const DOUBLE_MS = 260;
@@ -6,7 +11,9 @@ const DOUBLE_MS = 260;
 /** @param {Plot} plot */
 export function attachGestures(plot) {
   const { over } = plot;
-  /** @type {{x: number, y: number, drag: ((x: number, y: number) => void) | null, moved: boolean} | null} */
+  /**
+   * @type {{x: number, y: number, drag: ((x: number, y: number) => void) | null, moved: boolean} | null}
+   */
   let press = null;
   let lastClick = 0;
   let waiting = 0;
@@ -67,18 +74,24 @@ export function attachGestures(plot) {
     waiting = setTimeout(() => plot.onclick(atX, atY), plot.onzoom ? DOUBLE_MS : 0);
   }
 
-  over.addEventListener("wheel", (/** @type {WheelEvent} */ event) => {
-    const [x, y] = place(event);
-    if (!plot.onzoom || !inside(x, y)) return;
-    event.preventDefault();
-    scale(plot, plot.dataX(x), plot.dataY(y), Math.exp(clamp(event.deltaY, -120, 120) * 0.002));
-  }, { passive: false });
+  over.addEventListener(
+    "wheel",
+    (/** @type {WheelEvent} */ event) => {
+      const [x, y] = place(event);
+      if (!plot.onzoom || !inside(x, y)) return;
+      event.preventDefault();
+      scale(plot, plot.dataX(x), plot.dataY(y), Math.exp(clamp(event.deltaY, -120, 120) * 0.002));
+    },
+    { passive: false },
+  );
 
   over.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
     if (!plot.onzoom || event.ctrlKey || event.metaKey || event.altKey) return;
     const [x0, x1, y0, y1] = plot.shown;
     const zoom = { "+": 1 / 1.5, "=": 1 / 1.5, "-": 1.5 }[event.key];
-    const pan = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+    const pan = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[
+      event.key
+    ];
     if (zoom) scale(plot, (x0 + x1) / 2, (y0 + y1) / 2, zoom);
     else if (pan) {
       const [dx, dy] = [0.1 * pan[0] * (x1 - x0), 0.1 * pan[1] * (y1 - y0)];
@@ -98,15 +111,32 @@ function scale(plot, cx, cy, factor) {
   const [x0, x1, y0, y1] = plot.shown;
   const smallest = 1e-11 * Math.max(1, Math.abs(cx), Math.abs(cy));
   if (factor < 1 && Math.min(x1 - x0, y1 - y0) < smallest) return;
-  plot.onzoom?.([cx + (x0 - cx) * factor, cx + (x1 - cx) * factor, cy + (y0 - cy) * factor, cy + (y1 - cy) * factor]);
+  plot.onzoom?.([
+    cx + (x0 - cx) * factor,
+    cx + (x1 - cx) * factor,
+    cy + (y0 - cy) * factor,
+    cy + (y1 - cy) * factor,
+  ]);
 }
 
-/** @param {Plot} plot @param {number} ax @param {number} ay @param {number} bx @param {number} by */
+/**
+ * @param {Plot} plot
+ * @param {number} ax
+ * @param {number} ay
+ * @param {number} bx
+ * @param {number} by
+ */
 function zoomTo(plot, ax, ay, bx, by) {
-  const [left, right] = [Math.min(ax, bx), Math.max(ax, bx)].map((x) => clamp(x, plot.left, plot.right));
-  const [up, down] = [Math.min(ay, by), Math.max(ay, by)].map((y) => clamp(y, plot.top, plot.bottom));
+  const [left, right] = [Math.min(ax, bx), Math.max(ax, bx)].map((x) =>
+    clamp(x, plot.left, plot.right),
+  );
+  const [up, down] = [Math.min(ay, by), Math.max(ay, by)].map((y) =>
+    clamp(y, plot.top, plot.bottom),
+  );
   if (right - left < 2 * SLACK || (!plot.options.bare && down - up < 2 * SLACK)) return;
-  const vertical = plot.options.bare ? [plot.shown[2], plot.shown[3]] : [plot.dataY(down), plot.dataY(up)];
+  const vertical = plot.options.bare
+    ? [plot.shown[2], plot.shown[3]]
+    : [plot.dataY(down), plot.dataY(up)];
   plot.onzoom?.(/** @type {Box} */ ([plot.dataX(left), plot.dataX(right), ...vertical]));
 }
 
@@ -114,9 +144,15 @@ function zoomTo(plot, ax, ay, bx, by) {
 function showBox(plot, from, x, y) {
   const [ax, bx] = [from.x, x].map((v) => clamp(v, plot.left, plot.right)).sort((a, b) => a - b);
   const [ay, by] = (plot.options.bare ? [plot.top, plot.bottom] : [from.y, y])
-    .map((v) => clamp(v, plot.top, plot.bottom)).sort((a, b) => a - b);
+    .map((v) => clamp(v, plot.top, plot.bottom))
+    .sort((a, b) => a - b);
   plot.box.hidden = false;
-  Object.assign(plot.box.style, { left: `${ax}px`, top: `${ay}px`, width: `${bx - ax}px`, height: `${by - ay}px` });
+  Object.assign(plot.box.style, {
+    left: `${ax}px`,
+    top: `${ay}px`,
+    width: `${bx - ax}px`,
+    height: `${by - ay}px`,
+  });
 }
 
 /** @param {Plot} plot @param {number} x @param {number} y @param {string | null} text */

@@ -17,7 +17,8 @@ export async function keep(wanted, announce) {
     const answer = await reply.json().catch(() => null);
     throw new Error(answer?.error?.message ?? `the server answered ${reply.status}`);
   }
-  if (wanted.format === "python") return copy(await reply.text(), "Copied: the calls that make this view", announce);
+  if (wanted.format === "python")
+    return copy(await reply.text(), "Copied: the calls that make this view", announce);
   const url = URL.createObjectURL(await reply.blob());
   const name = `stickslip-${wanted.view.replaceAll("_", "-")}.${wanted.format}`;
   element("a", { href: url, download: name }).click();
@@ -37,7 +38,12 @@ export async function copy(text, done, announce) {
     const area = element("textarea", { readonly: true, rows: 14, "aria-label": "Text to copy" });
     area.value = text;
     const close = element("button", { type: "button", onclick: () => dialog.close() }, "Close");
-    const dialog = element("dialog", { "aria-label": "Text to copy", onclose: () => dialog.remove() }, area, close);
+    const dialog = element(
+      "dialog",
+      { "aria-label": "Text to copy", onclose: () => dialog.remove() },
+      area,
+      close,
+    );
     document.body.append(dialog);
     dialog.showModal();
     area.select();

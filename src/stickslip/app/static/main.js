@@ -1,4 +1,8 @@
-/** Starts the page: what the server allows, the state of the address, the views, the controls. @import {Limits, Preset, State} from "./types.js" */
+/**
+ * Starts the page: what the server allows, the state of the address, the views, the controls.
+ *
+ * @import {Limits, Preset, State} from "./types.js"
+ */
 import { App } from "./app.js";
 import { Controls } from "./controls.js";
 import { element, iconButton } from "./dom.js";
@@ -32,12 +36,22 @@ function stateOfAddress(/** @type {Limits} */ limits, /** @type {Preset[]} */ pr
 
 /** @param {App} app @param {HTMLElement} main */
 function addViews(app, main) {
-  const portraits = Array.from({ length: MOST_PORTRAITS }, (_, block) => new PortraitView(app, block));
+  const portraits = Array.from(
+    { length: MOST_PORTRAITS },
+    (_, block) => new PortraitView(app, block),
+  );
   const law = new LawView(app);
-  const line = [new MapView(app, "map"), new MechanismView(app), new DiagramView(app), new BasinsView(app), new MapView(app, "power")];
+  const line = [
+    new MapView(app, "map"),
+    new MechanismView(app),
+    new DiagramView(app),
+    new BasinsView(app),
+    new MapView(app, "power"),
+  ];
   const plane = new PlaneView(app);
   const cycle = new CycleView(app);
-  for (const view of [line[0], ...line.slice(2), plane]) view.isFor = ({ model }) => hasLineMap(model);
+  for (const view of [line[0], ...line.slice(2), plane])
+    view.isFor = ({ model }) => hasLineMap(model);
   cycle.isFor = ({ model }) => !hasLineMap(model);
   const inMain = [...line, ...portraits, plane, cycle];
   main.append(...inMain.map((view) => view.panel.section));
@@ -50,7 +64,11 @@ async function start() {
   const status = /** @type {HTMLElement} */ (document.querySelector(".connection"));
   const toast = /** @type {HTMLElement} */ (document.querySelector(".toast"));
   const app = new App(limits, stateOfAddress(limits, presets), (open, warm) => {
-    status.textContent = !open ? "No connection to the server; trying again …" : warm ? "" : "Compiling, the first time only …";
+    status.textContent = !open
+      ? "No connection to the server; trying again …"
+      : warm
+        ? ""
+        : "Compiling, the first time only …";
     status.classList.toggle("error", !open);
   });
   let toastTimer = 0;
@@ -94,26 +112,42 @@ function addTools(app, does) {
   };
   app.store.subscribe(able);
   able();
-  document.querySelector(".tools")?.append(undo, redo,
+  document.querySelector(".tools")?.append(
+    undo,
+    redo,
     iconButton("link", "Copy the address of what you see", () => {
       history.replaceState(null, "", `#${toFragment(app.limits, app.state)}`);
       copy(location.href, "Copied: the address of what you see", app.announce);
     }),
     iconButton("theme", "Light or dark", does.theme),
-    iconButton("help", "Help", does.help));
+    iconButton("help", "Help", does.help),
+  );
 }
 
 /** Write the state into the address, and follow an address that is typed. */
-function keepAddress(/** @type {App} */ app, /** @type {Limits} */ limits, /** @type {Preset[]} */ presets) {
+function keepAddress(
+  /** @type {App} */ app,
+  /** @type {Limits} */ limits,
+  /** @type {Preset[]} */ presets,
+) {
   let timer = 0;
   app.store.subscribe((state) => {
     clearTimeout(timer);
-    timer = setTimeout(() => history.replaceState(null, "", `#${toFragment(limits, state)}`), ADDRESS_MS);
+    timer = setTimeout(
+      () => history.replaceState(null, "", `#${toFragment(limits, state)}`),
+      ADDRESS_MS,
+    );
   });
   addEventListener("hashchange", () => app.store.replace(stateOfAddress(limits, presets)));
 }
 
 start().catch((error) => {
   const main = document.querySelector("main");
-  main?.append(element("p", { class: "error", role: "alert" }, `The page could not start: ${error.message}. Is the server running?`));
+  main?.append(
+    element(
+      "p",
+      { class: "error", role: "alert" },
+      `The page could not start: ${error.message}. Is the server running?`,
+    ),
+  );
 });

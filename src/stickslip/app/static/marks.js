@@ -1,4 +1,8 @@
-/** Marks of points, told apart by shape as well as by colour, and labels that do not collide. @import {Plot} from "./plot.js" */
+/**
+ * Marks of points, told apart by shape as well as by colour, and labels that do not collide.
+ *
+ * @import {Plot} from "./plot.js"
+ */
 import { SANS, colors } from "./theme.js";
 
 /** @typedef {"disc" | "ring" | "square" | "cross" | "up" | "right" | "diamond" | "plus"} Shape */
@@ -61,7 +65,10 @@ export function mark(plot, shape, x, y, { color = colors().ink, size = 4 } = {})
 export const orbitShape = ({ stable, kind }) =>
   kind === "infinitely unstable" ? "cross" : stable ? "disc" : "square";
 
-/** The letter and period by which the paper names orbits. @param {{stable: boolean, period: number}} orbit */
+/**
+ * The letter and period by which the paper names orbits.
+ * @param {{stable: boolean, period: number}} orbit
+ */
 export const orbitName = ({ stable, period }) => `${stable ? "S" : "U"}${period}`;
 
 /** Places texts beside points, leaving out those that would cover another. */
@@ -84,7 +91,14 @@ export class Labels {
     const [px, py] = [this.plot.x(x), this.plot.y(y)];
     context.font = `600 11px ${SANS}`;
     const width = context.measureText(text).width;
-    for (const [dx, dy] of [[8, -8], [-8 - width, -8], [8, 16], [-8 - width, 16], [-width / 2, -11], [-width / 2, 19]]) {
+    for (const [dx, dy] of [
+      [8, -8],
+      [-8 - width, -8],
+      [8, 16],
+      [-8 - width, 16],
+      [-width / 2, -11],
+      [-width / 2, 19],
+    ]) {
       const box = [px + dx - 2, py + dy - 10, px + dx + width + 2, py + dy + 3];
       const inside = box[0] > left && box[2] < right && box[1] > top && box[3] < bottom;
       if (!inside || this.taken.some((other) => meet(box, other))) continue;

@@ -1,4 +1,8 @@
-/** Reading and changing models, which are plain tables. @import {Model, Limits, Parameter} from "./types.js" */
+/**
+ * Reading and changing models, which are plain tables.
+ *
+ * @import {Model, Limits, Parameter} from "./types.js"
+ */
 
 /** @param {Model} model */
 export function blockCount(model) {
@@ -12,20 +16,39 @@ export const hasLineMap = (model) => model.kind === "two_block";
 /** A symbol with its index as `mathText` reads it: V_dr is V_{dr}. @param {string} symbol */
 export const indexed = (symbol) => symbol.replace(/_(\w+)/, "_{$1}");
 
-/** The law's table: one for all blocks, or that of the first. @param {Model} model @returns {any} */
+/**
+ * The law's table: one for all blocks, or that of the first.
+ * @param {Model} model
+ * @returns {any}
+ */
 export const frictionOf = (model) => [model.friction].flat()[0];
 
 /** @param {Model} model @returns {string} */
 export const lawOf = (model) => frictionOf(model).law;
 
-/** What is known of a kind; of one that a notebook may show, nothing. @param {Limits} limits @param {string} kind */
+/**
+ * What is known of a kind; of one that a notebook may show, nothing.
+ * @param {Limits} limits
+ * @param {string} kind
+ */
 export const kindEntry = (limits, kind) =>
-  limits.models.find((entry) => entry.kind === kind) ??
-  { kind, title: kind, views: [], parameters: [], default: {}, blocks: undefined };
+  limits.models.find((entry) => entry.kind === kind) ?? {
+    kind,
+    title: kind,
+    views: [],
+    parameters: [],
+    default: {},
+    blocks: undefined,
+  };
 
 /** What is known of a law, as of a kind. @param {Limits} limits @param {string} law */
 export const lawEntry = (limits, law) =>
-  limits.laws.find((entry) => entry.law === law) ?? { law, title: law, parameters: [], default: { law } };
+  limits.laws.find((entry) => entry.law === law) ?? {
+    law,
+    title: law,
+    parameters: [],
+    default: { law },
+  };
 
 /**
  * Parameters of a model's kind and of its law.
@@ -77,7 +100,13 @@ export function withValue(limits, model, name, value) {
 /** @param {Limits} limits @param {string} law */
 export const defaultLaw = (limits, law) => structuredClone(lawEntry(limits, law).default);
 
-/** A kind's default with a law, if the law is known. @param {Limits} limits @param {string} kind @param {string} law @returns {Model} */
+/**
+ * A kind's default with a law, if the law is known.
+ * @param {Limits} limits
+ * @param {string} kind
+ * @param {string} law
+ * @returns {Model}
+ */
 export function defaultModel(limits, kind, law) {
   const model = structuredClone(kindEntry(limits, kind).default);
   if (limits.laws.some((entry) => entry.law === law) && law !== lawOf(model)) {

@@ -20,12 +20,20 @@ export function ticks(low, high, count) {
 }
 
 /** Zoomed far in: labels count steps from a base. */
-function deepLabels(/** @type {number[]} */ values, /** @type {number} */ step, /** @type {number} */ centre) {
+function deepLabels(
+  /** @type {number[]} */ values,
+  /** @type {number} */ step,
+  /** @type {number} */ centre,
+) {
   const unit = 10 ** Math.floor(Math.log10(step) + 1e-9);
   const base = Math.round(centre / (unit * 100)) * unit * 100;
   const labels = values.map((v) => minus(String(Math.round((v - base) / unit))));
   const decimals = Math.min(15, Math.max(0, Math.round(-Math.log10(unit * 100))));
-  return { values, labels, offset: `×10${superscript(Math.round(Math.log10(unit)))} + ${minus(base.toFixed(decimals))}` };
+  return {
+    values,
+    labels,
+    offset: `×10${superscript(Math.round(Math.log10(unit)))} + ${minus(base.toFixed(decimals))}`,
+  };
 }
 
 /** @param {number} rough */
@@ -43,7 +51,9 @@ const fixed = (/** @type {number} */ value, /** @type {number} */ decimals) => {
 const minus = (/** @type {string} */ text) => text.replace("-", "−");
 
 const superscript = (/** @type {number} */ n) =>
-  String(n).replace("-", "⁻").replace(/\d/g, (digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(digit)]);
+  String(n)
+    .replace("-", "⁻")
+    .replace(/\d/g, (digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(digit)]);
 
 /**
  * A number for reading, with so many digits.
@@ -61,7 +71,11 @@ export function short(value, digits = 5) {
   return minus(String(plain));
 }
 
-/** Index of the nearest of sorted values. @param {ArrayLike<number>} sorted @param {number} value */
+/**
+ * Index of the nearest of sorted values.
+ * @param {ArrayLike<number>} sorted
+ * @param {number} value
+ */
 export function nearest(sorted, value) {
   let [low, high] = [0, sorted.length - 1];
   while (high - low > 1) {
@@ -72,6 +86,11 @@ export function nearest(sorted, value) {
   return value - sorted[low] < sorted[high] - value ? low : high;
 }
 
-/** Every `count`-th of a table's entries, from the k-th. @param {ArrayLike<number>} values @param {number} k @param {number} count */
+/**
+ * Every `count`-th of a table's entries, from the k-th.
+ * @param {ArrayLike<number>} values
+ * @param {number} k
+ * @param {number} count
+ */
 export const column = (values, k, count) =>
   Float64Array.from({ length: values.length / count }, (_, row) => values[row * count + k]);

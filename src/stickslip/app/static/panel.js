@@ -10,15 +10,40 @@ export class Panel {
     this.id = id;
     this.title = element("h2", { id: `title-${id}`, title: help }, title);
     this.note = element("span", { class: "note", role: "status" });
-    this.bar = element("progress", { max: 1, value: 0, hidden: true, "aria-label": `${title}: progress` });
-    this.cancel = iconButton("stop", `Stop computing: ${title}`, on.oncancel, { class: "icon-button cancel", hidden: true });
-    this.reset = on.onreset &&
-      iconButton("fit", `Show all: ${title}`, on.onreset, { class: "icon-button fit", hidden: true });
+    this.bar = element("progress", {
+      max: 1,
+      value: 0,
+      hidden: true,
+      "aria-label": `${title}: progress`,
+    });
+    this.cancel = iconButton("stop", `Stop computing: ${title}`, on.oncancel, {
+      class: "icon-button cancel",
+      hidden: true,
+    });
+    this.reset =
+      on.onreset &&
+      iconButton("fit", `Show all: ${title}`, on.onreset, {
+        class: "icon-button fit",
+        hidden: true,
+      });
     this.body = element("div", { class: "body" });
     const menu = exports.length ? [exportMenu(title, exports, on.onexport)] : [];
-    const header = element("header", {}, this.title, this.note, this.cancel, ...(this.reset ? [this.reset] : []), ...menu);
-    this.section = element("section", { class: `panel panel-${id}`, "data-panel": id, "aria-labelledby": `title-${id}` },
-      header, this.bar, this.body);
+    const header = element(
+      "header",
+      {},
+      this.title,
+      this.note,
+      this.cancel,
+      ...(this.reset ? [this.reset] : []),
+      ...menu,
+    );
+    this.section = element(
+      "section",
+      { class: `panel panel-${id}`, "data-panel": id, "aria-labelledby": `title-${id}` },
+      header,
+      this.bar,
+      this.body,
+    );
     this.timer = 0;
   }
 
@@ -63,12 +88,27 @@ function exportMenu(title, exports, onexport) {
     class: "icon-button export",
   });
   const items = exports.map((format) =>
-    element("button", { type: "button", role: "menuitem", tabindex: "-1", "data-format": format, onclick: () => {
-      toggle(false);
-      button.focus();
-      onexport(format);
-    } }, FORMATS[format] ?? format));
-  const list = element("div", { class: "menu", role: "menu", "aria-label": `Save or copy: ${title}`, hidden: true }, ...items);
+    element(
+      "button",
+      {
+        type: "button",
+        role: "menuitem",
+        tabindex: "-1",
+        "data-format": format,
+        onclick: () => {
+          toggle(false);
+          button.focus();
+          onexport(format);
+        },
+      },
+      FORMATS[format] ?? format,
+    ),
+  );
+  const list = element(
+    "div",
+    { class: "menu", role: "menu", "aria-label": `Save or copy: ${title}`, hidden: true },
+    ...items,
+  );
   const wrapper = element("div", { class: "menu-anchor" }, button, list);
 
   function toggle(/** @type {boolean} */ open) {
@@ -80,7 +120,7 @@ function exportMenu(title, exports, onexport) {
     if (list.hidden) return;
     const at = items.indexOf(/** @type {any} */ (document.activeElement));
     const steps = /** @type {Record<string, number>} */ ({ ArrowDown: 1, ArrowUp: -1 });
-    if (event.key === "Escape") toggle(false), button.focus();
+    if (event.key === "Escape") (toggle(false), button.focus());
     else if (steps[event.key]) items[(at + steps[event.key] + items.length) % items.length].focus();
     else return;
     event.preventDefault();

@@ -1,4 +1,8 @@
-/** Moves along the diagram's parameter, a step when the map before is drawn. @import {App} from "./app.js" */
+/**
+ * Moves along the diagram's parameter, a step when the map before is drawn.
+ *
+ * @import {App} from "./app.js"
+ */
 const STEPS = 200; // over the range
 const PAUSE_MS = 40;
 

@@ -1,4 +1,8 @@
-/** A plane with axes on two canvases: what changes with the data below, what moves above. @import {Box, Numbers} from "./types.js" */
+/**
+ * A plane with axes on two canvases: what changes with the data below, what moves above.
+ *
+ * @import {Box, Numbers} from "./types.js"
+ */
 import { element } from "./dom.js";
 import { attachGestures } from "./gestures.js";
 import { MATH, SANS, colors } from "./theme.js";
@@ -25,7 +29,11 @@ export class Plot {
   /** @param {HTMLElement} host @param {Options} options */
   constructor(host, options) {
     this.options = options;
-    const name = { role: "application", "aria-roledescription": "plot", "aria-label": options.name };
+    const name = {
+      role: "application",
+      "aria-roledescription": "plot",
+      "aria-label": options.name,
+    };
     /** @type {HTMLCanvasElement} */
     this.base = element("canvas", { class: "plot-base", "aria-hidden": "true" });
     /** @type {HTMLCanvasElement} */
@@ -45,7 +53,8 @@ export class Plot {
     /** @type {(x: number, y: number) => (string | null)} */ this.onhover = () => null;
     /** @type {((view: Box) => void) | null} */ this.onzoom = null;
     /** @type {() => void} */ this.onreset = () => {};
-    /** @type {(x: number, y: number) => (((x: number, y: number) => void) | null)} */ this.grab = () => null;
+    /** @type {(x: number, y: number) => (((x: number, y: number) => void) | null)} */ this.grab =
+      () => null;
     /** @type {() => void} */ this.onresize = () => {};
     this.pending = 0;
     this.dirty = false;
@@ -143,7 +152,11 @@ export class Plot {
   }
 
   #labelWidth() {
-    const { labels } = ticks(this.view[2], this.view[3], Math.max(3, (this.bottom - this.top) / 32));
+    const { labels } = ticks(
+      this.view[2],
+      this.view[3],
+      Math.max(3, (this.bottom - this.top) / 32),
+    );
     this.context.font = `11px ${SANS}`;
     return Math.ceil(Math.max(20, ...labels.map((text) => this.context.measureText(text).width)));
   }
@@ -154,7 +167,10 @@ export class Plot {
     const wide = (x1 - x0) / (this.right - this.left);
     const high = (y1 - y0) / (this.bottom - this.top);
     const scale = Math.max(wide, high);
-    const [halfX, halfY] = [(scale * (this.right - this.left)) / 2, (scale * (this.bottom - this.top)) / 2];
+    const [halfX, halfY] = [
+      (scale * (this.right - this.left)) / 2,
+      (scale * (this.bottom - this.top)) / 2,
+    ];
     const [cx, cy] = [(x0 + x1) / 2, (y0 + y1) / 2];
     return [cx - halfX, cx + halfX, cy - halfY, cy + halfY];
   }
@@ -172,12 +188,22 @@ export class Plot {
     }
     context.stroke();
     context.strokeStyle = of.frame;
-    context.strokeRect(Math.round(left) + 0.5, Math.round(top) + 0.5, Math.round(right - left), Math.round(bottom - top));
+    context.strokeRect(
+      Math.round(left) + 0.5,
+      Math.round(top) + 0.5,
+      Math.round(right - left),
+      Math.round(bottom - top),
+    );
     this.#labels();
   }
 
   /** A line on whole pixels. */
-  #edge(/** @type {number} */ x0, /** @type {number} */ y0, /** @type {number} */ x1, /** @type {number} */ y1) {
+  #edge(
+    /** @type {number} */ x0,
+    /** @type {number} */ y0,
+    /** @type {number} */ x1,
+    /** @type {number} */ y1,
+  ) {
     this.context.moveTo(Math.round(x0) + 0.5, Math.round(y0) + 0.5);
     this.context.lineTo(Math.round(x1) + 0.5, Math.round(y1) + 0.5);
   }
@@ -217,22 +243,34 @@ export class Plot {
 
   /** @param {number} value */
   x(value) {
-    return this.left + ((value - this.shown[0]) / (this.shown[1] - this.shown[0])) * (this.right - this.left);
+    return (
+      this.left +
+      ((value - this.shown[0]) / (this.shown[1] - this.shown[0])) * (this.right - this.left)
+    );
   }
 
   /** @param {number} value */
   y(value) {
-    return this.bottom - ((value - this.shown[2]) / (this.shown[3] - this.shown[2])) * (this.bottom - this.top);
+    return (
+      this.bottom -
+      ((value - this.shown[2]) / (this.shown[3] - this.shown[2])) * (this.bottom - this.top)
+    );
   }
 
   /** @param {number} px */
   dataX(px) {
-    return this.shown[0] + ((px - this.left) / (this.right - this.left)) * (this.shown[1] - this.shown[0]);
+    return (
+      this.shown[0] +
+      ((px - this.left) / (this.right - this.left)) * (this.shown[1] - this.shown[0])
+    );
   }
 
   /** @param {number} py */
   dataY(py) {
-    return this.shown[2] + ((this.bottom - py) / (this.bottom - this.top)) * (this.shown[3] - this.shown[2]);
+    return (
+      this.shown[2] +
+      ((this.bottom - py) / (this.bottom - this.top)) * (this.shown[3] - this.shown[2])
+    );
   }
 
   // --- what the views draw with --------------------------------------------------------------
@@ -269,7 +307,13 @@ export class Plot {
     context.setLineDash([]);
   }
 
-  /** @param {number} x0 @param {number} y0 @param {number} x1 @param {number} y1 @param {Stroke} [stroke] */
+  /**
+   * @param {number} x0
+   * @param {number} y0
+   * @param {number} x1
+   * @param {number} y1
+   * @param {Stroke} [stroke]
+   */
   segment(x0, y0, x1, y1, stroke = {}) {
     this.line([x0, x1], [y0, y1], stroke);
   }
@@ -321,7 +365,9 @@ export class Plot {
     const width = this.right - this.left - 20;
     const lines = wrapped(context, text, width);
     const middle = (this.top + this.bottom) / 2 - (lines.length - 1) * 8;
-    lines.forEach((line, k) => context.fillText(line, (this.left + this.right) / 2, middle + 16 * k));
+    lines.forEach((line, k) =>
+      context.fillText(line, (this.left + this.right) / 2, middle + 16 * k),
+    );
   }
 }
 
@@ -338,15 +384,21 @@ function wrapped(context, text, width) {
 
 /**
  * Symbols in italics with indices, centred: `d_{n+1}`, `X_1`; words in brackets stay upright.
- * @param {CanvasRenderingContext2D} context @param {string} text @param {number} x @param {number} y
+ * @param {CanvasRenderingContext2D} context
+ * @param {string} text
+ * @param {number} x
+ * @param {number} y
  * @param {string} color @param {string} [after]  in small type behind it
  */
 export function mathText(context, text, x, y, color, after = "") {
-  const parts = text.split(/(_\{[^}]*\}|_.)/).filter(Boolean).map((part) => {
-    const low = part.startsWith("_");
-    const plain = low ? part.replace(/[_{}]/g, "") : part;
-    return { plain, low, font: low ? `11px ${MATH}` : `italic 15px ${MATH}` };
-  });
+  const parts = text
+    .split(/(_\{[^}]*\}|_.)/)
+    .filter(Boolean)
+    .map((part) => {
+      const low = part.startsWith("_");
+      const plain = low ? part.replace(/[_{}]/g, "") : part;
+      return { plain, low, font: low ? `11px ${MATH}` : `italic 15px ${MATH}` };
+    });
   if (after) parts.push({ plain: `  ${after}`, low: false, font: `11px ${SANS}` });
   context.textAlign = "left";
   context.textBaseline = "alphabetic";

@@ -1,4 +1,8 @@
-/** What the page asks of the server, as functions of the state alone: equal questions are not asked again. @import {State, Question, Limits} from "./types.js" */
+/**
+ * What the page asks of the server, as functions of the state alone: equal questions are not asked again.
+ *
+ * @import {State, Question, Limits} from "./types.js"
+ */
 import { blockCount, hasLineMap, withValue } from "./model.js";
 
 const COBWEB_STEPS = 160;
@@ -56,21 +60,30 @@ export const QUESTIONS = {
       parameter: diagram.parameter,
       range: diagram.range,
       window: diagram.window,
-      values: Math.min(most(limits, "diagram", "values"), 50 * Math.ceil((widths.diagram || 500) / 100)),
+      values: Math.min(
+        most(limits, "diagram", "values"),
+        50 * Math.ceil((widths.diagram || 500) / 100),
+      ),
       max_period: diagram.max_period,
     },
   }),
   cycle: (state) => ({ view: "cycle", request: { model: state.model, ...startOf(state) } }),
 };
 
-/** Two blocks start from a global stick; else the first block is displaced, and all are at rest. @param {State} state */
+/**
+ * Two blocks start from a global stick; else the first block is displaced, and all are at rest.
+ * @param {State} state
+ */
 function startOf({ model, d }) {
   if (hasLineMap(model)) return { d };
   const rest = Array(blockCount(model)).fill(0);
   return { x: rest.with(0, d), v: rest };
 }
 
-/** Slip speeds that show the law's shape: some times the belt's. @param {Record<string, any>} model */
+/**
+ * Slip speeds that show the law's shape: some times the belt's.
+ * @param {Record<string, any>} model
+ */
 const lawRange = (model) => Math.max(0.5, 4 * (model.V || 0));
 
 /** Slots of questions that may take long: they wait until the controls rest. */

@@ -1,5 +1,16 @@
-/** The state of the page: one object, changed in one place, remembered, written as an address. @import {State, Model, Limits, Along, Box} from "./types.js" */
-import { continuousParameters, defaultModel, frictionOf, parametersOf, valueOf, withValue } from "./model.js";
+/**
+ * The state of the page: one object, changed in one place, remembered, written as an address.
+ *
+ * @import {State, Model, Limits, Along, Box} from "./types.js"
+ */
+import {
+  continuousParameters,
+  defaultModel,
+  frictionOf,
+  parametersOf,
+  valueOf,
+  withValue,
+} from "./model.js";
 
 const MERGE_MS = 900; // changes of one control that follow this closely are one step to undo
 const MEMORY = 200;
@@ -80,7 +91,9 @@ export function completeState(limits, given) {
     power: given.power ?? 2,
     max_period: given.max_period ?? 4,
     diagram: completeAlong(limits, model, given.diagram),
-    windows: given.windows ?? (given.window ? { map: square(given.window), power: square(given.window) } : {}),
+    windows:
+      given.windows ??
+      (given.window ? { map: square(given.window), power: square(given.window) } : {}),
   };
 }
 
@@ -94,7 +107,8 @@ const square = ([low, high]) => [low, high, low, high];
 export function completeAlong(limits, model, given = {}) {
   const known = continuousParameters(limits, model);
   const entry = known.find((one) => one.name === given.parameter) ??
-    known.find((one) => one.name === "V") ?? known[0] ?? { name: "V", min: 0, step: 0.001 };
+    known.find((one) => one.name === "V") ??
+    known[0] ?? { name: "V", min: 0, step: 0.001 };
   const fits = given.range && entry.name === given.parameter;
   const range = fits ? /** @type {[number, number]} */ (given.range) : around(limits, model, entry);
   const full = (fits && given.full) || range;
@@ -103,7 +117,11 @@ export function completeAlong(limits, model, given = {}) {
 }
 
 /** A range about the present value, inside what the slider spans. */
-function around(/** @type {Limits} */ limits, /** @type {Model} */ model, /** @type {any} */ entry) {
+function around(
+  /** @type {Limits} */ limits,
+  /** @type {Model} */ model,
+  /** @type {any} */ entry,
+) {
   const value = valueOf(limits, model, entry.name);
   const reach = Math.max(0.02 * Math.abs(value), 4 * entry.step);
   const low = Math.max(value - reach, Math.min(value, entry.min));
@@ -142,7 +160,12 @@ export function toFragment(limits, state) {
   return pairs.map(([key, value]) => `${key}=${escape(value)}`).join("&");
 }
 
-/** A model by its parameters; one that has more than the controls show, as a table. @param {Limits} limits @param {Model} model @returns {[string, any][]} */
+/**
+ * A model by its parameters; one that has more than the controls show, as a table.
+ * @param {Limits} limits
+ * @param {Model} model
+ * @returns {[string, any][]}
+ */
 function modelPairs(limits, model) {
   const { friction: _, ...rest } = model;
   const pairs = [...flat(rest), ...Object.entries(frictionOf(model))];
@@ -150,7 +173,12 @@ function modelPairs(limits, model) {
   return same(read, model) ? pairs : [["model", JSON.stringify(model)]];
 }
 
-/** Whether two tables hold the same, in any order. @param {any} a @param {any} b @returns {boolean} */
+/**
+ * Whether two tables hold the same, in any order.
+ * @param {any} a
+ * @param {any} b
+ * @returns {boolean}
+ */
 export function same(a, b) {
   if (a === null || b === null || typeof a !== "object" || typeof b !== "object") return a === b;
   const keys = Object.keys(a);
@@ -186,7 +214,11 @@ export function fromFragment(limits, fragment) {
   });
 }
 
-/** The model that an address gives by its parameters. @param {Limits} limits @param {Map<string, string>} given */
+/**
+ * The model that an address gives by its parameters.
+ * @param {Limits} limits
+ * @param {Map<string, string>} given
+ */
 function modelOf(limits, given) {
   const kind = given.get("kind") ?? "";
   if (!limits.models.some((entry) => entry.kind === kind)) return null;
@@ -194,12 +226,17 @@ function modelOf(limits, given) {
   const { ofModel, ofLaw } = parametersOf(limits, model);
   for (const { name } of [...ofModel, ...ofLaw]) {
     const text = given.get(name);
-    if (text !== undefined) model = withValue(limits, model, name, parse(text, valueOf(limits, model, name)));
+    if (text !== undefined)
+      model = withValue(limits, model, name, parse(text, valueOf(limits, model, name)));
   }
   return model;
 }
 
-/** The model that an address gives whole, as a notebook does. @param {string | undefined} text @returns {Model | null} */
+/**
+ * The model that an address gives whole, as a notebook does.
+ * @param {string | undefined} text
+ * @returns {Model | null}
+ */
 function tableOf(text) {
   try {
     const table = JSON.parse(text ?? "");

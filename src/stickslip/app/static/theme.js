@@ -4,8 +4,20 @@ export const SANS = '"Inter", "Segoe UI", "Helvetica Neue", "Liberation Sans", A
 export const MATH = '"STIX Two Text", "Latin Modern Roman", "Liberation Serif", Georgia, serif';
 
 const NAMES = [
-  "ink", "muted", "grid", "frame", "panel", "fill",
-  "blue", "vermillion", "green", "purple", "orange", "sky", "stick", "slip",
+  "ink",
+  "muted",
+  "grid",
+  "frame",
+  "panel",
+  "fill",
+  "blue",
+  "vermillion",
+  "green",
+  "purple",
+  "orange",
+  "sky",
+  "stick",
+  "slip",
 ];
 
 /** @type {Record<string, string>} */
@@ -15,17 +27,25 @@ let known = {};
 export function colors() {
   if (!known.ink) {
     const style = getComputedStyle(document.documentElement);
-    known = Object.fromEntries(NAMES.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
+    known = Object.fromEntries(
+      NAMES.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]),
+    );
   }
   return known;
 }
 
-/** Colour and dash of the k-th of many: seven colours (Okabe and Ito), then the same dashed. @param {number} k */
+/**
+ * Colour and dash of the k-th of many: seven colours (Okabe and Ito), then the same dashed.
+ * @param {number} k
+ */
 export function nth(k) {
   const of = colors();
   const cycle = [of.blue, of.vermillion, of.green, of.purple, of.orange, of.sky, of.muted];
   const dashes = [[], [7, 3], [2, 3], [9, 3, 2, 3]];
-  return { color: cycle[k % cycle.length], dash: dashes[Math.floor(k / cycle.length) % dashes.length] };
+  return {
+    color: cycle[k % cycle.length],
+    dash: dashes[Math.floor(k / cycle.length) % dashes.length],
+  };
 }
 
 const media = matchMedia("(prefers-color-scheme: dark)");

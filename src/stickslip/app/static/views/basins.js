@@ -1,4 +1,9 @@
-/** Who is attracted where: a strip below the event map, with the same horizontal axis. @import {App} from "../app.js" @import {Part} from "../types.js" */
+/**
+ * Who is attracted where: a strip below the event map, with the same horizontal axis.
+ *
+ * @import {App} from "../app.js"
+ * @import {Part} from "../types.js"
+ */
 import { Labels, mark } from "../marks.js";
 import { short } from "../numbers.js";
 import { colors, nth } from "../theme.js";
@@ -38,7 +43,9 @@ export class BasinsView extends View {
     const [low, high] = this.app.state.windows.map ?? this.app.domain() ?? whole;
     this.plot.setView([low, high, 0, 1]);
     const shares = this.shares();
-    const text = this.attractors.map((one, k) => (shares ? `${name(one)} ${short(100 * shares[k], 3)} %` : name(one)));
+    const text = this.attractors.map((one, k) =>
+      shares ? `${name(one)} ${short(100 * shares[k], 3)} %` : name(one),
+    );
     this.panel.say(text.join(" · "));
   }
 
@@ -57,12 +64,15 @@ export class BasinsView extends View {
     const { plot, part } = this;
     if (!part) return plot.message(this.emptyText("basins"));
     const { edges, label } = part.arrays;
-    label.forEach((/** @type {number} */ k, /** @type {number} */ at) => this.#band(edges[at], edges[at + 1], k));
+    label.forEach((/** @type {number} */ k, /** @type {number} */ at) =>
+      this.#band(edges[at], edges[at + 1], k),
+    );
     const labels = new Labels(plot);
     this.attractors.forEach((attractor) => {
       const points = attractor.points ?? [];
       for (const x of points) mark(plot, "disc", x, 0.3, { size: 3.5 });
-      for (const [low, high] of attractor.bands ?? []) plot.segment(low, 0.3, high, 0.3, { width: 5 });
+      for (const [low, high] of attractor.bands ?? [])
+        plot.segment(low, 0.3, high, 0.3, { width: 5 });
       const at = points[0] ?? attractor.bands?.[0]?.[0];
       if (at !== undefined) labels.place(name(attractor), at, 0.45);
     });

@@ -1,4 +1,8 @@
-/** Limit cycles of models whose events make no map of an interval: a table. @import {App} from "../app.js" */
+/**
+ * Limit cycles of models whose events make no map of an interval: a table.
+ *
+ * @import {App} from "../app.js"
+ */
 import { element } from "../dom.js";
 import { short } from "../numbers.js";
 import { View } from "./view.js";
@@ -8,22 +12,33 @@ export class CycleView extends View {
   constructor(app) {
     const help = "Period and Floquet multipliers of the cycle on which the motion ends.";
     super(app, { id: "cycle", title: "Limit cycle", help, slots: ["cycle"], export: "cycle" });
-    this.table = element("div", { class: "table-holder", tabindex: "0", role: "region", "aria-label": "Period and multipliers" });
+    this.table = element("div", {
+      class: "table-holder",
+      tabindex: "0",
+      role: "region",
+      "aria-label": "Period and multipliers",
+    });
     this.panel.body.append(this.table);
   }
 
   update() {
     const answer = this.answer("cycle");
     const cycle = answer?.parts[0]?.data;
-    if (!cycle) return this.table.replaceChildren(element("p", { class: "quiet" }, this.emptyText("cycle")));
+    if (!cycle)
+      return this.table.replaceChildren(element("p", { class: "quiet" }, this.emptyText("cycle")));
     const lines = [
       ["period", short(cycle.period, 10)],
       ["stability", cycle.stable ? "stable" : "unstable"],
       ["multipliers", cycle.multipliers.map(complex).join(", ") || "none"],
       ["closes to", short(cycle.residual, 3)],
-      ["events", cycle.events.map((/** @type {any} */ { block, kind }) => `${block}: ${kind}`).join(", ")],
+      [
+        "events",
+        cycle.events.map((/** @type {any} */ { block, kind }) => `${block}: ${kind}`).join(", "),
+      ],
     ];
-    const rows = lines.map(([name, value]) => element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, value)));
+    const rows = lines.map(([name, value]) =>
+      element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, value)),
+    );
     this.table.replaceChildren(element("table", {}, element("tbody", {}, ...rows)));
   }
 }

@@ -1,4 +1,9 @@
-/** The bifurcation diagram, with the present parameter as a line to drag. @import {App} from "../app.js" @import {Box, Numbers, Part} from "../types.js" */
+/**
+ * The bifurcation diagram, with the present parameter as a line to drag.
+ *
+ * @import {App} from "../app.js"
+ * @import {Box, Numbers, Part} from "../types.js"
+ */
 import { Labels, mark } from "../marks.js";
 import { short } from "../numbers.js";
 import { colors } from "../theme.js";
@@ -19,8 +24,15 @@ const MARKS = {
 export class DiagramView extends View {
   /** @param {App} app */
   constructor(app) {
-    const help = "Steady motions over a parameter. Drag the line, click to go there, drag a box to zoom.";
-    super(app, { id: "diagram", title: "Bifurcation diagram", help, slots: ["diagram"], export: "diagram" });
+    const help =
+      "Steady motions over a parameter. Drag the line, click to go there, drag a box to zoom.";
+    super(app, {
+      id: "diagram",
+      title: "Bifurcation diagram",
+      help,
+      slots: ["diagram"],
+      export: "diagram",
+    });
     const plot = this.addPlot({ name: help, xlabel: "", ylabel: "d" });
     this.plot = plot;
     plot.paint = () => this.paint();
@@ -47,7 +59,13 @@ export class DiagramView extends View {
     this.plot.setView(/** @type {Box} */ ([...diagram.range, ...vertical]));
     const found = this.bifurcations;
     const done = this.parts.some((part) => part.data.bifurcations);
-    this.panel.say(done ? found.length ? found.map((one) => `${one.short} ${short(one.value, 7)}`).join(" · ") : "no bifurcation in this range" : "");
+    this.panel.say(
+      done
+        ? found.length
+          ? found.map((one) => `${one.short} ${short(one.value, 7)}`).join(" · ")
+          : "no bifurcation in this range"
+        : "",
+    );
   }
 
   /** @returns {Part | undefined} */
@@ -55,11 +73,16 @@ export class DiagramView extends View {
     return this.parts.find((part) => "parameter" in part.data);
   }
 
-  /** Arrays of dots, as pairs: the first quick ones until the settled ones are known. @returns {[Numbers, Numbers][]} */
+  /**
+   * Arrays of dots, as pairs: the first quick ones until the settled ones are known.
+   * @returns {[Numbers, Numbers][]}
+   */
   get dots() {
     const settled = this.branches?.arrays;
     if (settled?.dot_d.length) return [[settled.dot_value, settled.dot_d]];
-    return this.parts.filter(({ data }) => data.part_name === "dots").map(({ arrays }) => [arrays.value, arrays.d]);
+    return this.parts
+      .filter(({ data }) => data.part_name === "dots")
+      .map(({ arrays }) => [arrays.value, arrays.d]);
   }
 
   /** What the dots span. */
@@ -85,12 +108,16 @@ export class DiagramView extends View {
     data.breakpoints.forEach((/** @type {any} */ _, /** @type {number} */ k) => {
       plot.line(arrays.value, arrays[`break_${k}`], { color: of.muted, dash: [6, 4], width: 1 });
     });
-    for (const [value, d] of this.dots) plot.dots(value, d, { color: of.blue, size: 1.3, alpha: 0.45 });
+    for (const [value, d] of this.dots)
+      plot.dots(value, d, { color: of.blue, size: 1.3, alpha: 0.45 });
     data.orbits.forEach((/** @type {any} */ orbit, /** @type {number} */ k) => {
       this.#orbit(arrays.value, arrays[`points_${k}`], arrays[`multiplier_${k}`], orbit);
     });
-    const infinite = this.parts.find(({ data }) => data.part_name === "infinitely_unstable")?.arrays;
-    if (infinite) plot.dots(infinite.value, infinite.d, { color: of.purple, size: 2.2, alpha: 0.8 });
+    const infinite = this.parts.find(
+      ({ data }) => data.part_name === "infinitely_unstable",
+    )?.arrays;
+    if (infinite)
+      plot.dots(infinite.value, infinite.d, { color: of.purple, size: 2.2, alpha: 0.8 });
     this.#marks();
   }
 
@@ -108,10 +135,21 @@ export class DiagramView extends View {
     const xs = [first.value, ...inner.map((k) => values[k]), last.value];
     const kinds = [stable[0], ...stable, stable.at(-1)];
     for (let strand = 0; strand < period; strand++) {
-      const ys = [first.points[strand], ...inner.map((k) => points[k * period + strand]), last.points[strand]];
-      for (const [wanted, look] of /** @type {const} */ ([[false, { color: colors().vermillion, width: 1 }], [true, { color: colors().ink, width: 2.4 }]])) {
+      const ys = [
+        first.points[strand],
+        ...inner.map((k) => points[k * period + strand]),
+        last.points[strand],
+      ];
+      for (const [wanted, look] of /** @type {const} */ ([
+        [false, { color: colors().vermillion, width: 1 }],
+        [true, { color: colors().ink, width: 2.4 }],
+      ])) {
         // A thin line reaches to where the heavy one begins.
-        const shown = ys.map((y, k) => (kinds[k] === wanted || (!wanted && (kinds[k - 1] === wanted || kinds[k + 1] === wanted)) ? y : NaN));
+        const shown = ys.map((y, k) =>
+          kinds[k] === wanted || (!wanted && (kinds[k - 1] === wanted || kinds[k + 1] === wanted))
+            ? y
+            : NaN,
+        );
         this.plot.line(xs, shown, look);
       }
     }

@@ -1,4 +1,9 @@
-/** The friction law: force on a block over its velocity relative to the belt. @import {App} from "../app.js" @import {Box} from "../types.js" */
+/**
+ * The friction law: force on a block over its velocity relative to the belt.
+ *
+ * @import {App} from "../app.js"
+ * @import {Box} from "../types.js"
+ */
 import { mark } from "../marks.js";
 import { column, short } from "../numbers.js";
 import { colors, nth } from "../theme.js";
@@ -7,7 +12,8 @@ import { View } from "./view.js";
 export class LawView extends View {
   /** @param {App} app */
   constructor(app) {
-    const help = "Friction force, over the static limit, against the velocity relative to the belt.";
+    const help =
+      "Friction force, over the static limit, against the velocity relative to the belt.";
     super(app, { id: "law", title: "Friction law", help, slots: ["law"], export: "law" });
     const plot = this.addPlot({ name: help, xlabel: "w", ylabel: "F" });
     this.plot = plot;
@@ -36,7 +42,11 @@ export class LawView extends View {
     for (let block = 0; block < different; block++) {
       const look = { ...nth(block), width: 1.8 };
       plot.line(ahead, column(force, block, count), look);
-      plot.line(s, column(forward, block, count).map((value) => -value), look);
+      plot.line(
+        s,
+        column(forward, block, count).map((value) => -value),
+        look,
+      );
     }
     plot.segment(0, -1, 0, 1, { color: colors().stick, width: 3 });
   }
@@ -52,7 +62,10 @@ export class LawView extends View {
       const at = k * data.limits.length + block;
       const rides = mode[at] === 0;
       const color = rides ? colors().stick : colors().slip;
-      mark(this.plot, rides ? "disc" : "ring", v[at] - data.V, force[at] / limit, { color, size: 4.5 });
+      mark(this.plot, rides ? "disc" : "ring", v[at] - data.V, force[at] / limit, {
+        color,
+        size: 4.5,
+      });
     });
   }
 

@@ -1,4 +1,9 @@
-/** The event map, or a power of it: branches, breakpoints, orbits, cobweb. @import {App, Answer} from "../app.js" @import {Orbit, Part, State, Box} from "../types.js" */
+/**
+ * The event map, or a power of it: branches, breakpoints, orbits, cobweb.
+ *
+ * @import {App, Answer} from "../app.js"
+ * @import {Orbit, Part, State, Box} from "../types.js"
+ */
 import { Labels, mark, orbitName, orbitShape } from "../marks.js";
 import { Plot } from "../plot.js";
 import { colors, nth } from "../theme.js";
@@ -34,7 +39,8 @@ export class MapView extends View {
     plot.onhover = (x, y) => this.read(x, y);
     plot.onclick = (x) => app.startAt(x);
     this.zoomable(plot);
-    plot.grab = (px) => (main && Math.abs(px - plot.x(app.state.d)) < 5 ? (x) => app.startAt(x) : null);
+    plot.grab = (px) =>
+      main && Math.abs(px - plot.x(app.state.d)) < 5 ? (x) => app.startAt(x) : null;
   }
 
   /** The part with the values, the part with the orbits. */
@@ -53,13 +59,19 @@ export class MapView extends View {
     // Those that follow from the last map lack what only a search finds.
     const followed = now?.data.part_name === "followed";
     if (followed) all.push(...(before?.data.orbits ?? []).filter(isThrough));
-    return { orbits: this.main ? all : all.filter(({ period }) => power % period === 0), old: !now || followed };
+    return {
+      orbits: this.main ? all : all.filter(({ period }) => power % period === 0),
+      old: !now || followed,
+    };
   }
 
   update() {
     const { state } = this.app;
     if (!this.main) {
-      this.panel.title.replaceChildren("Map f", Object.assign(document.createElement("sup"), { textContent: String(state.power) }));
+      this.panel.title.replaceChildren(
+        "Map f",
+        Object.assign(document.createElement("sup"), { textContent: String(state.power) }),
+      );
       this.plot.options.ylabel = `d_{n+${state.power}}`;
     }
     const values = this.values;
@@ -76,7 +88,10 @@ export class MapView extends View {
     const stable = proper.filter((orbit) => orbit.stable).map(orbitName);
     const unstable = proper.filter((orbit) => !orbit.stable).length;
     const through = orbits.length - proper.length;
-    const text = old || !orbits.length ? "" : `stable ${stable.join(", ") || "none"}; unstable ${unstable}; through a jump ${through}`;
+    const text =
+      old || !orbits.length
+        ? ""
+        : `stable ${stable.join(", ") || "none"}; unstable ${unstable}; through a jump ${through}`;
     this.panel.say(text);
   }
 
@@ -84,7 +99,10 @@ export class MapView extends View {
     const { plot, values } = this;
     if (!values) return plot.message(this.emptyText(this.slot));
     const of = colors();
-    plot.segment(plot.shown[0], plot.shown[0], plot.shown[1], plot.shown[1], { color: of.muted, width: 1 });
+    plot.segment(plot.shown[0], plot.shown[0], plot.shown[1], plot.shown[1], {
+      color: of.muted,
+      width: 1,
+    });
     for (const { at, left, right, kind } of values.data.breakpoints ?? []) {
       if (kind === "smooth") continue;
       plot.vertical(at, { color: of.muted, width: 1, dash: [2, 4], alpha: 0.55 });
@@ -137,7 +155,8 @@ export class MapView extends View {
     }
     const named = spots.filter(({ orbit }) => !isThrough(orbit));
     if (named.length <= 24) {
-      for (const { orbit, at } of named) for (const [x, y] of at) labels.place(orbitName(orbit), x, y);
+      for (const { orbit, at } of named)
+        for (const [x, y] of at) labels.place(orbitName(orbit), x, y);
     }
     plot.context.globalAlpha = 1;
   }
@@ -153,11 +172,15 @@ export class MapView extends View {
     const { plot, app } = this;
     if (!this.values) return;
     const of = colors();
-    plot.segment(app.state.d, plot.shown[2], app.state.d, plot.dataY(plot.bottom - 12), { color: of.ink, width: 1.5 });
+    plot.segment(app.state.d, plot.shown[2], app.state.d, plot.dataY(plot.bottom - 12), {
+      color: of.ink,
+      width: 1.5,
+    });
     mark(plot, "up", app.state.d, plot.dataY(plot.bottom - 6), { size: 6 });
     const phase = this.main ? app.clock.phase() : null;
     if (!phase) return;
-    if (phase.next !== null) plot.segment(phase.d, phase.d, phase.d, phase.next, { color: of.stick, width: 2.5 });
+    if (phase.next !== null)
+      plot.segment(phase.d, phase.d, phase.d, phase.next, { color: of.stick, width: 2.5 });
     mark(plot, "disc", phase.d, phase.next ?? phase.d, { color: of.stick, size: 5 });
   }
 
@@ -175,8 +198,11 @@ export class MapView extends View {
         if (Math.hypot(plot.x(ax) - px, plot.y(ay) - py) < NEAR) return describeOrbit(orbit);
       }
     }
-    const near = values.data.breakpoints?.find((/** @type {any} */ b) => Math.abs(plot.x(b.at) - px) < NEAR - 3);
-    if (near) return `${near.kind} at d = ${short(near.at, 8)}: ${short(near.left)} | ${short(near.right)}\n${near.mechanism ?? ""}`;
+    const near = values.data.breakpoints?.find(
+      (/** @type {any} */ b) => Math.abs(plot.x(b.at) - px) < NEAR - 3,
+    );
+    if (near)
+      return `${near.kind} at d = ${short(near.at, 8)}: ${short(near.left)} | ${short(near.right)}\n${near.mechanism ?? ""}`;
     const { x: xs, f, branch } = values.arrays;
     const k = nearest(xs, x);
     const itinerary = values.data.itineraries?.[branch[k]];
@@ -184,7 +210,10 @@ export class MapView extends View {
   }
 }
 
-/** Infinitely unstable: through a jump. There are many, so they are marked small. @param {Orbit} orbit */
+/**
+ * Infinitely unstable: through a jump. There are many, so they are marked small.
+ * @param {Orbit} orbit
+ */
 const isThrough = ({ kind }) => kind === "infinitely unstable";
 
 /** @param {Orbit} orbit */

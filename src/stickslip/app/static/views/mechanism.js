@@ -1,4 +1,9 @@
-/** The blocks on their belt, moving; below, who sticks when. @import {App} from "../app.js" @import {Plot} from "../plot.js" */
+/**
+ * The blocks on their belt, moving; below, who sticks when.
+ *
+ * @import {App} from "../app.js"
+ * @import {Plot} from "../plot.js"
+ */
 import { element } from "../dom.js";
 import { mathText } from "../plot.js";
 import { SANS, colors } from "../theme.js";
@@ -11,7 +16,13 @@ export class MechanismView extends View {
   /** @param {App} app */
   constructor(app) {
     const help = "The blocks on their belt. Filled: rides with the belt; outlined: slips.";
-    super(app, { id: "mechanism", title: "Mechanism", help, slots: ["motion"], export: "mechanism" });
+    super(app, {
+      id: "mechanism",
+      title: "Mechanism",
+      help,
+      slots: ["motion"],
+      export: "mechanism",
+    });
     const plot = this.addPlot({ name: help, xlabel: "", ylabel: "", empty: true });
     this.plot = plot;
     plot.paintOver = () => this.paint();
@@ -25,7 +36,10 @@ export class MechanismView extends View {
     const { arrays } = this.app.clock;
     if (arrays && arrays !== this.of) {
       this.of = arrays;
-      this.reach = arrays.x.reduce((/** @type {number} */ most, /** @type {number} */ x) => Math.max(most, Math.abs(x)), 0.1);
+      this.reach = arrays.x.reduce(
+        (/** @type {number} */ most, /** @type {number} */ x) => Math.max(most, Math.abs(x)),
+        0.1,
+      );
     }
     this.timeline.update();
     this.plot.redrawOver();
@@ -47,7 +61,14 @@ export class MechanismView extends View {
     const floor = height - BELT - 5;
     const side = Math.min(0.62 * floor, 0.36 * spacing, 62);
     const unit = Math.min(0.5 * (spacing - 1.3 * side), 90) / (this.reach ?? 1);
-    return { width, floor, side, wide: 1.3 * side, unit, rest: (/** @type {number} */ k) => 20 + spacing * (k + 0.8) };
+    return {
+      width,
+      floor,
+      side,
+      wide: 1.3 * side,
+      unit,
+      rest: (/** @type {number} */ k) => 20 + spacing * (k + 0.8),
+    };
   }
 
   paint() {
@@ -59,14 +80,23 @@ export class MechanismView extends View {
     const V = this.answer("motion")?.parts[0]?.data.V ?? 0;
     this.#belt(at, V * this.app.clock.t * at.unit, V);
     this.#walls(at);
-    const x = Array.from({ length: count }, (_, b) => at.rest(b) + at.unit * arrays.x[k * count + b]);
+    const x = Array.from(
+      { length: count },
+      (_, b) => at.rest(b) + at.unit * arrays.x[k * count + b],
+    );
     const { model } = this.app.state;
-    const stiff = model.kind === "oscillator" ? [1] : [1, ...Array(count - 1).fill([model.alpha ?? 1].flat()[0]), 1];
+    const stiff =
+      model.kind === "oscillator"
+        ? [1]
+        : [1, ...Array(count - 1).fill([model.alpha ?? 1].flat()[0]), 1];
     const ends = [8, ...x.flatMap((c) => [c - at.wide / 2, c + at.wide / 2]), at.width - 8];
     stiff.forEach((stiffness, j) => {
-      if (stiffness > 0) this.#spring(ends[2 * j], ends[2 * j + 1], at.floor - 0.62 * at.side, stiffness);
+      if (stiffness > 0)
+        this.#spring(ends[2 * j], ends[2 * j + 1], at.floor - 0.62 * at.side, stiffness);
     });
-    x.forEach((centre, b) => this.#block(at, b, centre, arrays.mode[k * count + b] === 0, arrays.v[k * count + b] - V));
+    x.forEach((centre, b) =>
+      this.#block(at, b, centre, arrays.mode[k * count + b] === 0, arrays.v[k * count + b] - V),
+    );
   }
 
   /** @param {any} at @param {number} shift @param {number} V */
@@ -91,7 +121,10 @@ export class MechanismView extends View {
       c.beginPath();
       c.arc(centre, floor + r, r - 3.5, 0, 7);
       c.moveTo(centre, floor + r);
-      c.lineTo(centre + (r - 3.5) * Math.cos(shift / r), floor + r + (r - 3.5) * Math.sin(shift / r));
+      c.lineTo(
+        centre + (r - 3.5) * Math.cos(shift / r),
+        floor + r + (r - 3.5) * Math.sin(shift / r),
+      );
       c.stroke();
     }
     const middle = width / 2;
@@ -105,7 +138,10 @@ export class MechanismView extends View {
     c.lineWidth = 1;
     c.strokeStyle = colors().ink;
     c.beginPath();
-    for (const [wall, out] of [[8, -1], [width - 8, 1]]) {
+    for (const [wall, out] of [
+      [8, -1],
+      [width - 8, 1],
+    ]) {
       c.moveTo(wall, 6);
       c.lineTo(wall, floor + 4);
       for (let y = 10; y < floor + 4; y += 7) {
@@ -125,7 +161,8 @@ export class MechanismView extends View {
     c.beginPath();
     c.moveTo(from, y);
     c.lineTo(from + lead, y);
-    for (let k = 0; k < 2 * turns; k++) c.lineTo(from + lead + (k + 0.5) * step, y + (k % 2 ? 5 : -5));
+    for (let k = 0; k < 2 * turns; k++)
+      c.lineTo(from + lead + (k + 0.5) * step, y + (k % 2 ? 5 : -5));
     c.lineTo(to - lead, y);
     c.lineTo(to, y);
     c.lineWidth = Math.min(2.4, 1.1 * Math.sqrt(stiffness));
@@ -134,7 +171,13 @@ export class MechanismView extends View {
     c.stroke();
   }
 
-  /** @param {any} at @param {number} block @param {number} centre @param {boolean} rides @param {number} w */
+  /**
+   * @param {any} at
+   * @param {number} block
+   * @param {number} centre
+   * @param {boolean} rides
+   * @param {number} w
+   */
   #block({ floor, side, wide }, block, centre, rides, w) {
     const c = this.plot.context;
     const of = colors();
@@ -155,11 +198,24 @@ export class MechanismView extends View {
     c.fillText(String(block + 1), centre, floor - 0.66 * side);
     c.font = `11px ${SANS}`;
     c.fillText(rides ? "stick" : "slip", centre, floor - 0.3 * side);
-    if (!rides) arrow(c, centre, floor - side - 7, centre + Math.sign(w) * Math.min(30, 10 + 40 * Math.abs(w)), of.slip);
+    if (!rides)
+      arrow(
+        c,
+        centre,
+        floor - side - 7,
+        centre + Math.sign(w) * Math.min(30, 10 + 40 * Math.abs(w)),
+        of.slip,
+      );
   }
 }
 
-/** @param {CanvasRenderingContext2D} c @param {number} x0 @param {number} y @param {number} x1 @param {string} color */
+/**
+ * @param {CanvasRenderingContext2D} c
+ * @param {number} x0
+ * @param {number} y
+ * @param {number} x1
+ * @param {string} color
+ */
 function arrow(c, x0, y, x1, color) {
   const tip = Math.sign(x1 - x0) * 6;
   c.strokeStyle = c.fillStyle = color;

@@ -1,24 +1,36 @@
-/** Views of the motion in time: phase portraits, plane of displacements, stick and slip over time. @import {App} from "../app.js" @import {Box} from "../types.js" */
+/**
+ * Views of the motion in time: phase portraits, plane of displacements, stick and slip over time.
+ *
+ * @import {App} from "../app.js"
+ * @import {Box} from "../types.js"
+ */
 import { mark } from "../marks.js";
 import { column, short } from "../numbers.js";
 import { Plot } from "../plot.js";
 import { SANS, colors } from "../theme.js";
 import { View } from "./view.js";
 
-/** Smallest box around values, with some room. @param {ArrayLike<number>[]} xs @param {ArrayLike<number>[]} ys @returns {Box} */
+/**
+ * Smallest box around values, with some room.
+ * @param {ArrayLike<number>[]} xs
+ * @param {ArrayLike<number>[]} ys
+ * @returns {Box}
+ */
 function around(xs, ys) {
-  return /** @type {Box} */ ([xs, ys].flatMap((lists) => {
-    let [low, high] = [Infinity, -Infinity];
-    for (const values of lists) {
-      for (let k = 0; k < values.length; k++) {
-        if (values[k] < low) low = values[k];
-        if (values[k] > high) high = values[k];
+  return /** @type {Box} */ (
+    [xs, ys].flatMap((lists) => {
+      let [low, high] = [Infinity, -Infinity];
+      for (const values of lists) {
+        for (let k = 0; k < values.length; k++) {
+          if (values[k] < low) low = values[k];
+          if (values[k] > high) high = values[k];
+        }
       }
-    }
-    if (!(high >= low)) return [-1, 1];
-    const pad = 0.07 * (high - low) || 0.1;
-    return [low - pad, high + pad];
-  }));
+      if (!(high >= low)) return [-1, 1];
+      const pad = 0.07 * (high - low) || 0.1;
+      return [low - pad, high + pad];
+    })
+  );
 }
 
 export class PortraitView extends View {
@@ -83,11 +95,17 @@ export class PortraitView extends View {
       const y = plot.y(this.V);
       plot.segment(low, this.V, high, this.V, { color: of.stick, width: 1.2, alpha: 0.8 });
       for (const end of [low, high]) {
-        plot.segment(end, plot.dataY(y + 6), end, plot.dataY(y - 6), { color: of.stick, width: 1.6 });
+        plot.segment(end, plot.dataY(y + 6), end, plot.dataY(y - 6), {
+          color: of.stick,
+          width: 1.6,
+        });
       }
     }
     const rides = arrays.mode[k * count + block] === 0;
-    mark(plot, rides ? "disc" : "ring", this.x[k], this.v[k], { color: rides ? of.stick : of.slip, size: 5 });
+    mark(plot, rides ? "disc" : "ring", this.x[k], this.v[k], {
+      color: rides ? of.stick : of.slip,
+      size: 5,
+    });
   }
 
   /** @param {any} state */
@@ -104,7 +122,13 @@ export class PlaneView extends View {
   /** @param {App} app */
   constructor(app) {
     const help = "The plane of displacements: where both blocks can ride (shaded), and the motion.";
-    super(app, { id: "plane", title: "Displacements", help, slots: ["motion", "locus"], export: "plane" });
+    super(app, {
+      id: "plane",
+      title: "Displacements",
+      help,
+      slots: ["motion", "locus"],
+      export: "plane",
+    });
     const plot = this.addPlot({ name: help, xlabel: "X_1", ylabel: "X_2", equal: true });
     this.plot = plot;
     plot.paint = () => this.paint();
@@ -122,12 +146,16 @@ export class PlaneView extends View {
     if (arrays && arrays.x.length === 2 * arrays.t.length && arrays !== this.of) {
       this.of = arrays;
       this.x = [0, 1].map((k) => column(arrays.x, k, 2));
-      const both = Uint8Array.from(arrays.t, (_, k) => Number(arrays.mode[2 * k] + arrays.mode[2 * k + 1] === 0));
+      const both = Uint8Array.from(arrays.t, (_, k) =>
+        Number(arrays.mode[2 * k] + arrays.mode[2 * k + 1] === 0),
+      );
       this.glide = this.x[1].map((x, k) => (both[k] ? x : NaN));
     }
     const corners = this.locus?.corners ?? [];
     const [xs, ys] = [0, 1].map((axis) => corners.map((/** @type {number[]} */ c) => c[axis]));
-    this.plot.setView(this.app.state.windows.plane ?? around([xs, this.x?.[0] ?? []], [ys, this.x?.[1] ?? []]));
+    this.plot.setView(
+      this.app.state.windows.plane ?? around([xs, this.x?.[0] ?? []], [ys, this.x?.[1] ?? []]),
+    );
   }
 
   paint() {
@@ -136,7 +164,10 @@ export class PlaneView extends View {
     if (!locus) return plot.message(this.emptyText("locus"));
     plot.polygon(locus.corners, of.fill);
     const [a, b, c, d] = locus.corners;
-    plot.line([a[0], b[0], c[0], d[0], a[0]], [a[1], b[1], c[1], d[1], a[1]], { color: of.muted, width: 1 });
+    plot.line([a[0], b[0], c[0], d[0], a[0]], [a[1], b[1], c[1], d[1], a[1]], {
+      color: of.muted,
+      width: 1,
+    });
     plot.segment(a[0], a[1], c[0], c[1], { color: of.muted, width: 1, dash: [5, 3] });
     locus.edges.forEach((/** @type {any} */ { from, to }, /** @type {number} */ k) => {
       const look = k === 0 ? { color: of.green } : { color: of.vermillion, dash: [7, 2] };
@@ -151,7 +182,10 @@ export class PlaneView extends View {
     const k = this.app.clock.index();
     if (k < 0 || !this.x || this.app.clock.arrays !== this.of) return;
     const rides = !Number.isNaN(this.glide?.[k]);
-    mark(this.plot, rides ? "disc" : "ring", this.x[0][k], this.x[1][k], { color: rides ? colors().stick : colors().slip, size: 5 });
+    mark(this.plot, rides ? "disc" : "ring", this.x[0][k], this.x[1][k], {
+      color: rides ? colors().stick : colors().slip,
+      size: 5,
+    });
   }
 
   tick() {
@@ -164,7 +198,13 @@ export class Timeline {
   /** @param {App} app @param {HTMLElement} host */
   constructor(app, host) {
     this.app = app;
-    const plot = new Plot(host, { name: "Stick and slip over time. Click to go to that time.", xlabel: "t", ylabel: "", bare: true, left: 22 });
+    const plot = new Plot(host, {
+      name: "Stick and slip over time. Click to go to that time.",
+      xlabel: "t",
+      ylabel: "",
+      bare: true,
+      left: 22,
+    });
     this.plot = plot;
     plot.paint = () => this.paint();
     plot.paintMargin = () => this.numbers();
@@ -189,7 +229,10 @@ export class Timeline {
     const of = colors();
     for (let block = 0; block < count; block++) {
       const middle = top + lane * (block + 0.5);
-      plot.segment(plot.shown[0], plot.dataY(middle), plot.shown[1], plot.dataY(middle), { color: of.slip, width: 1.5 });
+      plot.segment(plot.shown[0], plot.dataY(middle), plot.shown[1], plot.dataY(middle), {
+        color: of.slip,
+        width: 1.5,
+      });
       context.fillStyle = of.stick;
       let from = -1;
       for (let k = 0; k <= t.length; k++) {
@@ -197,7 +240,12 @@ export class Timeline {
         if (rides && from < 0) from = k;
         if (rides || from < 0) continue;
         const left = plot.x(t[from]);
-        context.fillRect(left, middle - 0.3 * lane, Math.max(1, plot.x(t[Math.min(k, t.length - 1)]) - left), 0.6 * lane);
+        context.fillRect(
+          left,
+          middle - 0.3 * lane,
+          Math.max(1, plot.x(t[Math.min(k, t.length - 1)]) - left),
+          0.6 * lane,
+        );
         from = -1;
       }
     }

@@ -1,4 +1,10 @@
-/** What all views share: a panel, the answers they use, zoom kept in the state. @import {App, Answer} from "../app.js" @import {Options} from "../plot.js" @import {State} from "../types.js" */
+/**
+ * What all views share: a panel, the answers they use, zoom kept in the state.
+ *
+ * @import {App, Answer} from "../app.js"
+ * @import {Options} from "../plot.js"
+ * @import {State} from "../types.js"
+ */
 import { element } from "../dom.js";
 import { Panel } from "../panel.js";
 import { Plot } from "../plot.js";
@@ -15,11 +21,14 @@ export class View {
     this.slots = slots;
     /** @type {Plot[]} */ this.plots = [];
     const exports = app.limits.exports?.[picture] ?? [];
-    this.panel = new Panel({ id, title, help, exports }, {
-      onexport: (format) => app.save(picture, slots[0], extra, format, this.panel),
-      oncancel: () => app.cancel(slots[0]),
-      onreset: () => this.resetZoom(),
-    });
+    this.panel = new Panel(
+      { id, title, help, exports },
+      {
+        onexport: (format) => app.save(picture, slots[0], extra, format, this.panel),
+        oncancel: () => app.cancel(slots[0]),
+        onreset: () => this.resetZoom(),
+      },
+    );
   }
 
   /** @param {Options} options */
