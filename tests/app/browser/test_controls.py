@@ -76,6 +76,9 @@ def test_another_law_comes_with_its_parameters(explorer):
     explorer.settle()
     assert explorer.state["model"]["friction"]["law"] == "stribeck"
     assert explorer.page.locator("input[name='speed']").is_visible()
+    explorer.page.locator("select[name='exponent']").select_option("2")
+    explorer.settle()
+    assert explorer.state["model"]["friction"]["exponent"] == 2
     assert explorer.inked("map") > 8
     explorer.page.locator("select[aria-label='Friction law']").select_option("coulomb")
     explorer.settle()

@@ -74,6 +74,7 @@ export class Controls {
   #parameter(one) {
     const get = (/** @type {State} */ state) => valueOf(this.app.limits, state.model, one.name);
     const set = (/** @type {any} */ value) => this.app.setParameter(one.name, value);
+    if (one.values) return this.#choice(one, get, set);
     return one.per_block ? this.#list(one, get, set) : this.#number(one, get, set, this.changing);
   }
 
@@ -111,6 +112,23 @@ export class Controls {
       if (typed.valueAsNumber !== value || typed.value === "") typed.value = String(value);
     });
     return element("div", { class: "row", title: one.meaning }, symbolOf(one), slider.input, typed);
+  }
+
+  /**
+   * One of a few values.
+   * @param {Parameter} one
+   * @param {(state: State) => number} get
+   * @param {(value: number) => void} set
+   */
+  #choice(one, get, set) {
+    const options = (one.values ?? []).map((value) => element("option", { value }, String(value)));
+    const made = element(
+      "select",
+      { "aria-label": one.meaning, name: one.name, onchange: () => set(Number(made.value)) },
+      ...options,
+    );
+    this.changing.push((state) => (made.value = String(get(state))));
+    return element("div", { class: "row wide", title: one.meaning }, symbolOf(one), made);
   }
 
   /**
