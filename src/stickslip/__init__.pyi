@@ -2,6 +2,7 @@
 from . import examples as examples
 from . import status as status
 from .analysis.piecewise_map import PiecewiseMap as PiecewiseMap
+from .app.widget import explore as explore
 from .mechanics.cycle.continuation import continue_cycle as continue_cycle
 from .mechanics.cycle.equilibria import equilibria as equilibria
 from .mechanics.cycle.search import find_cycle as find_cycle

@@ -20,6 +20,7 @@ from stickslip.cli import (
     cycles,
     diagram,
     doctor,
+    explore,
     map,
     orbits,
     plot,
@@ -46,6 +47,7 @@ COMMANDS = (
     verify,
     reproduce,
     study,
+    explore,
     doctor,
     warmup,
 )

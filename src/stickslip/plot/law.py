@@ -12,8 +12,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from stickslip.mechanics.friction.law import FrictionLaw
+    from stickslip.study.model_values import Model
 
-__all__ = ["friction_characteristic"]
+__all__ = ["friction_characteristic", "friction_characteristics"]
 
 
 def friction_characteristic(
@@ -57,4 +58,28 @@ def friction_characteristic(
     ax.set_xlim(-limit, limit)
     ax.set_xlabel(r"$\dot{X}-V_{\mathrm{dr}}$")
     ax.set_ylabel(r"$F_{\mathrm{k}}$")
+    return ax
+
+
+def friction_characteristics(model: Model, ax: Axes | None = None, *, limit: float = 2.0) -> Axes:
+    """Draw the law of a model, or the laws of its blocks if they differ.
+
+    Parameters
+    ----------
+    model : TwoBlock, Blocks, Chain or Oscillator
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+    limit : float
+        Largest slip speed shown.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        As `friction_characteristic`, with a label for each block where laws differ.
+    """
+    ax = axes_or_new(ax)
+    one_for_all = len(set(model.laws)) == 1
+    for block, law in enumerate(model.laws[:1] if one_for_all else model.laws, start=1):
+        label = None if one_for_all else f"block {block}"
+        friction_characteristic(law, ax, limit=limit, label=label)
     return ax

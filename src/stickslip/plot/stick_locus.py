@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.patches import Polygon
 
 from stickslip.mechanics.model import locus
+from stickslip.plot.motion import sample_times
 from stickslip.plot.style import PALETTE, axes_or_new
 from stickslip.vocabulary import symbol
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.model.two_block import TwoBlock
 
-__all__ = ["stick_locus"]
+__all__ = ["stick_locus", "trajectory_in_plane"]
 
 
 def stick_locus(model: TwoBlock, ax: Axes | None = None) -> Axes:
@@ -51,6 +52,27 @@ def stick_locus(model: TwoBlock, ax: Axes | None = None) -> Axes:
     ax.margins(0.14)
     ax.set_xlabel(symbol("x", 1))
     ax.set_ylabel(symbol("x", 2))
+    return ax
+
+
+def trajectory_in_plane(trajectory: Any, ax: Axes | None = None) -> Axes:
+    """Draw a motion of two blocks in the plane of displacements, over the stick locus.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        Of a `TwoBlock`.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        As `stick_locus`.
+    """
+    ax = stick_locus(trajectory.model, ax)
+    x = trajectory.x(sample_times(trajectory.t))
+    ax.plot(x[:, 0], x[:, 1], color=PALETTE["green"], lw=0.8, zorder=1.5, label="motion")
     return ax
 
 

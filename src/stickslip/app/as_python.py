@@ -1,0 +1,206 @@
+"""Views as Python: the calls of the library that compute and draw what the page shows."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from stickslip.app import requests
+from stickslip.app.requests import model_of
+from stickslip.app.views.common import map_of
+from stickslip.app.views.event_map import window_of
+from stickslip.app.views.motion import MAX_EVENTS, start_of
+from stickslip.mechanics.friction import LAWS, TabulatedFriction
+from stickslip.study.model_values import FAMILY, model_values
+
+__all__ = ["as_python", "model_text"]
+
+CLASSES: Final = {"two_block": "TwoBlock"} | {name: k.cls.__name__ for name, k in FAMILY.items()}
+LAW_CLASSES: Final = {name: law.__name__ for name, law in LAWS.items()} | {
+    TabulatedFriction.name: TabulatedFriction.__name__
+}
+
+
+def as_python(request: requests.Request) -> str:
+    """Write a program whose numbers and whose axes ``ax`` are those of a view.
+
+    Parameters
+    ----------
+    request : Request
+        Of any view, or of a picture.
+
+    Returns
+    -------
+    str
+        Only numbers of the request get into it: it is not made of its texts.
+
+    Raises
+    ------
+    BadRequestError
+        The model, or the window or the start, is not allowed.
+    """
+    body = TEXTS[type(request)](request)
+    head = ["import stickslip as ss", *sorted({line for line in body if line.startswith("from ")})]
+    if any("np." in line for line in body):
+        head.insert(0, "import numpy as np")
+    calls = [line for line in body if not line.startswith("from ")]
+    model = f"model = {model_text(request)}"
+    return "\n".join([*head, "", model, *calls]) + "\n"
+
+
+def model_text(request: requests.Request) -> str:
+    """Write the call that makes the model."""
+    values = model_values(model_of(request))
+    cls = CLASSES[values.pop("kind")]
+    texts = {name: repr(value) for name, value in values.items()}
+    laws = values["friction"]
+    texts["friction"] = f"[{', '.join(map(_law, laws))}]" if isinstance(laws, list) else _law(laws)
+    for name, part in (("forcing", "Harmonic"), ("units", "Units")):
+        if name in values:
+            texts[name] = _call(f"ss.{part}", values[name])
+    arguments = ", ".join(f"{name}={text}" for name, text in texts.items())
+    return f"ss.{cls}({arguments})"
+
+
+def _law(values: dict[str, Any]) -> str:
+    rest = {name: value for name, value in values.items() if name != "law"}
+    return _call(f"ss.{LAW_CLASSES[values['law']]}", rest)
+
+
+def _call(name: str, arguments: dict[str, Any]) -> str:
+    return f"{name}({', '.join(f'{key}={value!r}' for key, value in arguments.items())})"
+
+
+# --- the views --------------------------------------------------------------------------------
+
+
+def _event_map(request: requests.EventMap) -> list[str]:
+    window = window_of(map_of(request), request)
+    power = f".power({request.power})" if request.power > 1 else ""
+    lines = [
+        "from stickslip.plot.event_map import event_map",
+        "from stickslip.plot.orbits import draw_orbits",
+        "f = ss.event_map(model)",
+        f"g = f{power}",
+        f"x = np.linspace({window[0]!r}, {window[1]!r}, {request.points})",
+        "values = g(x)",
+        "branches = ss.branches(g)",
+        f"ax = event_map(g, window={window!r}, points={request.points}, power={request.power})",
+    ]
+    if request.max_period > 0:
+        lines += [
+            f"orbits = ss.periodic_orbits(f, {request.max_period}, infinitely_unstable=True)",
+            f"draw_orbits(orbits, ax, power={request.power}, clip_on=True)",
+        ]
+    return lines
+
+
+def _cobweb(request: requests.Cobweb) -> list[str]:
+    return [
+        "from stickslip.plot.cobweb import draw_cobweb",
+        "f = ss.event_map(model)",
+        f"orbit = f.iterate({request.d!r}, {request.n})",
+        f"ax = draw_cobweb(f, {request.d!r}, steps={request.n})",
+    ]
+
+
+def _simulated(request: requests.Motion) -> str:
+    start = start_of(model_of(request), request)
+    arguments = {**start, "t_end": request.t_end, "max_events": MAX_EVENTS}
+    named = ", ".join(f"{name}={value!r}" for name, value in arguments.items())
+    return f"motion = ss.simulate(model, {named})"
+
+
+def _motion(request: requests.Motion) -> list[str]:
+    return [
+        _simulated(request),
+        f"t = np.union1d(np.linspace(0.0, motion.t[-1], {request.samples}), motion.t)",
+        "x, v = motion.x(t), motion.v(t)",
+        "ax = motion.plot()",
+    ]
+
+
+def _portrait(request: requests.Portrait) -> list[str]:
+    return [
+        "from stickslip.plot.motion import phase_portrait",
+        _simulated(request),
+        f"ax = phase_portrait(motion, {request.block})",
+    ]
+
+
+def _plane(request: requests.Plane) -> list[str]:
+    return [
+        "from stickslip.plot.stick_locus import trajectory_in_plane",
+        _simulated(request),
+        "ax = trajectory_in_plane(motion)",
+    ]
+
+
+def _mechanism(request: requests.Mechanism) -> list[str]:
+    return [
+        "from stickslip.plot.mechanism import mechanism",
+        _simulated(request),
+        "ax = mechanism(model, x=motion.x(0.0))",
+    ]
+
+
+def _cycle(request: requests.Cycle) -> list[str]:
+    start = start_of(model_of(request), request)
+    lines = (
+        [f"x, v = {start['x']!r}, {start['v']!r}"]
+        if "x" in start
+        else [f"_, x, v = ss.simulate(model, d={start['d']!r}, t_end=0.0).final_state"]
+    )
+    return [
+        *lines,
+        f"cycle = ss.find_cycle(model, x, v, max_events={request.max_events})",
+        "ax = cycle.plot()",
+    ]
+
+
+def _locus(_: requests.Locus) -> list[str]:
+    return ["from stickslip.plot.stick_locus import stick_locus", "ax = stick_locus(model)"]
+
+
+def _law_view(request: requests.Law) -> list[str]:
+    return [
+        "from stickslip.plot.law import friction_characteristics",
+        f"s = np.linspace(0.0, {request.range!r}, {request.points})",
+        "force = np.stack([law.force(s) for law in model.laws], axis=-1)",
+        f"ax = friction_characteristics(model, limit={request.range!r})",
+    ]
+
+
+def _basins(request: requests.Basins) -> list[str]:
+    return [
+        "f = ss.event_map(model)",
+        f"basins = ss.basins(f, ss.attractors(f), resolution={request.resolution!r})",
+        "ax = basins.plot()",
+    ]
+
+
+def _diagram(request: requests.Diagram) -> list[str]:
+    low, high = request.range
+    asked = f"max_period={request.max_period}, window={request.window!r}"
+    name = next(n for n in map_of(request).parameters if n == request.parameter)
+    return [
+        "f = ss.event_map(model)",
+        f"values = np.linspace({low!r}, {high!r}, {request.values})",
+        f"diagram = ss.bifurcation_diagram(f, {name!r}, values, {asked})",
+        f"found = ss.bifurcations(f, {name!r}, ({low!r}, {high!r}), {asked})",
+        "ax = diagram.plot(bifurcations=found)",
+    ]
+
+
+TEXTS: Final[dict[type[requests.Request], Any]] = {
+    requests.EventMap: _event_map,
+    requests.Cobweb: _cobweb,
+    requests.Motion: _motion,
+    requests.Portrait: _portrait,
+    requests.Plane: _plane,
+    requests.Mechanism: _mechanism,
+    requests.Cycle: _cycle,
+    requests.Locus: _locus,
+    requests.Law: _law_view,
+    requests.Basins: _basins,
+    requests.Diagram: _diagram,
+}

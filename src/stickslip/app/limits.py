@@ -1,0 +1,172 @@
+"""What the page may ask, as it builds its controls from: models, laws, parameters and bounds."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from typing import Any, Final
+
+import msgspec
+
+from stickslip import examples
+from stickslip.app import requests
+from stickslip.app.exports import KNOWN, formats
+from stickslip.app.presets import CHAIN, OSCILLATOR
+from stickslip.mechanics.friction import LAWS
+from stickslip.mechanics.friction.ranges import Choice
+from stickslip.study.model_values import model_values
+from stickslip.vocabulary import TERMS
+
+__all__ = ["described_limits"]
+
+GREEK: Final = re.compile(r"\\([a-z]+)")
+
+
+def slider(
+    default: float, low: float, high: float, *, step: float = 0.001, scale: str = "linear"
+) -> dict[str, Any]:
+    """Describe a slider; typed values may lie beyond its ends, the models check them."""
+    return {"default": default, "min": low, "max": high, "step": step, "scale": scale}
+
+
+SLIDERS: Final = {
+    "alpha": slider(1.2, 0.0, 3.0),
+    "beta": slider(1.3, 0.5, 2.5),
+    "V": slider(0.0366, 0.001, 1.0, step=0.0001, scale="log"),
+    "damping": slider(0.0, 0.0, 1.0),
+    "static": slider(1.0, 0.2, 3.0, step=0.01),
+    "support": slider(1.0, 0.1, 10.0, step=0.01, scale="log"),
+    "mass": slider(1.0, 0.1, 10.0, step=0.01, scale="log"),
+    "amplitude": slider(0.5, 0.0, 3.0, step=0.01),
+    "frequency": slider(1.0, 0.05, 10.0, step=0.01, scale="log"),
+    "phase": slider(0.0, -3.1416, 3.1416, step=0.01),
+    "mu": slider(0.22, 0.0, 1.0),
+    "gamma": slider(3.0, 0.0, 10.0, step=0.01),
+    "delta": slider(0.0, 0.0, 1.0),
+    "eta": slider(0.0, 0.0, 2.0, step=0.01),
+    "viscous": slider(0.0, 0.0, 1.0),
+    "speed": slider(0.1, 0.01, 10.0, step=0.001, scale="log"),
+}
+"""Where the sliders start and end: what is worth looking at, not what is allowed."""
+
+MEANINGS: Final = {
+    "damping": ("c", "damping coefficient of each block"),
+    "static": ("L", "static limit of a block"),
+    "support": ("k", "stiffness of the support springs"),
+    "mass": ("m", "mass of each block"),
+    "amplitude": ("a", "amplitude of the force on each block"),
+    "frequency": ("Ω", "angular frequency of the force"),
+    "phase": ("φ", "phase of the force at time 0"),
+}
+"""Numbers of models that the vocabulary of the paper does not have: symbol and meaning."""
+
+LAW_TITLES: Final = {
+    "coulomb": ("Coulomb", "F = μ + c s"),
+    "popp-stelter": ("Popp and Stelter, law (9)", "F = (1 \u2212 δ)/(1 + γ s) + δ + η s²"),
+    "stribeck": ("Stribeck", "F = μ + (1 \u2212 μ) exp(\u2212(s/s₀)ᵖ) + c s"),
+}
+
+TWO_BLOCKS: Final = ("event_map", "cobweb", "motion", "locus", "law", "basins", "diagram", "cycle")
+IN_TIME: Final = ("motion", "law", "cycle")
+
+
+def described_limits() -> dict[str, Any]:
+    """Return models, laws and bounds of requests as plain values."""
+    return {
+        "models": _models(),
+        "laws": [_law(name) for name in LAWS],
+        "requests": _bounds(),
+        "exports": {view: formats(view) for view in KNOWN},
+    }
+
+
+def _models() -> list[dict[str, Any]]:
+    two_blocks = model_values(examples.coulomb())
+    return [
+        _model("Two blocks", two_blocks, TWO_BLOCKS, ("alpha", "beta", "V", "damping"), (2, 2)),
+        _model("Oscillator", OSCILLATOR, IN_TIME, ("V", "damping"), (1, 1)),
+        _model(
+            "Chain",
+            CHAIN,
+            IN_TIME,
+            ("static", "alpha", "V", "support", "mass", "damping"),
+            (2, requests.MOST_BLOCKS),
+        ),
+    ]
+
+
+def _model(
+    title: str,
+    default: dict[str, Any],
+    views: tuple[str, ...],
+    names: tuple[str, ...],
+    blocks: tuple[int, int],
+) -> dict[str, Any]:
+    return {
+        "kind": default["kind"],
+        "title": title,
+        "views": views,
+        "parameters": [_parameter(name) | {"per_block": name == "static"} for name in names],
+        "forcing": [_parameter(n) for n in ("amplitude", "frequency", "phase")]
+        if default["kind"] == "oscillator"
+        else [],
+        "blocks": {"min": blocks[0], "max": blocks[1]},
+        "default": default,
+    }
+
+
+def _parameter(name: str) -> dict[str, Any]:
+    if name in MEANINGS:
+        symbol, meaning = MEANINGS[name]
+        return {"name": name, "symbol": symbol, "meaning": meaning, "unit": "", **SLIDERS[name]}
+    term = TERMS[name]
+    return {
+        "name": name,
+        "symbol": _unicode(term.symbol),
+        "meaning": term.meaning,
+        "unit": term.scale,
+        **SLIDERS.get(name, {}),
+    }
+
+
+def _unicode(mathtext: str) -> str:
+    r"""Write mathtext without markup: ``\alpha`` becomes α, ``V_{\mathrm{dr}}`` V_dr."""
+    bare = mathtext.replace(r"\mathrm", "").replace("{", "").replace("}", "")
+    return GREEK.sub(lambda m: unicodedata.lookup(f"GREEK SMALL LETTER {m[1].upper()}"), bare)
+
+
+def _law(name: str) -> dict[str, Any]:
+    fields = LAWS[name].fields()
+    title, formula = LAW_TITLES[name]
+    parameters = []
+    for field, allowed in fields.items():
+        described = _parameter(field)
+        if isinstance(allowed, Choice):
+            described |= {"default": allowed.values[0], "values": list(allowed.values)}
+        parameters.append(described)
+    default = {"law": name} | {item["name"]: item["default"] for item in parameters}
+    return {
+        "law": name,
+        "title": title,
+        "formula": formula,
+        "parameters": parameters,
+        "default": default,
+    }
+
+
+def _bounds() -> dict[str, Any]:
+    """Read the bounds of the requests' fields from their types."""
+    described: dict[str, Any] = {}
+    for view, kind in requests.REQUESTS.items():
+        schema = msgspec.json.schema(kind)
+        properties = schema["$defs"][kind.__name__]["properties"]
+        described[view] = {
+            name: {
+                "min": field.get("minimum", field.get("exclusiveMinimum")),
+                "max": field.get("maximum"),
+                "default": field.get("default"),
+            }
+            for name, field in properties.items()
+            if "maximum" in field
+        }
+    return described

@@ -1,0 +1,190 @@
+"""Views as pictures: the library's own drawings of the results that a view shows."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from stickslip.app import requests
+from stickslip.app.jobs import progress_between, undisturbed
+from stickslip.app.requests import BadRequestError, model_of
+from stickslip.app.views.common import map_of, naming, two_blocks
+from stickslip.app.views.event_map import window_of
+from stickslip.app.views.motion import found_cycle, simulated
+from stickslip.plot.animation import film
+from stickslip.plot.cobweb import draw_cobweb
+from stickslip.plot.diagram import draw_diagram
+from stickslip.plot.event_map import event_map
+from stickslip.plot.law import friction_characteristics
+from stickslip.plot.mechanism import mechanism
+from stickslip.plot.motion import phase_portrait
+from stickslip.plot.orbits import draw_orbits
+from stickslip.plot.stick_locus import stick_locus, trajectory_in_plane
+from stickslip.plot.style import new_figure, save, style
+from stickslip.study.bifurcations import as_family, bifurcations
+from stickslip.study.diagram import bifurcation_diagram
+from stickslip.study.maps import attractors, basins, periodic_orbits
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["DRAWN", "film_of", "picture_of"]
+
+HEIGHT: Final = 4.0  # inches, over the width of two columns
+
+Draw = Callable[[Any], Any]
+
+_drawing = threading.Lock()  # matplotlib's settings belong to the whole process
+
+
+def picture_of(request: requests.Request, kind: str) -> bytes:
+    """Compute and draw a view.
+
+    Parameters
+    ----------
+    request : Request
+    kind : {"svg", "png"}
+
+    Returns
+    -------
+    bytes
+        The file.
+    """
+    draw = DRAWN[type(request)](request)
+    with _one_at_a_time(), TemporaryDirectory() as folder:
+        figure = new_figure("two", height=HEIGHT)
+        axes = draw(figure.add_subplot())
+        labels = axes.get_legend_handles_labels()[1]
+        if labels and axes.get_legend() is None:
+            figure.legend(loc="outside upper right", ncols=min(len(labels), 5))
+        (path,) = save(figure, Path(folder) / "view", (kind,))
+        return path.read_bytes()
+
+
+def film_of(request: requests.Mechanism, kind: str) -> bytes:
+    """Compute a motion and draw it as a film.
+
+    Parameters
+    ----------
+    request : Mechanism
+    kind : {"gif", "mp4"}
+
+    Returns
+    -------
+    bytes
+        The file.
+    """
+    two_blocks(request)
+    motion = simulated(request)
+    with _one_at_a_time(), TemporaryDirectory() as folder:
+        path = Path(folder) / f"view.{kind}"
+        film(motion, path)
+        return path.read_bytes()
+
+
+@contextmanager
+def _one_at_a_time() -> Iterator[None]:
+    """Draw in the house style; nobody's turn comes meanwhile, or two could wait for each other."""
+    with undisturbed(), _drawing, style():
+        yield
+
+
+# --- the views: first what takes long, then a function that draws it ---------------------------
+
+
+def _event_map(request: requests.EventMap) -> Draw:
+    f = map_of(request)
+    window = window_of(f, request)
+    found = (
+        periodic_orbits(f, request.max_period, infinitely_unstable=True)
+        if request.max_period
+        else ()
+    )
+
+    def draw(ax: Axes) -> Axes:
+        g = f if request.power == 1 else f.power(request.power)
+        event_map(g, ax, window=window, points=request.points, power=request.power)
+        return draw_orbits(found, ax, power=request.power, clip_on=True)
+
+    return draw
+
+
+def _cobweb(request: requests.Cobweb) -> Draw:
+    f = map_of(request)
+    with naming("d"):
+        f.evaluate(request.d)
+    return lambda ax: draw_cobweb(f, request.d, ax, steps=request.n)
+
+
+def _motion(request: requests.Motion) -> Draw:
+    return simulated(request).plot
+
+
+def _portrait(request: requests.Portrait) -> Draw:
+    motion = simulated(request)
+    if request.block > motion.model.n_blocks:
+        raise BadRequestError(f"block = {request.block} of {motion.model.n_blocks}", "block")
+    return lambda ax: phase_portrait(motion, request.block, ax)
+
+
+def _plane(request: requests.Plane) -> Draw:
+    two_blocks(request)
+    motion = simulated(request)
+    return lambda ax: trajectory_in_plane(motion, ax)
+
+
+def _mechanism(request: requests.Mechanism) -> Draw:
+    model, motion = two_blocks(request), simulated(request)
+    return lambda ax: mechanism(model, ax, x=motion.x(0.0))
+
+
+def _cycle(request: requests.Cycle) -> Draw:
+    return found_cycle(request).plot
+
+
+def _locus(request: requests.Locus) -> Draw:
+    model = two_blocks(request)
+    return lambda ax: stick_locus(model, ax)
+
+
+def _law(request: requests.Law) -> Draw:
+    model = model_of(request)
+    return lambda ax: friction_characteristics(model, ax, limit=request.range)
+
+
+def _basins(request: requests.Basins) -> Draw:
+    f = map_of(request)
+    return basins(f, attractors(f), resolution=request.resolution).plot
+
+
+def _diagram(request: requests.Diagram) -> Draw:
+    f = as_family(map_of(request))
+    asked: dict[str, Any] = {"max_period": request.max_period, "window": request.window}
+    with naming("range"):
+        values = np.linspace(*request.range, request.values)
+        watch = progress_between(0.0, 0.5)
+        diagram = bifurcation_diagram(f, request.parameter, values, progress=watch, **asked)
+        watch = progress_between(0.5, 1.0)
+        found = bifurcations(f, request.parameter, request.range, progress=watch, **asked)
+    return lambda ax: draw_diagram(diagram, ax, bifurcations=found)
+
+
+DRAWN: Final[dict[type[requests.Request], Callable[[Any], Draw]]] = {
+    requests.EventMap: _event_map,
+    requests.Cobweb: _cobweb,
+    requests.Motion: _motion,
+    requests.Portrait: _portrait,
+    requests.Plane: _plane,
+    requests.Mechanism: _mechanism,
+    requests.Cycle: _cycle,
+    requests.Locus: _locus,
+    requests.Law: _law,
+    requests.Basins: _basins,
+    requests.Diagram: _diagram,
+}

@@ -1,0 +1,274 @@
+"""What the page may ask: one struct a view, every number bounded, nothing unknown accepted."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
+
+import msgspec
+from msgspec import Meta, Raw, Struct
+
+from stickslip.study.model_values import model_of_values
+from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from stickslip.study.model_values import Model
+
+__all__ = [
+    "PICTURES",
+    "REQUESTS",
+    "BadRequestError",
+    "Basins",
+    "Cobweb",
+    "Cycle",
+    "Diagram",
+    "EventMap",
+    "Export",
+    "Law",
+    "Locus",
+    "Mechanism",
+    "Message",
+    "Motion",
+    "Plane",
+    "Portrait",
+    "Request",
+    "Start",
+    "export_of",
+    "message_of",
+    "model_of",
+    "request_of",
+]
+
+MOST_BLOCKS: Final = 20
+MOST_KNOTS: Final = 200  # of a tabulated law
+PLACE: Final = re.compile(r" - at `\$\.?([^`]*)`$")
+NAMED: Final = re.compile(r"(?:^|[\]:] )(\w+)(?:\[\d+\])? = ")
+
+Interval: TypeAlias = tuple[float, float]
+Numbers: TypeAlias = Annotated[tuple[float, ...], Meta(max_length=MOST_BLOCKS)]
+Word: TypeAlias = Annotated[str, Meta(max_length=40)]
+Period: TypeAlias = Annotated[int, Meta(ge=1, le=8)]
+
+
+class BadRequestError(ValueError):
+    """A request that is not allowed.
+
+    Attributes
+    ----------
+    field : str
+        Dotted path of the field that is wrong, such as ``model.mu``; empty if it is the whole.
+    """
+
+    def __init__(self, text: str, field: str = "") -> None:
+        super().__init__(text)
+        self.field = field
+
+
+class Request(Struct, frozen=True, forbid_unknown_fields=True):
+    """What every view needs: the model, as the table of a model file."""
+
+    model: dict[str, Any]
+
+
+class EventMap(Request, frozen=True):
+    """The map over a window, or a power of it, with branches and orbits."""
+
+    window: Interval | None = None
+    points: Annotated[int, Meta(ge=2, le=4000)] = 801
+    power: Period = 1
+    max_period: Annotated[int, Meta(ge=0, le=8)] = 4
+
+
+class Cobweb(Request, frozen=True):
+    """An orbit of the map."""
+
+    d: float
+    n: Annotated[int, Meta(ge=1, le=2000)] = 100
+
+
+class Start(Request, frozen=True):
+    """A state: a global stick phase d, or displacements and velocities."""
+
+    d: float | Numbers | None = None
+    x: Numbers | None = None
+    v: Numbers | None = None
+
+
+class Motion(Start, frozen=True):
+    """A motion in time."""
+
+    t_end: Annotated[float, Meta(gt=0, le=5000)] = 200.0
+    samples: Annotated[int, Meta(ge=2, le=20_000)] = 4000
+
+
+class Portrait(Motion, frozen=True):
+    """The phase portrait of one block; a picture only."""
+
+    block: Annotated[int, Meta(ge=1, le=MOST_BLOCKS)] = 1
+
+
+class Plane(Motion, frozen=True):
+    """A motion in the plane of displacements, over the stick locus; a picture only."""
+
+
+class Mechanism(Motion, frozen=True):
+    """Blocks, springs and belt at the start of a motion; as a film, the motion."""
+
+
+class Cycle(Start, frozen=True):
+    """The limit cycle that a motion settles on."""
+
+    max_events: Annotated[int, Meta(ge=1, le=20_000)] = 2000
+
+
+class Locus(Request, frozen=True):
+    """The global stick locus in the plane of displacements."""
+
+
+class Law(Request, frozen=True):
+    """The friction laws of the blocks, up to a slip speed."""
+
+    range: Annotated[float, Meta(gt=0, le=1000)] = 2.0
+    points: Annotated[int, Meta(ge=2, le=4000)] = 401
+
+
+class Basins(Request, frozen=True):
+    """Basins of attraction on the whole domain."""
+
+    resolution: Annotated[float, Meta(gt=0, le=0.1)] = 1e-5
+
+
+class Diagram(Request, frozen=True, kw_only=True):
+    """Attractors, orbits and bifurcations over a parameter."""
+
+    parameter: Word
+    range: Interval
+    window: Interval | None = None
+    values: Annotated[int, Meta(ge=2, le=2000)] = 300
+    max_period: Period = 4
+    bifurcations: bool = True
+
+
+REQUESTS: Final[dict[str, type[Request]]] = {
+    "event_map": EventMap,
+    "cobweb": Cobweb,
+    "motion": Motion,
+    "cycle": Cycle,
+    "locus": Locus,
+    "law": Law,
+    "basins": Basins,
+    "diagram": Diagram,
+}
+"""Views by name, and what is asked of each."""
+
+PICTURES: Final[dict[str, type[Request]]] = {
+    "portrait": Portrait,
+    "plane": Plane,
+    "mechanism": Mechanism,
+}
+"""Pictures of a motion, which has no view of its own for them: the page draws its motion."""
+
+
+class Message(Struct, frozen=True, forbid_unknown_fields=True):
+    """What comes over the WebSocket: a request, or the slot of one that is not wanted any more.
+
+    Of each slot the latest request wins; it is the view, unless the page shows one twice.
+    """
+
+    id: Annotated[int, Meta(ge=0, le=2**53)] = 0
+    view: Word = ""
+    slot: Word = ""
+    request: Raw = Raw(b"{}")
+    cancel: Word | None = None
+
+    @property
+    def place(self) -> str:
+        """The slot that it belongs to."""
+        return self.slot or self.view
+
+
+class Export(Struct, frozen=True, forbid_unknown_fields=True):
+    """A view as a file."""
+
+    view: Word
+    request: Raw
+    format: Word
+
+
+def message_of(text: str | bytes) -> Message:
+    """Decode a message of the WebSocket.
+
+    Raises
+    ------
+    BadRequestError
+    """
+    return _decoded(text, Message)
+
+
+def request_of(view: str, content: Raw, known: Mapping[str, type[Request]] = REQUESTS) -> Request:
+    """Decode what a view is asked, one of those that are known.
+
+    Raises
+    ------
+    BadRequestError
+        No such view; a field that is unknown, missing, of the wrong type or out of its range.
+    """
+    if view not in known:
+        raise BadRequestError(f"view = {view!r} is unknown. {did_you_mean(view, known)}", "view")
+    return _decoded(content, known[view])
+
+
+def export_of(content: bytes) -> Export:
+    """Decode the wish for a file.
+
+    Raises
+    ------
+    BadRequestError
+    """
+    return _decoded(content, Export)
+
+
+def _decoded(content: Any, kind: Any) -> Any:
+    try:
+        return msgspec.json.decode(content, type=kind)
+    except msgspec.ValidationError as error:
+        text = str(error)
+        place = PLACE.search(text)
+        raise BadRequestError(PLACE.sub("", text), place[1] if place else "") from None
+    except (msgspec.DecodeError, RecursionError) as error:
+        raise BadRequestError(f"not JSON: {error}") from None
+
+
+def model_of(request: Request) -> Model:
+    """Make the model that a request is about.
+
+    Raises
+    ------
+    BadRequestError
+        A table that makes no model, or one larger than the explorer's bounds.
+    """
+    _refuse_large(request.model)
+    try:
+        return model_of_values(dict(request.model))
+    except (ValueError, TypeError, OverflowError, RecursionError) as error:
+        name = NAMED.search(str(error))
+        raise BadRequestError(str(error), f"model.{name[1]}" if name else "model") from None
+
+
+def _refuse_large(table: dict[str, Any]) -> None:
+    """Refuse models whose size alone would keep the server busy."""
+    for name, value in table.items():
+        if isinstance(value, list) and len(value) > MOST_BLOCKS:
+            raise BadRequestError(
+                f"{name} has {len(value)} entries; the explorer takes at most {MOST_BLOCKS}.",
+                f"model.{name}",
+            )
+    laws = table.get("friction")
+    for law in laws if isinstance(laws, list) else [laws]:
+        knots = law.get("speed") if isinstance(law, dict) else None
+        if isinstance(knots, list) and len(knots) > MOST_KNOTS:
+            raise BadRequestError(
+                f"speed has {len(knots)} entries; the explorer takes at most {MOST_KNOTS}.",
+                "model.friction",
+            )

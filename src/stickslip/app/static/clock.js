@@ -1,0 +1,92 @@
+/**
+ * The time of the shown motion, and what the motion does then.
+ *
+ * @import {Answer} from "./app.js"
+ */
+import { nearest } from "./numbers.js";
+
+export class Clock {
+  /** @param {() => void} ontick */
+  constructor(ontick) {
+    this.ontick = ontick;
+    this.t = 0;
+    this.speed = 8; // units of time per second
+    this.playing = false;
+    /** @type {Answer | null} */ this.motion = null;
+    /** @type {{start: number, end: number, d: number}[]} */ this.phases = [];
+    this.last = 0;
+  }
+
+  /** Take a new motion, from its start. @param {Answer} answer */
+  take(answer) {
+    this.motion = answer;
+    this.phases = globalSticks(this.arrays);
+    this.t = 0;
+    this.ontick();
+  }
+
+  /** @returns {any} */
+  get arrays() {
+    return this.motion?.parts[0]?.arrays ?? null;
+  }
+
+  get end() {
+    const t = this.arrays?.t;
+    return t?.length ? t[t.length - 1] : 0;
+  }
+
+  /** @param {boolean} playing */
+  play(playing) {
+    this.playing = playing;
+    this.last = performance.now();
+    if (playing) requestAnimationFrame((now) => this.#frame(now));
+  }
+
+  /** @param {number} now */
+  #frame(now) {
+    if (!this.playing) return;
+    const passed = Math.min(100, Math.max(0, now - this.last)) / 1000;
+    this.last = now;
+    this.seek(this.end ? (this.t + this.speed * passed) % this.end : 0);
+    requestAnimationFrame((next) => this.#frame(next));
+  }
+
+  /** @param {number} t */
+  seek(t) {
+    this.t = Math.min(Math.max(t, 0), this.end);
+    this.ontick();
+  }
+
+  /** Index of the sample nearest to the present time. */
+  index() {
+    const t = this.arrays?.t;
+    return t?.length ? nearest(t, this.t) : -1;
+  }
+
+  /**
+   * The last global stick phase that has begun, and the d of the next.
+   * @returns {{d: number, next: number | null} | null}
+   */
+  phase() {
+    let k = this.phases.length - 1;
+    while (k >= 0 && this.phases[k].start > this.t) k--;
+    if (k < 0) return null;
+    return { d: this.phases[k].d, next: this.phases[k + 1]?.d ?? null };
+  }
+}
+
+/** Phases in which both of two blocks ride. @param {any} arrays */
+function globalSticks(arrays) {
+  if (!arrays || arrays.x.length !== 2 * arrays.t.length) return [];
+  const { t, x, mode } = arrays;
+  /** @type {{start: number, end: number, d: number}[]} */
+  const phases = [];
+  let inside = false;
+  for (let k = 0; k < t.length; k++) {
+    const rides = mode[2 * k] + mode[2 * k + 1] === 0;
+    if (rides && !inside) phases.push({ start: t[k], end: t[k], d: x[2 * k + 1] - x[2 * k] });
+    if (rides) phases[phases.length - 1].end = t[k];
+    inside = rides;
+  }
+  return phases;
+}

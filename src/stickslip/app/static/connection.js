@@ -1,0 +1,135 @@
+/**
+ * The socket: questions by slot, answers in parts; of each slot the latest question wins.
+ *
+ * @import {Part, Question, Numbers} from "./types.js"
+ */
+
+const PATIENCE_MS = 120; // a question that has run this long gives way to a newer one
+const RETRY_MS = [300, 1000, 3000];
+
+/** @type {Record<string, any>} */
+const KINDS = { f8: Float64Array, f4: Float32Array, u1: Uint8Array, i4: Int32Array };
+
+/**
+ * @typedef {object} Asked
+ * @property {number} id
+ * @property {string} slot
+ * @property {Question} question
+ * @property {(part: Part) => void} onpart
+ * @property {number} since
+ */
+
+export class Connection {
+  /**
+   * @param {string} url
+   * @param {(open: boolean, warm: boolean) => void} onchange  connected or not; kernels compiled or not
+   */
+  constructor(url, onchange) {
+    this.url = url;
+    this.onchange = onchange;
+    /** @type {Map<string, Asked>} */ this.running = new Map();
+    /** @type {Map<string, Asked>} */ this.waiting = new Map();
+    this.nextId = 1;
+    this.failures = 0;
+    this.#open();
+  }
+
+  /**
+   * Ask. One question of a slot runs, one waits; a newer one takes the place of that which waits.
+   * @param {string} slot
+   * @param {Question} question
+   * @param {(part: Part) => void} onpart
+   */
+  ask(slot, question, onpart) {
+    const asked = { id: this.nextId++, slot, question, onpart, since: 0 };
+    const running = this.running.get(slot);
+    if (!running) return this.#send(asked);
+    this.waiting.set(slot, asked);
+    const age = performance.now() - running.since;
+    setTimeout(() => this.#makeWay(running), Math.max(0, PATIENCE_MS - age));
+  }
+
+  /** Give up what a slot asks. @param {string} slot */
+  cancel(slot) {
+    this.waiting.delete(slot);
+    if (this.running.has(slot)) this.#write({ cancel: slot });
+  }
+
+  /** Give up what a slot asks, and hear no more of it. @param {string} slot */
+  forget(slot) {
+    this.cancel(slot);
+    this.running.delete(slot);
+  }
+
+  /** @param {Asked} running */
+  #makeWay(running) {
+    const { slot } = running;
+    if (this.running.get(slot) === running && this.waiting.has(slot)) this.#write({ cancel: slot });
+  }
+
+  #open() {
+    this.socket = new WebSocket(this.url);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.onopen = () => {
+      this.failures = 0;
+      this.onchange(true, true);
+      for (const asked of [...this.running.values()]) this.#send(asked);
+    };
+    this.socket.onmessage = (event) => this.#receive(decode(event.data));
+    this.socket.onclose = () => {
+      this.onchange(false, true);
+      const pause = RETRY_MS[Math.min(this.failures++, RETRY_MS.length - 1)];
+      setTimeout(() => this.#open(), pause);
+    };
+  }
+
+  /** @param {Asked} asked */
+  #send(asked) {
+    const { id, slot, question } = asked;
+    asked.since = performance.now();
+    this.running.set(slot, asked);
+    this.#write({ id, slot, ...question });
+  }
+
+  /** @param {object} message */
+  #write(message) {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+
+  /** @param {Part} part */
+  #receive(part) {
+    if (part.view === "hello") return this.onchange(true, part.data.warm);
+    const running = [...this.running.values()].find(({ id }) => id === part.id);
+    if (!running) return;
+    const { slot } = running;
+    const ends = part.last || part.cancelled || part.error;
+    if (ends) {
+      this.running.delete(slot);
+      const next = this.waiting.get(slot);
+      this.waiting.delete(slot);
+      if (next) this.#send(next);
+    }
+    running.onpart(part);
+  }
+}
+
+/**
+ * Length, header, arrays: each array starts at a multiple of eight bytes.
+ * @param {ArrayBuffer} buffer
+ * @returns {Part}
+ */
+export function decode(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  /** @type {Record<string, Numbers>} */
+  const arrays = {};
+  let at = aligned(4 + length);
+  for (const { name, dtype, shape } of header.arrays ?? []) {
+    const count = shape.reduce((/** @type {number} */ a, /** @type {number} */ b) => a * b, 1);
+    arrays[name] = new KINDS[dtype](buffer, at, count);
+    at = aligned(at + arrays[name].byteLength);
+  }
+  return { ...header, data: header.data ?? {}, arrays };
+}
+
+const aligned = (/** @type {number} */ at) => Math.ceil(at / 8) * 8;

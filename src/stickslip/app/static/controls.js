@@ -1,0 +1,478 @@
+/**
+ * The controls at the side, made of what the server says of each parameter.
+ *
+ * @import {App} from "./app.js"
+ * @import {Parameter, Preset, State} from "./types.js"
+ * @import {Player} from "./player.js"
+ */
+import { element, iconButton, playButton } from "./dom.js";
+import {
+  continuousParameters,
+  defaultLaw,
+  defaultModel,
+  hasLineMap,
+  kindEntry,
+  lawOf,
+  parametersOf,
+  valueOf,
+} from "./model.js";
+import { clean, completeAlong, completeState, same } from "./state.js";
+
+export class Controls {
+  /** @param {App} app @param {Preset[]} presets @param {Player} player @param {HTMLElement} host */
+  constructor(app, presets, player, host) {
+    this.app = app;
+    this.player = player;
+    this.presets = presets;
+    /** @type {((state: State) => void)[]} */ this.fixed = [];
+    /** @type {((state: State) => void)[]} */ this.changing = [];
+    this.shape = "";
+    this.error = element("p", { class: "error", role: "alert", hidden: true });
+    this.modelRows = element("div", {});
+    this.lawRows = element("div", {});
+    this.lawHost = element("div", { class: "law-host" });
+    host.append(
+      this.error,
+      this.#preset(),
+      this.#model(),
+      this.#law(),
+      this.#map(),
+      this.#along(),
+      this.#motion(),
+    );
+    app.store.subscribe((state) => this.sync(state));
+    app.showError = (field, message) => this.mark(field, message);
+    app.showTime = (t) => (this.time.textContent = t.toFixed(1));
+    this.sync(app.state);
+  }
+
+  /** @param {State} state */
+  sync(state) {
+    const shape = `${state.model.kind} ${lawOf(state.model)}`;
+    if (shape !== this.shape) this.#rebuild(state);
+    this.shape = shape;
+    for (const show of [...this.fixed, ...this.changing]) show(state);
+  }
+
+  /** Rows for the parameters of this kind and this law. @param {State} state */
+  #rebuild(state) {
+    const { limits } = this.app;
+    this.changing = [];
+    const { ofModel, ofLaw } = parametersOf(limits, state.model);
+    const row = (/** @type {Parameter} */ one) => this.#parameter(one);
+    this.modelRows.replaceChildren(...ofModel.map(row));
+    this.lawRows.replaceChildren(...ofLaw.map(row));
+    const options = continuousParameters(limits, state.model).map(({ name, symbol, meaning }) =>
+      element("option", { value: name }, `${symbol}, ${meaning}`),
+    );
+    this.along.replaceChildren(...options);
+  }
+
+  // --- rows ------------------------------------------------------------------------------------
+
+  /** @param {Parameter} one */
+  #parameter(one) {
+    const get = (/** @type {State} */ state) => valueOf(this.app.limits, state.model, one.name);
+    const set = (/** @type {any} */ value) => this.app.setParameter(one.name, value);
+    if (one.values) return this.#choice(one, get, set);
+    return one.per_block ? this.#list(one, get, set) : this.#number(one, get, set, this.changing);
+  }
+
+  /**
+   * Symbol, slider, typed value.
+   * @param {Parameter & {whole?: boolean}} one
+   * @param {(state: State) => number} get
+   * @param {(value: number) => void} set
+   * @param {((state: State) => void)[]} shows
+   */
+  #number(one, get, set, shows) {
+    const label = `${one.meaning} ${one.symbol}`;
+    const slider = sliderOf(one, label, set);
+    const typed = element("input", {
+      type: "number",
+      step: one.whole ? 1 : "any",
+      "aria-label": label,
+      name: one.name,
+      onchange: () => {
+        const value = typed.valueAsNumber;
+        const whole =
+          !one.whole || (Number.isInteger(value) && value >= one.min && value <= one.max);
+        if (!Number.isFinite(value) || !whole)
+          return this.mark(
+            one.name,
+            `${label} must be a ${one.whole ? `whole number from ${one.min} to ${one.max}` : "number"}.`,
+          );
+        this.mark(null, "");
+        set(value);
+      },
+    });
+    shows.push((state) => {
+      const value = get(state);
+      slider.show(value);
+      if (typed.valueAsNumber !== value || typed.value === "") typed.value = String(value);
+    });
+    return element("div", { class: "row", title: one.meaning }, symbolOf(one), slider.input, typed);
+  }
+
+  /**
+   * One of a few values.
+   * @param {Parameter} one
+   * @param {(state: State) => number} get
+   * @param {(value: number) => void} set
+   */
+  #choice(one, get, set) {
+    const options = (one.values ?? []).map((value) => element("option", { value }, String(value)));
+    const made = element(
+      "select",
+      { "aria-label": one.meaning, name: one.name, onchange: () => set(Number(made.value)) },
+      ...options,
+    );
+    this.changing.push((state) => (made.value = String(get(state))));
+    return element("div", { class: "row wide", title: one.meaning }, symbolOf(one), made);
+  }
+
+  /**
+   * Several numbers in one field.
+   * @param {Parameter} one
+   * @param {(state: State) => number[]} get
+   * @param {(value: number[]) => void} set
+   */
+  #list(one, get, set) {
+    const field = element("input", {
+      type: "text",
+      "aria-label": `${one.meaning}, numbers with commas`,
+      name: one.name,
+      inputmode: "decimal",
+      onchange: () => {
+        const values = field.value
+          .split(/[,;\s]+/)
+          .filter(Boolean)
+          .map(Number);
+        const { min: least, max: most } = kindEntry(this.app.limits, this.app.state.model.kind)
+          .blocks ?? { min: 1, max: 8 };
+        if (!values.every(Number.isFinite) || values.length < least || values.length > most) {
+          return this.mark(
+            one.name,
+            `${one.meaning}: write ${least} to ${most} numbers with commas between them.`,
+          );
+        }
+        this.mark(null, "");
+        set(values);
+      },
+    });
+    this.changing.push((state) => (field.value = get(state).join(", ")));
+    return element("div", { class: "row wide", title: one.meaning }, symbolOf(one), field);
+  }
+
+  /**
+   * @param {string} label
+   * @param {[string, string][]} options
+   * @param {(value: string) => void} set
+   * @param {(state: State) => string} get
+   */
+  #select(label, options, set, get) {
+    const made = element(
+      "select",
+      { "aria-label": label, onchange: () => set(made.value) },
+      ...options.map(([value, text]) => element("option", { value }, text)),
+    );
+    this.fixed.push((state) => {
+      const value = get(state);
+      made.value = value;
+      if (made.value !== value) made.selectedIndex = -1;
+    });
+    return made;
+  }
+
+  /** @param {string} name @param {(Node | string)[]} children */
+  #group(name, ...children) {
+    return element("fieldset", {}, element("legend", {}, name), ...children);
+  }
+
+  // --- groups ----------------------------------------------------------------------------------
+
+  #preset() {
+    const { app, presets } = this;
+    const choose = element(
+      "select",
+      {
+        "aria-label": "Preset",
+        onchange: () => {
+          const preset = presets.find(({ name }) => name === choose.value);
+          if (preset) app.store.update(completeState(app.limits, preset.state), "preset");
+        },
+      },
+      element("option", { value: "" }, "Choose a system or figure …"),
+      ...presets.map(({ name, title }) => element("option", { value: name }, title)),
+    );
+    this.fixed.push(({ model }) => {
+      const fits = presets.filter((one) => same(one.state.model, model));
+      if (!fits.some(({ name }) => name === choose.value)) choose.value = fits[0]?.name ?? "";
+    });
+    return this.#group("Preset", choose);
+  }
+
+  #model() {
+    const { app } = this;
+    const kinds = app.limits.models.map(
+      ({ kind, title }) => /** @type {[string, string]} */ ([kind, title]),
+    );
+    const set = (/** @type {string} */ kind) =>
+      app.setModel(defaultModel(app.limits, kind, lawOf(app.state.model)));
+    return this.#group(
+      "Model",
+      this.#select("Model", kinds, set, ({ model }) => model.kind),
+      this.modelRows,
+    );
+  }
+
+  #law() {
+    const { app } = this;
+    const laws = app.limits.laws.map(
+      ({ law, title }) => /** @type {[string, string]} */ ([law, title]),
+    );
+    const set = (/** @type {string} */ law) =>
+      app.setModel({ ...app.state.model, friction: defaultLaw(app.limits, law) });
+    return this.#group(
+      "Friction",
+      this.#select("Friction law", laws, set, ({ model }) => lawOf(model)),
+      this.lawRows,
+      this.lawHost,
+    );
+  }
+
+  #map() {
+    const { app } = this;
+    const rows = ["max_period", "power"].map((name) => {
+      const known = app.limits.requests.event_map[name];
+      const looks =
+        name === "power"
+          ? { symbol: "p", meaning: "power of the map" }
+          : { symbol: "n", meaning: "orbits listed up to period" };
+      const one = { name, ...looks, ...known, step: 1, whole: true };
+      return this.#number(
+        one,
+        (state) => /** @type {any} */ (state)[name],
+        (value) => app.store.update({ [name]: value }, name),
+        this.fixed,
+      );
+    });
+    const group = this.#group("Map", ...rows);
+    this.fixed.push(({ model }) => (group.hidden = !hasLineMap(model)));
+    return group;
+  }
+
+  #along() {
+    const { app, player } = this;
+    this.along = element("select", {
+      "aria-label": "Parameter of the diagram",
+      onchange: () => {
+        const parameter = this.along.value;
+        app.store.update(
+          { diagram: completeAlong(app.limits, app.state.model, { parameter, range: undefined }) },
+          "along",
+        );
+      },
+    });
+    const ends = [0, 1].map((end) =>
+      element("input", {
+        type: "number",
+        step: "any",
+        "aria-label": end ? "to" : "from",
+        onchange: () => this.#setEnd(end, ends[end].valueAsNumber),
+      }),
+    );
+    this.fixed.push(({ diagram }) => {
+      this.along.value = diagram.parameter;
+      ends.forEach((input, end) => (input.value = String(diagram.range[end])));
+    });
+    const play = playButton("Play along the parameter", () => player.toggle());
+    player.onchange = (playing) => play.setAttribute("aria-pressed", String(playing));
+    const group = this.#group(
+      "Along a parameter",
+      this.along,
+      element(
+        "div",
+        { class: "row ends" },
+        ends[0],
+        element("span", { "aria-hidden": "true" }, "…"),
+        ends[1],
+      ),
+      element(
+        "div",
+        { class: "row buttons" },
+        iconButton("back", "Step back", () => player.step(-1)),
+        play,
+        iconButton("forward", "Step on", () => player.step(1)),
+      ),
+    );
+    this.fixed.push(({ model }) => (group.hidden = !hasLineMap(model)));
+    return group;
+  }
+
+  /** @param {number} end @param {number} value */
+  #setEnd(end, value) {
+    const { diagram } = this.app.state;
+    const range = /** @type {[number, number]} */ ([...diagram.range]);
+    range[end] = value;
+    if (!Number.isFinite(value) || range[0] >= range[1])
+      return this.mark(null, "The range must go from a smaller to a larger number.");
+    this.mark(null, "");
+    this.app.store.update({ diagram: { ...diagram, range, full: range, window: null } }, "range");
+  }
+
+  #motion() {
+    const { app } = this;
+    const { clock } = app;
+    this.time = element("output", { class: "time", "aria-label": "time" }, "0.0");
+    this.playButton = playButton("Play the motion", () => this.playMotion(!clock.playing));
+    const speed = element("input", {
+      type: "range",
+      min: 0,
+      max: 2,
+      step: 0.05,
+      value: Math.log10(clock.speed),
+      "aria-label": "speed, slider",
+      oninput: () => (clock.speed = 10 ** speed.valueAsNumber),
+    });
+    const start = {
+      name: "d",
+      symbol: "d",
+      meaning: "start of the motion: X₂ − X₁ of a global stick",
+      default: 0,
+      min: -1,
+      max: 1,
+      step: 0.001,
+    };
+    const displaced = {
+      ...start,
+      symbol: "X_1",
+      meaning: "start of the motion: displacement of block 1, all at rest",
+    };
+    const starts = [start, displaced].map((one) =>
+      this.#number(
+        one,
+        ({ d }) => d,
+        (d) => app.startAt(d),
+        this.fixed,
+      ),
+    );
+    this.fixed.push(({ model }) =>
+      starts.forEach((row, k) => (row.hidden = hasLineMap(model) === Boolean(k))),
+    );
+    const duration = {
+      name: "t_end",
+      symbol: "T",
+      meaning: "duration of the motion",
+      default: 120,
+      min: 20,
+      max: 500,
+      step: 5,
+    };
+    return this.#group(
+      "Motion",
+      ...starts,
+      element(
+        "div",
+        { class: "row buttons" },
+        this.playButton,
+        element("span", { class: "time-label" }, "t = ", this.time),
+        speed,
+      ),
+      this.#number(
+        duration,
+        ({ t_end }) => t_end,
+        (t_end) => app.store.update({ t_end }, "t_end"),
+        this.fixed,
+      ),
+    );
+  }
+
+  /** @param {boolean} playing */
+  playMotion(playing) {
+    this.app.clock.play(playing);
+    this.playButton?.setAttribute("aria-pressed", String(playing));
+  }
+
+  /**
+   * Say what is wrong, and with which field.
+   * @param {string | null} field
+   * @param {string} message
+   */
+  mark(field, message) {
+    this.error.hidden = !message;
+    this.error.textContent = message;
+    const last = field?.split(".").at(-1);
+    for (const input of /** @type {NodeListOf<HTMLInputElement>} */ (
+      document.querySelectorAll(".controls input[name]")
+    )) {
+      input.toggleAttribute(
+        "aria-invalid",
+        Boolean(message) && input.getAttribute("name") === last,
+      );
+      if (input.hasAttribute("aria-invalid")) input.setAttribute("aria-invalid", "true");
+    }
+  }
+}
+
+/** A parameter's symbol, its index lowered. @param {Parameter} one */
+function symbolOf({ symbol }) {
+  const [letter, index] = symbol.split("_");
+  const low = index ? [element("sub", {}, index)] : [];
+  return element("span", { class: "symbol", "aria-hidden": "true" }, letter, ...low);
+}
+
+const NOTCHES = 1000;
+
+/**
+ * A slider over a range, even or logarithmic; the arrow keys go by the parameter's step, ten with Shift.
+ * @param {Parameter} one @param {string} label @param {(value: number) => void} set
+ */
+function sliderOf(one, label, set) {
+  const log = one.scale === "log" && one.min > 0;
+  const share = (/** @type {number} */ value) =>
+    log
+      ? Math.log(value / one.min) / Math.log(one.max / one.min)
+      : (value - one.min) / (one.max - one.min);
+  const value = (/** @type {number} */ notch) =>
+    log
+      ? one.min * (one.max / one.min) ** (notch / NOTCHES)
+      : one.min + ((one.max - one.min) * notch) / NOTCHES;
+  const rounded = (/** @type {number} */ at) => clean(Math.round(at / one.step) * one.step);
+  let now = one.default;
+  const input = element("input", {
+    type: "range",
+    min: 0,
+    max: NOTCHES,
+    step: "any",
+    "aria-label": `${label}, slider`,
+    "data-slider": one.name,
+    oninput: () => set(rounded(value(input.valueAsNumber))),
+    onkeydown: (/** @type {KeyboardEvent} */ event) => {
+      const steps = {
+        ArrowLeft: -1,
+        ArrowDown: -1,
+        ArrowRight: 1,
+        ArrowUp: 1,
+        PageDown: -10,
+        PageUp: 10,
+      }[event.key];
+      if (!steps) return;
+      event.preventDefault();
+      set(
+        clean(
+          Math.min(one.max, Math.max(one.min, now + steps * (event.shiftKey ? 10 : 1) * one.step)),
+        ),
+      );
+    },
+  });
+  return {
+    input,
+    /** @param {number} at */
+    show: (at) => {
+      now = at;
+      input.value = String(NOTCHES * Math.min(1, Math.max(0, share(at))));
+      input.setAttribute("aria-valuetext", String(at));
+    },
+  };
+}

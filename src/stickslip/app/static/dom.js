@@ -1,0 +1,75 @@
+/** Elements made in one call. */
+
+/**
+ * @param {string} tag
+ * @param {Record<string, any>} [attributes]  `on...` are listeners, `class` and `data-` as in HTML
+ * @param {(Node | string)[]} children
+ * @returns {any}
+ */
+export function element(tag, attributes = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
+    else made.setAttribute(name, value === true ? "" : String(value));
+  }
+  made.append(...children);
+  return made;
+}
+
+const PATHS = {
+  save: "M8 2v8M4.5 7 8 10.5 11.5 7M3 13.5h10",
+  play: "M5 3v10l8-5z",
+  pause: "M5 3v10M11 3v10",
+  back: "M11 3v10L4 8z",
+  forward: "M5 3v10l7-5z",
+  undo: "M6 3 2.5 6.5 6 10M3 6.5h6.5a3.5 3.5 0 0 1 0 7H7",
+  redo: "M10 3l3.5 3.5L10 10M13 6.5H6.5a3.5 3.5 0 0 0 0 7H9",
+  fit: "M2.5 6V2.5H6M10 2.5h3.5V6M13.5 10v3.5H10M6 13.5H2.5V10",
+  link: "M6.5 9.5l3-3M7 4.5 8.5 3a3.2 3.2 0 0 1 4.5 4.5L11.5 9M9 11.5 7.5 13A3.2 3.2 0 0 1 3 8.5L4.5 7",
+  theme: "M8 2a6 6 0 1 0 0 12zM8 2a6 6 0 0 1 0 12",
+  help: "M5.5 5.8a2.5 2.5 0 1 1 3.6 2.2c-.8.4-1.1.9-1.1 1.7M8 12.5v.3",
+  stop: "M4 4l8 8M12 4l-8 8",
+};
+
+/**
+ * A small drawing, in the colour of the text around it.
+ * @param {keyof typeof PATHS} name
+ */
+export function icon(name) {
+  const space = "http://www.w3.org/2000/svg";
+  const svg = document.createElementNS(space, "svg");
+  svg.setAttribute("viewBox", "0 0 16 16");
+  svg.setAttribute("class", `icon icon-${name}`);
+  svg.setAttribute("aria-hidden", "true");
+  const path = document.createElementNS(space, "path");
+  path.setAttribute("d", PATHS[name]);
+  svg.append(path);
+  return svg;
+}
+
+/**
+ * A button with an icon and a name.
+ * @param {keyof typeof PATHS} name
+ * @param {string} label
+ * @param {(event: MouseEvent) => void} onclick
+ * @param {Record<string, any>} [more]
+ * @returns {HTMLButtonElement}
+ */
+export function iconButton(name, label, onclick, more = {}) {
+  const names = { type: "button", class: "icon-button", "aria-label": label, title: label };
+  return element("button", { ...names, onclick, ...more }, icon(name));
+}
+
+/**
+ * A button that plays and, pressed, pauses.
+ * @param {string} label @param {() => void} onclick
+ */
+export function playButton(label, onclick) {
+  const button = iconButton("play", label, onclick, {
+    class: "icon-button play",
+    "aria-pressed": "false",
+  });
+  button.append(icon("pause"));
+  return button;
+}

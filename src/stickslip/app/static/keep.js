@@ -1,0 +1,51 @@
+/** Files and texts that the server makes of a view. */
+import { element } from "./dom.js";
+
+/**
+ * @param {{view: string, request: object, format: string}} wanted
+ * @param {(message: string) => void} announce
+ */
+export async function keep(wanted, announce) {
+  const motion = wanted.format === "gif" || wanted.format === "mp4";
+  if (motion) announce("Drawing the motion …");
+  const reply = await fetch(new URL("export", location.href), {
+    method: "POST",
+    headers: { "Content-Type": "application/json" },
+    body: JSON.stringify(wanted),
+  });
+  if (!reply.ok) {
+    const answer = await reply.json().catch(() => null);
+    throw new Error(answer?.error?.message ?? `the server answered ${reply.status}`);
+  }
+  if (wanted.format === "python")
+    return copy(await reply.text(), "Copied: the calls that make this view", announce);
+  const url = URL.createObjectURL(await reply.blob());
+  const name = `stickslip-${wanted.view.replaceAll("_", "-")}.${wanted.format}`;
+  element("a", { href: url, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(url), 10_000);
+  announce(`Saved ${name}`);
+}
+
+/**
+ * Onto the clipboard; where that is refused, into a window to copy from.
+ * @param {string} text @param {string} done @param {(message: string) => void} announce
+ */
+export async function copy(text, done, announce) {
+  try {
+    await navigator.clipboard.writeText(text);
+    announce(done);
+  } catch {
+    const area = element("textarea", { readonly: true, rows: 14, "aria-label": "Text to copy" });
+    area.value = text;
+    const close = element("button", { type: "button", onclick: () => dialog.close() }, "Close");
+    const dialog = element(
+      "dialog",
+      { "aria-label": "Text to copy", onclose: () => dialog.remove() },
+      area,
+      close,
+    );
+    document.body.append(dialog);
+    dialog.showModal();
+    area.select();
+  }
+}

@@ -1,0 +1,119 @@
+/**
+ * Marks of points, told apart by shape as well as by colour, and labels that do not collide.
+ *
+ * @import {Plot} from "./plot.js"
+ */
+import { SANS, colors } from "./theme.js";
+
+/** @typedef {"disc" | "ring" | "square" | "cross" | "up" | "right" | "diamond" | "plus"} Shape */
+
+/** @type {Record<Shape, (c: CanvasRenderingContext2D, x: number, y: number, r: number) => void>} */
+const OUTLINES = {
+  disc: (c, x, y, r) => c.arc(x, y, r, 0, 2 * Math.PI),
+  ring: (c, x, y, r) => c.arc(x, y, r, 0, 2 * Math.PI),
+  square: (c, x, y, r) => c.rect(x - r, y - r, 2 * r, 2 * r),
+  cross: (c, x, y, r) => strokes(c, [x - r, y - r, x + r, y + r, x - r, y + r, x + r, y - r]),
+  plus: (c, x, y, r) => strokes(c, [x - r, y, x + r, y, x, y - r, x, y + r]),
+  up: (c, x, y, r) => corners(c, [x, y - r, x + r, y + r, x - r, y + r]),
+  right: (c, x, y, r) => corners(c, [x + r, y, x - r, y + r, x - r, y - r]),
+  diamond: (c, x, y, r) => corners(c, [x, y - r, x + r, y, x, y + r, x - r, y]),
+};
+
+/** @param {CanvasRenderingContext2D} c @param {number[]} at */
+function strokes(c, at) {
+  for (let k = 0; k < at.length; k += 4) {
+    c.moveTo(at[k], at[k + 1]);
+    c.lineTo(at[k + 2], at[k + 3]);
+  }
+}
+
+/** @param {CanvasRenderingContext2D} c @param {number[]} at */
+function corners(c, at) {
+  for (let k = 0; k < at.length; k += 2) c.lineTo(at[k], at[k + 1]);
+  c.closePath();
+}
+
+/**
+ * @param {Plot} plot @param {Shape} shape @param {number} x @param {number} y  in units of the data
+ * @param {{color?: string, size?: number}} [look]
+ */
+export function mark(plot, shape, x, y, { color = colors().ink, size = 4 } = {}) {
+  const [px, py] = [plot.x(x), plot.y(y)];
+  if (Number.isNaN(px + py)) return;
+  const { context } = plot;
+  const thin = shape === "cross" || shape === "plus";
+  const open = shape === "ring" || shape === "square";
+  context.beginPath();
+  OUTLINES[shape](context, px, py, size);
+  if (size > 3) {
+    context.lineWidth = thin ? 3.6 : open ? 3.4 : 1.2;
+    context.strokeStyle = colors().panel; // a rim that keeps marks apart from lines
+    context.stroke();
+  }
+  if (!thin) {
+    context.fillStyle = open ? colors().panel : color;
+    context.fill();
+  }
+  if (thin || open) {
+    context.lineWidth = size > 3 ? 1.6 : 1.1;
+    context.strokeStyle = color;
+    context.stroke();
+  }
+}
+
+/** How an orbit is marked. @param {{stable: boolean, kind: string}} orbit @returns {Shape} */
+export const orbitShape = ({ stable, kind }) =>
+  kind === "infinitely unstable" ? "cross" : stable ? "disc" : "square";
+
+/**
+ * The letter and period by which the paper names orbits.
+ * @param {{stable: boolean, period: number}} orbit
+ */
+export const orbitName = ({ stable, period }) => `${stable ? "S" : "U"}${period}`;
+
+/** Places texts beside points, leaving out those that would cover another. */
+export class Labels {
+  /** @param {Plot} plot */
+  constructor(plot) {
+    this.plot = plot;
+    /** @type {number[][]} */ this.taken = [];
+  }
+
+  /** Keep a point free of text. @param {number} x @param {number} y @param {number} [r] */
+  avoid(x, y, r = 5) {
+    const [px, py] = [this.plot.x(x), this.plot.y(y)];
+    this.taken.push([px - r, py - r, px + r, py + r]);
+  }
+
+  /** @param {string} text @param {number} x @param {number} y @param {string} [color] */
+  place(text, x, y, color = colors().ink) {
+    const { context, left, right, top, bottom } = this.plot;
+    const [px, py] = [this.plot.x(x), this.plot.y(y)];
+    context.font = `600 11px ${SANS}`;
+    const width = context.measureText(text).width;
+    for (const [dx, dy] of [
+      [8, -8],
+      [-8 - width, -8],
+      [8, 16],
+      [-8 - width, 16],
+      [-width / 2, -11],
+      [-width / 2, 19],
+    ]) {
+      const box = [px + dx - 2, py + dy - 10, px + dx + width + 2, py + dy + 3];
+      const inside = box[0] > left && box[2] < right && box[1] > top && box[3] < bottom;
+      if (!inside || this.taken.some((other) => meet(box, other))) continue;
+      this.taken.push(box);
+      context.textAlign = "left";
+      context.textBaseline = "alphabetic";
+      context.lineWidth = 3;
+      context.strokeStyle = colors().panel;
+      context.strokeText(text, px + dx, py + dy);
+      context.fillStyle = color;
+      context.fillText(text, px + dx, py + dy);
+      return;
+    }
+  }
+}
+
+/** @param {number[]} a @param {number[]} b */
+const meet = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];

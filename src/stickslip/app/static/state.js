@@ -1,0 +1,288 @@
+/**
+ * The state of the page: one object, changed in one place, remembered, written as an address.
+ *
+ * @import {State, Model, Limits, Along, Box} from "./types.js"
+ */
+import {
+  continuousParameters,
+  defaultModel,
+  frictionOf,
+  parametersOf,
+  valueOf,
+  withValue,
+} from "./model.js";
+
+const MERGE_MS = 900; // changes of one control that follow this closely are one step to undo
+const MEMORY = 200;
+
+export class Store {
+  /** @param {State} state */
+  constructor(state) {
+    this.state = state;
+    /** @type {State[]} */ this.past = [];
+    /** @type {State[]} */ this.future = [];
+    /** @type {Set<(state: State) => void>} */ this.listeners = new Set();
+    this.lastTag = "";
+    this.lastTime = -Infinity;
+  }
+
+  /** @param {(state: State) => void} listener */
+  subscribe(listener) {
+    this.listeners.add(listener);
+  }
+
+  /**
+   * @param {Partial<State>} changes
+   * @param {string} tag  changes with one tag, close in time, are undone together
+   */
+  update(changes, tag) {
+    const now = performance.now();
+    if (tag !== this.lastTag || now - this.lastTime > MERGE_MS) {
+      this.past = [...this.past.slice(1 - MEMORY), this.state];
+    }
+    this.lastTag = tag;
+    this.lastTime = now;
+    this.future = [];
+    this.#become({ ...this.state, ...changes });
+  }
+
+  undo() {
+    this.#step(this.past, this.future);
+  }
+
+  redo() {
+    this.#step(this.future, this.past);
+  }
+
+  /** @param {State[]} from @param {State[]} to */
+  #step(from, to) {
+    const state = from.pop();
+    if (!state) return;
+    to.push(this.state);
+    this.lastTag = "";
+    this.#become(state);
+  }
+
+  /** Take a state from elsewhere without remembering the present one. @param {State} state */
+  replace(state) {
+    this.lastTag = "";
+    this.#become(state);
+  }
+
+  /** @param {State} state */
+  #become(state) {
+    this.state = state;
+    for (const listener of this.listeners) listener(state);
+  }
+}
+
+/**
+ * A whole state from the part of one that a preset or an address gives.
+ * @param {Limits} limits
+ * @param {Partial<State> & {window?: [number, number] | null}} given
+ * @returns {State}
+ */
+export function completeState(limits, given) {
+  const model = given.model ?? defaultModel(limits, limits.models[0].kind, "");
+  return {
+    model,
+    d: typeof given.d === "number" ? given.d : 0.1,
+    t_end: given.t_end ?? 120,
+    power: given.power ?? 2,
+    max_period: given.max_period ?? 4,
+    diagram: completeAlong(limits, model, given.diagram),
+    windows:
+      given.windows ??
+      (given.window ? { map: square(given.window), power: square(given.window) } : {}),
+  };
+}
+
+/** A window of the map, on both axes. @param {[number, number]} window @returns {Box} */
+const square = ([low, high]) => [low, high, low, high];
+
+/**
+ * @param {Limits} limits @param {Model} model @param {Partial<Along>} [given]
+ * @returns {Along}
+ */
+export function completeAlong(limits, model, given = {}) {
+  const known = continuousParameters(limits, model);
+  const entry = known.find((one) => one.name === given.parameter) ??
+    known.find((one) => one.name === "V") ??
+    known[0] ?? { name: "V", min: 0, step: 0.001 };
+  const fits = given.range && entry.name === given.parameter;
+  const range = fits ? /** @type {[number, number]} */ (given.range) : around(limits, model, entry);
+  const full = (fits && given.full) || range;
+  const window = (fits && given.window) || null;
+  return { parameter: entry.name, range, window, full, max_period: given.max_period ?? 4 };
+}
+
+/** A range about the present value, inside what the slider spans. */
+function around(
+  /** @type {Limits} */ limits,
+  /** @type {Model} */ model,
+  /** @type {any} */ entry,
+) {
+  const value = valueOf(limits, model, entry.name);
+  const reach = Math.max(0.02 * Math.abs(value), 4 * entry.step);
+  const low = Math.max(value - reach, Math.min(value, entry.min));
+  return /** @type {[number, number]} */ ([clean(low), clean(value + reach)]);
+}
+
+/** A number without the dust of its last digits. @param {number} value */
+export const clean = (value) => Number(value.toPrecision(12));
+
+// --- the address -----------------------------------------------------------------------------
+
+const escape = (/** @type {any} */ value) =>
+  encodeURIComponent(String(value)).replaceAll("%3A", ":").replaceAll("%2C", ",");
+
+/**
+ * State as `kind=two_block&alpha=1.2&...`: the model, its law, then what is looked at.
+ * @param {Limits} limits @param {State} state
+ */
+export function toFragment(limits, state) {
+  const { parameter, range, window, full, max_period } = state.diagram;
+  /** @type {[string, any][]} */
+  const pairs = [
+    ...modelPairs(limits, state.model),
+    ["d", state.d],
+    ["t_end", state.t_end],
+    ["power", state.power],
+    ["max_period", state.max_period],
+    ["along", [parameter, ...range].join(":")],
+  ];
+  pairs.push(["followed", max_period]);
+  if (window) pairs.push(["diagram", window.join(":")]);
+  if (full.join() !== range.join()) pairs.push(["full", full.join(":")]);
+  for (const [panel, box] of Object.entries(state.windows)) {
+    if (box) pairs.push([`zoom.${panel}`, box.join(":")]);
+  }
+  return pairs.map(([key, value]) => `${key}=${escape(value)}`).join("&");
+}
+
+/**
+ * A model by its parameters; one that has more than the controls show, as a table.
+ * @param {Limits} limits
+ * @param {Model} model
+ * @returns {[string, any][]}
+ */
+function modelPairs(limits, model) {
+  const { friction: _, ...rest } = model;
+  const pairs = [...flat(rest), ...Object.entries(frictionOf(model))];
+  const read = modelOf(limits, new Map(pairs.map(([key, value]) => [key, String(value)])));
+  return same(read, model) ? pairs : [["model", JSON.stringify(model)]];
+}
+
+/**
+ * Whether two tables hold the same, in any order.
+ * @param {any} a
+ * @param {any} b
+ * @returns {boolean}
+ */
+export function same(a, b) {
+  if (a === null || b === null || typeof a !== "object" || typeof b !== "object") return a === b;
+  const keys = Object.keys(a);
+  return keys.length === Object.keys(b).length && keys.every((key) => same(a[key], b[key]));
+}
+
+/** @param {Record<string, any>} table @param {string} [before] @returns {[string, any][]} */
+const flat = (table, before = "") =>
+  Object.entries(table).flatMap(([key, value]) =>
+    value !== null && typeof value === "object" && !Array.isArray(value)
+      ? flat(value, `${before}${key}.`)
+      : [[before + key, value]],
+  );
+
+/**
+ * The state that an address names; what it leaves out takes its default.
+ * @param {Limits} limits
+ * @param {string} fragment  without the leading #
+ * @returns {State | null}  null where it names no model
+ */
+export function fromFragment(limits, fragment) {
+  const given = new Map(new URLSearchParams(fragment));
+  const model = tableOf(given.get("model")) ?? modelOf(limits, given);
+  if (!model) return null;
+  return completeState(limits, {
+    model,
+    d: number(given.get("d")),
+    t_end: number(given.get("t_end")),
+    power: number(given.get("power")),
+    max_period: number(given.get("max_period")),
+    diagram: along(given),
+    windows: zooms(given),
+  });
+}
+
+/**
+ * The model that an address gives by its parameters.
+ * @param {Limits} limits
+ * @param {Map<string, string>} given
+ */
+function modelOf(limits, given) {
+  const kind = given.get("kind") ?? "";
+  if (!limits.models.some((entry) => entry.kind === kind)) return null;
+  let model = defaultModel(limits, kind, given.get("law") ?? "");
+  const { ofModel, ofLaw } = parametersOf(limits, model);
+  for (const { name } of [...ofModel, ...ofLaw]) {
+    const text = given.get(name);
+    if (text !== undefined)
+      model = withValue(limits, model, name, parse(text, valueOf(limits, model, name)));
+  }
+  return model;
+}
+
+/**
+ * The model that an address gives whole, as a notebook does.
+ * @param {string | undefined} text
+ * @returns {Model | null}
+ */
+function tableOf(text) {
+  try {
+    const table = JSON.parse(text ?? "");
+    const whole = typeof table?.kind === "string" && typeof frictionOf(table)?.law === "string";
+    return whole ? table : null;
+  } catch {
+    return null;
+  }
+}
+
+/** @param {string} text @param {any} like */
+function parse(text, like) {
+  if (Array.isArray(like)) return text.split(",").map(Number);
+  return number(text) ?? like;
+}
+
+/** @param {string | undefined} text */
+function number(text) {
+  const value = Number(text);
+  return text !== undefined && text !== "" && Number.isFinite(value) ? value : undefined;
+}
+
+/** @param {string | undefined} text @param {number} count @returns {any} */
+function numbers(text, count) {
+  const values = (text ?? "").split(":").map(Number);
+  return values.length === count && values.every(Number.isFinite) ? values : null;
+}
+
+/** @param {Map<string, string>} given @returns {any} */
+function along(given) {
+  const [parameter, ...rest] = (given.get("along") ?? "").split(":");
+  return {
+    parameter,
+    range: numbers(rest.join(":"), 2) ?? undefined,
+    window: numbers(given.get("diagram"), 2),
+    full: numbers(given.get("full"), 2) ?? undefined,
+    max_period: number(given.get("followed")),
+  };
+}
+
+/** @param {Map<string, string>} given */
+function zooms(given) {
+  /** @type {Record<string, Box | null>} */
+  const windows = {};
+  for (const [key, text] of given) {
+    if (key.startsWith("zoom.")) windows[key.slice(5)] = numbers(text, 4);
+  }
+  return windows;
+}

@@ -1,0 +1,86 @@
+/** Colours of the drawings, from the style sheet, and the switch between light and dark. */
+
+export const SANS = '"Inter", "Segoe UI", "Helvetica Neue", "Liberation Sans", Arial, sans-serif';
+export const MATH = '"STIX Two Text", "Latin Modern Roman", "Liberation Serif", Georgia, serif';
+
+const NAMES = [
+  "ink",
+  "muted",
+  "grid",
+  "frame",
+  "panel",
+  "fill",
+  "blue",
+  "vermillion",
+  "green",
+  "purple",
+  "orange",
+  "sky",
+  "stick",
+  "slip",
+];
+
+/** @type {Record<string, string>} */
+let known = {};
+
+/** The present colours, by their names in the style sheet. */
+export function colors() {
+  if (!known.ink) {
+    const style = getComputedStyle(document.documentElement);
+    known = Object.fromEntries(
+      NAMES.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]),
+    );
+  }
+  return known;
+}
+
+/**
+ * Colour and dash of the k-th of many: seven colours (Okabe and Ito), then the same dashed.
+ * @param {number} k
+ */
+export function nth(k) {
+  const of = colors();
+  const cycle = [of.blue, of.vermillion, of.green, of.purple, of.orange, of.sky, of.muted];
+  const dashes = [[], [7, 3], [2, 3], [9, 3, 2, 3]];
+  return {
+    color: cycle[k % cycle.length],
+    dash: dashes[Math.floor(k / cycle.length) % dashes.length],
+  };
+}
+
+const media = matchMedia("(prefers-color-scheme: dark)");
+
+/** @param {() => void} onchange */
+export function watchTheme(onchange) {
+  set(remembered(), onchange);
+  media.addEventListener("change", () => set(remembered(), onchange));
+}
+
+/** @param {() => void} onchange */
+export function switchTheme(onchange) {
+  const next = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
+  try {
+    localStorage.setItem("theme", next);
+  } catch {
+    // a page without storage forgets the choice
+  }
+  set(next, onchange);
+}
+
+function remembered() {
+  let kept = null;
+  try {
+    kept = localStorage.getItem("theme");
+  } catch {
+    kept = null;
+  }
+  return kept ?? (media.matches ? "dark" : "light");
+}
+
+function set(/** @type {string} */ theme, /** @type {() => void} */ onchange) {
+  document.documentElement.dataset.theme = theme;
+  known = {};
+  onchange();
+}
+
+export const reducedMotion = () => matchMedia("(prefers-reduced-motion: reduce)").matches;

@@ -1,0 +1,51 @@
+/**
+ * Limit cycles of models whose events make no map of an interval: a table.
+ *
+ * @import {App} from "../app.js"
+ */
+import { element } from "../dom.js";
+import { short } from "../numbers.js";
+import { View } from "./view.js";
+
+export class CycleView extends View {
+  /** @param {App} app */
+  constructor(app) {
+    const help = "Period and Floquet multipliers of the cycle on which the motion ends.";
+    super(app, { id: "cycle", title: "Limit cycle", help, slots: ["cycle"], export: "cycle" });
+    this.table = element("div", {
+      class: "table-holder",
+      tabindex: "0",
+      role: "region",
+      "aria-label": "Period and multipliers",
+    });
+    this.panel.body.append(this.table);
+  }
+
+  update() {
+    const answer = this.answer("cycle");
+    const cycle = answer?.parts[0]?.data;
+    if (!cycle)
+      return this.table.replaceChildren(element("p", { class: "quiet" }, this.emptyText("cycle")));
+    const lines = [
+      ["period", short(cycle.period, 10)],
+      ["stability", cycle.stable ? "stable" : "unstable"],
+      ["multipliers", cycle.multipliers.map(complex).join(", ") || "none"],
+      ["closes to", short(cycle.residual, 3)],
+      [
+        "events",
+        cycle.events.map((/** @type {any} */ { block, kind }) => `${block}: ${kind}`).join(", "),
+      ],
+    ];
+    const rows = lines.map(([name, value]) =>
+      element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, value)),
+    );
+    this.table.replaceChildren(element("table", {}, element("tbody", {}, ...rows)));
+  }
+}
+
+/** @param {[number, number] | number} value */
+function complex(value) {
+  const [re, im] = [value].flat();
+  if (!im) return short(re, 6);
+  return `${short(re, 5)} ${im < 0 ? "−" : "+"} ${short(Math.abs(im), 5)} i`;
+}

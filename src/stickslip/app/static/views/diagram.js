@@ -1,0 +1,196 @@
+/**
+ * The bifurcation diagram, with the present parameter as a line to drag.
+ *
+ * @import {App} from "../app.js"
+ * @import {Box, Numbers, Part} from "../types.js"
+ */
+import { Labels, mark } from "../marks.js";
+import { short } from "../numbers.js";
+import { colors } from "../theme.js";
+import { View } from "./view.js";
+
+const NEAR = 9;
+
+/** @type {Record<string, [import("../marks.js").Shape, string]>} */
+const MARKS = {
+  LP: ["right", "blue"],
+  PD: ["disc", "green"],
+  BC: ["diamond", "purple"],
+  CR: ["plus", "orange"],
+  IC: ["plus", "orange"],
+  BM: ["ring", "sky"],
+};
+
+export class DiagramView extends View {
+  /** @param {App} app */
+  constructor(app) {
+    const help =
+      "Steady motions over a parameter. Drag the line, click to go there, drag a box to zoom.";
+    super(app, {
+      id: "diagram",
+      title: "Bifurcation diagram",
+      help,
+      slots: ["diagram"],
+      export: "diagram",
+    });
+    const plot = this.addPlot({ name: help, xlabel: "", ylabel: "d" });
+    this.plot = plot;
+    plot.paint = () => this.paint();
+    plot.paintOver = () => this.paintOver();
+    plot.grab = (px) => (Math.abs(px - plot.x(app.parameter)) < 6 ? (x) => app.goTo(x) : null);
+    plot.onclick = (x, y) => app.goTo(x, y);
+    plot.onhover = (x, y) => this.read(x, y);
+    this.zoomable(plot);
+  }
+
+  get parts() {
+    return this.answer("diagram")?.parts ?? [];
+  }
+
+  /** @returns {any[]} */
+  get bifurcations() {
+    return this.parts.find((part) => part.data.bifurcations)?.data.bifurcations ?? [];
+  }
+
+  update() {
+    const { diagram } = this.app.state;
+    this.plot.options.xlabel = this.app.symbol(diagram.parameter);
+    const vertical = diagram.window ?? this.extent();
+    this.plot.setView(/** @type {Box} */ ([...diagram.range, ...vertical]));
+    const found = this.bifurcations;
+    const done = this.parts.some((part) => part.data.bifurcations);
+    this.panel.say(
+      done
+        ? found.length
+          ? found.map((one) => `${one.short} ${short(one.value, 7)}`).join(" · ")
+          : "no bifurcation in this range"
+        : "",
+    );
+  }
+
+  /** @returns {Part | undefined} */
+  get branches() {
+    return this.parts.find((part) => "parameter" in part.data);
+  }
+
+  /**
+   * Arrays of dots, as pairs: the first quick ones until the settled ones are known.
+   * @returns {[Numbers, Numbers][]}
+   */
+  get dots() {
+    const settled = this.branches?.arrays;
+    if (settled?.dot_d.length) return [[settled.dot_value, settled.dot_d]];
+    return this.parts
+      .filter(({ data }) => data.part_name === "dots")
+      .map(({ arrays }) => [arrays.value, arrays.d]);
+  }
+
+  /** What the dots span. */
+  extent() {
+    let [low, high] = [Infinity, -Infinity];
+    for (const [, points] of this.dots) {
+      for (const point of points) {
+        if (point < low) low = point;
+        if (point > high) high = point;
+      }
+    }
+    if (!(high >= low)) return [-1, 1];
+    const pad = 0.06 * (high - low) || 0.1;
+    return [low - pad, high + pad];
+  }
+
+  paint() {
+    const { plot, branches } = this;
+    if (!this.parts.length) return plot.message(this.emptyText("diagram"));
+    const of = colors();
+    /** @type {{arrays: Record<string, Numbers>, data: any}} */
+    const { arrays, data } = branches ?? { arrays: {}, data: { breakpoints: [], orbits: [] } };
+    data.breakpoints.forEach((/** @type {any} */ _, /** @type {number} */ k) => {
+      plot.line(arrays.value, arrays[`break_${k}`], { color: of.muted, dash: [6, 4], width: 1 });
+    });
+    for (const [value, d] of this.dots)
+      plot.dots(value, d, { color: of.blue, size: 1.3, alpha: 0.45 });
+    data.orbits.forEach((/** @type {any} */ orbit, /** @type {number} */ k) => {
+      this.#orbit(arrays.value, arrays[`points_${k}`], arrays[`multiplier_${k}`], orbit);
+    });
+    const infinite = this.parts.find(
+      ({ data }) => data.part_name === "infinitely_unstable",
+    )?.arrays;
+    if (infinite)
+      plot.dots(infinite.value, infinite.d, { color: of.purple, size: 2.2, alpha: 0.8 });
+    this.#marks();
+  }
+
+  /**
+   * An orbit from its first end to its last: heavy where it is stable, thin where it is not.
+   * @param {Numbers} values @param {Numbers} points @param {Numbers} multiplier @param {any} orbit
+   */
+  #orbit(values, points, multiplier, { period, ends: [first, last] }) {
+    const exists = (/** @type {number} */ k) => Number.isFinite(multiplier[k]);
+    let [from, to] = [0, multiplier.length - 1];
+    while (from < to && !exists(from)) from++;
+    while (to > from && !exists(to)) to--;
+    const inner = Array.from({ length: to - from + 1 }, (_, k) => from + k).filter(exists);
+    const stable = inner.map((k) => Math.abs(multiplier[k]) < 1);
+    const xs = [first.value, ...inner.map((k) => values[k]), last.value];
+    const kinds = [stable[0], ...stable, stable.at(-1)];
+    for (let strand = 0; strand < period; strand++) {
+      const ys = [
+        first.points[strand],
+        ...inner.map((k) => points[k * period + strand]),
+        last.points[strand],
+      ];
+      for (const [wanted, look] of /** @type {const} */ ([
+        [false, { color: colors().vermillion, width: 1 }],
+        [true, { color: colors().ink, width: 2.4 }],
+      ])) {
+        // A thin line reaches to where the heavy one begins.
+        const shown = ys.map((y, k) =>
+          kinds[k] === wanted || (!wanted && (kinds[k - 1] === wanted || kinds[k + 1] === wanted))
+            ? y
+            : NaN,
+        );
+        this.plot.line(xs, shown, look);
+      }
+    }
+  }
+
+  #marks() {
+    const { plot } = this;
+    const labels = new Labels(plot);
+    for (const item of this.bifurcations) {
+      const [shape, color] = MARKS[item.short] ?? ["up", "ink"];
+      for (const point of item.points) {
+        mark(plot, shape, item.value, point, { color: colors()[color], size: 5 });
+        labels.avoid(item.value, point, 6);
+      }
+    }
+    for (const item of this.bifurcations) {
+      for (const point of item.points.slice(0, 4)) labels.place(item.short, item.value, point);
+    }
+  }
+
+  paintOver() {
+    const { plot, app } = this;
+    plot.vertical(app.parameter, { color: colors().slip, width: 1.5 });
+    mark(plot, "up", app.parameter, plot.dataY(plot.bottom - 6), { color: colors().slip, size: 6 });
+    mark(plot, "ring", app.parameter, app.state.d, { color: colors().slip, size: 4 });
+  }
+
+  /** @param {number} x @param {number} y */
+  read(x, y) {
+    const { plot } = this;
+    for (const item of this.bifurcations) {
+      for (const point of item.points) {
+        if (Math.hypot(plot.x(item.value) - plot.x(x), plot.y(point) - plot.y(y)) > NEAR) continue;
+        const kind = item.kind.replaceAll("_", " ");
+        return `${item.short}: ${kind}${item.period ? `, period ${item.period}` : ""} at ${short(item.value, 10)}\n${item.mechanism ?? ""}`;
+      }
+    }
+    return `${this.app.state.diagram.parameter} = ${short(x, 7)}, d = ${short(y, 5)}`;
+  }
+
+  resetZoom() {
+    this.app.zoom("diagram", null);
+  }
+}

@@ -1,0 +1,268 @@
+/**
+ * Views of the motion in time: phase portraits, plane of displacements, stick and slip over time.
+ *
+ * @import {App} from "../app.js"
+ * @import {Box} from "../types.js"
+ */
+import { mark } from "../marks.js";
+import { column, short } from "../numbers.js";
+import { Plot } from "../plot.js";
+import { SANS, colors } from "../theme.js";
+import { View } from "./view.js";
+
+/**
+ * Smallest box around values, with some room.
+ * @param {ArrayLike<number>[]} xs
+ * @param {ArrayLike<number>[]} ys
+ * @returns {Box}
+ */
+function around(xs, ys) {
+  return /** @type {Box} */ (
+    [xs, ys].flatMap((lists) => {
+      let [low, high] = [Infinity, -Infinity];
+      for (const values of lists) {
+        for (let k = 0; k < values.length; k++) {
+          if (values[k] < low) low = values[k];
+          if (values[k] > high) high = values[k];
+        }
+      }
+      if (!(high >= low)) return [-1, 1];
+      const pad = 0.07 * (high - low) || 0.1;
+      return [low - pad, high + pad];
+    })
+  );
+}
+
+export class PortraitView extends View {
+  /** @param {App} app @param {number} block  from 0 */
+  constructor(app, block) {
+    const help = `Velocity over displacement of block ${block + 1}; heavy where it rides on the belt.`;
+    super(app, {
+      id: `portrait-${block + 1}`,
+      title: `Block ${block + 1}`,
+      help,
+      slots: ["motion"],
+      export: "portrait",
+      extra: { block: block + 1 },
+    });
+    this.panel.section.classList.add("panel-portrait");
+    this.block = block;
+    const plot = this.addPlot({ name: help, xlabel: `X_${block + 1}`, ylabel: `X′_${block + 1}` });
+    this.plot = plot;
+    plot.paint = () => this.paint();
+    plot.paintOver = () => this.paintOver();
+    plot.onhover = (x, y) => `X = ${short(x, 4)}, X′ = ${short(y, 4)}`;
+    this.zoomable(plot);
+  }
+
+  update() {
+    const { arrays } = this.app.clock;
+    const { block } = this;
+    const count = arrays ? arrays.x.length / arrays.t.length : 0;
+    if (arrays && block < count && arrays !== this.of) {
+      this.of = arrays;
+      this.count = count;
+      this.x = column(arrays.x, block, count);
+      this.v = column(arrays.v, block, count);
+      const rides = column(arrays.mode, block, count).map((mode) => Number(mode === 0));
+      this.slips = this.v.map((v, k) => (rides[k] && rides[k - 1] && rides[k + 1] ? NaN : v));
+      this.rides = this.v.map((v, k) => (rides[k] ? v : NaN));
+    }
+    this.plot.setView(this.app.state.windows[this.id] ?? around([this.x ?? []], [this.v ?? []]));
+  }
+
+  paint() {
+    const { plot } = this;
+    if (!this.x || !this.v) return plot.message(this.emptyText("motion"));
+    const of = colors();
+    plot.horizontal(this.V, { color: of.muted, width: 1, dash: [5, 4] });
+    plot.line(this.x, /** @type {any} */ (this.slips), { width: 1 });
+    plot.line(this.x, /** @type {any} */ (this.rides), { color: of.stick, width: 3 });
+  }
+
+  get V() {
+    return this.answer("motion")?.parts[0]?.data.V ?? 0;
+  }
+
+  paintOver() {
+    const { plot, block, count = 0 } = this;
+    const k = this.app.clock.index();
+    const { arrays } = this.app.clock;
+    if (k < 0 || !this.x || !this.v || arrays !== this.of) return;
+    const of = colors();
+    if (arrays.interval) {
+      const [low, high] = [0, 1].map((end) => arrays.interval[2 * (k * count + block) + end]);
+      const y = plot.y(this.V);
+      plot.segment(low, this.V, high, this.V, { color: of.stick, width: 1.2, alpha: 0.8 });
+      for (const end of [low, high]) {
+        plot.segment(end, plot.dataY(y + 6), end, plot.dataY(y - 6), {
+          color: of.stick,
+          width: 1.6,
+        });
+      }
+    }
+    const rides = arrays.mode[k * count + block] === 0;
+    mark(plot, rides ? "disc" : "ring", this.x[k], this.v[k], {
+      color: rides ? of.stick : of.slip,
+      size: 5,
+    });
+  }
+
+  /** @param {any} state */
+  isFor(state) {
+    return this.block < this.app.blocks(state);
+  }
+
+  tick() {
+    this.plot.redrawOver();
+  }
+}
+
+export class PlaneView extends View {
+  /** @param {App} app */
+  constructor(app) {
+    const help = "The plane of displacements: where both blocks can ride (shaded), and the motion.";
+    super(app, {
+      id: "plane",
+      title: "Displacements",
+      help,
+      slots: ["motion", "locus"],
+      export: "plane",
+    });
+    const plot = this.addPlot({ name: help, xlabel: "X_1", ylabel: "X_2", equal: true });
+    this.plot = plot;
+    plot.paint = () => this.paint();
+    plot.paintOver = () => this.paintOver();
+    plot.onhover = (x, y) => `X₁ = ${short(x, 4)}, X₂ = ${short(y, 4)}\nd = ${short(y - x, 5)}`;
+    this.zoomable(plot);
+  }
+
+  get locus() {
+    return this.answer("locus")?.parts[0]?.data;
+  }
+
+  update() {
+    const { arrays } = this.app.clock;
+    if (arrays && arrays.x.length === 2 * arrays.t.length && arrays !== this.of) {
+      this.of = arrays;
+      this.x = [0, 1].map((k) => column(arrays.x, k, 2));
+      const both = Uint8Array.from(arrays.t, (_, k) =>
+        Number(arrays.mode[2 * k] + arrays.mode[2 * k + 1] === 0),
+      );
+      this.glide = this.x[1].map((x, k) => (both[k] ? x : NaN));
+    }
+    const corners = this.locus?.corners ?? [];
+    const [xs, ys] = [0, 1].map((axis) => corners.map((/** @type {number[]} */ c) => c[axis]));
+    this.plot.setView(
+      this.app.state.windows.plane ?? around([xs, this.x?.[0] ?? []], [ys, this.x?.[1] ?? []]),
+    );
+  }
+
+  paint() {
+    const { plot, locus, x } = this;
+    const of = colors();
+    if (!locus) return plot.message(this.emptyText("locus"));
+    plot.polygon(locus.corners, of.fill);
+    const [a, b, c, d] = locus.corners;
+    plot.line([a[0], b[0], c[0], d[0], a[0]], [a[1], b[1], c[1], d[1], a[1]], {
+      color: of.muted,
+      width: 1,
+    });
+    plot.segment(a[0], a[1], c[0], c[1], { color: of.muted, width: 1, dash: [5, 3] });
+    locus.edges.forEach((/** @type {any} */ { from, to }, /** @type {number} */ k) => {
+      const look = k === 0 ? { color: of.green } : { color: of.vermillion, dash: [7, 2] };
+      plot.segment(from[0], from[1], to[0], to[1], { width: 2.5, ...look });
+    });
+    if (!x) return;
+    plot.line(x[0], x[1], { width: 0.9, alpha: 0.8 });
+    plot.line(x[0], /** @type {any} */ (this.glide), { color: of.stick, width: 3 });
+  }
+
+  paintOver() {
+    const k = this.app.clock.index();
+    if (k < 0 || !this.x || this.app.clock.arrays !== this.of) return;
+    const rides = !Number.isNaN(this.glide?.[k]);
+    mark(this.plot, rides ? "disc" : "ring", this.x[0][k], this.x[1][k], {
+      color: rides ? colors().stick : colors().slip,
+      size: 5,
+    });
+  }
+
+  tick() {
+    this.plot.redrawOver();
+  }
+}
+
+/** A lane for each block: a bar while it rides, a line while it slips; click to go to that time. */
+export class Timeline {
+  /** @param {App} app @param {HTMLElement} host */
+  constructor(app, host) {
+    this.app = app;
+    const plot = new Plot(host, {
+      name: "Stick and slip over time. Click to go to that time.",
+      xlabel: "t",
+      ylabel: "",
+      bare: true,
+      left: 22,
+    });
+    this.plot = plot;
+    plot.paint = () => this.paint();
+    plot.paintMargin = () => this.numbers();
+    plot.paintOver = () => plot.vertical(app.clock.t, { width: 1.5 });
+    plot.onclick = (x) => app.clock.seek(x);
+    plot.grab = () => (x) => app.clock.seek(x);
+    plot.onhover = (x) => `t = ${short(x, 4)}`;
+  }
+
+  update() {
+    this.plot.setView([0, this.app.clock.end || 1, 0, 1]);
+  }
+
+  paint() {
+    const { plot } = this;
+    const { arrays } = this.app.clock;
+    if (!arrays) return;
+    const { t, mode } = arrays;
+    const count = mode.length / t.length;
+    const { context, top, bottom } = plot;
+    const lane = (bottom - top) / count;
+    const of = colors();
+    for (let block = 0; block < count; block++) {
+      const middle = top + lane * (block + 0.5);
+      plot.segment(plot.shown[0], plot.dataY(middle), plot.shown[1], plot.dataY(middle), {
+        color: of.slip,
+        width: 1.5,
+      });
+      context.fillStyle = of.stick;
+      let from = -1;
+      for (let k = 0; k <= t.length; k++) {
+        const rides = k < t.length && mode[k * count + block] === 0;
+        if (rides && from < 0) from = k;
+        if (rides || from < 0) continue;
+        const left = plot.x(t[from]);
+        context.fillRect(
+          left,
+          middle - 0.3 * lane,
+          Math.max(1, plot.x(t[Math.min(k, t.length - 1)]) - left),
+          0.6 * lane,
+        );
+        from = -1;
+      }
+    }
+  }
+
+  /** The blocks' numbers, left of their lanes. */
+  numbers() {
+    const { arrays } = this.app.clock;
+    if (!arrays) return;
+    const { context, left, top, bottom } = this.plot;
+    const count = arrays.mode.length / arrays.t.length;
+    context.font = `600 11px ${SANS}`;
+    context.fillStyle = colors().ink;
+    context.textAlign = "right";
+    context.textBaseline = "middle";
+    for (let block = 0; block < count; block++) {
+      context.fillText(String(block + 1), left - 6, top + ((bottom - top) * (block + 0.5)) / count);
+    }
+  }
+}

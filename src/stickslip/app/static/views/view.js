@@ -1,0 +1,84 @@
+/**
+ * What all views share: a panel, the answers they use, zoom kept in the state.
+ *
+ * @import {App, Answer} from "../app.js"
+ * @import {Options} from "../plot.js"
+ * @import {State} from "../types.js"
+ */
+import { element } from "../dom.js";
+import { Panel } from "../panel.js";
+import { Plot } from "../plot.js";
+
+export class View {
+  /**
+   * @param {App} app
+   * @param {{id: string, title: string, help: string, slots: string[], export: string, extra?: Record<string, any>}} of
+   *   `slots`: the questions whose answers it shows, its own first; `export`: the server's picture
+   */
+  constructor(app, { id, title, help, slots, export: picture, extra = {} }) {
+    this.app = app;
+    this.id = id;
+    this.slots = slots;
+    /** @type {Plot[]} */ this.plots = [];
+    const exports = app.limits.exports?.[picture] ?? [];
+    this.panel = new Panel(
+      { id, title, help, exports },
+      {
+        onexport: (format) => app.save(picture, slots[0], extra, format, this.panel),
+        oncancel: () => app.cancel(slots[0]),
+        onreset: () => this.resetZoom(),
+      },
+    );
+  }
+
+  /** @param {Options} options */
+  addPlot(options) {
+    const host = element("div", {});
+    this.panel.body.append(host);
+    const plot = new Plot(host, options);
+    this.plots.push(plot);
+    plot.onresize = () => this.app.sized(this.id, plot.width ?? 0);
+    return plot;
+  }
+
+  /** Zoom of a plot is part of the state, under the panel's name. @param {Plot} plot */
+  zoomable(plot) {
+    plot.onzoom = (box) => this.app.zoom(this.id, box);
+    plot.onreset = () => this.resetZoom();
+  }
+
+  resetZoom() {
+    this.app.zoom(this.id, null);
+  }
+
+  /** @param {string} slot @returns {Answer | undefined} */
+  answer(slot) {
+    return this.app.answers.get(slot);
+  }
+
+  /** @param {string} slot */
+  emptyText(slot) {
+    const answer = this.answer(slot);
+    if (this.app.connection.running.has(slot)) return "Computing …";
+    if (answer?.error) return answer.error.message;
+    return answer?.cancelled ? "Stopped" : "";
+  }
+
+  /** The state or an answer is new. */
+  update() {}
+
+  /** The motion's time is new. */
+  tick() {}
+
+  /** Whether it has something to show. @param {State} _state */
+  isFor(_state) {
+    return true;
+  }
+
+  /** An answer or the colours are new. */
+  refresh() {
+    if (!this.isFor(this.app.state)) return;
+    this.update();
+    for (const plot of this.plots) plot.redraw();
+  }
+}

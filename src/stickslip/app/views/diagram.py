@@ -1,0 +1,158 @@
+"""The bifurcation diagram, as it grows: dots at once, then orbits, then bifurcations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from stickslip.analysis.arguments import checked_range
+from stickslip.analysis.window import windowed
+from stickslip.app.answers import Part
+from stickslip.app.jobs import checkpoint, progress_between
+from stickslip.app.views.common import map_of, naming
+from stickslip.study.bifurcations import as_family, bifurcations
+from stickslip.study.diagram import bifurcation_diagram
+from stickslip.study.maps import periodic_orbits
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.bifurcation import Bifurcation
+    from stickslip.analysis.diagram import Diagram
+    from stickslip.analysis.protocol import MapFamily
+    from stickslip.app import requests
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["diagram"]
+
+SEEDS: Final = 12  # orbits that the first dots are taken from
+SETTLING: Final = 150  # steps of each before dots are kept
+KEPT: Final = 24  # dots of each
+COARSE: Final = 240  # values with first dots, at most
+BLOCKS: Final = 12  # parts that they come in
+INFINITE: Final = 16  # values at which infinitely unstable orbits are listed
+
+SHORT: Final = {
+    "fold": "LP",
+    "flip": "PD",
+    "transcritical": "TC",
+    "pitchfork": "PF",
+    "border_collision": "BC",
+    "boundary_crisis": "CR",
+    "interior_crisis": "IC",
+    "band_merging": "BM",
+    "enters_gap": "EG",
+}
+"""Labels of bifurcations beside their points, the usual ones where there are such."""
+
+
+def diagram(request: requests.Diagram) -> Iterator[Part]:
+    """Iterate for first dots; then follow all orbits; then find and explain their bifurcations."""
+    f = as_family(map_of(request))
+    with naming("parameter" if request.parameter not in f.parameters else "range"):
+        low, high = checked_range(f, request.parameter, request.range)
+    yield from _dots(f, request, low, high)
+    asked: dict[str, Any] = {"max_period": request.max_period, "window": request.window}
+    with naming("window"):
+        found = bifurcation_diagram(
+            f,
+            request.parameter,
+            np.linspace(low, high, request.values),
+            progress=progress_between(0.2, 0.5),
+            **asked,
+        )
+    yield _branches(found)
+    items = bifurcations(
+        f, request.parameter, (low, high), progress=progress_between(0.5, 0.8), **asked
+    )
+    data = {
+        "bifurcations": [_bifurcation(item) for item in items],
+        "unresolved": [str(item) for item in items.unresolved],
+    }
+    yield Part("bifurcations", data=data, progress=0.8)
+    yield _infinitely_unstable(f, request, low, high)
+
+
+# --- first dots -------------------------------------------------------------------------------
+
+
+def _dots(f: MapFamily, request: requests.Diagram, low: float, high: float) -> Iterator[Part]:
+    """Iterate a few orbits at each value, coarse to fine: blocks of values that interleave."""
+    values = np.linspace(low, high, min(request.values, COARSE))
+    for k in range(BLOCKS):
+        some = values[k::BLOCKS]
+        if some.size == 0:
+            return
+        maps = [f.replace(**{request.parameter: value}) for value in some]
+        dots = [_settled(windowed(g, request.window)) for g in maps]
+        arrays = {
+            "value": np.repeat(some, [len(points) for points in dots]),
+            "d": np.concatenate(dots),
+        }
+        yield Part("dots", arrays, progress=0.2 * (k + 1) / BLOCKS)
+
+
+def _settled(f: Any) -> Floats:
+    """Points that a few orbits visit after a while, those that have left aside."""
+    checkpoint()
+    low, high = f.domain
+    seeds = low + (high - low) * (np.arange(SEEDS) + 0.5) / SEEDS
+    points = f.iterate(seeds, SETTLING + KEPT)[:, SETTLING:].ravel()
+    return np.unique(points[np.isfinite(points)].round(12))
+
+
+# --- what is exact ----------------------------------------------------------------------------
+
+
+def _branches(found: Diagram) -> Part:
+    """Orbits from where they begin to where they end, breakpoints, and the attractors' dots."""
+    arrays: dict[str, NDArray[Any]] = {"value": found.values}
+    for k, orbit in enumerate(found.orbits):
+        arrays |= {f"points_{k}": orbit.points, f"multiplier_{k}": orbit.multipliers}
+    for k, line in enumerate(found.breakpoints):
+        arrays[f"break_{k}"] = line.d
+    table = found.attractors
+    known = np.isfinite(table.points)
+    where = np.broadcast_to(found.values[table.where][:, None], known.shape)
+    arrays |= {"dot_value": where[known], "dot_d": table.points[known]}
+    data = {
+        "parameter": found.parameter,
+        "orbits": [
+            {"period": orbit.period, "ends": [_end(end) for end in orbit.ends]}
+            for orbit in found.orbits
+        ],
+        "breakpoints": [{"kind": line.kind} for line in found.breakpoints],
+        "unresolved": list(found.unresolved),
+    }
+    return Part("branches", arrays, data, progress=0.5)
+
+
+def _end(end: Any) -> dict[str, Any]:
+    return {"value": end.value, "reason": end.reason, "points": end.points}
+
+
+def _bifurcation(item: Bifurcation) -> dict[str, Any]:
+    return {"short": SHORT[item.kind], **item.row()}
+
+
+def _infinitely_unstable(f: MapFamily, request: requests.Diagram, low: float, high: float) -> Part:
+    """List the orbits that pass through a jump, at some values."""
+    rows: list[tuple[float, float, int]] = []
+    report = progress_between(0.8, 1.0)
+    values = np.linspace(low, high, min(request.values, INFINITE)).tolist()
+    for k, value in enumerate(values):
+        report(k / len(values))
+        at_value = windowed(f.replace(**{request.parameter: value}), request.window)
+        for orbit in periodic_orbits(at_value, request.max_period, infinitely_unstable=True):
+            if orbit.jump is not None:
+                rows += [(value, float(d), orbit.period) for d in orbit.points]
+    table = np.array(rows, dtype=np.float64).reshape(-1, 3)
+    arrays: dict[str, NDArray[Any]] = {
+        "value": table[:, 0],
+        "d": table[:, 1],
+        "period": table[:, 2].astype(np.int32),
+    }
+    return Part("infinitely_unstable", arrays)

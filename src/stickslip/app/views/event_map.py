@@ -1,0 +1,200 @@
+"""The event map, its branches and orbits; and single orbits for the cobweb."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from stickslip import status
+from stickslip.analysis.one_d.table import branch_table
+from stickslip.analysis.window import windowed
+from stickslip.app.answers import Part
+from stickslip.app.views.common import map_of, naming
+from stickslip.app.views.followed import Known
+from stickslip.study.maps import branches, periodic_orbits
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.one_d.breakpoints import Breakpoint
+    from stickslip.analysis.one_d.table import Branch, BranchTable
+    from stickslip.analysis.orbits import PeriodicOrbit
+    from stickslip.analysis.protocol import Map1D
+    from stickslip.app import requests
+    from stickslip.app.watched import WatchedMap
+    from stickslip.mechanics.model.two_block import TwoBlock
+
+    Floats = NDArray[np.float64]
+    Arrays = dict[str, NDArray[Any]]
+
+__all__ = ["cobweb", "event_map", "shown_map", "window_of"]
+
+FIRST_EVENTS: Final = 64  # changes of mode after which the first, quick picture gives up
+KNOWN: Final = Known()
+FEWEST: Final = 24  # points of a branch, however narrow
+
+
+def event_map(request: requests.EventMap) -> Iterator[Part]:
+    """Sample the map at once; find its branches and orbits; then say why it breaks where it does.
+
+    First come orbits that follow from those of a map nearby, if one was asked for before. Orbits
+    that stay in the window are soon found, all others take the map's whole domain.
+    """
+    f = map_of(request)
+    x = np.linspace(*window_of(f, request), request.points)
+    g = shown_map(f, request)
+    yield _samples(f, x, request)
+    if request.max_period > 0:
+        if near := list(KNOWN.followed(f, f.model, request.max_period)):
+            yield Part("followed", data={"orbits": near}, progress=0.3)
+    yield _branches(g, x, branch_table(g), "branches", 0.5)
+    if request.max_period > 0:
+        yield _orbits(windowed(f, request.window), f.model, request.max_period, 0.7)
+    yield _branches(g, x, branches(g), "explained", 0.8)
+    if request.max_period > 0 and request.window is not None:
+        yield _orbits(f, f.model, request.max_period, 1.0)
+
+
+def window_of(f: WatchedMap, request: requests.EventMap) -> tuple[float, float]:
+    """Return the part of the domain that is looked at.
+
+    Raises
+    ------
+    BadRequestError
+        The window is no interval, or does not meet the domain.
+    """
+    if request.window is None:
+        return f.domain
+    with naming("window"):
+        window: tuple[float, float] = windowed(f, request.window).domain
+        return window
+
+
+def shown_map(f: WatchedMap, request: requests.EventMap) -> Any:
+    """Return the power of the map over the window."""
+    g = f if request.power == 1 else f.power(request.power)
+    return windowed(g, request.window)
+
+
+def _samples(f: WatchedMap, x: Floats, request: requests.EventMap) -> Part:
+    """Sample where motions return soon: the long ones are left to the exact picture."""
+    quick = type(f)(f.model, **{**f.settings, "max_events": FIRST_EVENTS})
+    found = quick.power(request.power).evaluate(x)
+    number, labels = _numbered(found.label, found.status)
+    data = {"domain": f.domain, "labels": labels}
+    if request.power == 1:
+        first = [int(np.argmax(number == k)) for k in range(len(labels))]
+        data["itineraries"] = [f.itinerary(x[k]) for k in first]
+    arrays: Arrays = {"x": x, "f": found.value, "branch": number}
+    return Part("samples", arrays, data, progress=0.2)
+
+
+def _numbered(label: NDArray[Any], codes: NDArray[Any]) -> tuple[NDArray[np.int32], list[str]]:
+    """Count runs of equal labels from the left; -1 where the map has no value."""
+    ok = codes == status.OK
+    starts = ok & np.concatenate([[True], (label[1:] != label[:-1]) | ~ok[:-1]])
+    number = np.where(ok, np.cumsum(starts) - 1, -1).astype(np.int32)
+    return number, [_name(value) for value in label[starts]]
+
+
+def _name(label: int) -> str:
+    """Equal for branches of one itinerary."""
+    return f"{int(label):016x}"
+
+
+def _branches(g: Any, x: Floats, table: BranchTable, name: str, progress: float) -> Part:
+    """Each branch from its first point to its last, with one-sided values there."""
+    lines = _lines(g, table, x)
+    arrays = {
+        "x": np.concatenate([line[0] for line in lines] or [np.empty(0)]),
+        "f": np.concatenate([line[1] for line in lines] or [np.empty(0)]),
+        "branch": np.repeat(np.arange(len(lines)), [len(line[0]) for line in lines]),
+    }
+    data = {
+        "domain": getattr(g, "whole", g).domain,
+        "labels": [_name(branch.label) for branch in table],
+        "itineraries": [table.text(branch.label) for branch in table],
+        "breakpoints": [_break(item) for item in table.breakpoints],
+        "unresolved": [str(item) for item in table.unresolved],
+    }
+    return Part(name, arrays, data, progress)
+
+
+def _lines(g: Any, table: BranchTable, x: Floats) -> list[tuple[Floats, Floats]]:
+    """Sample all branches in one go: the even points inside each, and some more of narrow ones."""
+    inner = [_inner(branch, x) for branch in table]
+    values = g.evaluate(np.concatenate(inner or [np.empty(0)])).value
+    ends = np.cumsum([len(points) for points in inner])[:-1]
+    return [
+        (
+            np.concatenate([[b.left], points, [b.right]]),
+            np.concatenate([[b.value_left], y, [b.value_right]]),
+        )
+        for b, points, y in zip(table, inner, np.split(values, ends), strict=True)
+    ]
+
+
+def _inner(branch: Branch, x: Floats) -> Floats:
+    points = x[(x > branch.left) & (x < branch.right)]
+    if len(points) >= FEWEST:
+        return points
+    return np.linspace(branch.left, branch.right, FEWEST + 2)[1:-1]
+
+
+def _break(item: Breakpoint) -> dict[str, Any]:
+    return {
+        "at": item.d,
+        "left": item.left,
+        "right": item.right,
+        "kind": item.kind,
+        "mechanism": item.mechanism,
+        "block": item.block,
+    }
+
+
+def _orbits(f: Map1D, model: TwoBlock, max_period: int, progress: float) -> Part:
+    """Orbits of the map itself, also where a power of it is shown."""
+    found = periodic_orbits(f, max_period, infinitely_unstable=True)
+    KNOWN.add(model, found)
+    data = {
+        "window": f.domain,
+        "orbits": [_orbit(orbit) for orbit in found],
+        "unresolved": [str(item) for item in found.unresolved],
+        "complete": found.complete,
+    }
+    return Part("orbits", data=data, progress=progress)
+
+
+def _orbit(orbit: PeriodicOrbit) -> dict[str, Any]:
+    jump = orbit.jump
+    return {
+        "period": orbit.period,
+        "points": orbit.points,
+        "multiplier": orbit.multiplier,
+        "kind": orbit.kind,
+        "stable": bool(orbit.stable),
+        "itinerary": list(orbit.itinerary),
+        "jump": None if jump is None else {"d": jump.d, "y": jump.y, "share": jump.share},
+    }
+
+
+def cobweb(request: requests.Cobweb) -> Iterator[Part]:
+    """Iterate the map, and say how the orbit ends."""
+    f = map_of(request)
+    with naming("d"):
+        orbit = f.iterate(request.d, request.n)
+    yield Part("orbit", {"orbit": orbit}, {"end": _end(f, orbit)})
+
+
+def _end(f: WatchedMap, orbit: Floats) -> dict[str, Any]:
+    """Tell whether the orbit repeats itself to rounding, or stops, and why."""
+    if np.isnan(orbit[-1]):
+        last = float(orbit[np.isfinite(orbit)][-1])
+        return {"kind": "left", "period": 0, "status": str(f.evaluate(last).message)}
+    back = np.abs(orbit[-2::-1] - orbit[-1])
+    repeats = np.flatnonzero(back <= 1e-9 * (f.domain[1] - f.domain[0]))
+    if repeats.size:
+        return {"kind": "periodic", "period": int(repeats[0]) + 1, "status": ""}
+    return {"kind": "unsettled", "period": 0, "status": ""}

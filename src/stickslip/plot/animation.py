@@ -1,0 +1,97 @@
+"""Motions as films: blocks on their belt over a phase portrait that grows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from matplotlib.animation import FFMpegWriter, PillowWriter
+
+from stickslip.plot.mechanism import mechanism
+from stickslip.plot.motion import sample_times
+from stickslip.plot.style import PALETTE, new_figure
+from stickslip.vocabulary import symbol
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["can_write", "film"]
+
+RATE: Final = 20  # frames a second
+STEP: Final = 0.25  # units of time from frame to frame
+MOST_FRAMES: Final = 120
+DPI: Final = 100
+COLORS: Final = (PALETTE["blue"], PALETTE["vermillion"])
+
+WRITERS: Final[dict[str, Any]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
+
+
+def can_write(kind: str) -> bool:
+    """Tell whether this machine can write "gif" or "mp4" films; the latter needs ffmpeg."""
+    return bool(WRITERS[kind].isAvailable())
+
+
+def film(trajectory: Any, path: Path, *, frames: int = MOST_FRAMES) -> Path:
+    """Draw a motion of two blocks as a film.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        Of a `TwoBlock`, from its start on.
+    path : pathlib.Path
+        Ends in .gif or .mp4.
+    frames : int
+        At most; each is a quarter unit of time later than the one before.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+
+    Raises
+    ------
+    ValueError
+        Another ending.
+    RuntimeError
+        MP4 without ffmpeg.
+    """
+    kind = path.suffix.removeprefix(".")
+    if kind not in WRITERS:
+        raise ValueError(f"path = {str(path)!r} must end in .gif or .mp4")
+    if not can_write(kind):
+        raise RuntimeError("MP4 needs the program ffmpeg, which is not here. Take GIF.")
+    end = min(float(trajectory.t[-1]), STEP * (frames - 1))
+    times = np.linspace(0.0, end, max(2, int(end / STEP) + 1))
+    figure = new_figure("two", height=4.0)
+    top, bottom = figure.subplots(2, 1, height_ratios=(3, 2))
+    dots = _portraits(bottom, trajectory, end)
+    mechanism(trajectory.model, top, x=trajectory.x(0.0))
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # laid out once: it takes longer than a frame
+    writer = WRITERS[kind](fps=RATE)
+    with writer.saving(figure, str(path), DPI):
+        for t in times.tolist():
+            x, v = trajectory.x(t), trajectory.v(t)
+            top.clear()
+            mechanism(trajectory.model, top, x=x)
+            for dot, x_i, v_i in zip(dots, x, v, strict=True):
+                dot.set_data([x_i], [v_i])
+            writer.grab_frame()
+    return path
+
+
+def _portraits(ax: Axes, trajectory: Any, end: float) -> list[Any]:
+    """Draw both blocks' phase portraits faintly, and return a dot of each to move along it."""
+    t = sample_times(np.append(trajectory.t[trajectory.t < end], end))
+    x, v = trajectory.x(t), trajectory.v(t)
+    ax.axhline(trajectory.model.V, color=PALETTE["grey"], lw=0.5, ls=(0, (5, 3)))
+    dots = []
+    for block, color in enumerate(COLORS):
+        ax.plot(x[:, block], v[:, block], color=color, lw=0.6, alpha=0.6)
+        dots += ax.plot([], [], "o", color=color, ms=6.0)
+    ax.set_xticks([])  # numbers take longer to draw than all the rest
+    ax.set_yticks([])
+    ax.set_xlabel(symbol("x", "i"))
+    ax.set_ylabel(symbol("v", "i"))
+    return dots

@@ -1,0 +1,197 @@
+"""Controls: what they change, how fast changes are folded, what undoes them."""
+
+import pytest
+
+
+def test_a_slider_is_moved_by_the_keyboard(explorer):
+    slider = explorer.page.locator("[data-slider='V']")
+    slider.focus()
+    slider.press("ArrowRight")
+    slider.press("ArrowRight")
+    explorer.settle()
+    assert explorer.state["model"]["V"] == pytest.approx(0.0368)
+    assert explorer.page.locator("input[name='V']").input_value() == "0.0368"
+    assert slider.get_attribute("aria-valuetext") == "0.0368"
+
+
+def test_a_slider_is_moved_by_the_pointer(explorer):
+    box = explorer.page.locator("[data-slider='alpha']").bounding_box()
+    explorer.page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + box["height"] / 2)
+    explorer.page.mouse.down()
+    explorer.page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + box["height"] / 2, steps=8)
+    explorer.page.mouse.up()
+    explorer.settle()
+    assert 1.6 < explorer.state["model"]["alpha"] < 2.0
+
+
+def test_many_keys_make_few_questions_and_the_last_wins(explorer):
+    explorer.page.evaluate(
+        """() => {
+            window.sent = [];
+            const { socket } = explorer.connection;
+            const send = socket.send.bind(socket);
+            socket.send = (text) => { sent.push(JSON.parse(text)); send(text); };
+        }"""
+    )
+    slider = explorer.page.locator("[data-slider='mu']")
+    slider.focus()
+    for _ in range(40):
+        slider.press("ArrowRight")
+    explorer.settle()
+    sent = explorer.page.evaluate("() => { delete explorer.connection.socket.send; return sent; }")
+    asked = [one for one in sent if one.get("slot") == "map"]
+    assert explorer.state["model"]["friction"]["mu"] == pytest.approx(0.26)
+    assert asked[-1]["request"]["model"]["friction"]["mu"] == pytest.approx(0.26)
+    assert len(asked) < 40
+    shown = explorer.page.evaluate(
+        "() => explorer.answers.get('map').question.request.model.friction.mu"
+    )
+    assert shown == pytest.approx(0.26)
+
+
+def test_a_value_out_of_range_is_named_at_its_field(explorer):
+    explorer.type_into("mu", 1.7)
+    error = explorer.page.locator(".controls > .error")
+    assert "mu = 1.7" in error.text_content()
+    field = explorer.page.locator("input[name='mu']")
+    assert field.get_attribute("aria-invalid") == "true"
+    explorer.type_into("mu", 0.22)
+    assert error.is_hidden()
+    assert field.get_attribute("aria-invalid") is None
+
+
+def test_undo_and_redo(explorer):
+    explorer.type_into("mu", 0.3)
+    explorer.type_into("beta", 1.4)
+    explorer.page.locator("button[aria-label='Undo']").click()
+    assert explorer.settle().state["model"]["beta"] == 1.3
+    explorer.page.keyboard.press("Control+z")
+    assert explorer.settle().state["model"]["friction"]["mu"] == 0.22
+    explorer.page.keyboard.press("Control+y")
+    assert explorer.settle().state["model"]["friction"]["mu"] == 0.3
+
+
+def test_another_law_comes_with_its_parameters(explorer):
+    explorer.page.locator("select[aria-label='Friction law']").select_option("stribeck")
+    explorer.settle()
+    assert explorer.state["model"]["friction"]["law"] == "stribeck"
+    assert explorer.page.locator("input[name='speed']").is_visible()
+    explorer.page.locator("select[name='exponent']").select_option("2")
+    explorer.settle()
+    assert explorer.state["model"]["friction"]["exponent"] == 2
+    assert explorer.inked("map") > 8
+    explorer.page.locator("select[aria-label='Friction law']").select_option("coulomb")
+    explorer.settle()
+    assert explorer.page.locator("input[name='speed']").count() == 0
+
+
+def test_another_model_and_back(explorer):
+    kind = explorer.page.locator("select[aria-label='Model']")
+    kind.select_option("chain")
+    explorer.settle()
+    field = explorer.page.locator("input[name='static']")
+    field.fill("1, 1.2, 1.1, 1")
+    field.press("Enter")
+    explorer.settle()
+    assert explorer.state["model"]["static"] == [1, 1.2, 1.1, 1]
+    assert explorer.page.locator(".panel-portrait:visible").count() == 4
+    kind.select_option("two_block")
+    assert explorer.settle().panel("map").is_visible()
+
+
+def test_a_preset(explorer):
+    presets = explorer.page.locator("select[aria-label='Preset']")
+    assert presets.input_value() == "coulomb"
+    presets.select_option("fig08")
+    explorer.settle()
+    assert explorer.state["model"]["V"] == 0.037
+    assert explorer.state["power"] == 4
+
+
+def test_stepping_and_playing_along_the_parameter(explorer):
+    press = explorer.page.keyboard.press
+    explorer.page.locator("main").click(position={"x": 2, "y": 2})
+    press("]")
+    assert explorer.settle().state["model"]["V"] == pytest.approx(0.036603)
+    press("[")
+    assert explorer.settle().state["model"]["V"] == pytest.approx(0.0366)
+    press("p")
+    button = explorer.page.locator("button[aria-label='Play along the parameter']")
+    assert button.get_attribute("aria-pressed") == "true"
+    explorer.page.wait_for_function("() => explorer.state.model.V > 0.036605")
+    press("Escape")
+    stopped = explorer.settle().state["model"]["V"]
+    explorer.page.wait_for_timeout(150)
+    assert explorer.state["model"]["V"] == stopped
+    assert button.get_attribute("aria-pressed") == "false"
+
+
+def test_the_diagram_takes_another_parameter_and_range(explorer):
+    explorer.page.locator("select[aria-label='Parameter of the diagram']").select_option("beta")
+    low = explorer.page.locator("input[aria-label='from']")
+    low.fill("1.295")
+    low.press("Enter")
+    high = explorer.page.locator("input[aria-label='to']")
+    high.fill("1.305")
+    high.press("Enter")
+    explorer.settle()
+    assert explorer.state["diagram"]["range"] == [1.295, 1.305]
+    assert explorer.view("diagram", "view.plot.options.xlabel") == "β"
+    low.fill("2")
+    low.press("Enter")
+    assert "smaller to a larger" in explorer.page.locator(".controls > .error").text_content()
+
+
+def test_long_work_shows_its_progress_and_can_be_stopped(explorer):
+    explorer.page.evaluate(
+        """() => {
+            const wide = { range: [0.02, 0.2], full: [0.02, 0.2] };
+            explorer.store.update({ diagram: { ...explorer.state.diagram, ...wide } }, "test");
+        }"""
+    )
+    panel = explorer.panel("diagram")
+    stop = panel.locator("button.cancel")
+    stop.wait_for(state="visible")
+    assert panel.locator("progress").is_visible()
+    stop.click()
+    explorer.page.wait_for_function("() => !explorer.connection.running.has('diagram')")
+    assert panel.locator("progress").is_hidden()
+    assert stop.is_hidden()
+
+
+def test_the_motion_plays_and_pauses(explorer):
+    explorer.page.locator("main").click(position={"x": 2, "y": 2})
+    explorer.page.keyboard.press("Space")
+    explorer.page.wait_for_function("() => explorer.clock.t > 0.5")
+    explorer.page.keyboard.press("Space")
+    assert explorer.page.evaluate("() => explorer.clock.playing") is False
+
+
+def test_help_lists_the_keys(explorer):
+    explorer.page.locator("main").click(position={"x": 2, "y": 2})
+    explorer.page.keyboard.press("?")
+    dialog = explorer.page.locator("dialog.help")
+    assert "play along the parameter" in dialog.text_content()
+    explorer.page.keyboard.press("Escape")
+    assert dialog.is_hidden()
+
+
+def test_a_plot_is_moved_by_the_keyboard(explorer):
+    explorer.plot("map").focus()
+    explorer.page.keyboard.press("+")
+    narrow = explorer.settle().state["windows"]["map"]
+    assert narrow[1] - narrow[0] < 1
+    explorer.page.keyboard.press("ArrowRight")
+    assert explorer.settle().state["windows"]["map"][0] > narrow[0]
+    explorer.page.keyboard.press("0")
+    assert explorer.settle().state["windows"]["map"] is None
+
+
+def test_a_lost_connection_is_told_and_taken_up_again(explorer):
+    explorer.page.evaluate("() => explorer.connection.socket.close()")
+    status = explorer.page.locator(".connection")
+    explorer.page.wait_for_function("() => document.querySelector('.connection').textContent")
+    assert "No connection" in status.text_content()
+    explorer.page.wait_for_function("() => !document.querySelector('.connection').textContent")
+    explorer.type_into("mu", 0.23)
+    assert explorer.inked("map") > 8

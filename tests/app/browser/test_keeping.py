@@ -1,0 +1,99 @@
+"""What a user keeps: the address, pictures, data, the calls in Python."""
+
+import csv
+import io
+import json
+
+import pytest
+
+
+def test_the_address_holds_the_whole_state(explorer):
+    explorer.show("preset=fig08")
+    explorer.click("map", -0.2, 0.1)
+    explorer.drag("map", (0.2, 0.5), (0.35, -0.3))
+    explorer.page.wait_for_function("() => location.hash.includes('zoom.map')")
+    state, picture = explorer.state, explorer.picture("map")
+    fragment = explorer.page.evaluate("() => location.hash.slice(1)")
+    assert fragment.startswith("kind=two_block&alpha=1.2&beta=1.3&V=0.037&law=coulomb&mu=0.22")
+    explorer.open(fragment)
+    assert explorer.state == state
+    assert explorer.picture("map") == picture
+
+
+@pytest.mark.parametrize("preset", ["oscillator", "chain"])
+def test_other_models_come_back_from_their_address(explorer, preset):
+    explorer.show(f"preset={preset}")
+    state = explorer.state
+    explorer.page.wait_for_function("() => location.hash.includes('kind=')")
+    explorer.show(explorer.page.evaluate("() => location.hash.slice(1)"))
+    assert explorer.state == state
+
+
+def test_nonsense_in_the_address_gives_the_first_preset(explorer):
+    explorer.show("kind=three_block&alpha=<script>&d=[]")
+    assert explorer.state["model"]["alpha"] == 1.2
+    explorer.show("kind=two_block&alpha=nonsense&d=1e999&power=zzz&along=V:1:0")
+    assert explorer.state["model"]["alpha"] == 1.2
+    assert explorer.state["power"] == 2
+
+
+def test_the_address_is_copied(explorer):
+    explorer.page.locator("button[aria-label='Copy the address of what you see']").click()
+    explorer.page.wait_for_function("() => document.querySelector('.toast').textContent")
+    copied = explorer.page.evaluate("() => navigator.clipboard.readText()")
+    assert copied.startswith(f"{explorer.address}#kind=two_block")
+
+
+def saved(explorer, panel, kind):
+    explorer.panel(panel).locator("button.export").click()
+    with explorer.page.expect_download(timeout=120_000) as download:
+        explorer.panel(panel).locator(f"[data-format='{kind}']").click()
+    return download.value.path().read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("panel", "kind", "start"),
+    [
+        ("map", "svg", b"<?xml"),
+        pytest.param("diagram", "png", b"\x89PNG", marks=pytest.mark.slow),
+        pytest.param("mechanism", "gif", b"GIF8", marks=pytest.mark.slow),
+        ("mechanism", "png", b"\x89PNG"),
+        ("law", "png", b"\x89PNG"),
+        ("plane", "svg", b"<?xml"),
+        ("portrait-2", "png", b"\x89PNG"),
+    ],
+)
+def test_pictures(explorer, panel, kind, start):
+    assert saved(explorer, panel, kind).startswith(start)
+
+
+def test_data_of_the_map(explorer):
+    rows = list(csv.reader(io.StringIO(saved(explorer, "map", "csv").decode())))
+    assert len(rows) > 600
+    assert isinstance(json.loads(saved(explorer, "map", "json")), dict)
+
+
+@pytest.mark.parametrize("panel", ["map", "power", "basins", "diagram", "mechanism", "law"])
+def test_the_calls_in_python_are_python(explorer, panel):
+    explorer.panel(panel).locator("button.export").click()
+    explorer.panel(panel).locator("[data-format='python']").click()
+    explorer.page.wait_for_function(
+        "() => document.querySelector('.toast').textContent.startsWith('Copied')"
+    )
+    code = explorer.page.evaluate("() => navigator.clipboard.readText()")
+    assert "import stickslip as ss" in code
+    compile(code, panel, "exec")
+    explorer.page.evaluate("() => { document.querySelector('.toast').textContent = ''; }")
+
+
+def test_the_menu_is_walked_with_the_arrows(explorer):
+    button = explorer.panel("map").locator("button.export")
+    button.focus()
+    button.press("Enter")
+    menu = explorer.panel("map").locator("[role=menu]")
+    assert menu.is_visible()
+    explorer.page.keyboard.press("ArrowDown")
+    focused = explorer.page.evaluate("() => document.activeElement.dataset.format")
+    assert focused == explorer.view("map", "view.app.limits.exports.event_map[1]")
+    explorer.page.keyboard.press("Escape")
+    assert menu.is_hidden()

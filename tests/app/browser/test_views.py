@@ -1,0 +1,201 @@
+"""Each view shows what the library computes, and leads to the others."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+
+MODEL = ss.examples.coulomb()
+QUICK = ["map", "portrait-1", "portrait-2", "plane", "law"]
+SLOW = ["power", "basins", "diagram"]
+
+
+@pytest.mark.parametrize("panel", [*QUICK, *SLOW])
+def test_every_view_draws(explorer, panel):
+    explorer.settle(*({panel} & set(SLOW)))
+    assert explorer.inked(panel) > 8  # frame, ticks and labels alone have fewer colours
+    assert explorer.panel(panel).locator(".note.error").count() == 0
+
+
+def test_the_first_screen(explorer):
+    explorer.shoot("first screen")
+    note = explorer.panel("map").locator(".note").text_content()
+    assert note.startswith("stable S1, S4; unstable 2")
+
+
+def test_the_map_is_that_of_the_library(explorer):
+    x, f = explorer.view("map", "[[...view.values.arrays.x], [...view.values.arrays.f]]")
+    x, f = np.array(x), np.array(f, dtype=float)
+    inner = np.flatnonzero(np.diff(x) > 0)[5::97]  # ends of branches have one-sided values
+    assert ss.event_map(MODEL)(x[inner]) == pytest.approx(f[inner], abs=1e-12)
+
+
+def test_orbits_and_breakpoints_say_what_they_are(explorer):
+    (four,) = ss.periodic_orbits(MODEL, period=4)
+    tip = explorer.point_at("map", four.points[0], four.points[1])
+    assert tip.startswith("S4: stable, period 4")
+    assert f"multiplier {four.multiplier:.6f}" in tip
+    graze = next(b for b in ss.breakpoints(MODEL) if "block 2 grazes" in b.mechanism)
+    assert graze.mechanism in explorer.point_at("map", graze.d, 0.6)
+    assert "→" in explorer.point_at("map", -0.6, 0.1)
+
+
+def test_a_click_on_the_map_starts_that_motion_everywhere(explorer):
+    explorer.click("map", -0.3, 0.1)
+    d = explorer.state["d"]
+    assert d == pytest.approx(-0.3, abs=0.005)
+    motion = explorer.page.evaluate("() => [...explorer.clock.arrays.x.slice(0, 2)]")
+    assert motion[1] - motion[0] == pytest.approx(d, abs=1e-12)
+    assert motion == pytest.approx(ss.simulate(MODEL, d=d, t_end=1).x(0.0), abs=1e-12)
+    cobweb = explorer.page.evaluate(
+        "() => [...explorer.answers.get('cobweb').parts[0].arrays.orbit]"
+    )
+    assert cobweb[:30] == pytest.approx(ss.event_map(MODEL).iterate(d, 29), abs=1e-9)
+
+
+def test_a_box_zooms_in_with_new_points_and_a_double_click_out(explorer):
+    explorer.drag("map", (0.2, 0.5), (0.35, -0.3))
+    low, high, _, _ = explorer.state["windows"]["map"]
+    assert (low, high) == pytest.approx((0.2, 0.35), abs=0.005)
+    x = explorer.view("map", "[...view.values.arrays.x]")
+    assert low <= min(x)
+    assert max(x) <= high
+    assert len(x) > 600
+    x, y = explorer.spot("map", 0.3, 0.1)
+    explorer.page.mouse.dblclick(x, y)
+    explorer.settle()
+    assert explorer.state["windows"]["map"] is None
+    assert explorer.state["d"] == 0.1  # a double click is no click
+
+
+def test_the_wheel_zooms_about_the_pointer(explorer):
+    explorer.page.mouse.move(*explorer.spot("map", 0.3, 0.1))
+    for _ in range(8):
+        explorer.page.mouse.wheel(0, -120)
+    explorer.settle()
+    low, high, bottom, top = explorer.state["windows"]["map"]
+    assert high - low < 0.4
+    assert low < 0.3 < high
+    assert bottom < 0.1 < top
+    assert "d_{n+2}" == explorer.view("power", "view.plot.options.ylabel")
+
+
+def test_the_power_of_the_map(explorer):
+    explorer.page.locator("main").click(position={"x": 2, "y": 2})
+    explorer.page.keyboard.press("4")
+    explorer.settle("power")
+    assert explorer.state["power"] == 4
+    x, f = explorer.view("power", "[[...view.values.arrays.x], [...view.values.arrays.f]]")
+    x, f = np.array(x), np.array(f, dtype=float)
+    inner = np.flatnonzero(np.diff(x) > 0)[5::97]
+    expected = ss.event_map(MODEL).iterate(x[inner], 4)[:, -1]
+    assert expected == pytest.approx(f[inner], abs=1e-9, nan_ok=True)
+    (four,) = ss.periodic_orbits(MODEL, period=4)
+    assert "S4" in explorer.point_at("power", four.points[0], four.points[0])
+
+
+def test_bifurcations_are_located_and_explained(explorer):
+    (collision,) = ss.bifurcations(MODEL, "V", (0.0366, 0.0372))
+    explorer.settle("diagram")
+    tip = explorer.point_at("diagram", collision.value, collision.points[0])
+    assert tip.startswith("BC: border collision, period 4 at 0.03697592")
+    assert collision.mechanism in tip
+
+
+def test_the_line_in_the_diagram_is_the_parameter(explorer):
+    before = explorer.picture("map")
+    explorer.drag("diagram", (0.0366, 0.1), (0.037, 0.1))
+    assert explorer.state["model"]["V"] == pytest.approx(0.037, abs=2e-6)
+    assert explorer.picture("map") != before
+    asked = explorer.page.evaluate("() => explorer.answers.get('map').question.request.model.V")
+    assert asked == explorer.state["model"]["V"]
+
+
+def test_a_click_on_the_diagram_goes_there(explorer):
+    explorer.click("diagram", 0.0369, -0.1)
+    assert explorer.state["model"]["V"] == pytest.approx(0.0369, abs=2e-6)
+    assert explorer.state["d"] == pytest.approx(-0.1, abs=0.01)
+
+
+def test_a_zoom_of_the_diagram_recomputes_it(explorer):
+    explorer.drag("diagram", (0.03690, 0.5), (0.03705, 0.4))
+    assert explorer.state["diagram"]["range"] == pytest.approx([0.0369, 0.03705], abs=3e-6)
+    explorer.page.wait_for_function(
+        "() => explorer.answers.get('diagram').question.request.range[0] > 0.03685"
+        " && explorer.answers.get('diagram').parts.some(({ arrays }) => arrays.d?.length)"
+    )
+    dots = explorer.view("diagram", "view.dots.flatMap(([values]) => [...values])")
+    assert min(dots) >= explorer.state["diagram"]["range"][0] - 1e-12
+    explorer.panel("diagram").locator(".fit").click()
+    explorer.settle("diagram")
+    assert explorer.state["diagram"]["range"] == [0.0366, 0.0372]
+
+
+def test_basins_are_those_of_the_library_and_start_motions(explorer):
+    explorer.settle("basins")
+    basins = ss.basins(ss.event_map(MODEL))
+    edges = explorer.view("basins", "[...view.part.arrays.edges]")
+    assert edges == pytest.approx(basins.edges, abs=1e-5)
+    assert explorer.point_at("basins", 0.0, 0.5).startswith("d = ")
+    assert "S1" in explorer.point_at("basins", -0.04, 0.5)
+    explorer.click("basins", 0.0, 0.5)
+    assert explorer.state["d"] == pytest.approx(0.0, abs=0.005)
+
+
+def test_the_mechanism_moves_and_tells_stick_from_slip(explorer):
+    seek = """t => {
+        const { clock } = explorer;
+        clock.seek(t);
+        return clock.arrays.mode[2 * clock.index()];
+    }"""
+    riding = explorer.page.evaluate(seek, 30)
+    first = explorer.settle().picture("mechanism")
+    slip = explorer.page.evaluate(
+        """() => {
+            const { t, mode } = explorer.clock.arrays;
+            return t[mode.findIndex((m, k) => k % 2 === 0 && m !== 0) / 2];
+        }"""
+    )
+    slipping = explorer.page.evaluate(seek, slip + 0.2)
+    assert riding == 0
+    assert slipping != 0
+    assert explorer.settle().picture("mechanism") != first
+    assert explorer.page.locator("output.time").text_content() != "0.0"
+
+
+def test_a_click_on_the_time_goes_there(explorer):
+    host = explorer.panel("mechanism").locator(".timeline .plot-over").bounding_box()
+    explorer.page.mouse.click(host["x"] + host["width"] / 2, host["y"] + 20)
+    explorer.page.wait_for_timeout(50)
+    assert explorer.page.evaluate("() => explorer.clock.t") == pytest.approx(60, abs=3)
+
+
+def test_portraits_and_plane_show_the_motion(explorer):
+    explorer.page.evaluate("() => explorer.clock.seek(30)")
+    for panel in ("portrait-1", "portrait-2", "plane"):
+        explorer.page.mouse.move(*explorer.spot(panel, 0.0, 0.0))
+        assert explorer.panel(panel).locator(".tip").text_content().startswith("X")
+    corners = explorer.view("plane", "view.locus.corners")
+    assert corners[0][1] - corners[0][0] == pytest.approx(MODEL.domain[0])
+
+
+def test_the_friction_law_follows_its_parameter(explorer):
+    before = explorer.picture("law")
+    explorer.type_into("mu", 0.5)
+    assert explorer.picture("law") != before
+    force = explorer.page.evaluate("() => explorer.answers.get('law').parts[0].arrays.force[9]")
+    assert force == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("kind", ["oscillator", "chain"])
+def test_models_without_a_map_of_the_line(explorer, kind):
+    explorer.show(f"preset={kind}")
+    explorer.shoot(kind)
+    explorer.settle("cycle")
+    blocks = explorer.page.locator(".panel-portrait:visible").count()
+    assert blocks == {"oscillator": 1, "chain": 3}[kind]
+    assert explorer.panel("map").is_hidden()
+    assert explorer.inked("portrait-1") > 8
+    rows = explorer.panel("cycle").locator("th").all_text_contents()
+    message = explorer.panel("cycle").locator(".quiet")
+    assert rows[:2] == ["period", "stability"] or "cycle" in message.text_content()

@@ -1,0 +1,112 @@
+"""Views as files."""
+
+import csv
+import io
+import json
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+from PIL import Image
+from tests.app.talk import COULOMB
+
+import stickslip as ss
+from stickslip.app.exports import formats
+from stickslip.plot import animation
+
+ASKED = {
+    "event_map": {"points": 60, "max_period": 1},
+    "cobweb": {"d": 0.1, "n": 10},
+    "motion": {"d": 0.1, "t_end": 20.0, "samples": 40},
+    "portrait": {"d": 0.1, "t_end": 20.0, "block": 2},
+    "plane": {"d": 0.1, "t_end": 20.0},
+    "locus": {},
+    "law": {"points": 11},
+}
+
+
+def export(client, view, kind, **request):
+    body = {"view": view, "request": {"model": COULOMB, **request}, "format": kind}
+    return client.post("/export", json=body)
+
+
+@pytest.mark.parametrize("view", ASKED)
+def test_every_format_of_a_view_parses(client, view):
+    for kind in formats(view):
+        if kind == "png" and view != "law":
+            continue  # drawn as the SVG is
+        reply = export(client, view, kind, **ASKED[view])
+        assert reply.status_code == 200, reply.text
+        assert reply.headers["content-disposition"].startswith("attachment")
+        match kind:
+            case "svg":
+                assert ET.fromstring(reply.text).tag.endswith("svg")
+            case "png":
+                assert Image.open(io.BytesIO(reply.content)).format == "PNG"
+            case "csv":
+                rows = list(csv.reader(io.StringIO(reply.text)))
+                assert len(rows) > 1
+                assert len({len(row) for row in rows}) == 1
+            case "json":
+                assert json.loads(reply.text)["parts"]
+            case "python":
+                compile(reply.text, view, "exec")
+
+
+def test_csv_has_the_numbers_to_the_last_digit(client):
+    text = export(client, "motion", "csv", **ASKED["motion"]).text
+    rows = list(csv.DictReader(io.StringIO(text)))
+    t = np.array([float(row["t"]) for row in rows])
+    x = np.array([[float(row["x_1"]), float(row["x_2"])] for row in rows])
+    motion = ss.simulate(ss.examples.coulomb(), d=0.1, t_end=20.0)
+    np.testing.assert_array_equal(x, motion.x(t))
+
+
+def test_basins_are_rows_of_intervals(client):
+    rows = list(csv.DictReader(io.StringIO(export(client, "basins", "csv").text)))
+    assert [float(row["left"]) for row in rows] == ss.basins(ss.examples.coulomb()).edges[
+        :-1
+    ].tolist()
+
+
+def test_a_film_has_frames(client):
+    reply = export(client, "mechanism", "gif", d=0.1, t_end=0.5)
+    assert reply.status_code == 200
+    with Image.open(io.BytesIO(reply.content)) as film:
+        assert film.n_frames == 3
+
+
+def test_mp4_without_ffmpeg_is_said(client, monkeypatch):
+    monkeypatch.setattr("stickslip.app.exports.can_write", lambda kind: kind == "gif")
+    assert "mp4" not in formats("mechanism")
+    reply = export(client, "mechanism", "mp4", d=0.1)
+    assert reply.status_code == 501
+    assert "ffmpeg" in reply.json()["error"]["message"]
+
+
+def test_a_film_of_another_ending_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"\.gif"):
+        animation.film(None, tmp_path / "x.avi")
+
+
+@pytest.mark.parametrize(
+    ("view", "kind", "request_", "field"),
+    [
+        ("law", "exe", {}, "format"),
+        ("nothing", "svg", {}, "view"),
+        ("law", "svg", {"range": -1}, "range"),
+        ("portrait", "svg", {"d": 0.1, "block": 3}, "block"),
+        ("locus", "csv", {}, "format"),
+        ("motion", "gif", {"d": 0.1}, "format"),
+    ],
+)
+def test_what_cannot_be_exported_is_said(client, view, kind, request_, field):
+    reply = export(client, view, kind, **request_)
+    assert reply.status_code == 422
+    assert reply.json()["error"]["field"] == field
+
+
+def test_large_and_broken_requests_are_refused(client):
+    assert client.post("/export", content=b"{" * 70_000).status_code == 413
+    assert client.post("/export", content=b"{").status_code == 422
+    assert client.get("/export").status_code == 405

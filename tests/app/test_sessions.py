@@ -1,0 +1,283 @@
+"""What a page may do to the server, and what it cannot do to others."""
+
+import json
+import threading
+import time
+
+import pytest
+from starlette.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+from tests.app.talk import COULOMB, opened, unpack
+
+from stickslip.app import requests
+from stickslip.app.answers import Part
+from stickslip.app.jobs import CalledOffError, Gate, Job, TimeIsUpError, checkpoint
+from stickslip.app.server import application
+from stickslip.app.session import SLOTS, Limits
+from stickslip.app.views import VIEWS
+
+
+@pytest.fixture
+def endless(monkeypatch):
+    """Let the view "locus" work until it is called off; counts how many have begun."""
+    begun = threading.Semaphore(0)
+
+    def work(_):
+        yield Part("begun")
+        begun.release()
+        while True:
+            checkpoint()
+            time.sleep(0.001)
+
+    monkeypatch.setitem(VIEWS, requests.Locus, work)
+    return begun
+
+
+BAD = {
+    "too many points": ("event_map", {"points": 4001}, "points"),
+    "no whole number": ("event_map", {"power": 1.5}, "power"),
+    "unknown field": ("event_map", {"code": "1"}, ""),
+    "window elsewhere": ("event_map", {"window": [5, 6]}, "window"),
+    "window upside down": ("event_map", {"window": [0.2, 0.1]}, "window"),
+    "parameter out of range": ("law", {"model": {**COULOMB, "alpha": -1}}, "model.alpha"),
+    "law out of range": (
+        "law",
+        {"model": {**COULOMB, "friction": {"law": "coulomb", "mu": 2}}},
+        "model.mu",
+    ),
+    "law as text": ("law", {"model": {**COULOMB, "friction": "lambda s: s"}}, "model.friction"),
+    "no such law": ("law", {"model": {**COULOMB, "friction": {"law": "exec"}}}, "model.law"),
+    "model without kind": ("law", {"model": {}}, "model"),
+    "too many blocks": ("law", {"model": {"kind": "chain", "static": [1] * 21}}, "model.static"),
+    "no start": ("motion", {}, "d"),
+    "start outside": ("motion", {"d": 3.0}, "d"),
+    "two starts": ("motion", {"d": 0.1, "x": [0, 0], "v": [0, 0]}, "d"),
+    "endless motion": ("motion", {"d": 0.1, "t_end": 1e9}, "t_end"),
+    "no such parameter": ("diagram", {"parameter": "W", "range": [1, 2]}, "parameter"),
+    "range upside down": ("diagram", {"parameter": "V", "range": [2, 1]}, "range"),
+    "no such view": ("nothing", {}, "view"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_request_is_answered_with_the_field_at_fault(page, name):
+    view, request, field = BAD[name]
+    error = page.error(view, **request)
+    assert error["field"] == field
+    assert error["message"]
+    assert "Traceback" not in error["message"]
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "null", '{"id": -1}', '{"ids": 1}', "[" * 60_000])
+def test_what_is_no_message_is_answered_and_the_page_goes_on(page, text):
+    page.socket.send_text(text)
+    received = page.read()
+    assert received.header["error"]["message"]
+    assert "law" in page.parts("law")
+
+
+def test_bytes_are_read_as_text(page):
+    page.socket.send_bytes(json.dumps({"id": 7, "view": "nothing"}).encode())
+    assert page.read().header["error"]["field"] == "view"
+
+
+def test_numbers_that_are_not_finite_stay_out(page):
+    whole = json.dumps({"id": 1, "view": "cobweb", "request": {"model": COULOMB, "d": "D"}})
+    for number in ("1e999", "NaN", "-Infinity"):
+        page.socket.send_text(whole.replace('"D"', number))
+        assert page.read().header["error"]["message"]
+
+
+def test_the_latest_request_of_a_slot_wins(page, endless):
+    first = page.ask("locus")
+    assert page.read().name == "begun"
+    waiting = page.ask("locus")
+    last = page.ask("locus", slot="locus")
+    ended = {}
+    while len(ended) < 2:
+        received = page.read()
+        if received.header.get("cancelled"):
+            ended[received.header["id"]] = received.header["last"]
+    assert ended == {first: True, waiting: True}
+    page.socket.send_text('{"cancel": "locus"}')
+    assert page.answer(last)[-1].header["cancelled"]
+
+
+def test_another_slot_goes_on(page, endless):
+    page.ask("locus", slot="one")
+    assert page.read().name == "begun"
+    assert "law" in page.parts("law", slot="two")
+    page.socket.send_text('{"cancel": "one"}')
+    assert page.read().header["slot"] == "one"
+
+
+def test_slots_are_bounded(page):
+    for k in range(SLOTS):
+        page.parts("law", slot=f"slot {k}", points=2)
+    assert page.error("law", slot="one more")["field"] == "slot"
+
+
+def test_a_busy_page_does_not_starve_another(client, endless):
+    with opened(client) as greedy, opened(client) as modest:
+        for k in range(SLOTS):
+            greedy.ask("locus", slot=f"slot {k}")
+        assert greedy.read().name == "begun"
+        started = time.monotonic()
+        for _ in range(5):
+            assert "orbit" in modest.parts("cobweb", d=0.1, n=10)
+        assert time.monotonic() - started < 5.0  # endless, if it had to wait
+
+
+def test_work_ends_when_its_page_is_closed(client, endless):
+    with opened(client) as page:
+        page.ask("locus")
+        assert endless.acquire(timeout=10)
+    with opened(client) as page:
+        assert "law" in page.parts("law")
+    end = time.monotonic() + 10
+    while client.get("/healthz").json()["pages"]:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_a_request_has_a_time_limit(endless):
+    limits = Limits(seconds=0.05)
+    with (
+        TestClient(application(host="testserver", warm=False, limits=limits)) as client,
+        opened(client) as page,
+    ):
+        assert "took too long" in page.error("locus")["message"]
+
+
+def test_a_crash_is_logged_and_others_go_on(client, page, monkeypatch, caplog):
+    def crash(_):
+        raise RuntimeError("a secret")
+        yield
+
+    monkeypatch.setitem(VIEWS, requests.Locus, crash)
+    error = page.error("locus")
+    assert "secret" not in error["message"]
+    assert "a secret" in caplog.text
+    assert "law" in page.parts("law")
+
+
+def test_pages_are_bounded():
+    limits = Limits(connections=1)
+    with (
+        TestClient(application(host="testserver", warm=False, limits=limits)) as client,
+        opened(client),
+        client.websocket_connect("/ws") as second,
+        pytest.raises(WebSocketDisconnect) as refused,
+    ):
+        second.receive_bytes()
+    assert refused.value.code == 1013
+
+
+def test_other_sites_are_refused(client):
+    with pytest.raises(WebSocketDisconnect) as refused:
+        client.websocket_connect("/ws", headers={"origin": "http://evil.example"}).__enter__()
+    assert refused.value.code == 1008
+    assert client.get("/", headers={"host": "evil.example"}).status_code == 403
+    post = client.post("/export", headers={"origin": "http://evil.example"}, content="{}")
+    assert post.status_code == 403
+    with client.websocket_connect("/ws", headers={"origin": "http://testserver"}) as socket:
+        assert unpack(socket.receive_bytes()).name == "hello"
+
+
+def test_every_answer_has_safe_headers(client):
+    for path in ("/", "/limits.json", "/nowhere"):
+        headers = client.get(path).headers
+        assert headers["x-content-type-options"] == "nosniff"
+        policy = headers["content-security-policy"]
+        assert "default-src 'self'" in policy
+        assert policy.endswith("frame-ancestors 'self'")
+        assert "unsafe" not in policy
+
+
+def test_static_files_stay_in_their_folder(client):
+    for path in ("/static/../server.py", "/static/%2e%2e/server.py", "/static//etc/passwd"):
+        assert client.get(path).status_code == 404
+
+
+# --- turns ------------------------------------------------------------------------------------
+
+
+def spin(job, seconds):
+    """Work for so long, in turns."""
+    with job.running():
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            checkpoint()
+
+
+def test_turns_are_shared_by_user_and_not_by_job():
+    gate, done = Gate(1), []
+
+    def work(user):
+        left = 0.25
+        with Job(gate, user, 10.0).running():
+            while left > 0:
+                started = time.monotonic()
+                time.sleep(0.002)
+                left -= time.monotonic() - started
+                checkpoint()
+        done.append(user)
+
+    threads = [threading.Thread(target=work, args=(user,)) for user in ["greedy"] * 6 + ["modest"]]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(20)
+    assert done.index("modest") <= 3  # in fair turns second or so; job by job the last
+
+
+def test_a_job_ends_when_called_off_while_it_waits():
+    gate = Gate(1)
+    holder, waiting = Job(gate, "a", 10.0), Job(gate, "b", 10.0)
+    ended = []
+
+    def wait():
+        try:
+            spin(waiting, 1.0)
+        except CalledOffError:
+            ended.append("called off")
+
+    with holder.running():
+        thread = threading.Thread(target=wait)
+        thread.start()
+        while not gate.is_crowded:
+            time.sleep(0.001)
+        waiting.call_off()
+        thread.join(10)
+    assert ended == ["called off"]
+    spin(Job(gate, "c", 10.0), 0.0)  # the slot is free again
+
+
+def test_a_job_out_of_time_gives_its_slot_back():
+    gate = Gate(1)
+    with pytest.raises(TimeIsUpError):
+        spin(Job(gate, "a", 0.01), 5.0)
+    spin(Job(gate, "a", 10.0), 0.0)
+
+
+def test_a_patient_job_waits_while_its_user_has_another():
+    gate, order = Gate(2), []
+
+    def patient():
+        with Job(gate, "a", 10.0, patient=True).running():
+            while "quick ends" not in order:
+                checkpoint()
+                order.append("patient works")
+
+    thread = threading.Thread(target=patient)
+    thread.start()
+    while not order:
+        time.sleep(0.001)
+    with Job(gate, "a", 10.0).running():
+        time.sleep(0.05)  # for the other to reach a checkpoint
+        order.append("quick begins")
+        time.sleep(0.05)
+        order.append("quick ends")
+    thread.join(10)
+    begins, ends = order.index("quick begins"), order.index("quick ends")
+    assert ends == begins + 1

@@ -1,0 +1,229 @@
+"""Each view's answer is what the library's functions say when they are called directly."""
+
+import json
+
+import numpy as np
+import pytest
+from tests.app.talk import COULOMB
+
+import stickslip as ss
+from stickslip.app.as_python import TEXTS, as_python
+from stickslip.app.exports import KNOWN
+from stickslip.app.limits import described_limits
+from stickslip.app.pictures import DRAWN
+from stickslip.app.presets import presets
+from stickslip.app.requests import REQUESTS, request_of
+from stickslip.app.views import VIEWS
+from stickslip.mechanics.model import locus
+from stickslip.plot.motion import stick_interval
+from stickslip.study.model_values import model_of_values
+
+MODEL = ss.examples.coulomb()
+CHAIN = {
+    "kind": "chain",
+    "static": [1.0, 1.3, 1.1],
+    "alpha": 1.2,
+    "V": 0.0366,
+    "friction": {"law": "coulomb", "mu": 0.22},
+}
+MIXED = {**COULOMB, "friction": [{"law": "coulomb", "mu": 0.2}, {"law": "coulomb", "mu": 0.3}]}
+
+
+def test_the_event_map_comes_with_its_branches_and_orbits(page):
+    parts = page.parts("event_map", points=101, max_period=2)
+    parts.pop("followed", None)  # of other tests' maps
+    assert list(parts) == ["samples", "branches", "orbits", "explained", "end"]
+    f = ss.event_map(MODEL)
+    samples = parts["samples"].arrays
+    np.testing.assert_array_equal(samples["f"], f(samples["x"]))
+    table, line = ss.branches(f), parts["branches"]
+    for k, branch in enumerate(table):
+        mine = line.arrays["branch"] == k
+        assert line.arrays["x"][mine][[0, -1]].tolist() == [branch.left, branch.right]
+        ends = line.arrays["f"][mine][[0, -1]].tolist()
+        assert ends == [branch.value_left, branch.value_right]
+    np.testing.assert_array_equal(parts["explained"].arrays["f"], line.arrays["f"])
+    told = [(item["at"], item["mechanism"]) for item in parts["explained"].data["breakpoints"]]
+    assert told == [(item.d, item.mechanism) for item in table.breakpoints]
+    orbits = ss.periodic_orbits(f, 2, infinitely_unstable=True)
+    assert [o["points"] for o in parts["orbits"].data["orbits"]] == [
+        orbit.points.tolist() for orbit in orbits
+    ]
+
+
+def test_a_window_and_a_power_are_shown_at_their_own_resolution(page):
+    parts = page.parts("event_map", window=[0.1, 0.2], power=2, points=64, max_period=0)
+    x, f = (parts["samples"].arrays[name] for name in "xf")
+    assert x[[0, -1]].tolist() == [0.1, 0.2]
+    np.testing.assert_array_equal(f, ss.event_map(MODEL).power(2)(x))
+    found = [item["at"] for item in parts["branches"].data["breakpoints"]]
+    whole = [item.d for item in ss.breakpoints(ss.event_map(MODEL).power(2))]
+    np.testing.assert_allclose(found, [d for d in whole if 0.1 < d < 0.2], rtol=0, atol=1e-12)
+
+
+def test_orbits_follow_from_those_of_a_map_nearby(page):
+    page.parts("event_map", points=20, max_period=4)
+    moved = {**COULOMB, "V": 0.03665}
+    parts = page.parts("event_map", model=moved, points=20, max_period=4)
+    found = [o for o in parts["orbits"].data["orbits"] if o["jump"] is None]
+    followed = parts["followed"].data["orbits"]
+    assert [o["period"] for o in followed] == [o["period"] for o in found]
+    for one, other in zip(followed, found, strict=True):
+        np.testing.assert_allclose(one["points"], other["points"], rtol=0, atol=1e-12)
+        assert one["multiplier"] == pytest.approx(other["multiplier"], rel=1e-9)
+
+
+def test_orbits_inside_a_window_come_before_the_others(page):
+    asked = {"window": [0.05, 0.2], "points": 20, "max_period": 1}
+    received = page.answer(page.ask("event_map", **asked))
+    first, last = (part.data["orbits"] for part in received if part.name == "orbits")
+    everywhere = ss.periodic_orbits(MODEL, 1, infinitely_unstable=True)
+    assert [o["points"] for o in last] == [orbit.points.tolist() for orbit in everywhere]
+    inside = [o["points"][0] for o in last if 0.05 <= o["points"][0] <= 0.2]
+    np.testing.assert_allclose([o["points"][0] for o in first], inside, rtol=0, atol=1e-12)
+
+
+def test_motions_that_are_long_are_missing_only_from_the_first_picture(page):
+    law9 = {
+        "kind": "two_block",
+        "alpha": 1.208,
+        "beta": 1.301,
+        "V": 0.295,
+        "friction": {"law": "popp-stelter", "gamma": 3.0},
+    }
+    parts = page.parts("event_map", model=law9, window=[0.3, 0.31], points=20, max_period=0)
+    f = ss.event_map(ss.examples.law9())
+    exact = parts["branches"].arrays
+    inside = (exact["x"] > 0.3) & (exact["x"] < 0.31)
+    np.testing.assert_allclose(exact["f"][inside], f(exact["x"][inside]), rtol=0, atol=1e-12)
+
+
+def test_a_cobweb_is_an_orbit_and_tells_how_it_ends(page):
+    part = page.parts("cobweb", d=0.1, n=400)["orbit"]
+    np.testing.assert_array_equal(part.arrays["orbit"], ss.event_map(MODEL).iterate(0.1, 400))
+    assert part.data["end"] == {"kind": "periodic", "period": 4, "status": ""}
+
+
+def test_a_motion_is_sampled_with_its_events_and_stick_intervals(page):
+    part = page.parts("motion", d=0.1, t_end=30.0, samples=50)["motion"]
+    motion = ss.simulate(MODEL, d=0.1, t_end=30.0)
+    t = part.arrays["t"]
+    assert set(motion.t) <= set(t)
+    np.testing.assert_array_equal(part.arrays["x"], motion.x(t))
+    np.testing.assert_array_equal(part.arrays["force"], motion.friction(t))
+    assert [e["t"] for e in part.data["events"]] == [e.time for e in motion.events]
+    x = motion.x(t)
+    expected = [stick_interval(MODEL, 2, x_1) for x_1 in x[:, 0]]
+    np.testing.assert_allclose(part.arrays["interval"][:, 1], expected, rtol=0, atol=1e-12)
+    rides = part.arrays["mode"][:, 0] == 0
+    assert (part.arrays["v"][rides, 0] == MODEL.V).all()
+
+
+def test_a_chain_moves_from_its_differences(page):
+    part = page.parts("motion", model=CHAIN, d=[0.1, -0.2], t_end=20.0, samples=20)["motion"]
+    assert part.arrays["x"].shape[1] == 3
+    assert page.error("event_map", model=CHAIN)["field"] == "model.kind"
+
+
+def test_laws_that_differ_are_columns(page):
+    part = page.parts("law", model=MIXED, range=1.0, points=5)["law"]
+    np.testing.assert_array_equal(part.arrays["force"], [[0.2, 0.3]] * 5)
+
+
+def test_the_locus_has_the_corners_of_the_paper(page):
+    data = page.parts("locus")["locus"].data
+    assert data["corners"] == locus.corners(1.2, 1.3).tolist()
+    assert data["domain"] == list(MODEL.domain)
+
+
+def test_basins_have_the_edges_of_the_library(page):
+    parts = page.parts("basins")
+    found = ss.basins(MODEL)
+    assert parts["basins"].arrays["edges"].tolist() == found.edges.tolist()
+    assert parts["basins"].arrays["label"].tolist() == found.index.tolist()
+    assert len(parts["attractors"].data["attractors"]) == len(found.attractors)
+
+
+def test_a_diagram_grows_from_dots_to_bifurcations(page):
+    asked = {"max_period": 1, "window": [-0.1, 0.05]}
+    ends = {"parameter": "V", "range": [0.03695, 0.037], "values": 5}
+    received = page.answer(page.ask("diagram", **ends, **asked))
+    names = [part.name for part in received if part.name != "progress"]
+    assert names == [*["dots"] * 5, "branches", "bifurcations", "infinitely_unstable", "end"]
+    shares = [part.header["progress"] for part in received]
+    assert shares == sorted(shares)
+    branches = next(part for part in received if part.name == "branches")
+    values = np.linspace(0.03695, 0.037, 5)
+    diagram = ss.bifurcation_diagram(MODEL, "V", values, max_period=1, window=(-0.1, 0.05))
+    assert len(branches.data["orbits"]) == len(diagram.orbits)
+    np.testing.assert_array_equal(branches.arrays["points_0"], diagram.orbits[0].points)
+
+
+def numbers_of(view, **request):
+    """Run the Python of a view and return what it leaves behind."""
+    asked = request_of(view, json.dumps({"model": COULOMB, **request}).encode())
+    names = {}
+    exec(compile(as_python(asked), view, "exec"), names)
+    return names
+
+
+PYTHON = {
+    "event_map": ({"points": 50, "max_period": 2}, "values"),
+    "cobweb": ({"d": 0.1, "n": 20}, "orbit"),
+    "motion": ({"d": 0.1, "t_end": 20.0, "samples": 30}, "x"),
+    "law": ({"range": 1.5, "points": 9}, "force"),
+    "basins": ({}, "basins"),
+    "locus": ({}, "ax"),
+}
+
+
+@pytest.mark.parametrize("view", PYTHON)
+def test_copied_python_gives_the_numbers_of_the_view(page, view):
+    request, name = PYTHON[view]
+    made, parts = numbers_of(view, **request), page.parts(view, **request)
+    arrays = next(iter(parts.values())).arrays
+    match view:
+        case "event_map":
+            np.testing.assert_array_equal(made[name], arrays["f"])
+            points = [o["points"] for o in parts["orbits"].data["orbits"]]
+            assert [o.points.tolist() for o in made["orbits"]] == points
+        case "basins":
+            assert made[name].edges.tolist() == parts["basins"].arrays["edges"].tolist()
+        case "locus":
+            assert made[name].get_xlabel()
+        case _:
+            np.testing.assert_array_equal(made[name], arrays[name])
+
+
+def test_python_of_other_models_makes_equal_models():
+    for values in (
+        MIXED,
+        CHAIN,
+        {"kind": "oscillator", "V": 0.2, "friction": {"law": "stribeck", "mu": 0.4, "speed": 0.1}}
+        | {"forcing": {"amplitude": 0.1, "frequency": 2.0}},
+    ):
+        made = numbers_of("law", model=values)
+        assert made["model"] == model_of_values(values)
+
+
+def test_every_view_has_python_and_a_picture():
+    assert set(TEXTS) == set(DRAWN) == set(KNOWN.values())
+    assert set(VIEWS) == set(REQUESTS.values())
+
+
+def test_controls_and_presets_are_allowed_as_they_are():
+    described = described_limits()
+    models = [entry["default"] for entry in described["models"]]
+    models += [preset["state"]["model"] for preset in presets()]
+    models += [{**COULOMB, "friction": entry["default"]} for entry in described["laws"]]
+    for model in models:
+        assert model_of_values(model).n_blocks
+    for entry in (*described["models"], *described["laws"]):
+        for parameter in entry["parameters"]:
+            default = parameter["default"]
+            if "values" in parameter:
+                assert default in parameter["values"]
+            else:
+                assert parameter["min"] <= default <= parameter["max"]
+            assert parameter["symbol"]
+            assert "\\" not in parameter["symbol"]
