@@ -53,9 +53,7 @@ def main() -> int:
         check=False,
     )
     said = ran.stdout.replace(f"--quiet {ROOT}", ".").replace(str(folder), "~")
-    said = re.sub(
-        r"^WARNING: Location .*\n|^\[notice\].*\n", "", said, flags=re.MULTILINE
-    )
+    said = re.sub(r"^WARNING: Location .*\n|^\[notice\].*\n", "", said, flags=re.MULTILINE)
     (ROOT / "docs" / "transcript.txt").write_text(said)
     sys.stdout.write(said)
     sys.stdout.write(f"\nin {folder}: {sorted(p.name for p in folder.iterdir())}\n")
