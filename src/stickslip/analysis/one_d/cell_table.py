@@ -54,10 +54,10 @@ FEW_STOPS: Final = 10  # ... but for the first few
 
 def _integration() -> tuple[Floats, Floats]:
     """Nodes on [-1, 1], and what turns slopes there into coefficients 1 to DEGREE."""
-    nodes = -np.cos(np.pi * np.arange(DEGREE) / (DEGREE - 1))
+    nodes: Floats = -np.cos(np.pi * np.arange(DEGREE) / (DEGREE - 1))
     series = np.linalg.inv(chebyshev.chebvander(nodes, DEGREE - 1)).T
     powers = [chebyshev.cheb2poly(chebyshev.chebint(column)) for column in series]
-    return nodes, np.column_stack(powers)[1:]
+    return nodes, np.array(powers, dtype=np.float64).T[1:]
 
 
 NODES, INTEGRATE = _integration()
@@ -176,10 +176,11 @@ class _Construction:
         Where the map has no value the motion may be long to follow: only for an orbit's sake.
         """
         half = 0.5 * self.width / (1 << depth)
-        x = self.low + ((2 * place + 1)[:, None] + NODES) * half
+        centre = np.asarray(self.low + (2 * place + 1) * half, dtype=np.float64)
+        x = centre[:, None] + half * NODES
         values = sample(self.f, np.clip(x, *self.f.domain))
         with np.errstate(invalid="ignore"):  # infinite slopes at square roots fit nothing
-            rows, error = _fitted(self.low + (2 * place + 1) * half, half, x, values)
+            rows, error = _fitted(centre, half, x, values)
         fits = (error <= ERROR) & _one_branch(x, values)
         self.cells.append((depth, place[fits], rows[fits]))
         whole = (values.status == OK).all(axis=1)
