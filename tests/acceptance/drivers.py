@@ -114,7 +114,7 @@ def main(arguments: list[str] | None = None) -> int:
     share = SETTLED / (options.systems * options.points)
     for number, system in enumerate(random_cases(options.kind, options.systems, rng)):
         compare(system, random_points(system, options.points, rng), share, rng, count)
-        if number % 1000 == 0:
+        if number % 100 == 0:
             print(f"{time.perf_counter() - start:.0f} s: {count}", flush=True)
         if time.perf_counter() - start > options.seconds:
             break

@@ -147,6 +147,15 @@ def test_exponents_are_those_of_the_map_itself(V, monkeypatch):
     assert abs(fast.value - direct.value) <= 1e-12 + 3 * (fast.error + direct.error)
 
 
+def test_a_chaotic_orbit_of_law_9_is_that_of_the_map():
+    f = ss.event_map(ss.examples.law9(alpha=1.211), threads=1)
+    past = advance(f, np.linspace(0.375, 0.39, 64), 40)
+    orbit, slopes = tabulated(f, past).iterate_with_slopes(0.38, 20_000)
+    x, slopes = orbit[-300:-1], slopes[-299:]
+    assert np.abs(orbit[-299:] - f(x)).max() <= SAME
+    np.testing.assert_allclose(slopes, f.derivative(x), rtol=1e-7)
+
+
 def test_a_table_serves_an_orbit_that_starts_beside_a_breakpoint():
     f = ss.event_map(ss.examples.coulomb(V=0.03), threads=1)
     fast = tabulated(f, advance(f, np.array([0.1]), 4000)[0, 1:])
