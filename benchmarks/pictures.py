@@ -21,20 +21,21 @@ Rows = list[dict[str, Any]]
 
 
 def draw_peers(axes: Any, rows: Rows, law: str) -> None:
-    """Time of a map against wrong answers next to breakpoints, a point for each program."""
-    for row in (row for row in rows if row["law"] == law):
-        wrong, of = map(int, row["wrong, near breakpoints"].split(" of "))
-        share = 100 * wrong / of
+    """Time of a map by each program, and its wrong answers next to breakpoints."""
+    rows = sorted((r for r in rows if r["law"] == law), key=lambda r: -r["us/map"])
+    least = min(row["us/map"] for row in rows)
+    for place, row in enumerate(rows):
         colour = PALETTE["vermillion" if row["by"] == OURS else "blue"]
-        axes.plot(row["us/map"], share, "o", color=colour, clip_on=False)
+        axes.plot([least / 3, row["us/map"]], [place, place], color=PALETTE["light"], zorder=0)
+        axes.plot(row["us/map"], place, "o", color=colour)
         axes.annotate(
-            row["by"], (row["us/map"], share), xytext=(0, 5), textcoords="offset points",
-            ha="center", rotation=40 if share < 1 else 0, va="bottom", fontsize=7,
+            row["wrong, near breakpoints"], (row["us/map"], place), xytext=(6, 0),
+            textcoords="offset points", va="center", fontsize=7,
         )  # fmt: skip
+    axes.set_yticks(range(len(rows)), [row["by"] for row in rows])
+    axes.tick_params(axis="y", which="both", left=False, right=False)
     axes.set(xscale="log", xlabel="time of a map (µs), one core", title=law)
-    axes.set_ylabel("wrong next to breakpoints (%)")
-    axes.margins(x=0.15)
-    axes.set_ylim(-1, 32)
+    axes.set_xlim(least / 3, 40 * max(row["us/map"] for row in rows))
 
 
 def draw_batch(axes: Any, rows: Rows) -> None:
