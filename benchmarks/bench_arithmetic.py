@@ -40,7 +40,7 @@ def bench_arithmetic(benchmark, report):
     report.add(
         TABLE,
         **{
-            **{f"{kind}s/map": n for kind, n in count.items()},
+            **{f"{kind}/map": n for kind, n in count.items()},
             "ns/map": 1e9 * seconds,
             "1e9 operations/s": 1e-9 * total / seconds,
             "core's limit, 1e9/s": 1e-9 * limit,

@@ -42,8 +42,8 @@ def _operation(kind: str, name: str) -> Any:
 
 
 for names, kind in (
-    (("add", "radd", "sub", "rsub", "mul", "rmul"), "add or multiply"),
-    (("truediv", "rtruediv"), "divide"),
+    (("add", "radd", "sub", "rsub", "mul", "rmul"), "additions and multiplications"),
+    (("truediv", "rtruediv"), "divisions"),
 ):
     for name in names:
         setattr(Counted, f"__{name}__", _operation(kind, f"__{name}__"))
@@ -51,7 +51,7 @@ Counted.__neg__ = lambda self: Counted(float.__neg__(self))  # a bit, no arithme
 
 
 def _root(x: float) -> Counted:
-    COUNT["square root"] += 1
+    COUNT["square roots"] += 1
     return Counted(np.sqrt(np.float64(x)))
 
 
