@@ -49,6 +49,8 @@ docs: $(STAMPS)/docs
 benchmark: $(STAMPS)/dev
 	$(PY) -m pytest benchmarks -p no:xdist -o python_files='bench_*.py' -o python_functions='bench_*' \
 		--benchmark-only --benchmark-sort=name
+	$(PY) -m benchmarks.pictures
+	$(PY) -m benchmarks.guard
 
 clean:
 	rm -rf out build dist docs/_build docs/tutorials/generated docs/sg_execution_times.rst docs/api/generated benchmarks/results \

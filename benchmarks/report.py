@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import os
 import platform
-from importlib.metadata import version
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 RESULTS = Path(__file__).parent / "results"
 PACKAGES = ("stickslip", "numba", "numpy", "scipy")
+PEERS = ("CyRK", "diffrax", "heyoka", "jax", "scikit-sundae")
 
 
 class Report:
@@ -38,6 +40,10 @@ class Report:
 
 def machine() -> dict[str, Any]:
     """Tell what the numbers depend on."""
+    versions = {}
+    for name in (*PACKAGES, *PEERS):
+        with suppress(PackageNotFoundError):
+            versions[name] = version(name)
     return {
         "architecture": platform.machine(),
         "cores": len(os.sched_getaffinity(0))
@@ -45,7 +51,7 @@ def machine() -> dict[str, Any]:
         else os.cpu_count(),
         "load": [round(load, 2) for load in os.getloadavg()] if hasattr(os, "getloadavg") else None,
         "python": platform.python_version(),
-        **{name: version(name) for name in PACKAGES},
+        **versions,
     }
 
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from scipy import special
 
+from stickslip.analysis.one_d.cell_table import tabulated
 from stickslip.analysis.protocol import (
     checked_points,
     clip_to_domain,
@@ -39,6 +40,9 @@ LONGEST_COLLAPSE: Final = 64  # period of a repelling cycle that rounding may ho
 WARM_UP: Final = 512  # shaken steps that lead away from such a cycle
 SHAKE: Final = 1e-14  # of the domain's width: how far points are moved then
 RECURRENCES: Final = 10  # ... and this many times
+MANY: Final = 50_000  # steps from which on a table of the map pays, which takes as long to make
+PAST: Final = 4096  # points of orbits that show where the table is needed
+FEWEST: Final = 16  # ... and steps of each orbit at least
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,6 +112,9 @@ def lyapunov_exponent(
     An orbit that has settled on a cycle is averaged over whole periods. For the others the error
     is a standard deviation found by blocking; it holds if the `n` steps see every part of the
     attractor, which no finite orbit can prove.
+
+    From 50 000 steps on, a map that knows its margins is followed on a table of polynomials that
+    repeats its values to 1e-14 (docs/theory/many-maps.md).
     """
     if n < 2:
         raise ValueError(f"n = {n} steps: a mean with an error needs at least 2")
@@ -198,6 +205,7 @@ def trace(f: Map1D, x: Floats, n: int, skip: int = 0) -> tuple[Floats, Floats]:
     a few roundings every now and then.
     """
     values, slopes = np.empty((len(x), n)), np.empty((len(x), n))
+    f = _for_long_orbits(f, x, len(x) * (skip + n))
     on_cycle = np.any(advance(f, x, LONGEST_COLLAPSE)[:, 1:] == x[:, None], axis=1)
     rng, start = np.random.default_rng(0), x
     x, done = advance(f, x, skip)[:, -1], 0
@@ -213,6 +221,14 @@ def trace(f: Map1D, x: Floats, n: int, skip: int = 0) -> tuple[Floats, Floats]:
         x, done = piece[:, -1], done + step
         start = x
     return values, slopes
+
+
+def _for_long_orbits(f: Map1D, x: Floats, steps: int) -> Map1D:
+    """Return the table of a map where it pays, else the map."""
+    if steps < MANY or hasattr(f, "iterate_with_slopes"):
+        return f
+    past = advance(f, x, max(FEWEST, PAST // len(x)))
+    return tabulated(f, past[:, 1:]) or f
 
 
 def _stretch(f: Map1D, x: Floats, n: int) -> tuple[Floats, Floats]:

@@ -21,7 +21,7 @@ from scipy.sparse.linalg import spsolve
 from stickslip.analysis.lyapunov import LyapunovExponent, advance
 from stickslip.analysis.one_d.bands import inside
 from stickslip.analysis.one_d.table import branch_table
-from stickslip.analysis.protocol import domain_width, sample
+from stickslip.analysis.protocol import domain_width
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -208,7 +208,7 @@ def _piece_images(
     share = 0.5 * (1 - np.cos(np.pi * np.linspace(0, 1, PIECES + 1)))
     nodes = left[:, None] + (right - left)[:, None] * share
     nodes[:, -1] = right
-    values = sample(f, nodes).value
+    values = advance(f, nodes.ravel(), 1)[:, 1].reshape(nodes.shape)
     # Ends of cells at ends of laps: the value from inside.
     lap = np.searchsorted(table.left, nodes[:, PIECES // 2], side="right") - 1
     at_left, at_right = left <= table.left[lap], right >= table.right[lap]

@@ -1,0 +1,175 @@
+"""Maps per second and memory against the size of the array, threads, and events of a map.
+
+What the number of blocks costs: `bench_chain.py`.
+"""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from benchmarks.c_code import COMPILER, coulomb_map
+from benchmarks.cases import CASES
+from benchmarks.measure import CPU, WALL, in_turns
+
+import stickslip as ss
+from stickslip.numerics.targets import available_threads
+
+BATCH = "Maps per second against the size of the array, one core"
+THREADS = "Threads: maps per second, and C in as many processes (wall time)"
+EVENTS = "Events of a map: one core"
+ORBIT = "Long orbits at fixed parameters, one core"
+MEMORY = "Memory against the size of the array"
+SIZES = (1, 8, 16, 64, 256, 512, 4096, 65_536, 1_000_000)
+LARGEST = {"Coulomb": 1_000_000, "law (9)": 65_536}
+MAX_EVENTS = 400
+MANY = 1_000_000
+
+each_case = pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+needs_c = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
+
+
+@each_case
+@pytest.mark.parametrize("n", SIZES)
+@pytest.mark.benchmark(timer=CPU, group="batch")
+def bench_batch(benchmark, report, case, n):
+    if n > LARGEST[case.name]:
+        pytest.skip("takes too long")
+    f, d = case.map(), case.uniform(n)
+    x = float(d[0])
+    repeats = max(1, (20_000 if case.name == "Coulomb" else 400) // n)
+
+    def maps():
+        for _ in range(repeats):
+            f(x if n == 1 else d)
+
+    benchmark.pedantic(maps, rounds=7, warmup_rounds=1)
+    seconds = benchmark.stats.stats.median / repeats
+    report.add(BATCH, law=case.name, n=n, **{"us/map": 1e6 * seconds / n, "maps/s": n / seconds})
+
+
+@pytest.mark.parametrize("mu", [0.05, 0.1, 0.2, 0.4, 0.7, 0.9])
+@pytest.mark.benchmark(timer=CPU, group="events")
+@needs_c
+def bench_events(benchmark, report, mu):
+    alpha, beta, V = 1.0, 1.5, 0.2
+    model = ss.TwoBlock(alpha=alpha, beta=beta, V=V, friction=ss.Coulomb(mu=mu))
+    f = ss.event_map(model, threads=1, max_events=MAX_EVENTS)
+    d = np.random.default_rng(1).uniform(*f.domain, 20_000)
+    events = f.evaluate(d[:4000]).n_events
+    pairs = in_turns(benchmark, lambda: f(d), lambda: coulomb_map(d, alpha, beta, mu, V), rounds=5)
+    report.add(
+        EVENTS,
+        system=f"alpha = {alpha}, beta = {beta}, V = {V}, mu = {mu}",
+        **{
+            "events/map": float(events.mean()),
+            "us/map": 1e6 * float(np.median(pairs.ours)) / d.size,
+            "ns/event": 1e9 * float(np.median(pairs.ours)) / d.size / float(events.mean()),
+            "times faster than C": pairs.ratio(),
+        },
+    )
+
+
+@pytest.mark.skipif(available_threads() < 2, reason="this process may use one core only")
+@needs_c
+@pytest.mark.benchmark(timer=WALL, group="threads")
+def bench_threads_and_c(benchmark, report):
+    """Two threads against one, and C in two processes against one: what the machine has to give."""
+    case = CASES[0]
+    one, two, d = case.map(threads=1), case.map(threads=2), case.uniform(MANY)
+    pairs = in_turns(benchmark, lambda: two(d), lambda: one(d), rounds=5)
+    alone, together = ([_c_processes(n) for _ in range(3)] for n in (1, 2))
+    low, high = pairs.spread()
+    report.add(
+        THREADS,
+        maps=d.size,
+        **{
+            "1 thread, million/s": 1e-6 * d.size / float(np.median(pairs.other)),
+            "2 threads, million/s": 1e-6 * d.size / float(np.median(pairs.ours)),
+            "gain": pairs.ratio(),
+            "pairs": f"{low:.2f} to {high:.2f}",
+            "gain of C, 2 processes": 2 * float(np.median(alone)) / float(np.median(together)),
+        },
+    )
+
+
+C_PROCESS = """
+import time, numpy as np
+from benchmarks.c_code import coulomb_map
+d = np.random.default_rng(1).uniform(-.67, .67, 1_000_000)
+coulomb_map(d[:1000], 1.2, 1.3, .22, .0366)
+input()
+start = time.perf_counter()
+coulomb_map(d, 1.2, 1.3, .22, .0366)
+print(time.perf_counter() - start)
+"""
+
+
+def _c_processes(n):
+    """Longest time of 10^6 maps in C, n processes at once."""
+    command = [sys.executable, "-c", C_PROCESS]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    started = [subprocess.Popen(command, **pipes) for _ in range(n)]
+    for process in started:
+        process.stdin.write("\n")
+        process.stdin.flush()
+    return max(float(process.communicate()[0]) for process in started)
+
+
+@pytest.mark.parametrize("V", [0.0366, 0.03])
+@pytest.mark.benchmark(timer=CPU, group="orbit")
+def bench_exponent(benchmark, report, V):
+    """10^6 steps with their exponent, on a table of the map and by the map itself."""
+    f = ss.event_map(ss.examples.coulomb(V=V), threads=1)
+    few = MANY // 50
+    start = np.array([0.1])
+    pairs = in_turns(
+        benchmark,
+        lambda: ss.lyapunov_exponent(f, 0.1, MANY, transient=1000),
+        lambda: (f.iterate(start, few), f.derivative(f.iterate(start, few))),
+        rounds=5,
+    )
+    low, high = pairs.spread(MANY / few)
+    report.add(
+        ORBIT,
+        V=V,
+        steps=MANY,
+        **{
+            "exponent, s": float(np.median(pairs.ours)),
+            "ns/step": 1e9 * float(np.median(pairs.ours)) / MANY,
+            "times faster than points, then slopes": pairs.ratio(MANY / few),
+            "pairs": f"{low:.0f} to {high:.0f}",
+        },
+    )
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+@each_case
+@pytest.mark.parametrize("n", [1000, 100_000, 1_000_000])
+@pytest.mark.benchmark(group="memory")
+def bench_memory(benchmark, report, case, n):
+    """Largest resident memory of a process that evaluates n maps, less that of one with one map."""
+    if n > 10 * LARGEST[case.name] or (case.name == "law (9)" and n > 100_000):
+        pytest.skip("takes too long")
+    law = "coulomb()" if case.name == "Coulomb" else "law9(alpha=1.2099)"
+    code = (
+        "import re, sys, numpy as np, stickslip as ss\n"
+        f"f = ss.event_map(ss.examples.{law}, threads=1)\n"
+        f"d = np.linspace(*{case.window}, int(sys.argv[1]))\n"
+        "f(d)\n"
+        "print(re.search(r'VmHWM:\\s+(\\d+)', open('/proc/self/status').read())[1])"
+    )
+
+    def largest(size):
+        command = [sys.executable, "-c", code, str(size)]
+        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        return 1024 * int(done.stdout)
+
+    base = largest(1)
+    most = benchmark.pedantic(largest, args=(n,), rounds=1)
+    report.add(
+        MEMORY,
+        law=case.name,
+        n=n,
+        **{"MiB of the process": most / 2**20, "bytes/map": (most - base) / n},
+    )
