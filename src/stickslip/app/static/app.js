@@ -127,12 +127,12 @@ export class App {
     } else if (box) {
       const [x0, x1, y0, y1] = box.map(clean);
       this.store.update(
-        { diagram: { ...diagram, range: [x0, x1], window: [y0, y1] } },
+        { diagram: { ...diagram, range: [x0, x1], view: [y0, y1] } },
         "zoom:diagram",
       );
     } else {
       this.store.update(
-        { diagram: { ...diagram, range: diagram.full, window: null } },
+        { diagram: { ...diagram, range: diagram.full, view: null } },
         "zoom:diagram",
       );
     }
