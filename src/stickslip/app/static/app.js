@@ -268,7 +268,10 @@ export class App {
     if (part.error) {
       panel?.say(part.error.message, true);
       this.showError(part.error.field ?? null, part.error.message);
-    } else if (slot === "map") this.showError(null, "");
+      return;
+    }
+    if (panel?.note.classList.contains("error")) panel.say("");
+    if (slot === "map") this.showError(null, "");
   }
 
   /**
