@@ -43,6 +43,12 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.skip(reason=f"no browser tests: {reason}"))
 
 
+def is_warm(url):
+    """Whether the server has compiled its kernels."""
+    with urllib.request.urlopen(f"{url}healthz") as answer:
+        return json.load(answer)["warm"]
+
+
 @pytest.fixture(scope="session")
 def address():
     """Address of an explorer that has compiled its kernels."""
@@ -51,13 +57,14 @@ def address():
     try:
         url = server.stdout.readline().strip()
         until = time.monotonic() + WARM_UP_S
-        while not json.load(urllib.request.urlopen(f"{url}healthz"))["warm"]:
+        while not is_warm(url):
             assert time.monotonic() < until, "the server did not get warm"
             time.sleep(0.2)
         yield url
     finally:
         server.terminate()
         server.wait(20)
+        server.stdout.close()
 
 
 @pytest.fixture(scope="session")
@@ -115,6 +122,8 @@ class Explorer:
             arg=list(slots),
             timeout=SETTLE_MS,
         )
+        wrong = "slots => slots.map((slot) => explorer.answers.get(slot)?.error).filter(Boolean)"
+        assert not self.page.evaluate(wrong, list(slots))
         self.page.evaluate("() => new Promise((r) => requestAnimationFrame(() => setTimeout(r)))")
         return self
 

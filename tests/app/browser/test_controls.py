@@ -57,6 +57,7 @@ def test_a_value_out_of_range_is_named_at_its_field(explorer):
     assert field.get_attribute("aria-invalid") == "true"
     explorer.type_into("mu", 0.22)
     assert error.is_hidden()
+    assert explorer.panel("law").locator(".note.error").count() == 0
     assert field.get_attribute("aria-invalid") is None
 
 

@@ -12,12 +12,12 @@ def test_the_address_holds_the_whole_state(explorer):
     explorer.click("map", -0.2, 0.1)
     explorer.drag("map", (0.2, 0.5), (0.35, -0.3))
     explorer.page.wait_for_function("() => location.hash.includes('zoom.map')")
-    state, picture = explorer.state, explorer.picture("map")
+    state, picture = explorer.state, explorer.picture("map")[0]
     fragment = explorer.page.evaluate("() => location.hash.slice(1)")
     assert fragment.startswith("kind=two_block&alpha=1.2&beta=1.3&V=0.037&law=coulomb&mu=0.22")
     explorer.open(fragment)
     assert explorer.state == state
-    assert explorer.picture("map") == picture
+    assert explorer.picture("map")[0] == picture  # above it moves what the time shows
 
 
 @pytest.mark.parametrize("preset", ["oscillator", "chain"])

@@ -21,7 +21,8 @@ import { clean, completeAlong, Store } from "./state.js";
 
 const EMPTY = new Set(["progress", "end"]); // parts that only tell how far an answer is
 const KEPT = 40; // answers that took long, for undo
-const REST_MS = 120; // controls at rest: time for what takes longer
+const SOON_MS = 150; // a head start for the map
+const REST_MS = 160; // controls at rest: time for what takes longer
 
 /**
  * @typedef {object} Answer  what is known of the newest answer of a slot
@@ -127,12 +128,12 @@ export class App {
     } else if (box) {
       const [x0, x1, y0, y1] = box.map(clean);
       this.store.update(
-        { diagram: { ...diagram, range: [x0, x1], window: [y0, y1] } },
+        { diagram: { ...diagram, range: [x0, x1], view: [y0, y1] } },
         "zoom:diagram",
       );
     } else {
       this.store.update(
-        { diagram: { ...diagram, range: diagram.full, window: null } },
+        { diagram: { ...diagram, range: diagram.full, view: null } },
         "zoom:diagram",
       );
     }
@@ -169,14 +170,24 @@ export class App {
     this.askAll();
   }
 
-  /** Ask what is new: at once what is quick, the rest when the controls rest. */
+  /** Ask what is new: the map first, what is quick after it, the rest when the controls rest. */
   askAll() {
     const slots = slotsFor(this.state);
-    for (const slot of this.quickSlots) this.ask(slot);
+    if (slots.includes("map")) this.ask("map");
+    clearTimeout(this.soonTimer);
+    if (this.connection.running.has("map")) {
+      this.soonTimer = setTimeout(() => this.askQuick(), SOON_MS);
+    } else this.askQuick();
     clearTimeout(this.restTimer);
     this.restTimer = setTimeout(() => {
       for (const slot of slots) if (PATIENT.has(slot)) this.ask(slot);
     }, REST_MS);
+  }
+
+  /** What the map's answer goes before, if it is not long. */
+  askQuick() {
+    clearTimeout(this.soonTimer);
+    for (const slot of this.quickSlots) this.ask(slot);
   }
 
   /** @param {string} slot */
@@ -257,7 +268,10 @@ export class App {
     if (part.error) {
       panel?.say(part.error.message, true);
       this.showError(part.error.field ?? null, part.error.message);
-    } else if (slot === "map") this.showError(null, "");
+      return;
+    }
+    if (panel?.note.classList.contains("error")) panel.say("");
+    if (slot === "map") this.showError(null, "");
   }
 
   /**
@@ -288,6 +302,7 @@ export class App {
   /** @param {string} slot */
   #idle(slot) {
     if (this.connection.running.has(slot)) return;
+    if (slot === "map") this.askQuick();
     for (const resolve of this.waiters.get(slot) ?? []) resolve();
     this.waiters.delete(slot);
   }

@@ -318,7 +318,7 @@ export class Controls {
     if (!Number.isFinite(value) || range[0] >= range[1])
       return this.mark(null, "The range must go from a smaller to a larger number.");
     this.mark(null, "");
-    this.app.store.update({ diagram: { ...diagram, range, full: range, window: null } }, "range");
+    this.app.store.update({ diagram: { ...diagram, range, full: range, view: null } }, "range");
   }
 
   #motion() {

@@ -95,7 +95,7 @@ export function helpDialog(table) {
 function showAll(app) {
   const { diagram } = app.state;
   app.store.update(
-    { windows: {}, diagram: { ...diagram, range: diagram.full, window: null } },
+    { windows: {}, diagram: { ...diagram, range: diagram.full, view: null } },
     "zoom",
   );
 }

@@ -113,7 +113,8 @@ export function completeAlong(limits, model, given = {}) {
   const range = fits ? /** @type {[number, number]} */ (given.range) : around(limits, model, entry);
   const full = (fits && given.full) || range;
   const window = (fits && given.window) || null;
-  return { parameter: entry.name, range, window, full, max_period: given.max_period ?? 4 };
+  const view = (fits && given.view) || null;
+  return { parameter: entry.name, range, window, view, full, max_period: given.max_period ?? 4 };
 }
 
 /** A range about the present value, inside what the slider spans. */
@@ -141,7 +142,7 @@ const escape = (/** @type {any} */ value) =>
  * @param {Limits} limits @param {State} state
  */
 export function toFragment(limits, state) {
-  const { parameter, range, window, full, max_period } = state.diagram;
+  const { parameter, range, window, view, full, max_period } = state.diagram;
   /** @type {[string, any][]} */
   const pairs = [
     ...modelPairs(limits, state.model),
@@ -152,7 +153,8 @@ export function toFragment(limits, state) {
     ["along", [parameter, ...range].join(":")],
   ];
   pairs.push(["followed", max_period]);
-  if (window) pairs.push(["diagram", window.join(":")]);
+  if (window) pairs.push(["window", window.join(":")]);
+  if (view) pairs.push(["diagram", view.join(":")]);
   if (full.join() !== range.join()) pairs.push(["full", full.join(":")]);
   for (const [panel, box] of Object.entries(state.windows)) {
     if (box) pairs.push([`zoom.${panel}`, box.join(":")]);
@@ -271,7 +273,8 @@ function along(given) {
   return {
     parameter,
     range: numbers(rest.join(":"), 2) ?? undefined,
-    window: numbers(given.get("diagram"), 2),
+    window: numbers(given.get("window"), 2),
+    view: numbers(given.get("diagram"), 2),
     full: numbers(given.get("full"), 2) ?? undefined,
     max_period: number(given.get("followed")),
   };

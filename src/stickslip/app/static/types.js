@@ -8,7 +8,8 @@
  * @typedef {object} Along  the parameter of the bifurcation diagram
  * @property {string} parameter
  * @property {Range} range  what is shown
- * @property {Range | null} window  vertical range; null: what the attractors need
+ * @property {Range | null} window  what the map is confined to; null: its domain
+ * @property {Range | null} view  vertical range shown; null: what the attractors need
  * @property {Range} full  the range to which a double click returns
  * @property {number} max_period  of the orbits followed
  *

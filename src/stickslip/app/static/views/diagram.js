@@ -55,7 +55,7 @@ export class DiagramView extends View {
   update() {
     const { diagram } = this.app.state;
     this.plot.options.xlabel = this.app.symbol(diagram.parameter);
-    const vertical = diagram.window ?? this.extent();
+    const vertical = diagram.view ?? diagram.window ?? this.extent();
     this.plot.setView(/** @type {Box} */ ([...diagram.range, ...vertical]));
     const found = this.bifurcations;
     const done = this.parts.some((part) => part.data.bifurcations);

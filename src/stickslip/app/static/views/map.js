@@ -48,7 +48,11 @@ export class MapView extends View {
     return this.answer(this.slot)?.parts.findLast((part) => part.arrays.x);
   }
 
-  /** @returns {{orbits: Orbit[], old: boolean}} */
+  /**
+   * Of the present map; until they are known those of the one before (`old`). A search completes
+   * what follows from the map before.
+   * @returns {{orbits: Orbit[], old: boolean, searched: boolean}}
+   */
   get orbits() {
     const answer = this.answer("map");
     const now = answer?.parts.findLast((part) => part.data.orbits);
@@ -61,7 +65,8 @@ export class MapView extends View {
     if (followed) all.push(...(before?.data.orbits ?? []).filter(isThrough));
     return {
       orbits: this.main ? all : all.filter(({ period }) => power % period === 0),
-      old: !now || followed,
+      old: !now,
+      searched: Boolean(now) && !followed,
     };
   }
 
@@ -83,13 +88,13 @@ export class MapView extends View {
 
   say() {
     if (!this.main || !this.values) return;
-    const { orbits, old } = this.orbits;
+    const { orbits, searched } = this.orbits;
     const proper = orbits.filter((orbit) => !isThrough(orbit));
     const stable = proper.filter((orbit) => orbit.stable).map(orbitName);
     const unstable = proper.filter((orbit) => !orbit.stable).length;
     const through = orbits.length - proper.length;
     const text =
-      old || !orbits.length
+      !searched || !orbits.length
         ? ""
         : `stable ${stable.join(", ") || "none"}; unstable ${unstable}; through a jump ${through}`;
     this.panel.say(text);
@@ -140,12 +145,12 @@ export class MapView extends View {
 
   paintOrbits() {
     const { plot } = this;
-    const { orbits, old } = this.orbits;
+    const { orbits, old, searched } = this.orbits;
     const labels = new Labels(plot);
-    plot.context.globalAlpha = old ? 0.35 : 1;
     const order = [...orbits].sort((a, b) => Number(isThrough(b)) - Number(isThrough(a)));
     const spots = order.map((orbit) => ({ orbit, at: this.spots(orbit) }));
     for (const { orbit, at } of spots) {
+      plot.context.globalAlpha = old || (!searched && isThrough(orbit)) ? 0.35 : 1;
       for (const [x, y] of at) {
         const { color, size } = orbitLook(orbit);
         mark(plot, orbitShape(orbit), x, y, { color, size });
