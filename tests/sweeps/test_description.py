@@ -91,7 +91,7 @@ def test_a_bad_description_is_refused_before_anything_is_written(tmp_path, more,
     ("make", "words"),
     [
         (lambda: ss.observables.Attractor(n=1), "n = 1 of attractor: a whole number >= 2"),
-        (lambda: ss.observables.OrbitPoints(n=8, count=9), "at most n = 8 points"),
+        (lambda: ss.observables.OrbitPoints(n=8, count=10), r"at most n \+ 1 = 9 points"),
         (lambda: ss.observables.Function(function="nowhere:f"), "'nowhere:f' cannot be imported"),
         (lambda: ss.observables.Function(function="math:nothing"), "cannot be imported"),
         (lambda: ss.observables.Function(function=small.both, dtype="U3"), "a type of numbers"),

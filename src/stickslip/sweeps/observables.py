@@ -128,7 +128,7 @@ class OrbitPoints(_OfOrbit):
     Parameters
     ----------
     count : int
-        Number of points, at most ``n``.
+        Number of points, at most ``n + 1``.
     transient, n, max_period : int
         As in `Attractor`.
     """
@@ -139,8 +139,10 @@ class OrbitPoints(_OfOrbit):
     def __post_init__(self) -> None:
         """Check the numbers, and that the stretch is long enough."""
         super().__post_init__()
-        if self.count > self.n:
-            raise ValueError(f"count = {self.count} of {self.name}: at most n = {self.n} points.")
+        if self.count > self.n + 1:
+            raise ValueError(
+                f"count = {self.count} of {self.name}: at most n + 1 = {self.n + 1} points."
+            )
 
     def outputs(self) -> tuple[Output, ...]:
         """Return its variables."""

@@ -255,8 +255,9 @@ def turning_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
             kind = b[ONE_KIND + k]
             kind = (FREED if drops else (kind if rides else UNDECIDED)) if turns else kind
             b[ONE_KIND + k] = kind
-            b[ONE_TIME + k] = turn if turns else t
-            b[ONE_GUESS + k] = guess if turns else b[ONE_GUESS + k]
+            drops = drops and turns
+            b[ONE_TIME + k] = turn if drops else t
+            b[ONE_GUESS + k] = guess if drops else b[ONE_GUESS + k]
         base += STEP
 
 
