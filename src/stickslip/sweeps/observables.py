@@ -16,6 +16,7 @@ from stickslip.numerics.long_run import CHAOTIC, LEFT, PERIODIC, UNDECIDED
 from stickslip.status import NEVER_CYCLE, NEVER_SLIPPING
 from stickslip.sweeps.coexistence import CoexistingAttractors
 from stickslip.sweeps.identity import function_identity, import_function
+from stickslip.sweeps.limit_cycles import LimitCycles
 from stickslip.sweeps.observable import Columns, Observable, Output, whole
 from stickslip.sweeps.orbits import Run
 from stickslip.vocabulary import did_you_mean
@@ -28,6 +29,7 @@ __all__ = [
     "CoexistingAttractors",
     "Events",
     "Function",
+    "LimitCycles",
     "LyapunovExponent",
     "NeverReturns",
     "Observable",
@@ -43,6 +45,7 @@ KINDS: Final = {UNDECIDED: "undecided", LEFT: "left", PERIODIC: "periodic", CHAO
 class _OfOrbit(Observable):
     """Of one orbit for each grid point."""
 
+    needs: ClassVar[tuple[str, ...]] = ("orbits",)
     transient: int = whole(1000, least=0)
     n: int = whole(1000, least=2)
     max_period: int = whole(256)
@@ -134,6 +137,7 @@ class OrbitPoints(_OfOrbit):
     """
 
     name: ClassVar[str] = "orbit_points"
+    needs: ClassVar[tuple[str, ...]] = ("orbits", "line")
     count: int = whole(16)
 
     def __post_init__(self) -> None:
@@ -166,7 +170,7 @@ class Events(_OfOrbit):
     """
 
     name: ClassVar[str] = "events"
-    needs_events: ClassVar[bool] = True
+    needs: ClassVar[tuple[str, ...]] = ("orbits", "events")
 
     def outputs(self) -> tuple[Output, ...]:
         """Return its variables."""
@@ -199,7 +203,7 @@ class NeverReturns(Observable):
     """
 
     name: ClassVar[str] = "never_returns"
-    needs_events: ClassVar[bool] = True
+    needs: ClassVar[tuple[str, ...]] = ("orbits", "events")
     n_seeds: int = whole(64)
     n: int = whole(100, least=2)
 
@@ -232,6 +236,9 @@ class NeverReturns(Observable):
 @dataclass(frozen=True, kw_only=True)
 class Function(Observable):
     """A function of the user's own, ``function(f, d0)``, of the map and a starting point.
+
+    Of more than two blocks ``d0`` is an array; where there is no event map (one block, forced
+    models), ``f`` is the model and ``d0`` NaN.
 
     Parameters
     ----------
@@ -297,6 +304,7 @@ OBSERVABLES: Final[dict[str, type[Observable]]] = {
         Events,
         CoexistingAttractors,
         NeverReturns,
+        LimitCycles,
         Function,
     )
 }

@@ -89,7 +89,13 @@ def settle_abreast(
     followed: Followed,
 ) -> int:
     """Apply the maps `steps` times to the first m slots; return how many orbits are left."""
-    x, orbit, value, b, index = abreast.x, abreast.orbit, abreast.value, abreast.b, abreast.index
+    x, orbit, value, b, index = (
+        abreast.x,
+        abreast.orbit,
+        abreast.value,
+        abreast.streams,
+        abreast.lists,
+    )
     few, common = x.shape[0], plant_at(1.0, 1.0, 1.0, 0.0, 0.0)
     zero, no_slope = np.uint64(0), x[:0]
     for k in range(steps):
@@ -137,7 +143,13 @@ def record_abreast(
     followed: Followed,
 ) -> int:
     """Apply the maps to the first m slots and record the paths; return how many are left."""
-    x, orbit, value, b, index = abreast.x, abreast.orbit, abreast.value, abreast.b, abreast.index
+    x, orbit, value, b, index = (
+        abreast.x,
+        abreast.orbit,
+        abreast.value,
+        abreast.streams,
+        abreast.lists,
+    )
     few, common, zero = x.shape[0], plant_at(1.0, 1.0, 1.0, 0.0, 0.0), np.uint64(0)
     for s in range(m):
         i = orbit[s]
@@ -164,7 +176,7 @@ def record_abreast(
         for s in range(m):
             i, slot, status = orbit[s], np.uint64(s), OK
             d, slope, duration = value[s], abreast.slope[s], b[ELAPSED + slot]
-            label, n_events = index[LABEL + slot], np.int64(index[COUNT + slot])
+            label, n_events = index[LABEL + slot], int(index[COUNT + slot])
             if not math.isfinite(d):
                 d, slope, label, n_events, duration, status = ask(
                     models, i, x[s], scratch, controls, itinerary

@@ -41,6 +41,7 @@ def follow(
     n: int,
     max_period: int,
     tail: int,
+    device: str = "cpu",
 ) -> tuple[LongRun, Followed]:
     """Follow the orbit of each starting point under the map of its own model.
 
@@ -58,13 +59,35 @@ def follow(
         Longest period that is recognised.
     tail : int
         Number of last points that are kept, at most n + 1.
+    device : {"cpu", "cuda"}
 
     Returns
     -------
     LongRun, Followed
         An entry for each starting point, whatever the other ones are.
+
+    Raises
+    ------
+    ValueError
+        The law cannot be traced, and the device is a GPU.
     """
     verdicts, followed = new_long_run(starts.size), new_followed(starts.size, tail)
+    if device == "cuda":
+        from stickslip.mechanics.eventmap.cuda_follow import follow_on_gpu  # needs numba-cuda
+
+        follow_on_gpu(
+            engine,
+            _kernels(engine, "_follow_kernels"),
+            models,
+            starts,
+            controls=controls,
+            transient=transient,
+            n=n,
+            max_period=max_period,
+            verdicts=verdicts,
+            followed=followed,
+        )
+        return verdicts, followed
     scratch = _scratch(engine, 0), _scratch(engine, 1)
     if lanes_serve(engine, controls):
         _kernels(engine, "_lane_follow_kernels").follow_abreast(

@@ -49,8 +49,8 @@ class Abreast(NamedTuple):
 
     ``rows`` (plants' numbers, slots), ``x``, ``orbit``: plant, present point and number of the
     orbit in each slot; ``value``, ``slope``: of its next step. ``point`` (slots, n + 1),
-    ``label``, ``log_slope`` (slots, n): paths, in the order of the starting points. ``b``,
-    ``index``: streams and lists of `_lane_kernels`.
+    ``label``, ``log_slope`` (slots, n): paths, in the order of the starting points.
+    ``streams``, ``lists``: scratch of `_lane_kernels`.
     """
 
     rows: Floats
@@ -61,17 +61,17 @@ class Abreast(NamedTuple):
     point: Floats
     label: NDArray[np.uint64]
     log_slope: Floats
-    b: Floats
-    index: NDArray[np.uint64]
+    streams: Floats
+    lists: NDArray[np.uint64]
 
 
-def new_abreast(slots: int, n: int, b: Floats, index: NDArray[np.uint64]) -> Abreast:
+def new_abreast(slots: int, n: int, streams: Floats, lists: NDArray[np.uint64]) -> Abreast:
     """Arrays for `slots` orbits whose last n steps are recorded."""
     return Abreast(
         np.zeros((len(Plant._fields), slots)),
         *(np.zeros(slots), np.zeros(slots, dtype=np.int64), np.zeros(slots), np.zeros(slots)),
         *(np.zeros((slots, n + 1)), np.zeros((slots, n), dtype=np.uint64), np.zeros((slots, n))),
-        *(b, index),
+        *(streams, lists),
     )
 
 
