@@ -74,11 +74,14 @@ def test_without_a_gpu_the_error_says_what_is_missing(tmp_path):
 
 @pytest.mark.skipif(SIMULATED, reason="this is that process")
 def test_on_the_simulator():
-    """Numba decides for the simulator as it is imported, hence another process."""
+    """Numba decides for the simulator as it is imported, hence another process.
+
+    The simulator gives its own arrays to the CPU's loop over orbits, which runs as Python.
+    """
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "cuda"]
     result = subprocess.run(
         [*command, "-p", "no:xdist", __file__],
-        env={**os.environ, "NUMBA_ENABLE_CUDASIM": "1"},
+        env={**os.environ, "NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1"},
         capture_output=True,
         text=True,
         timeout=1200,

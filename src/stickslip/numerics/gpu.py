@@ -51,10 +51,12 @@ def gpu_name() -> str:
     """Name and compute capability of the GPU that is used."""
     from numba import cuda
 
+    if not hasattr(cuda, "get_current_device"):
+        return "numba's simulator"
     device = cuda.get_current_device()
-    name = getattr(device, "name", "simulator")
+    name = device.name.decode() if isinstance(device.name, bytes) else device.name
     major, minor = device.compute_capability
-    return f"{name.decode() if isinstance(name, bytes) else name}, compute {major}.{minor}"
+    return f"{name}, compute {major}.{minor}"
 
 
 def device_array(shape: tuple[int, ...], dtype: Any) -> Any:
