@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 from tests.mechanics.eventmap.test_cuda import SIMULATED, has_gpu, on_gpu
+from tests.sweeps import small
 
 import stickslip as ss
 from stickslip.sweeps.errors import StoreRefused
@@ -61,8 +62,15 @@ def test_a_start_outside_the_domain_is_data(tmp_path):
 @on_gpu
 def test_what_a_gpu_does_not_do_is_refused(tmp_path):
     model, store = ss.examples.coulomb(), tmp_path / "x"
-    with pytest.raises(ValueError, match="observable 'limit_cycles' is computed on the CPU"):
-        ss.sweep(model, {"V": [0.1]}, ["limit_cycles"], store=store, device="cuda")
+    for system, wanted, words in (
+        (model, "limit_cycles", "observable 'limit_cycles' is computed on the CPU"),
+        (model.replace(damping=0.1), "attractor", "without damping"),
+        (ss.PiecewiseMap(small.tent, (0, 1), parameters={"s": 1.0}), "attractor", "two undamped"),
+    ):
+        parameter = next(iter(system.parameters))
+        with pytest.raises(ValueError, match=words):
+            ss.sweep(system, {parameter: [0.1]}, [wanted], store=store, device="cuda")
+    assert not store.exists()
 
 
 @pytest.mark.skipif(SIMULATED or has_gpu(), reason="there is a GPU")

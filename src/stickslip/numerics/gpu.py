@@ -147,12 +147,16 @@ def _maker(name: str, example: tuple[Any, ...]) -> str:
 
 
 def _array_lines(name: str, array: NDArray[Any]) -> Iterator[str]:
-    """Make an array like this one, of zeros; an empty one is a slice, as memory cannot be."""
-    shape = tuple(max(1, length) for length in array.shape)
-    yield f"{name} = cuda.local.array({shape}, {array.dtype.name})"
+    """Make an array like this one, of zeros.
+
+    Memory cannot be empty: an empty array is a part of a longer one, and a slice of several
+    dimensions would not be contiguous, which is another type to numba.
+    """
+    if array.size == 0:
+        yield f"{name} = cuda.local.array(1, {array.dtype.name})[:0].reshape({array.shape})"
+        return
+    yield f"{name} = cuda.local.array({array.shape}, {array.dtype.name})"
     indices = [f"i{k}" for k in range(array.ndim)]
-    for depth, (index, length) in enumerate(zip(indices, shape, strict=True)):
+    for depth, (index, length) in enumerate(zip(indices, array.shape, strict=True)):
         yield f"{'    ' * depth}for {index} in range({length}):"
     yield f"{'    ' * array.ndim}{name}[{', '.join(indices)}] = 0"
-    if array.size == 0:
-        yield f"{name} = {name}[{', '.join(f':{length}' for length in array.shape)}]"

@@ -12,6 +12,7 @@ import numpy as np
 from stickslip.analysis.piecewise_map import PiecewiseMap
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
+from stickslip.mechanics.eventmap.cuda_carrier import check_damping, check_traced
 from stickslip.mechanics.eventmap.follow import ModelTable, follow
 from stickslip.mechanics.eventmap.follow_records import new_followed
 from stickslip.mechanics.eventmap.records import Controls
@@ -78,6 +79,9 @@ class ModelSystem(System):
 
     def on(self, device: str) -> ModelSystem:
         """Return the same system, followed on a device."""
+        if device == "cuda":
+            check_damping(self.model)
+            check_traced(_engine_of(self.model, self.settings["engine"]))
         return ModelSystem(self.model, self.settings, device)
 
     def identity(self) -> dict[str, Any]:
@@ -134,7 +138,7 @@ class ModelSystem(System):
         size = len(models[0][1])
         if models[0][0].damping > 0.0:
             if self.device == "cuda":
-                raise ValueError("device = 'cuda' carries blocks without damping alone.")
+                check_damping(models[0][0])
             return self._one_by_one(columns, starts, of_start, run, tail)
         engines = [_engine_of(model, self.settings["engine"]) for model, _ in models]
         law_row = np.zeros(size, dtype=np.int64)

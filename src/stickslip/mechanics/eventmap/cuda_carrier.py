@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["CudaCarrier", "batches", "check_traced"]
+__all__ = ["CudaCarrier", "batches", "check_damping", "check_traced"]
 
 # Numbers that one launch brings back: bounds the memory of the device.
 LARGEST_BATCH = 1 << 26
@@ -37,11 +37,7 @@ class CudaCarrier(PlainCarrier):
 
     def __init__(self, model: TwoBlock, engine: EngineName, controls: Controls) -> None:
         require_gpu()
-        if model.damping > 0.0:
-            raise ValueError(
-                "device = 'cuda' carries blocks without damping, and this model has damping = "
-                f"{model.damping!r}. Take device='cpu'."
-            )
+        check_damping(model)
         super().__init__(model, engine_for(model, engine), controls, threads=1)
         check_traced(self.engine)
 
@@ -66,6 +62,15 @@ class CudaCarrier(PlainCarrier):
     def _parameters(self) -> tuple[Floats, Floats]:
         """The system and its laws, one row for all threads."""
         return np.array([self.engine.system]), self.engine.laws[None].copy()
+
+
+def check_damping(model: TwoBlock) -> None:
+    """Raise ValueError if a model has damping, which a GPU does not carry."""
+    if model.damping > 0.0:
+        raise ValueError(
+            "device = 'cuda' carries blocks without damping, and this model has damping = "
+            f"{model.damping!r}. Take device='cpu'."
+        )
 
 
 def check_traced(engine: Engine) -> None:
