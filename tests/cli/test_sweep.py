@@ -139,7 +139,7 @@ def test_models_and_maps_are_named_too(plan, monkeypatch):
     write_model(ss.examples.coulomb(), plan.parent / "model.toml")
     begin, end = PLAN.index("[model]"), PLAN.index("[axes]")
     plan.write_text('model = "model.toml"\n' + PLAN[:begin] + PLAN[end:])
-    assert read_plan(plan).arguments["system"].model == ss.examples.coulomb()
+    assert read_plan(plan).arguments["system"] == ss.examples.coulomb()
     plan.write_text('map = "tests.cli.test_sweep:LOGISTIC"\n' + PLAN[:begin] + PLAN[end:])
     assert read_plan(plan).arguments["system"] is LOGISTIC
 
