@@ -1,25 +1,26 @@
 """Time a sweep against its kernels alone, and the engine without kernels."""
 
+from resource import RUSAGE_SELF, getrusage
+from time import thread_time
+
 import numpy as np
 import pytest
-from benchmarks.measure import CPU, in_turns
+from benchmarks.measure import CPU
 
 import stickslip as ss
 
 pytest.importorskip("zarr")
 
-from stickslip.mechanics.eventmap.follow import ModelTable, follow
-from stickslip.mechanics.eventmap.records import Controls
-from stickslip.mechanics.flow.engine import engine_for
+from stickslip.mechanics.eventmap.follow import follow
 from stickslip.sweeps import sweep as sweeping
+from stickslip.sweeps import systems
 from stickslip.sweeps.axis import as_axes
 from stickslip.sweeps.job import Computed, Job
 from stickslip.sweeps.observables import as_observables
-from stickslip.sweeps.seeds import spread_starts
 from stickslip.sweeps.systems import as_system
 from stickslip.sweeps.target import target
 
-TABLE = "A sweep against its kernels alone (Coulomb, exponent and period, 1000 + 1000 maps)"
+TABLE = "A sweep over its kernels (Coulomb, exponent and period, 1000 + 1000 maps)"
 ENGINE = "A sweep without kernels"
 OBSERVABLES = ("attractor", "lyapunov_exponent")
 SIDE = 64  # a tile of the default size
@@ -36,47 +37,42 @@ def _job(n):
     return Job(system, tuple(axes), (n, n), wanted, 0, None), axes
 
 
-def _kernels_alone(model, axes, count):
-    """Follow the same orbits in one call; `count` points."""
-    V, alpha = (
-        grid.ravel() for grid in np.meshgrid(*(a.values for a in axes.values()), indexing="ij")
-    )
-    end = (1 + model.beta) / (1 + 2 * alpha)
-    starts = spread_starts(0, np.arange(count, dtype=np.uint64), 1, -end, end)[:, 0]
-    engine = engine_for(model)
-    table = ModelTable(
-        alpha,
-        np.full(count, model.beta),
-        V,
-        laws=engine.laws[None],
-        law_row=np.zeros(count, dtype=np.int64),
-        of_start=np.arange(count),
-    )
-    controls = Controls(1e-15, 10_000, np.inf)
-    return follow(
-        engine, table, starts, controls=controls, transient=1000, n=1000, max_period=256, tail=1
-    )
-
-
 @pytest.mark.benchmark(timer=CPU, group="sweeps")
-def bench_against_kernels(benchmark, report, tmp_path):
-    model = ss.examples.coulomb()
-    axes, count = as_axes(_axes(SIDE)), SIDE * SIDE
-    stores = iter(range(100))
+@pytest.mark.parametrize("n", [300, pytest.param(LARGE, marks=pytest.mark.slow)])
+def bench_plane(benchmark, report, tmp_path, monkeypatch, n):
+    """All costs of a sweep over the time inside its kernels, and what memory it takes."""
+    inside, memory = [], []
+
+    def timed(*arguments, **more):
+        began = thread_time()
+        found = follow(*arguments, **more)
+        inside.append(thread_time() - began)
+        return found
+
+    monkeypatch.setattr(systems, "follow", timed)
+    ss.sweep(ss.examples.coulomb(), {"V": [0.0366]}, OBSERVABLES, store=tmp_path / "warm")
+    inside.clear()
 
     def whole():
-        store = tmp_path / f"{next(stores)}"
         return ss.sweep(
-            model, axes, OBSERVABLES, store=store, threads=1, chunks={"V": SIDE, "alpha": SIDE}
+            ss.examples.coulomb(),
+            _axes(n),
+            OBSERVABLES,
+            store=tmp_path / "x",
+            threads=1,
+            chunks={"V": SIDE, "alpha": SIDE},
+            progress=lambda _: memory.append(getrusage(RUSAGE_SELF).ru_maxrss / 1024),
         )
 
-    pairs = in_turns(benchmark, whole, lambda: _kernels_alone(model, axes, count), rounds=3)
+    benchmark.pedantic(whole, rounds=1)
     report.add(
         TABLE,
-        points=count,
+        points=n * n,
         **{
-            "ms/point": 1e3 * float(np.median(pairs.other)) / count,
-            "sweep / kernels": 1 / pairs.ratio(),
+            "ms/point": 1e3 * sum(inside) / n**2,
+            "sweep / kernels": benchmark.stats.stats.median / sum(inside),
+            "MB after a tenth": memory[len(memory) // 10],
+            "MB at the end": memory[-1],
         },
     )
 

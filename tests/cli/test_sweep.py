@@ -139,7 +139,7 @@ def test_models_and_maps_are_named_too(plan, monkeypatch):
     write_model(ss.examples.coulomb(), plan.parent / "model.toml")
     begin, end = PLAN.index("[model]"), PLAN.index("[axes]")
     plan.write_text('model = "model.toml"\n' + PLAN[:begin] + PLAN[end:])
-    assert read_plan(plan).arguments["system"].model == ss.examples.coulomb()
+    assert read_plan(plan).arguments["system"] == ss.examples.coulomb()
     plan.write_text('map = "tests.cli.test_sweep:LOGISTIC"\n' + PLAN[:begin] + PLAN[end:])
     assert read_plan(plan).arguments["system"] is LOGISTIC
 
@@ -192,3 +192,21 @@ def test_what_cannot_be_drawn_is_told(store, tmp_path, capsys, options, words):
     assert (code, out) == (2, "")
     assert words in err
     assert not os.listdir(tmp_path)
+
+
+def test_a_plan_takes_a_model_without_an_event_map(tmp_path):
+    path = tmp_path / "plan.toml"
+    path.write_text(
+        """
+        store = "x.zarr"
+        observables = [{name = "limit_cycles", n_starts = 2}]
+        [model]
+        kind = "oscillator"
+        V = 0.2
+        friction = {law = "coulomb", mu = 0.4}
+        [axes]
+        V = [0.2, 0.3]
+        """
+    )
+    system = read_plan(path).arguments["system"]
+    assert system == ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.4))

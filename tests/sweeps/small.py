@@ -47,6 +47,14 @@ def both(f, d0):
     return [d0, f(d0)]
 
 
+def start_of(f, d0):
+    return d0
+
+
+def mass_of(model, d0):
+    return model.structure.mass[0]
+
+
 def many_slow(f, d0):
     time.sleep(0.004)
     return f(d0)

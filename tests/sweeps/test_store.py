@@ -190,7 +190,7 @@ def test_a_changed_function_is_another_description(tmp_path, monkeypatch):
 @pytest.mark.parametrize("key", ["device", "cpu", "features", "kernels"])
 def test_another_target_is_refused(copy, monkeypatch, key):
     other = {**target.target(), key: "+something"}
-    monkeypatch.setattr(target, "target", lambda: other)
+    monkeypatch.setattr(target, "target", lambda device: other)
     with pytest.raises(StoreRefused, match=r"computed otherwise.*something"):
         small.run(copy)
 
@@ -198,7 +198,7 @@ def test_another_target_is_refused(copy, monkeypatch, key):
 def test_a_worker_of_another_kind_is_refused(tmp_path, monkeypatch):
     from stickslip.sweeps import job
 
-    monkeypatch.setattr(job, "target", lambda: {**target.target(), "cpu": "other"})
+    monkeypatch.setattr(job, "target", lambda device: {**target.target(), "cpu": "other"})
     with pytest.raises(
         StoreRefused, match=r"A part of this sweep was computed otherwise \(cpu other there"
     ):

@@ -13,11 +13,6 @@ pytest.importorskip("zarr")
 ROUNDING = 1e-12
 
 
-def alone(model):
-    """Make the event map that carries motions one at a time, as sweeps do: the same bits."""
-    return ss.event_map(model, max_time=1e300)
-
-
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
     return small.run(tmp_path_factory.mktemp("sweeps") / "whole").load()
@@ -39,20 +34,21 @@ def test_orbits_are_those_of_the_event_map(done, data, tmp_path_factory):
     at = {name: data.draw(st.sampled_from(done[name].values.tolist())) for name in ("V", "alpha")}
     d0 = data.draw(st.floats(-0.4, 0.4))
     model = ss.examples.coulomb().replace(**at)
+    run = {"transient": 40, "n": 64}
     found = ss.sweep(
         model,
         {"d0": [d0]},
-        [ss.observables.OrbitPoints(**small.SHORT, count=64), "events"],
+        [ss.observables.OrbitPoints(**run, count=65), ss.observables.Events(**run)],
         store=tmp_path_factory.mktemp("sweeps") / "one",
         threads=1,
     )
-    f = alone(model)
-    path = f.iterate(d0, 104)
-    np.testing.assert_array_equal(found.orbit[0], path[-64:])
-    stretch = f.evaluate(f.iterate(d0, 1999)[1000:])
-    np.testing.assert_allclose(found.mean_events[0], stretch.n_events.mean(), rtol=ROUNDING)
-    np.testing.assert_allclose(found.mean_duration[0], stretch.duration.mean(), rtol=ROUNDING)
-    assert found.most_events[0] == stretch.n_events.max()
+    f = ss.event_map(model)
+    orbit = found.orbit[0].values
+    np.testing.assert_allclose(orbit[1:], f(orbit[:-1]), rtol=0, atol=ROUNDING)
+    motions = f.evaluate(orbit[:-1])
+    np.testing.assert_allclose(found.mean_events[0], motions.n_events.mean(), rtol=ROUNDING)
+    np.testing.assert_allclose(found.mean_duration[0], motions.duration.mean(), rtol=1e-10)
+    assert found.most_events[0] == motions.n_events.max()
 
 
 def test_the_exponent_is_the_mean_of_log_slopes(tmp_path):
@@ -60,19 +56,19 @@ def test_the_exponent_is_the_mean_of_log_slopes(tmp_path):
     found = ss.sweep(
         model,
         {"V": [0.0366, 0.0371, 0.045], "d0": [0.1, 0.279]},
-        ["attractor", "lyapunov_exponent"],
+        ["attractor", "lyapunov_exponent", ss.observables.OrbitPoints(count=1001)],
         store=tmp_path / "x",
         threads=1,
     )
     for V in found.V.values:
-        f = alone(model.replace(V=V))
+        f = ss.event_map(model.replace(V=V))
         for d0 in found.d0.values:
             here = found.sel(V=V, d0=d0)
-            path = f.iterate(d0, 2000)[1000:]
+            path = here.orbit.values
             logs = np.log(np.abs(f.derivative(path[:-1])))
             steps = int(here.period) or 1000
             expected = logs[-steps:].mean()
-            np.testing.assert_allclose(here.lyapunov_exponent, expected, rtol=1e-10)
+            np.testing.assert_allclose(here.lyapunov_exponent, expected, rtol=1e-9)
             if here.period:
                 assert abs(path[-1] - path[-1 - steps]) < 1e-9
                 assert here.kind == 1

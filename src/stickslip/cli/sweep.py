@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -32,6 +32,7 @@ def command(
     status: Flag = False,
     threads: Whole | None = None,
     scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
+    device: Literal["cpu", "cuda"] = "cpu",
     output: OutputOptions = OutputOptions(),
 ) -> None:
     """Compute what a plan describes into its store, and print the store's name.
@@ -53,6 +54,8 @@ def command(
         Processor cores used; all by default.
     scheduler
         Compute on the workers of this dask scheduler.
+    device
+        Where orbits are followed: processor cores, or an NVIDIA GPU.
     """
     from stickslip.sweeps.plan import read_plan
 
@@ -63,7 +66,7 @@ def command(
         if known is not None and not resume:
             done = f"{known['done']} of {known['chunks']} chunks done"
             raise RefusalError(f"{where} exists, {done}; --resume goes on with it")
-        _run(read, where, threads, scheduler, quiet=output.quiet)
+        _run(read, where, threads, scheduler, device, quiet=output.quiet)
         known = _known(read, where)
     facts: dict[str, Any] = {"store": where, "done": 0, "chunks": None, **(known or {})}
     if output.json:
@@ -90,14 +93,20 @@ def _known(plan: Plan, where: str) -> dict[str, int] | None:
 
 
 def _run(
-    plan: Plan, where: str, threads: int | None, scheduler: str | None, *, quiet: bool
+    plan: Plan,
+    where: str,
+    threads: int | None,
+    scheduler: str | None,
+    device: str,
+    *,
+    quiet: bool,
 ) -> None:
     """Run the sweep, and give each way of ending badly its exit code."""
     from stickslip.sweeps.errors import StoreBusy, StoreFull, StoreRefused, TilesFailed
 
     with _client(scheduler) as client, points("grid points", quiet=quiet) as show:
         try:
-            plan.run(store=where, threads=threads, client=client, progress=show)
+            plan.run(store=where, threads=threads, client=client, device=device, progress=show)
         except (StoreRefused, StoreBusy) as error:
             raise RefusalError(str(error)) from error
         except (StoreFull, TilesFailed) as error:

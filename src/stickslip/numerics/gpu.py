@@ -1,7 +1,7 @@
 """Running kernels on a GPU: is there one, scratch arrays of a thread, launching.
 
 The CPU's kernels are what runs there: numba compiles them for both, so that arithmetic and
-decisions have one source. Only this module and the templates named ``_cuda_kernels`` know
+decisions have one source. Only this module and the templates named ``_cuda_..._kernels`` know
 numba's CUDA target, which is imported when somebody asks for it.
 """
 
@@ -19,7 +19,7 @@ from stickslip.numerics.targets import write_module
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["THREADS", "launch_on_gpu", "local_arrays", "require_gpu"]
+__all__ = ["THREADS", "device_array", "gpu_name", "launch_on_gpu", "local_arrays", "require_gpu"]
 
 # Threads of a block: small, because a motion needs many registers.
 THREADS = 128
@@ -47,27 +47,54 @@ def require_gpu() -> None:
         )
 
 
+def gpu_name() -> str:
+    """Name and compute capability of the GPU that is used."""
+    from numba import cuda
+
+    if not hasattr(cuda, "get_current_device"):
+        return "numba's simulator"
+    device = cuda.get_current_device()
+    name = device.name.decode() if isinstance(device.name, bytes) else device.name
+    major, minor = device.compute_capability
+    return f"{name}, compute {major}.{minor}"
+
+
+def device_array(shape: tuple[int, ...], dtype: Any) -> Any:
+    """Make an array on the device, an input of `launch_on_gpu` that never leaves it."""
+    from numba import cuda
+
+    return cuda.device_array(shape, dtype)
+
+
 def launch_on_gpu(
-    kernel: Any, size: int, inputs: Sequence[Any], outputs: Sequence[NDArray[Any]]
+    kernel: Any,
+    size: int,
+    inputs: Sequence[Any],
+    outputs: Sequence[NDArray[Any]],
+    *,
+    filled: bool = False,
 ) -> None:
     """Run a kernel with one thread for each of `size` items.
 
     Parameters
     ----------
     kernel : CUDA kernel
-        Called with the inputs, then with the outputs; it writes every entry of these.
+        Called with the inputs, then with the outputs.
     size : int
     inputs : sequence
         Arrays are copied to the device, other things are passed as they are.
     outputs : sequence of ndarray
-        Where results go; what they hold is not copied to the device.
+        Where results go. The kernel writes every entry, unless they are `filled`.
+    filled : bool
+        Whether what the outputs hold is copied to the device first.
     """
     from numba import cuda
 
     if size == 0:
         return
     sent = [cuda.to_device(x) if isinstance(x, np.ndarray) else x for x in inputs]
-    received = [cuda.device_array(x.shape, x.dtype) for x in outputs]
+    place = cuda.to_device if filled else cuda.device_array_like
+    received = [place(x) for x in outputs]
     kernel[-(-size // THREADS), THREADS](*sent, *received)
     for array, there in zip(outputs, received, strict=True):
         if array.size > 0:
@@ -120,12 +147,16 @@ def _maker(name: str, example: tuple[Any, ...]) -> str:
 
 
 def _array_lines(name: str, array: NDArray[Any]) -> Iterator[str]:
-    """Make an array like this one, of zeros; an empty one is a slice, as memory cannot be."""
-    shape = tuple(max(1, length) for length in array.shape)
-    yield f"{name} = cuda.local.array({shape}, {array.dtype.name})"
+    """Make an array like this one, of zeros.
+
+    Memory cannot be empty: an empty array is a part of a longer one, and a slice of several
+    dimensions would not be contiguous, which is another type to numba.
+    """
+    if array.size == 0:
+        yield f"{name} = cuda.local.array(1, {array.dtype.name})[:0].reshape({array.shape})"
+        return
+    yield f"{name} = cuda.local.array({array.shape}, {array.dtype.name})"
     indices = [f"i{k}" for k in range(array.ndim)]
-    for depth, (index, length) in enumerate(zip(indices, shape, strict=True)):
+    for depth, (index, length) in enumerate(zip(indices, array.shape, strict=True)):
         yield f"{'    ' * depth}for {index} in range({length}):"
     yield f"{'    ' * array.ndim}{name}[{', '.join(indices)}] = 0"
-    if array.size == 0:
-        yield f"{name} = {name}[{', '.join(f':{length}' for length in array.shape)}]"

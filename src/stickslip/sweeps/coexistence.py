@@ -41,6 +41,7 @@ class CoexistingAttractors(Observable):
     """
 
     name: ClassVar[str] = "coexisting_attractors"
+    needs: ClassVar[tuple[str, ...]] = ("orbits", "line")
     n_seeds: int = whole(16)
     transient: int = whole(1000, least=0)
     n: int = whole(1000, least=2)
@@ -70,7 +71,7 @@ class CoexistingAttractors(Observable):
         period = found.verdicts.period.reshape(by_point)
         cells = found.verdicts.cells.reshape(*by_point, -1)
         tail = found.followed.tail.reshape(*by_point, -1)
-        width = SAME_POINT * (points.high - points.low)
+        width = SAME_POINT * points.widths
         number = [
             _cycles(period[i][kind[i] == PERIODIC], tail[i][kind[i] == PERIODIC], width[i])
             + _chaotic_sets(cells[i][kind[i] == CHAOTIC])

@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from stickslip.sweeps.axis import Axis
     from stickslip.sweeps.observable import Observable, Output
     from stickslip.sweeps.orbits import Run
-    from stickslip.sweeps.systems import System
+    from stickslip.sweeps.system import System
 
 __all__ = ["D0", "Computed", "Job", "Tile", "compute", "default_chunks", "tiles"]
 
 FORMAT: Final = 1  # raised when the same description would give other results
 D0: Final = "d0"  # name of an axis of starting points
-POINTS_PER_TILE: Final = 4096
+POINTS_PER_TILE: Final = {"cpu": 4096, "cuda": 65_536}  # a GPU takes as many orbits at once
 TILES: Final = 64  # of a small sweep, so that all cores have work and little is lost
 
 
@@ -45,6 +45,7 @@ class Job:
     observables: tuple[Observable, ...]
     seed: int
     d0: float | None
+    device: str = "cpu"
 
     @property
     def outputs(self) -> tuple[Output, ...]:
@@ -136,12 +137,16 @@ def compute(job: Job, tile: Tile) -> Computed:
             arrays[output.name] = np.ascontiguousarray(
                 columns[output.name].reshape(shape), dtype=output.dtype
             )
-    return Computed(arrays, target())
+    return Computed(arrays, target(job.device))
 
 
-def default_chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Choose tiles of at most 4096 points, and 64 tiles or more if there are so many points."""
-    wanted = max(1, min(POINTS_PER_TILE, math.prod(shape) // TILES))
+def default_chunks(shape: tuple[int, ...], device: str = "cpu") -> tuple[int, ...]:
+    """Choose tiles of at most 4096 points, and 64 tiles or more if there are so many points.
+
+    On a GPU at most 65 536, and fewer tiles.
+    """
+    tiles = 1 if device == "cuda" else TILES
+    wanted = max(1, min(POINTS_PER_TILE[device], math.prod(shape) // tiles))
     chunks: list[int] = []
     for k in sorted(range(len(shape)), key=lambda k: shape[k]):
         # What is left is shared evenly by the axes that are left, the short ones first.

@@ -37,12 +37,12 @@ class Observable:
     ----------
     name : str
         What plan files call it.
-    needs_events : bool
-        Whether it asks for events, which maps of the user's own do not have.
+    needs : tuple of str
+        What it asks of a system, of that which some lack (`System.lacks`).
     """
 
     name: ClassVar[str]
-    needs_events: ClassVar[bool] = False
+    needs: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         """Check that counts are whole numbers in range."""

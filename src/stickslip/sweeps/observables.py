@@ -16,6 +16,7 @@ from stickslip.numerics.long_run import CHAOTIC, LEFT, PERIODIC, UNDECIDED
 from stickslip.status import NEVER_CYCLE, NEVER_SLIPPING
 from stickslip.sweeps.coexistence import CoexistingAttractors
 from stickslip.sweeps.identity import function_identity, import_function
+from stickslip.sweeps.limit_cycles import LimitCycles
 from stickslip.sweeps.observable import Columns, Observable, Output, whole
 from stickslip.sweeps.orbits import Run
 from stickslip.vocabulary import did_you_mean
@@ -28,6 +29,7 @@ __all__ = [
     "CoexistingAttractors",
     "Events",
     "Function",
+    "LimitCycles",
     "LyapunovExponent",
     "NeverReturns",
     "Observable",
@@ -43,6 +45,7 @@ KINDS: Final = {UNDECIDED: "undecided", LEFT: "left", PERIODIC: "periodic", CHAO
 class _OfOrbit(Observable):
     """Of one orbit for each grid point."""
 
+    needs: ClassVar[tuple[str, ...]] = ("orbits",)
     transient: int = whole(1000, least=0)
     n: int = whole(1000, least=2)
     max_period: int = whole(256)
@@ -128,19 +131,22 @@ class OrbitPoints(_OfOrbit):
     Parameters
     ----------
     count : int
-        Number of points, at most ``n``.
+        Number of points, at most ``n + 1``.
     transient, n, max_period : int
         As in `Attractor`.
     """
 
     name: ClassVar[str] = "orbit_points"
+    needs: ClassVar[tuple[str, ...]] = ("orbits", "line")
     count: int = whole(16)
 
     def __post_init__(self) -> None:
         """Check the numbers, and that the stretch is long enough."""
         super().__post_init__()
-        if self.count > self.n:
-            raise ValueError(f"count = {self.count} of {self.name}: at most n = {self.n} points.")
+        if self.count > self.n + 1:
+            raise ValueError(
+                f"count = {self.count} of {self.name}: at most n + 1 = {self.n + 1} points."
+            )
 
     def outputs(self) -> tuple[Output, ...]:
         """Return its variables."""
@@ -164,7 +170,7 @@ class Events(_OfOrbit):
     """
 
     name: ClassVar[str] = "events"
-    needs_events: ClassVar[bool] = True
+    needs: ClassVar[tuple[str, ...]] = ("orbits", "events")
 
     def outputs(self) -> tuple[Output, ...]:
         """Return its variables."""
@@ -197,7 +203,7 @@ class NeverReturns(Observable):
     """
 
     name: ClassVar[str] = "never_returns"
-    needs_events: ClassVar[bool] = True
+    needs: ClassVar[tuple[str, ...]] = ("orbits", "events")
     n_seeds: int = whole(64)
     n: int = whole(100, least=2)
 
@@ -230,6 +236,9 @@ class NeverReturns(Observable):
 @dataclass(frozen=True, kw_only=True)
 class Function(Observable):
     """A function of the user's own, ``function(f, d0)``, of the map and a starting point.
+
+    Of more than two blocks ``d0`` is an array; where there is no event map (one block, forced
+    models), ``f`` is the model and ``d0`` NaN.
 
     Parameters
     ----------
@@ -295,6 +304,7 @@ OBSERVABLES: Final[dict[str, type[Observable]]] = {
         Events,
         CoexistingAttractors,
         NeverReturns,
+        LimitCycles,
         Function,
     )
 }

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["Run", "follow_map"]
+__all__ = ["Run", "follow_map", "joined"]
 
 
 class Run(NamedTuple):
@@ -73,3 +73,12 @@ def _step(f: Map1D, x: Floats, followed: Followed) -> tuple[Any, ...]:
         if hasattr(got, "n_events"):
             events[inside], time[inside] = got.n_events, got.duration
     return value, slope, label, events, time
+
+
+def joined(parts: list[tuple[LongRun, Followed]]) -> tuple[LongRun, Followed]:
+    """Put the results of several calls into one, in their order."""
+    verdicts, followed = zip(*parts, strict=True)
+    return (
+        type(verdicts[0])(*map(np.concatenate, zip(*verdicts, strict=True))),
+        type(followed[0])(*map(np.concatenate, zip(*followed, strict=True))),
+    )

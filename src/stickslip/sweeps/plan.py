@@ -175,7 +175,9 @@ def _system(file: _File, folder: Path) -> Any:
     else:
         with within("[model] "):
             model = model_of_values(file.model or {})
-    settings = msgspec.to_builtins(_read(file.engine or {}, _Engine, "engine."))
+    if file.engine is None:
+        return model
+    settings = msgspec.to_builtins(_read(file.engine, _Engine, "engine."))
     with within("engine: "):
         return event_map(model, **settings)
 

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stickslip.analysis.protocol import OUTSIDE, clip_to_domain
-from stickslip.sweeps.seeds import spread_starts
+from stickslip.analysis.protocol import OUTSIDE
+from stickslip.sweeps.system import rows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.protocol import Map1D
     from stickslip.mechanics.eventmap.follow_records import Followed
     from stickslip.numerics.long_run import LongRun
     from stickslip.sweeps.orbits import Run
-    from stickslip.sweeps.systems import System
+    from stickslip.sweeps.system import System
 
     Floats = NDArray[np.float64]
 
@@ -57,9 +56,14 @@ class Points:
     tails: Mapping[Run, int]
 
     def __post_init__(self) -> None:
-        """Find the ends of the domains, and remember no orbits yet."""
-        self.low, self.high = self.system.domains(self.columns, self.size)
+        """Remember no orbits yet."""
         self._known: dict[Run, Orbits] = {}
+
+    @property
+    def widths(self) -> Floats:
+        """Width of the domain at each grid point, of a map of the line."""
+        low, high = self.system.domains(self.columns, self.size)
+        return high - low
 
     @property
     def size(self) -> int:
@@ -67,31 +71,24 @@ class Points:
         return len(self.index)
 
     def starts(self, n_seeds: int) -> Floats:
-        """Return starting points (size, n_seeds); a single one is `d0`, where that is given."""
-        if n_seeds == 1 and self.d0 is not None:
-            return self.d0[:, None]
-        return spread_starts(self.seed, self.index, n_seeds, self.low, self.high)
+        """Return starting points (size, n_seeds, ...): `System.starts`."""
+        return self.system.starts(self.columns, self.d0, self.seed, self.index, n_seeds)
 
     def orbits(self, run: Run) -> Orbits:
         """Follow orbits, or return those of an equal run that are known already."""
         if run not in self._known:
-            starts = self._admitted(self.starts(run.n_seeds))
+            starts = self.starts(run.n_seeds)
             found = Orbits(*self.system.follow(self.columns, starts, run, self.tails[run]))
-            found.followed.status[np.isnan(starts.ravel())] = OUTSIDE
+            outside = np.isnan(starts).reshape(self.size * run.n_seeds, -1).any(axis=1)
+            found.followed.status[outside] = OUTSIDE
             self._known[run] = found
         return self._known[run]
 
-    def maps(self) -> Iterator[tuple[Map1D, float]]:
-        """Give the map and the starting point of each grid point in turn."""
-        starts = self.starts(1)[:, 0].tolist()
-        for i, d0 in enumerate(starts):
-            values = {name: float(column[i]) for name, column in self.columns.items()}
-            yield self.system.map_at(values), d0
+    def maps(self) -> Iterator[tuple[Any, Any]]:
+        """Give the map (`System.map_at`) and the starting point of each grid point in turn."""
+        for values, start in zip(self.values(), self.starts(1)[:, 0], strict=True):
+            yield self.system.map_at(values), start.tolist() if start.ndim == 0 else start
 
-    def _admitted(self, starts: Floats) -> Floats:
-        """Put NaN for starting points outside the domains."""
-        admitted = np.full(starts.shape, np.nan)
-        for i, (low, high) in enumerate(zip(self.low.tolist(), self.high.tolist(), strict=True)):
-            clipped, inside = clip_to_domain((low, high), starts[i])
-            admitted[i, inside] = clipped[inside]
-        return admitted
+    def values(self) -> Iterator[dict[str, float]]:
+        """Give the values of the varied parameters at each grid point in turn."""
+        yield from rows(self.columns, self.size)

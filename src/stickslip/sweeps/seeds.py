@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["spread_starts"]
+__all__ = ["spread_shares", "spread_starts"]
 
 BITS = 53  # of a random number
 
@@ -41,10 +41,26 @@ def spread_starts(
     -------
     ndarray of float, shape (n, count)
     """
-    cell = np.arange(count, dtype=np.uint64)
-    start = np.full(index.shape, seed, dtype=np.uint64)
-    mixed = mix_labels(mix_labels(start, index)[:, None], cell[None, :])
-    share = (mixed >> np.uint64(64 - BITS)).astype(np.float64) * 2.0**-BITS
+    cell = np.arange(count, dtype=np.float64)
+    share = _share(_numbers(seed, index, count))
     width = (high - low)[:, None]
-    drawn: Floats = low[:, None] + width * ((cell.astype(np.float64) + share) / count)
+    drawn: Floats = low[:, None] + width * ((cell + share) / count)
     return drawn
+
+
+def spread_shares(seed: int, index: NDArray[np.uint64], count: int, dimension: int) -> Floats:
+    """Draw points of the unit cube at random, shape (n, count, dimension); as `spread_starts`."""
+    axis = np.arange(dimension, dtype=np.uint64)
+    return _share(mix_labels(_numbers(seed, index, count)[:, :, None], axis))
+
+
+def _numbers(seed: int, index: NDArray[np.uint64], count: int) -> NDArray[np.uint64]:
+    """Mix seed and place into `count` random numbers of 64 bits for each place."""
+    start = np.full(index.shape, seed, dtype=np.uint64)
+    cell = np.arange(count, dtype=np.uint64)
+    return mix_labels(mix_labels(start, index)[:, None], cell[None, :])
+
+
+def _share(numbers: NDArray[np.uint64]) -> Floats:
+    shares: Floats = (numbers >> np.uint64(64 - BITS)).astype(np.float64) * 2.0**-BITS
+    return shares

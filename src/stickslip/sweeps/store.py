@@ -160,7 +160,8 @@ def create_or_open(
         group = zarr.open_group(place.zarr_store(), mode="r+")
         stored = described(place, group)
         if stored != BEING_MADE:
-            _compare(place, stored, job.identity(axes), chunks if given else None)
+            here = targets.target(job.device)
+            _compare(place, stored, job.identity(axes), chunks if given else None, here)
             return Store(place, dict(group.arrays()), job.outputs, tuple(stored["chunks"]))
     group = _created(place, job, axes, chunks)
     return Store(place, dict(group.arrays()), job.outputs, chunks)
@@ -224,7 +225,7 @@ def _created(place: Place, job: Job, axes: Mapping[str, Axis], chunks: tuple[int
         "description": identity,
         "digest": digest(identity),
         "chunks": list(chunks),
-        "target": targets.target(),
+        "target": targets.target(job.device),
         "version": __version__,
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
     }
@@ -271,6 +272,7 @@ def _compare(
     stored: dict[str, Any],
     identity: dict[str, Any],
     chunks: tuple[int, ...] | None,
+    here: dict[str, str],
 ) -> None:
     """Refuse a store of another sweep, of other kernels, or of another kind of machine."""
     if stored["digest"] != digest(identity):
@@ -282,7 +284,7 @@ def _compare(
         raise StoreRefused(
             f"{place.url} has chunks {tuple(stored['chunks'])}, not {chunks}. Leave chunks out."
         )
-    check_target(place.url, stored["target"], targets.target())
+    check_target(place.url, stored["target"], here)
 
 
 def check_target(whose: str, stored: dict[str, Any], here: dict[str, str]) -> None:

@@ -13,6 +13,8 @@ import numpy as np
 
 from stickslip.analysis.arguments import checked_count
 from stickslip.checks import finite_number
+from stickslip.mechanics.eventmap.carriers import DEVICES
+from stickslip.numerics.gpu import require_gpu
 from stickslip.numerics.targets import available_threads
 from stickslip.sweeps import engines, target
 from stickslip.sweeps.axis import as_axes
@@ -32,6 +34,7 @@ from stickslip.sweeps.store import (
     refuse_foreign,
 )
 from stickslip.sweeps.systems import as_system
+from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -43,7 +46,7 @@ if TYPE_CHECKING:
     from stickslip.sweeps.job import Tile
     from stickslip.sweeps.observable import Observable
     from stickslip.sweeps.store import Store
-    from stickslip.sweeps.systems import System
+    from stickslip.sweeps.system import System
 
 __all__ = ["Progress", "open_sweep", "sweep"]
 
@@ -102,7 +105,7 @@ def sweep(
 
     Parameters
     ----------
-    system : TwoBlock, EventMap or PiecewiseMap
+    system : TwoBlock, Blocks, Chain, Oscillator, an event map or PiecewiseMap
         Values of the parameters that do not vary; an event map with its settings.
     axes : mapping
         Name of each varied parameter, or ``"d0"`` for the starting point, to its values:
@@ -122,7 +125,9 @@ def sweep(
         one file for each variable.
     client : distributed.Client, optional
         Workers to compute on, in place of threads of this process.
-    device : {"cpu"}
+    device : {"cpu", "cuda"}
+        "cuda": each orbit of two undamped blocks, with its verdict and exponent, is a thread of an
+        NVIDIA GPU (extra ``gpu``).
     threads : int, optional
         Processor cores used; all by default.
     storage_options : dict, optional
@@ -139,10 +144,10 @@ def sweep(
     Raises
     ------
     ValueError
-        An axis, an observable or a setting is not allowed, before anything runs.
+        An axis, an observable or a setting is not allowed, before anything runs; no GPU was found.
     StoreRefused
-        A ValueError: the store holds another sweep, or one computed on another kind of machine or
-        by other kernels.
+        A ValueError: the store holds another sweep, or one computed on another kind of machine,
+        on another device or by other kernels.
     StoreBusy
         Another process writes to the store.
     StoreFull
@@ -172,13 +177,13 @@ def sweep(
     ...     found.period.values
     array([4, 1], dtype=int32)
     """
-    if device != "cpu":
-        raise ValueError(f"device = {device!r} is not available; allowed: 'cpu'.")
     if client is not None and threads is not None:
         raise ValueError("threads and client: a client's workers have their own threads.")
-    cores = available_threads() if threads is None else checked_count("threads", threads, 1)
+    # A GPU takes one tile after the other, each with as many orbits as it has threads.
+    cores = 1 if device == "cuda" else available_threads()
+    cores = cores if threads is None else checked_count("threads", threads, 1)
     grid = as_axes(axes)
-    job = _job(as_system(system), grid, as_observables(observables), seed, d0)
+    job = _job(as_system(system), grid, as_observables(observables), seed, d0, device)
     sizes = _chunks(grid, job, chunks)
     place = place_of(store, storage_options)
     refuse_foreign(place)
@@ -193,7 +198,7 @@ def sweep(
             else engines.in_dask(compute, job, todo, client)
         )
         with closing(run):
-            _written(opened, run, check, shown)
+            _written(opened, run, target.target(device), check, shown)
         place.pack()
     return open_sweep(store, storage_options=storage_options)
 
@@ -250,17 +255,22 @@ def _job(
     observables: tuple[Observable, ...],
     seed: int,
     d0: float | None,
+    device: str,
 ) -> Job:
     """Check a description as a whole."""
+    _check_device(device, system, observables)
     if isinstance(seed, bool) or int(seed) != seed or not 0 <= seed < LARGEST_SEED:
         raise ValueError(f"seed = {seed!r}: a whole number, 0 <= seed < 2^63, is needed.")
     if d0 is not None:
         if D0 in axes:
             raise ValueError("d0 is an axis and a number: give one of them.")
         d0 = finite_number(D0, d0)
+    if (d0 is not None or D0 in axes) and D0 in system.lacks:
+        raise ValueError(f"d0: {system.lacks[D0]}.")
     for each in observables:
-        if each.needs_events and not system.has_events:
-            raise ValueError(f"observable {each.name!r}: a map of one's own has no events.")
+        for need in each.needs:
+            if need in system.lacks:
+                raise ValueError(f"observable {each.name!r}: {system.lacks[need]}.")
         for name in (output.name for output in each.outputs()):
             if name in axes or name == MARKS:
                 raise ValueError(f"observable {each.name!r}: the name {name!r} is taken.")
@@ -268,7 +278,22 @@ def _job(
         if name != D0:
             _check_values(system, name, each_axis)
     shape = tuple(map(len, axes.values()))
-    return Job(system, tuple(axes), shape, observables, int(seed), d0)
+    return Job(system.on(device), tuple(axes), shape, observables, int(seed), d0, device)
+
+
+def _check_device(device: str, system: System, observables: tuple[Observable, ...]) -> None:
+    """Refuse a device that is unknown, missing, or of no use for a sweep."""
+    if device not in DEVICES:
+        raise ValueError(f"device = {device!r} is unknown. {did_you_mean(str(device), DEVICES)}")
+    if device == "cpu":
+        return
+    system.on(device)
+    for each in observables:
+        if "orbits" not in each.needs:
+            raise ValueError(
+                f"observable {each.name!r} is computed on the CPU, not on device = {device!r}."
+            )
+    require_gpu()
 
 
 def _check_values(system: System, name: str, values: Axis) -> None:
@@ -281,7 +306,7 @@ def _check_values(system: System, name: str, values: Axis) -> None:
 
 
 def _chunks(axes: Mapping[str, Axis], job: Job, given: Mapping[str, int] | None) -> tuple[int, ...]:
-    chosen = dict(zip(job.names, default_chunks(job.shape), strict=True))
+    chosen = dict(zip(job.names, default_chunks(job.shape, job.device), strict=True))
     for name, size in (given or {}).items():
         if name not in axes:
             raise ValueError(f"chunks: {name!r} is no axis; the axes are {', '.join(axes)}.")
@@ -315,11 +340,11 @@ def _size(tile: Tile) -> int:
 def _written(
     store: Store,
     outcomes: Iterable[Outcome],
+    here: dict[str, str],
     check: Callable[[], None],
     show: Callable[[int], None],
 ) -> None:
     """Write what is computed, as it comes."""
-    here = target.target()
     failed: list[tuple[Tile, Exception]] = []
     for tile, computed in outcomes:
         check()

@@ -1,65 +1,42 @@
-"""What a sweep varies: a model of two blocks, or a map of the user's own, seen alike."""
+"""What a sweep varies: models of two and more blocks, and maps of the user's own, seen alike."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stickslip.analysis.piecewise_map import PiecewiseMap
 from stickslip.mechanics.eventmap import event_map as mechanics
+from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
+from stickslip.mechanics.eventmap.cuda_carrier import check_damping, check_traced
 from stickslip.mechanics.eventmap.follow import ModelTable, follow
 from stickslip.mechanics.eventmap.follow_records import new_followed
 from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.flow.engine import engine_for
+from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.long_run import new_long_run
 from stickslip.study.event_map import EventMap, event_map
+from stickslip.sweeps.blocks_systems import BlocksSystem, MotionSystem
 from stickslip.sweeps.identity import function_identity, law_identity
-from stickslip.sweeps.orbits import Run, follow_map
+from stickslip.sweeps.orbits import Run, follow_map, joined
+from stickslip.sweeps.system import System, rows
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
-    from stickslip.analysis.protocol import Map1D
     from stickslip.mechanics.eventmap.follow_records import Followed
     from stickslip.mechanics.flow.engine import Engine, EngineName
     from stickslip.numerics.long_run import LongRun
+    from stickslip.sweeps.system import Columns, Floats
 
-    Floats: TypeAlias = NDArray[np.float64]
-    Columns: TypeAlias = Mapping[str, Floats]
-
-__all__ = ["System", "as_system"]
+__all__ = ["as_system"]
 
 OWN = ("alpha", "beta", "V")  # parameters that the kernels take as numbers, not through the law
-
-
-class System(Protocol):
-    """A map with named parameters; columns hold a value of each varied one for each grid point."""
-
-    @property
-    def has_events(self) -> bool:
-        """Whether a step of the map is made of events and takes time."""
-
-    def identity(self) -> dict[str, Any]:
-        """Describe it in values that JSON can hold."""
-
-    def check(self, values: Mapping[str, float]) -> None:
-        """Raise ValueError if some parameter values are not allowed."""
-
-    def map_at(self, values: Mapping[str, float]) -> Map1D:
-        """Make the map at some parameter values."""
-
-    def domains(self, columns: Columns, size: int) -> tuple[Floats, Floats]:
-        """Return the ends of the domain at each of `size` grid points."""
-
-    def follow(
-        self, columns: Columns, starts: Floats, run: Run, tail: int
-    ) -> tuple[LongRun, Followed]:
-        """Follow orbits from ``starts`` (grid points, n_seeds), NaN passed over, in C order."""
 
 
 @lru_cache(maxsize=4096)
@@ -83,19 +60,29 @@ def as_system(given: Any) -> System:
         return ModelSystem(given.model, settings)
     if isinstance(given, PiecewiseMap):
         return MapSystem(given)
-    raise ValueError(
-        f"system = {given!r}: a sweep takes a TwoBlock, its event map or a PiecewiseMap."
-    )
+    if isinstance(given, BeltModel):
+        if given.n_blocks == 1 or given.structure.is_forced:
+            return MotionSystem(given)
+        given = event_map(given)
+    if isinstance(given, BlocksEventMap):
+        return BlocksSystem(given)
+    raise ValueError(f"system = {given!r}: a sweep takes a model, its event map or a PiecewiseMap.")
 
 
-class ModelSystem:
+class ModelSystem(System):
     """Two blocks."""
 
     SETTINGS = ("rtol", "max_events", "max_time", "engine")
-    has_events = True
 
-    def __init__(self, model: TwoBlock, settings: dict[str, Any]) -> None:
-        self.model, self.settings = model, settings
+    def __init__(self, model: TwoBlock, settings: dict[str, Any], device: str = "cpu") -> None:
+        self.model, self.settings, self.device = model, settings, device
+
+    def on(self, device: str) -> ModelSystem:
+        """Return the same system, followed on a device."""
+        if device == "cuda":
+            check_damping(self.model)
+            check_traced(_engine_of(self.model, self.settings["engine"]))
+        return ModelSystem(self.model, self.settings, device)
 
     def identity(self) -> dict[str, Any]:
         """Describe it."""
@@ -112,6 +99,10 @@ class ModelSystem:
     def map_at(self, values: Mapping[str, float]) -> EventMap:
         """Make the map at some parameter values."""
         return EventMap(self.model.replace(**values), **self.settings, threads=1)
+
+    def model_at(self, values: Mapping[str, float]) -> TwoBlock:
+        """Make the model at some parameter values."""
+        return self.model.replace(**values)
 
     def domains(self, columns: Columns, size: int) -> tuple[Floats, Floats]:
         """Return the ends of the domains."""
@@ -146,6 +137,8 @@ class ModelSystem:
         """Follow the starts of grid points whose models share their kernels."""
         size = len(models[0][1])
         if models[0][0].damping > 0.0:
+            if self.device == "cuda":
+                check_damping(models[0][0])
             return self._one_by_one(columns, starts, of_start, run, tail)
         engines = [_engine_of(model, self.settings["engine"]) for model, _ in models]
         law_row = np.zeros(size, dtype=np.int64)
@@ -169,6 +162,7 @@ class ModelSystem:
             n=run.n,
             max_period=run.max_period,
             tail=tail,
+            device=self.device,
         )
 
     def _one_by_one(
@@ -183,7 +177,7 @@ class ModelSystem:
         for point in np.unique(of_start):
             f = self.map_at({name: float(column[point]) for name, column in columns.items()})
             parts.append(follow_map(f, starts[of_start == point], run, tail))
-        return _joined(parts)
+        return joined(parts)
 
     def _by_kernels(
         self, columns: Columns, size: int
@@ -213,10 +207,15 @@ class ModelSystem:
         return np.full(size, getattr(self.model, name))
 
 
-class MapSystem:
+class MapSystem(System):
     """A map of the user's own."""
 
-    has_events = False
+    lacks: Mapping[str, str] = MappingProxyType(
+        {
+            "events": "a map of one's own has no events",
+            "model": "a map of one's own has no motion in time",
+        }
+    )
 
     def __init__(self, f: PiecewiseMap) -> None:
         self.f = f
@@ -226,10 +225,6 @@ class MapSystem:
         functions = {role: function_identity(each) for role, each in self.f.callables.items()}
         numbers = {"domain": self.f.domain, "breakpoints": self.f.breakpoints.tolist()}
         return {"map": functions, "parameters": self.f.parameters, **numbers}
-
-    def check(self, values: Mapping[str, float]) -> None:
-        """Raise ValueError if some values are not allowed."""
-        self.f.replace(**values)
 
     def map_at(self, values: Mapping[str, float]) -> PiecewiseMap:
         """Make the map at some parameter values."""
@@ -245,15 +240,6 @@ class MapSystem:
     ) -> tuple[LongRun, Followed]:
         """Follow orbits."""
         parts = []
-        for point, some in enumerate(starts):
-            f = self.map_at({name: float(column[point]) for name, column in columns.items()})
-            parts.append(follow_map(f, some, run, tail))
-        return _joined(parts)
-
-
-def _joined(parts: list[tuple[LongRun, Followed]]) -> tuple[LongRun, Followed]:
-    verdicts, followed = zip(*parts, strict=True)
-    return (
-        type(verdicts[0])(*map(np.concatenate, zip(*verdicts, strict=True))),
-        type(followed[0])(*map(np.concatenate, zip(*followed, strict=True))),
-    )
+        for values, some in zip(rows(columns, len(starts)), starts, strict=True):
+            parts.append(follow_map(self.map_at(values), some, run, tail))
+        return joined(parts)

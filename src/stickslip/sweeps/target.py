@@ -8,6 +8,7 @@ from typing import Any
 
 from llvmlite import binding
 
+from stickslip.numerics.gpu import gpu_name
 from stickslip.numerics.targets import config, source_hash
 
 __all__ = ["difference", "target"]
@@ -22,19 +23,31 @@ def _cpu() -> tuple[str, str]:
     return str(name), ",".join(part for part in sorted(features.split(",")) if part[:1] == "+")
 
 
-def target() -> dict[str, str]:
+def target(device: str = "cpu") -> dict[str, str]:
     """Tell what compiled code this process runs, and for which processor.
+
+    Parameters
+    ----------
+    device : {"cpu", "cuda"}
 
     Returns
     -------
     dict of str to str
         ``device``, ``machine``, ``cpu`` and ``features`` (those that code may use, so also what
         the environment variables NUMBA_CPU_NAME and NUMBA_CPU_FEATURES set) and ``kernels``, a
-        hash over the sources of all kernels and the version of the compiler.
+        hash over the sources of all kernels and the version of the compiler. Of a GPU ``gpu``,
+        its name and compute capability, in place of ``cpu`` and ``features``.
     """
+    if device == "cuda":
+        return {
+            "device": device,
+            "machine": platform.machine(),
+            "gpu": gpu_name(),
+            "kernels": source_hash(),
+        }
     name, features = _cpu()
     return {
-        "device": "cpu",
+        "device": device,
         "machine": platform.machine(),
         "cpu": name,
         "features": features,
@@ -44,6 +57,8 @@ def target() -> dict[str, str]:
 
 def difference(stored: dict[str, Any], here: dict[str, str]) -> str:
     """Tell in words where two targets differ; empty if they do not."""
+    if stored.get("device") != here["device"]:
+        return f"device {stored.get('device')} there, {here['device']} here"
     told = []
     for key in here:
         if stored.get(key) == here[key]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.mechanics.eventmap._label_kernels import hashed
 from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch
 from stickslip.mechanics.flow.mode import settle
 from stickslip.mechanics.flow.onset import onset
@@ -56,18 +57,6 @@ MAX_INSTANT = 8
 STEPS_PER_EVENT = 200
 # Bit set of an event of both blocks.
 BOTH = 3
-# Shifts of the 64-bit hash of itineraries (Marsaglia's xorshift; a product would overflow,
-# which NumPy reports where kernels run as plain Python).
-LEFT, RIGHT, LEFT_AGAIN = np.uint64(13), np.uint64(7), np.uint64(17)
-
-
-@kernel(inline=True)
-def hashed(label: np.uint64, code: int) -> np.uint64:
-    """Hash of an itinerary with one more pair of modes."""
-    label ^= label << LEFT
-    label ^= label >> RIGHT
-    label ^= label << LEFT_AGAIN
-    return label ^ np.uint64(code + 1)
 
 
 @kernel(inline=True)

@@ -12,9 +12,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.mechanics.eventmap._label_kernels import hashed
 from stickslip.mechanics.eventmap._lane_passes_kernels import (
     BLOCK,
     CROSSED,
+    ELAPSED,
     END_D_E1,
     END_D_E2,
     END_D_W,
@@ -22,15 +24,23 @@ from stickslip.mechanics.eventmap._lane_passes_kernels import (
     END_MODE_1,
     END_MODE_2,
     END_SUM_W,
+    END_TIME,
     FREED,
     FREED_ALL,
     FREED_GAP,
+    FREED_SIGN,
+    FREED_TIME,
     FREED_VALUES,
     NEXT_E1,
     NEXT_E2,
     NEXT_KIND,
     NEXT_MODE,
     NEXT_W,
+    OF_LANDINGS,
+    OF_ONSETS,
+    OF_SLIPS,
+    OF_STARTS,
+    OF_STEPS,
     ONE,
     ONE_D_FORCE,
     ONE_D_FORCE_END,
@@ -46,6 +56,7 @@ from stickslip.mechanics.eventmap._lane_passes_kernels import (
     ONE_RIDER_END,
     ONE_SIGN,
     ONE_SLOPE,
+    ONE_TIME,
     ONE_TURNS,
     ONE_VALUE,
     RETURNED,
@@ -67,6 +78,7 @@ from stickslip.mechanics.eventmap._lane_passes_kernels import (
     ZERO,
     landing_pass,
     landing_slopes,
+    load_plants,
     onset_pass,
     release_pass,
     release_slopes,
@@ -76,15 +88,18 @@ from stickslip.mechanics.eventmap._lane_passes_kernels import (
     step_pass,
     turning_pass,
 )
-from stickslip.mechanics.flow._lane_kernels import Plant
+from stickslip.mechanics.flow._lane_kernels import Plant, plant_of_row
 from stickslip.mechanics.flow.system import Floats
 from stickslip.numerics.targets import kernel
 
 Indices = NDArray[np.uint64]
 
 # Lists of numbers: whose motion an item is, and items picked from a list.
-N_LISTS = 6
-WHO_ONE, WHO_TWO, WHO_END, PICKED, REST, CROSSING = (np.uint64(i * STRIDE) for i in range(N_LISTS))
+# Of each motion: hash of its itinerary (`hashed`) and how many events.
+N_LISTS = 8
+(
+    WHO_ONE, WHO_TWO, WHO_END, PICKED, REST, CROSSING, LABEL, COUNT,
+) = (np.uint64(i * STRIDE) for i in range(N_LISTS))  # fmt: skip
 
 # Rounds of phases in which a returned motion is believed: the rounding of long ones is left to
 # one engine, so that it does not matter how many motions are asked together. Beyond them lanes
@@ -212,11 +227,19 @@ def stick_one(b: Floats, index: Indices, n: np.uint64, at: np.uint64) -> np.uint
 
 
 @kernel(fused=True)
-def slip_together(plant: Plant, b: Floats, index: Indices, n: np.uint64, streams: int) -> np.uint64:
+def slip_together(
+    common: Plant,
+    rows: Floats,
+    b: Floats,
+    index: Indices,
+    n: np.uint64,
+    start: np.uint64,
+    streams: int,
+) -> np.uint64:
     """Step slips of both blocks until each is proved to land; they gather in the END list."""
     n_ended = ZERO
     for steps in range(MAX_STEPS):
-        step_pass(plant, b, n)
+        step_pass(common, rows, b, n)
         if steps < FIRST_STEPS - 1:
             continue
         going = ended = ZERO
@@ -236,12 +259,70 @@ def slip_together(plant: Plant, b: Floats, index: Indices, n: np.uint64, streams
         n = going
         if n == ZERO:
             break
+        load_plants(rows, index, WHO_TWO, n, start, OF_STEPS, b)
     return n_ended
 
 
 @kernel(fused=True)
+def begin_trace(b: Floats, index: Indices, n: np.uint64) -> None:
+    """Note the first phase of each motion: one block slips backward."""
+    for i in range(n):
+        k = np.uint64(i)
+        code = 1 if b[ONE_FIRST + k] > 0.5 else 3
+        index[LABEL + k] = hashed(ONE, code)
+        index[COUNT + k] = ZERO
+        b[ELAPSED + k] = 0.0
+
+
+@kernel(inline=True, fused=True)
+def note(b: Floats, index: Indices, who: np.uint64, mode_1: float, mode_2: float, t: float) -> None:
+    """Note an event of a motion, after a time t."""
+    code = int(3.0 * mode_1 + mode_2) + 4
+    index[LABEL + who] = hashed(index[LABEL + who], code)
+    index[COUNT + who] += ONE
+    b[ELAPSED + who] += t
+
+
+@kernel(fused=True)
+def trace_one(b: Floats, index: Indices, n: np.uint64) -> None:
+    """Note returns and crossings of slips of one block."""
+    for i in range(n):
+        k = np.uint64(i)
+        kind = b[ONE_KIND + k]
+        if kind == RETURNED:
+            note(b, index, index[WHO_ONE + k], 0.0, 0.0, b[ONE_TIME + k])
+        elif kind == CROSSED:
+            first = b[ONE_FIRST + k] > 0.5
+            mode = b[ONE_SIGN + k]
+            mode_1, mode_2 = (mode, 0.0) if first else (0.0, mode)
+            note(b, index, index[WHO_ONE + k], mode_1, mode_2, b[ONE_TIME + k])
+
+
+@kernel(fused=True)
+def trace_freed(b: Floats, index: Indices, n: np.uint64) -> None:
+    """Note the times at which riders were freed: both blocks then slip the same way."""
+    for i in range(n):
+        k = np.uint64(i)
+        mode = -b[FREED_SIGN + k]
+        note(b, index, index[WHO_TWO + k], mode, mode, b[FREED_TIME + k])
+
+
+@kernel(fused=True)
+def trace_landings(b: Floats, index: Indices, n: np.uint64) -> None:
+    """Note the ends of slips of both blocks."""
+    for i in range(n):
+        k = np.uint64(i)
+        mode = b[NEXT_MODE + k] if b[NEXT_KIND + k] == CROSSED else 0.0
+        second = b[END_LANDS + k] > 0.0
+        mode_1 = b[END_MODE_1 + k] if second else mode
+        mode_2 = mode if second else b[END_MODE_2 + k]
+        note(b, index, index[WHO_END + k], mode_1, mode_2, b[END_TIME + k])
+
+
+@kernel(fused=True)
 def carry_block(
-    plant: Plant,
+    common: Plant,
+    rows: Floats,
     b: Floats,
     index: Indices,
     n: np.uint64,
@@ -249,50 +330,69 @@ def carry_block(
     slope: Floats,
     start: np.uint64,
     max_events: int,
+    few: int,
+    traced: bool,
 ) -> None:
-    """Carry starts ``value[start : start + n]`` to their values, and slopes if there is room."""
+    """Carry starts ``value[start : start + n]`` to their values, and slopes if there is room.
+
+    `few`: motions that are not worth going on with beyond `ROUNDS`; `traced`: whether to keep
+    label, number of events and duration of each motion that returns, in LABEL, COUNT, ELAPSED.
+    """
     slopes = slope.size > 0
     for i in range(n):
         k = np.uint64(i)
         b[ONE_VALUE + k] = value[start + k]
         index[WHO_ONE + k] = k
-    onset_pass(plant, b, n)
+    load_plants(rows, index, WHO_ONE, n, start, OF_ONSETS, b)
+    onset_pass(common, rows, b, n)
     for i in range(n):
         k = np.uint64(i)
         value[start + k] = b[ONE_VALUE + k]
         if slopes:
             slope[start + k] = b[ONE_SLOPE + k]
+    if traced:
+        begin_trace(b, index, n)
     n_one, n_crossing = n, ZERO
     # A round is one event or two of each motion, so that none passes max_events in these.
     believed = min(ROUNDS, (max_events + 1) // 2)
-    few = max_events // EVENTS_PER_LANE
     for lap in range(max_events + 1):
         if lap >= believed and n_one + n_crossing <= few:
             return
         crossed = ZERO
         if lap > 0:
-            return_pass(plant, b, n_one)
+            load_plants(rows, index, WHO_ONE, n_one, start, OF_SLIPS, b)
+            return_pass(common, rows, b, n_one)
             if pick(b, ONE_TURNS, 1.0, n_one, index, PICKED) > ZERO:
-                turning_pass(plant, b, n_one)
+                turning_pass(common, rows, b, n_one)
             if slopes:
-                return_slopes(plant, b, n_one)
+                return_slopes(common, rows, b, n_one)
             if lap < believed:
                 leave(b, index, n_one, value, slope, start)
+        if traced:
+            trace_one(b, index, n_one)
         n_freed = pick(b, ONE_KIND, FREED, n_one, index, PICKED)
         move(b, ONE_GAP, FREED_GAP, FREED_ALL if slopes else FREED_VALUES, index, PICKED, n_freed)
         move_who(index, WHO_ONE, WHO_TWO, PICKED, n_freed)
-        release_pass(plant, b, n_freed)
+        load_plants(rows, index, WHO_TWO, n_freed, start, OF_SLIPS, b)
+        release_pass(common, rows, b, n_freed)
         if slopes:
-            release_slopes(plant, b, n_freed)
+            release_slopes(common, rows, b, n_freed)
+        if traced:
+            trace_freed(b, index, n_freed)
         if lap > 0:
             crossed = cross_one(b, index, n_one)
         cross_two(b, index, n_crossing, n_freed)
-        start_pass(plant, b, n_freed + n_crossing)
+        n_two = n_freed + n_crossing
+        load_plants(rows, index, WHO_TWO, n_two, start, OF_STARTS, b)
+        start_pass(common, rows, b, n_two)
         streams = TWO_ALL if slopes else TWO_VALUES
-        n_ended = slip_together(plant, b, index, n_freed + n_crossing, streams)
-        landing_pass(plant, b, n_ended)
+        n_ended = slip_together(common, rows, b, index, n_two, start, streams)
+        load_plants(rows, index, WHO_END, n_ended, start, OF_LANDINGS, b)
+        landing_pass(common, rows, b, n_ended)
         if slopes:
-            landing_slopes(plant, b, n_ended)
+            landing_slopes(common, rows, b, n_ended)
+        if traced:
+            trace_landings(b, index, n_ended)
         n_one = stick_one(b, index, n_ended, crossed)
         n_crossing = pick(b, NEXT_KIND, CROSSED, n_ended, index, CROSSING)
         if n_one + n_crossing == ZERO:
@@ -318,33 +418,10 @@ def carry_lanes(
 
     inf where the motion does not return to global stick within `max_events`.
 
-    `slope`: as long as `value`, or empty. `row`: `plant_row`; `b`, `index`: scratch.
+    `slope`: as long as `value`, or empty. `row`: `plant_at`; `b`, `index`: scratch.
     """
-    plant = Plant(
-        row[0],
-        row[1],
-        row[2],
-        row[3],
-        row[4],
-        row[5],
-        row[6],
-        row[7],
-        row[8],
-        row[9],
-        row[10],
-        row[11],
-        row[12],
-        row[13],
-        row[14],
-        row[15],
-        row[16],
-        row[17],
-        row[18],
-        row[19],
-        row[20],
-        row[21],
-        row[22],
-    )
+    plant = plant_of_row(row)
+    few = max_events // EVENTS_PER_LANE
     for at in range(start, stop, BLOCK):
         n = np.uint64(min(BLOCK, stop - at))
-        carry_block(plant, b, index, n, value, slope, np.uint64(at), max_events)
+        carry_block(plant, row, b, index, n, value, slope, np.uint64(at), max_events, few, False)

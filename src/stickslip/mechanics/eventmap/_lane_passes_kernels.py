@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.mechanics.flow._lane_kernels import (
     NEAR,
@@ -45,7 +46,7 @@ ZERO, ONE, STEP = np.uint64(0), np.uint64(1), np.uint64(LANES)
 # What a pass says of an item: what it did, or that the exact engine is to decide.
 RETURNED, FREED, CROSSED, STUCK, UNDECIDED = 0.0, 1.0, 2.0, 3.0, 4.0
 
-N_STREAMS = 64
+N_STREAMS = 65
 _STREAMS = tuple(np.uint64(i * STRIDE) for i in range(N_STREAMS))
 # fmt: off
 (
@@ -61,8 +62,13 @@ _STREAMS = tuple(np.uint64(i * STRIDE) for i in range(N_STREAMS))
     END_SUM_W, END_SUM_PULL, END_GAP_W, END_GAP_PULL, END_BOUND_2, END_BOUND_4,
     END_MODE_1, END_MODE_2, END_TIME, END_FRESH, END_D_W, END_D_E1, END_D_E2, END_LANDS,
     NEXT_KIND, NEXT_W, NEXT_E1, NEXT_E2, NEXT_MODE,
+    ELAPSED,
 ) = _STREAMS
 # fmt: on
+# Where motions have plants of their own: those of the items of the present pass.
+PLANT = tuple(np.uint64((N_STREAMS + i) * STRIDE) for i in range(len(Plant._fields)))
+# How many of their first numbers a pass needs: steps, starts, landings, slips of one block, all.
+OF_STEPS, OF_STARTS, OF_LANDINGS, OF_SLIPS, OF_ONSETS = 4, 6, 11, 18, len(PLANT)
 # Streams that move with an item from list to list; the later ones with derivatives only.
 FREED_VALUES, FREED_ALL = 7, 10
 TWO_VALUES, TWO_ALL = 8, 13
@@ -73,6 +79,45 @@ RELEASE_STEPS = 3
 # its Taylor series of the second order, and of two series of the fifth order.
 POLISHED = 4e-6
 POLISHED_LANDING = 3e-4
+
+
+@kernel(inline=True, fused=True)
+def plant_of(common: Plant, rows: Floats, b: Floats, k: np.uint64) -> Plant:
+    """Give the plant of an item: the common one, or its own if there is a column for each motion.
+
+    Numba knows the number of dimensions, so that only one of the two is compiled.
+    """
+    if rows.ndim == 1:
+        return common
+    # fmt: off
+    return Plant(
+        b[PLANT[0] + k], b[PLANT[1] + k], b[PLANT[2] + k], b[PLANT[3] + k],
+        b[PLANT[4] + k], b[PLANT[5] + k], b[PLANT[6] + k], b[PLANT[7] + k],
+        b[PLANT[8] + k], b[PLANT[9] + k], b[PLANT[10] + k], b[PLANT[11] + k],
+        b[PLANT[12] + k], b[PLANT[13] + k], b[PLANT[14] + k], b[PLANT[15] + k],
+        b[PLANT[16] + k], b[PLANT[17] + k], b[PLANT[18] + k], b[PLANT[19] + k],
+        b[PLANT[20] + k], b[PLANT[21] + k], b[PLANT[22] + k],
+    )
+    # fmt: on
+
+
+@kernel(fused=True)
+def load_plants(
+    rows: Floats,
+    index: NDArray[np.uint64],
+    who: np.uint64,
+    n: np.uint64,
+    start: np.uint64,
+    fields: int,
+    b: Floats,
+) -> None:
+    """Lay out the first fields of plants for the items of a list, if motions have their own."""
+    if rows.ndim == 2:
+        for field in range(fields):
+            at = PLANT[field]
+            for i in range(n):
+                k = np.uint64(i)
+                b[at + k] = rows[field, start + index[who + k]]
 
 
 @kernel(inline=True, fused=True)
@@ -87,12 +132,13 @@ def release_guess(plant: Plant, longest: float, gain: float, room: float) -> flo
 
 
 @kernel(fused=True)
-def onset_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
+def onset_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Begin the first slips of the starts in ONE_VALUE: many return at once, with a value."""
     base = ZERO
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
+            plant = plant_of(common, rows, b, k)
             d = b[ONE_VALUE + k]
             d = d if d > -plant.end else -plant.end
             d = d if d < plant.end else plant.end
@@ -129,12 +175,13 @@ def onset_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
 
 
 @kernel(fused=True)
-def return_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
+def return_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Carry slips of one block to its return, or find that its rider leaves before."""
     base = ZERO
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
+            plant = plant_of(common, rows, b, k)
             gap = b[ONE_GAP + k]
             sign = b[ONE_SIGN + k]
             first = b[ONE_FIRST + k] > 0.5
@@ -183,12 +230,13 @@ def return_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
 
 
 @kernel(fused=True)
-def turning_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
+def turning_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Find which riders whose force turns, ONE_TURNS, reach their lower limit meanwhile."""
     base = ZERO
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
+            plant = plant_of(common, rows, b, k)
             first = b[ONE_FIRST + k] > 0.5
             rider = b[ONE_RIDER + k]
             friction = plant.friction_1 if first else plant.friction_2
@@ -207,18 +255,20 @@ def turning_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
             kind = b[ONE_KIND + k]
             kind = (FREED if drops else (kind if rides else UNDECIDED)) if turns else kind
             b[ONE_KIND + k] = kind
-            b[ONE_TIME + k] = turn if turns else t
-            b[ONE_GUESS + k] = guess if turns else b[ONE_GUESS + k]
+            drops = drops and turns
+            b[ONE_TIME + k] = turn if drops else t
+            b[ONE_GUESS + k] = guess if drops else b[ONE_GUESS + k]
         base += STEP
 
 
 @kernel(fused=True)
-def return_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
+def return_slopes(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Carry derivatives through slips that return (saltation at the landing)."""
     base = ZERO
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
+            plant = plant_of(common, rows, b, k)
             gap = b[ONE_GAP + k]
             sign = b[ONE_SIGN + k]
             first = b[ONE_FIRST + k] > 0.5
@@ -245,7 +295,7 @@ def return_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
 
 
 @kernel(fused=True)
-def release_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
+def release_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Slips up to the time at which the rider reaches a limit: the upper one if backward.
 
     Its force changes one way between the ends of the search: Halley's method from a good
@@ -255,6 +305,7 @@ def release_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
+            plant = plant_of(common, rows, b, k)
             sign = b[FREED_SIGN + k]
             first = b[FREED_FIRST + k] > 0.5
             friction = plant.friction_1 if first else plant.friction_2
@@ -293,12 +344,13 @@ def release_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
 
 
 @kernel(fused=True)
-def release_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
+def release_slopes(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Carry derivatives through slips whose rider was freed."""
     base = ZERO
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
+            plant = plant_of(common, rows, b, k)
             sign = b[FREED_SIGN + k]
             first = b[FREED_FIRST + k] > 0.5
             friction = plant.friction_1 if first else plant.friction_2
@@ -320,7 +372,7 @@ def release_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
 
 
 @kernel(fused=True)
-def start_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
+def start_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Begin of slips of both blocks, TWO_FRESH of which (-1 or 1) from rest, and a first step.
 
     The block from rest has a root at the start: divided by time its distance is at least
@@ -330,6 +382,7 @@ def start_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
+            plant = plant_of(common, rows, b, k)
             fresh = b[TWO_FRESH + k]
             w = b[START_W + k]
             m_1 = b[TWO_MODE_1 + k]
@@ -366,7 +419,7 @@ def start_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
 
 
 @kernel(fused=True)
-def step_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
+def step_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Carry slips of both blocks as far as bounds prove that neither touches the belt.
 
     TWO_LANDS: the block (-1 or 1) that is now proved to land next, and soon; 0 while none
@@ -376,6 +429,7 @@ def step_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
+            plant = plant_of(common, rows, b, k)
             sum_w = b[TWO_SUM_W + k]
             sum_pull = b[TWO_SUM_PULL + k]
             gap_w = b[TWO_GAP_W + k]
@@ -413,7 +467,7 @@ def step_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
 
 
 @kernel(fused=True)
-def landing_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
+def landing_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Carry slips of both blocks to the landing of one, and say what it does there.
 
     NEXT_MODE is its new mode; END_LANDS stays the block; END_TIME becomes the whole time.
@@ -422,6 +476,7 @@ def landing_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
+            plant = plant_of(common, rows, b, k)
             sum_w = b[END_SUM_W + k]
             sum_pull = b[END_SUM_PULL + k]
             gap_w = b[END_GAP_W + k]
@@ -465,12 +520,13 @@ def landing_pass(plant: Plant, b: Floats, n: np.uint64) -> None:
 
 
 @kernel(fused=True)
-def landing_slopes(plant: Plant, b: Floats, n: np.uint64) -> None:
+def landing_slopes(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Carry derivatives through slips of both blocks to a landing, in END_D (saltation)."""
     base = ZERO
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
+            plant = plant_of(common, rows, b, k)
             side = b[END_LANDS + k]
             fresh = b[END_FRESH + k]
             w = b[NEXT_W + k]

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.mechanics.eventmap._label_kernels import hashed
 from stickslip.mechanics.eventmap.records import Clock, Controls, Outputs, Pools, Tags
 from stickslip.mechanics.flow.dense import SLACK, keep_first, watch_step
 from stickslip.mechanics.flow.lanes.layout import (
@@ -75,7 +76,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.eventmap._kernels import (
         blocks_of_event,
         event_margin,
-        hashed,
         mode_code,
         value_tangent,
     )

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["CudaCarrier"]
+__all__ = ["CudaCarrier", "batches", "check_damping", "check_traced"]
 
 # Numbers that one launch brings back: bounds the memory of the device.
 LARGEST_BATCH = 1 << 26
@@ -37,23 +37,15 @@ class CudaCarrier(PlainCarrier):
 
     def __init__(self, model: TwoBlock, engine: EngineName, controls: Controls) -> None:
         require_gpu()
-        if model.damping > 0.0:
-            raise ValueError(
-                "device = 'cuda' carries blocks without damping, and this model has damping = "
-                f"{model.damping!r}. Take device='cpu'."
-            )
+        check_damping(model)
         super().__init__(model, engine_for(model, engine), controls, threads=1)
-        if not self.engine.cached:
-            raise ValueError(
-                "device = 'cuda' needs a friction law that can be traced: write it with "
-                "arithmetic and numpy functions, without branches; or take device='cpu'."
-            )
+        check_traced(self.engine)
 
     def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
         rows = np.array(directions).reshape(len(directions), self.engine.n_directions)
         kernels = _kernels(self.engine, self._kernels, len(directions))
         outputs = new_outputs(d.shape, len(directions))
-        for part in _batches(d.size, len(outputs)):
+        for part in batches(d.size, len(outputs)):
             inputs = (*self._parameters, rows, self.controls, float(watch), d[part])
             batch = [array[part] for array in outputs]
             launch_on_gpu(kernels.carry_each, d[part].size, inputs, batch)
@@ -62,7 +54,7 @@ class CudaCarrier(PlainCarrier):
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1) from their first entries on; orbits stay on the device."""
         kernels = _kernels(self.engine, self._kernels, 0)
-        for part in _batches(*orbits.shape):
+        for part in batches(*orbits.shape):
             inputs = (*self._parameters, self.controls, orbits[part, 0].copy())
             launch_on_gpu(kernels.iterate_each, len(orbits[part]), inputs, [orbits[part]])
 
@@ -72,7 +64,25 @@ class CudaCarrier(PlainCarrier):
         return np.array([self.engine.system]), self.engine.laws[None].copy()
 
 
-def _batches(n: int, numbers: int) -> list[slice]:
+def check_damping(model: TwoBlock) -> None:
+    """Raise ValueError if a model has damping, which a GPU does not carry."""
+    if model.damping > 0.0:
+        raise ValueError(
+            "device = 'cuda' carries blocks without damping, and this model has damping = "
+            f"{model.damping!r}. Take device='cpu'."
+        )
+
+
+def check_traced(engine: Engine) -> None:
+    """Raise ValueError if the law of an engine is one that a GPU cannot run."""
+    if not engine.cached:
+        raise ValueError(
+            "device = 'cuda' needs a friction law that can be traced: write it with "
+            "arithmetic and numpy functions, without branches; or take device='cpu'."
+        )
+
+
+def batches(n: int, numbers: int) -> list[slice]:
     """Cut `n` items, each of so many numbers, into launches."""
     size = max(1, LARGEST_BATCH // max(1, numbers))
     return [slice(first, first + size) for first in range(0, n, size)]

@@ -1,11 +1,16 @@
-"""Orbits of many event maps at once: one compiled loop for models that differ in numbers only."""
+"""Orbits of many event maps at once: one compiled loop for models that differ in numbers only.
+
+Under constant kinetic friction lanes carry orbits of different models side by side; the others
+follow one another.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from stickslip.mechanics.eventmap.carrier import NO_ITINERARY, new_scratch
-from stickslip.mechanics.eventmap.follow_records import ModelTable, new_followed
+from stickslip.mechanics.eventmap.follow_records import ModelTable, new_abreast, new_followed
+from stickslip.mechanics.eventmap.lanes import lanes_serve, new_lane_scratch
 from stickslip.mechanics.flow.engine import bind_engine, start_direction
 from stickslip.numerics.long_run import new_long_run, new_path
 from stickslip.numerics.targets import instantiate
@@ -13,13 +18,17 @@ from stickslip.numerics.targets import instantiate
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from stickslip.mechanics.eventmap.follow_records import Followed
+    from stickslip.mechanics.eventmap.follow_records import Abreast, Followed
     from stickslip.mechanics.eventmap.records import Controls, Scratch
     from stickslip.mechanics.flow.engine import Engine
     from stickslip.mechanics.flow.system import Floats
     from stickslip.numerics.long_run import LongRun
 
 __all__ = ["ModelTable", "follow"]
+
+# Points of paths that are kept at once, and the least number of orbits side by side.
+PATH_POINTS = 1 << 20
+LEAST_SLOTS = 64
 
 
 def follow(
@@ -32,6 +41,7 @@ def follow(
     n: int,
     max_period: int,
     tail: int,
+    device: str = "cpu",
 ) -> tuple[LongRun, Followed]:
     """Follow the orbit of each starting point under the map of its own model.
 
@@ -49,23 +59,58 @@ def follow(
         Longest period that is recognised.
     tail : int
         Number of last points that are kept, at most n + 1.
+    device : {"cpu", "cuda"}
 
     Returns
     -------
     LongRun, Followed
         An entry for each starting point, whatever the other ones are.
+
+    Raises
+    ------
+    ValueError
+        The law cannot be traced, and the device is a GPU.
     """
-    kernels = _kernels(engine)
     verdicts, followed = new_long_run(starts.size), new_followed(starts.size, tail)
-    kernels.follow_range(
+    if device == "cuda":
+        from stickslip.mechanics.eventmap.cuda_follow import follow_on_gpu  # needs numba-cuda
+
+        follow_on_gpu(
+            engine,
+            _kernels(engine, "_follow_kernels"),
+            models,
+            starts,
+            controls=controls,
+            transient=transient,
+            n=n,
+            max_period=max_period,
+            verdicts=verdicts,
+            followed=followed,
+        )
+        return verdicts, followed
+    scratch = _scratch(engine, 0), _scratch(engine, 1)
+    if lanes_serve(engine, controls):
+        _kernels(engine, "_lane_follow_kernels").follow_abreast(
+            models,
+            starts,
+            transient,
+            max_period,
+            _abreast(starts.size, n),
+            *scratch,
+            controls,
+            NO_ITINERARY,
+            verdicts,
+            followed,
+        )
+        return verdicts, followed
+    _kernels(engine, "_follow_kernels").follow_range(
         models,
         starts,
         0,
         starts.size,
         transient,
         max_period,
-        _scratch(engine, 0),
-        _scratch(engine, 1),
+        *scratch,
         controls,
         NO_ITINERARY,
         new_path(n),
@@ -75,10 +120,17 @@ def follow(
     return verdicts, followed
 
 
-def _kernels(engine: Engine) -> ModuleType:
+def _abreast(m: int, n: int) -> Abreast:
+    """Room for some orbits: as many as lanes carry at once, fewer if their paths are long."""
+    streams, lists, column = new_lane_scratch()
+    slots = min(m, column.size, max(LEAST_SLOTS, PATH_POINTS // (n + 1)))
+    return new_abreast(slots, n, streams, lists)
+
+
+def _kernels(engine: Engine, template: str) -> ModuleType:
     maps = bind_engine("stickslip.mechanics.eventmap._kernels", engine)
     return instantiate(
-        "stickslip.mechanics.eventmap._follow_kernels",
+        f"stickslip.mechanics.eventmap.{template}",
         engine.key,
         cached=engine.cached,
         carry=maps.carry,

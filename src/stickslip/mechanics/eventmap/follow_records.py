@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.mechanics.flow._lane_kernels import Plant
 from stickslip.mechanics.flow.system import Floats, Ints
 
-__all__ = ["Followed", "ModelTable"]
+__all__ = ["Abreast", "Followed", "ModelTable", "new_abreast", "new_followed"]
 
 
 class ModelTable(NamedTuple):
@@ -41,6 +42,37 @@ class Followed(NamedTuple):
     mean_events: Floats
     most_events: Ints
     mean_duration: Floats
+
+
+class Abreast(NamedTuple):
+    """Orbits that are followed side by side, a slot for each, and scratch of the lanes.
+
+    ``rows`` (plants' numbers, slots), ``x``, ``orbit``: plant, present point and number of the
+    orbit in each slot; ``value``, ``slope``: of its next step. ``point`` (slots, n + 1),
+    ``label``, ``log_slope`` (slots, n): paths, in the order of the starting points.
+    ``streams``, ``lists``: scratch of `_lane_kernels`.
+    """
+
+    rows: Floats
+    x: Floats
+    orbit: Ints
+    value: Floats
+    slope: Floats
+    point: Floats
+    label: NDArray[np.uint64]
+    log_slope: Floats
+    streams: Floats
+    lists: NDArray[np.uint64]
+
+
+def new_abreast(slots: int, n: int, streams: Floats, lists: NDArray[np.uint64]) -> Abreast:
+    """Arrays for `slots` orbits whose last n steps are recorded."""
+    return Abreast(
+        np.zeros((len(Plant._fields), slots)),
+        *(np.zeros(slots), np.zeros(slots, dtype=np.int64), np.zeros(slots), np.zeros(slots)),
+        *(np.zeros((slots, n + 1)), np.zeros((slots, n), dtype=np.uint64), np.zeros((slots, n))),
+        *(streams, lists),
+    )
 
 
 def new_followed(m: int, tail: int) -> Followed:

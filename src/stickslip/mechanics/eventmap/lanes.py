@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.mechanics.flow._lane_kernels import plant_row
+from stickslip.mechanics.flow._lane_kernels import plant_at
 from stickslip.mechanics.friction.columns import STATIC_COLUMN
 from stickslip.numerics.targets import config
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["Lanes", "lanes_serve"]
+__all__ = ["Lanes", "lanes_serve", "new_lane_scratch"]
 
 NO_SLOPE = np.empty(0)
 # Scratch of each thread, most of a megabyte: whatever the model, one kernel uses it at a time.
@@ -35,6 +35,15 @@ class LaneScratch(NamedTuple):
     column: Floats
 
 
+def new_lane_scratch() -> LaneScratch:
+    """Arrays for one thread."""
+    from stickslip.mechanics.eventmap._lane_kernels import N_LISTS
+    from stickslip.mechanics.eventmap._lane_passes_kernels import BLOCK, N_STREAMS, PLANT, STRIDE
+
+    streams = np.zeros((N_STREAMS + len(PLANT)) * STRIDE)
+    return LaneScratch(streams, np.zeros(N_LISTS * STRIDE, dtype=np.uint64), np.zeros(BLOCK))
+
+
 def lanes_serve(engine: Engine, controls: Controls) -> bool:
     """Whether values may come from lanes: they keep no time, and need vector instructions."""
     return engine.name == "exact" and controls.max_time == math.inf and not config.DISABLE_JIT
@@ -44,25 +53,18 @@ class Lanes:
     """What `_lane_kernels` need to know of a model, and scratch for each thread."""
 
     def __init__(self, engine: Engine, controls: Controls) -> None:
-        from stickslip.mechanics.eventmap import _lane_kernels, _lane_passes_kernels
+        from stickslip.mechanics.eventmap import _lane_kernels
 
         mu_1, mu_2 = engine.laws[:, STATIC_COLUMN].tolist()
-        self.row = plant_row(engine.system, (mu_1, mu_2))
+        self.row = np.array(plant_at(*engine.system, mu_1, mu_2))
         self.max_events = controls.max_events
         self._carry = _lane_kernels.carry_lanes
-        self._sizes = _lane_passes_kernels.N_STREAMS, _lane_kernels.N_LISTS
-        self._stride, self._block = _lane_passes_kernels.STRIDE, _lane_passes_kernels.BLOCK
-        self._local = _LOCAL
 
     def scratch(self) -> LaneScratch:
         """Arrays of the present thread."""
-        held: LaneScratch | None = getattr(self._local, "scratch", None)
+        held: LaneScratch | None = getattr(_LOCAL, "scratch", None)
         if held is None:
-            streams, lists = (size * self._stride for size in self._sizes)
-            held = LaneScratch(
-                np.zeros(streams), np.zeros(lists, dtype=np.uint64), np.zeros(self._block)
-            )
-            self._local.scratch = held
+            held = _LOCAL.scratch = new_lane_scratch()
         return held
 
     def carry(self, points: Floats, slope: Floats, start: int, stop: int) -> None:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 STEPS = ("step_one", "step_both", "tangent_one", "tangent_both")
-DECISIONS = ("blocks_of_event", "event_margin", "hashed", "mode_code", "value_tangent")
+DECISIONS = ("blocks_of_event", "event_margin", "mode_code", "value_tangent")
 
 
 @dataclass(frozen=True, eq=False)

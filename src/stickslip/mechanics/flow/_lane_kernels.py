@@ -10,10 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from stickslip.mechanics.flow.system import System
+from stickslip.mechanics.flow.system import Floats
 from stickslip.numerics.targets import kernel
 from stickslip.numerics.trigonometry import turn, upper_angle
 
@@ -34,67 +31,69 @@ class Plant(NamedTuple):
     the limit, and what the rider's force gains until then; they do not depend on d.
     ``turning``: speed of a forward slip at which its rider's force stops growing. ``unit``:
     time in which a slip turns by 1, the inverse of its frequency; ``narrow`` that of the spread.
+
+    What steps of two slipping blocks need comes first, what only an onset needs last.
     """
 
-    alpha: float
     V: float
-    limit_1: float
-    limit_2: float
+    spread: float
+    beat: float
+    cap: float
     friction_1: float
     friction_2: float
+    limit_1: float
+    limit_2: float
+    near: float
+    alpha: float
     stiffness: float
     frequency: float
     level: float
     ride_time: float
     ride_force: float
-    spread: float
-    beat: float
-    cap: float
-    near: float
+    turning: float
+    unit: float
+    narrow: float
     end: float
     first_time_1: float
     first_time_2: float
     first_gain_1: float
     first_gain_2: float
-    turning: float
-    unit: float
-    narrow: float
 
 
-def plant_row(system: System, mu: tuple[float, float]) -> NDArray[np.float64]:
-    """Numbers of a `Plant`, in its order; `mu`: kinetic friction of each block."""
-    alpha, beta, V = system
+@kernel
+def plant_at(alpha: float, beta: float, V: float, mu_1: float, mu_2: float) -> Plant:
+    """Make the numbers of a `Plant`; `mu`: kinetic friction of each block."""
     stiffness, spread = 1.0 + alpha, 1.0 + 2.0 * alpha
     frequency, beat = math.sqrt(stiffness), math.sqrt(spread)
-    limits, frictions = (1.0, beta), (mu[0], mu[1] * beta)
+    limit_1, limit_2, friction_1, friction_2 = 1.0, beta, mu_1, mu_2 * beta
     level, ride_time, ride_force = V / frequency, V * spread / stiffness, alpha / stiffness
-    pulls = [limit - friction for limit, friction in zip(limits, frictions, strict=True)]
-    times = [2.0 * math.atan2(2.0 * r, -2.0 * level) / frequency for r in pulls]
-    gains = [ride_time * t + 2.0 * ride_force * r for t, r in zip(times, pulls, strict=True)]
-    row = [
-        alpha,
-        V,
-        *limits,
-        *frictions,
-        stiffness,
-        frequency,
-        level,
-        ride_time,
-        ride_force,
-        spread,
-        beat,
-        min(CAP, 0.5 * math.pi / beat),
-        NEAR * (1.0 + beta),
-        (1.0 + beta) / spread,
-        times[0],
-        times[1],
-        gains[0],
-        gains[1],
-        V / alpha if alpha > 0.0 else math.inf,
-        1.0 / frequency,
-        1.0 / spread,
-    ]
-    return np.array(row)
+    cap, near, end = min(CAP, 0.5 * math.pi / beat), NEAR * (1.0 + beta), (1.0 + beta) / spread
+    turning = V / alpha if alpha > 0.0 else math.inf
+    pull_1, pull_2 = limit_1 - friction_1, limit_2 - friction_2
+    first_time_1 = 2.0 * math.atan2(2.0 * pull_1, -2.0 * level) / frequency
+    first_time_2 = 2.0 * math.atan2(2.0 * pull_2, -2.0 * level) / frequency
+    first_gain_1 = ride_time * first_time_1 + 2.0 * ride_force * pull_1
+    first_gain_2 = ride_time * first_time_2 + 2.0 * ride_force * pull_2
+    unit, narrow = 1.0 / frequency, 1.0 / spread
+    # fmt: off
+    return Plant(
+        V, spread, beat, cap, friction_1, friction_2, limit_1, limit_2, near, alpha, stiffness,
+        frequency, level, ride_time, ride_force, turning, unit, narrow,
+        end, first_time_1, first_time_2, first_gain_1, first_gain_2,
+    )
+    # fmt: on
+
+
+@kernel(inline=True)
+def plant_of_row(row: Floats) -> Plant:
+    """Read a `Plant` from an array."""
+    # fmt: off
+    return Plant(
+        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7],
+        row[8], row[9], row[10], row[11], row[12], row[13], row[14], row[15],
+        row[16], row[17], row[18], row[19], row[20], row[21], row[22],
+    )
+    # fmt: on
 
 
 # --- one block slips --------------------------------------------------------------------------

@@ -1,0 +1,234 @@
+"""Orbits of many event maps side by side: each step by lanes, each lane with its own model.
+
+A template (`numerics.targets.instantiate`): the exact engine's map of one motion, which is asked
+where lanes pass, is bound to the names imported below for the type checker.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.mechanics.eventmap._lane_kernels import COUNT, LABEL, carry_block
+from stickslip.mechanics.eventmap._lane_passes_kernels import ELAPSED
+from stickslip.mechanics.eventmap.follow_records import Abreast, Followed, ModelTable
+from stickslip.mechanics.eventmap.records import Controls, Scratch
+from stickslip.mechanics.flow._lane_kernels import plant_at
+from stickslip.mechanics.flow.system import System
+from stickslip.mechanics.friction.columns import STATIC_COLUMN
+from stickslip.numerics.long_run import LongRun, Path, read_off
+from stickslip.numerics.targets import kernel
+from stickslip.status import OK
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.eventmap._kernels import carry, value_tangent
+
+
+@kernel
+def line_up(models: ModelTable, starts: NDArray[np.float64], at: int, abreast: Abreast) -> int:
+    """Put the starts from ``starts[at]`` on into slots with their plants; NaN are passed over."""
+    m = 0
+    for i in range(at, min(at + abreast.orbit.shape[0], starts.shape[0])):
+        if math.isnan(starts[i]):
+            continue
+        model = models.of_start[i]
+        laws = models.laws[models.law_row[model]]
+        mu_1, mu_2 = laws[0, STATIC_COLUMN], laws[1, STATIC_COLUMN]
+        plant = plant_at(models.alpha[model], models.beta[model], models.V[model], mu_1, mu_2)
+        for field in range(len(plant)):
+            abreast.rows[field, m] = plant[field]
+        abreast.x[m] = starts[i]
+        abreast.orbit[m] = i
+        m += 1
+    return m
+
+
+@kernel
+def move_up(abreast: Abreast, source: int, target: int) -> None:
+    """Move an orbit to another slot."""
+    abreast.x[target] = abreast.x[source]
+    abreast.orbit[target] = abreast.orbit[source]
+    for field in range(abreast.rows.shape[0]):
+        abreast.rows[field, target] = abreast.rows[field, source]
+
+
+@kernel
+def ask(
+    models: ModelTable,
+    i: int,
+    d: float,
+    scratch: Scratch,
+    controls: Controls,
+    itinerary: NDArray[np.int8],
+) -> tuple[float, float, np.uint64, int, float, int]:
+    """Carry orbit i one step by the exact engine: (value, slope, label, events, time, status)."""
+    model = models.of_start[i]
+    system = System(models.alpha[model], models.beta[model], models.V[model])
+    laws = models.laws[models.law_row[model]]
+    value, duration, n_events, label, _, status = carry(
+        system, laws, d, scratch, controls, itinerary
+    )
+    slope = math.nan
+    if scratch.motion.directions.shape[0] > 0:
+        slope = value_tangent(system, scratch.motion, value, 0)
+    return value, slope, label, n_events, duration, status
+
+
+@kernel
+def settle_abreast(
+    models: ModelTable,
+    m: int,
+    steps: int,
+    abreast: Abreast,
+    scratch: Scratch,
+    controls: Controls,
+    itinerary: NDArray[np.int8],
+    followed: Followed,
+) -> int:
+    """Apply the maps `steps` times to the first m slots; return how many orbits are left."""
+    x, orbit, value, b, index = (
+        abreast.x,
+        abreast.orbit,
+        abreast.value,
+        abreast.streams,
+        abreast.lists,
+    )
+    few, common = x.shape[0], plant_at(1.0, 1.0, 1.0, 0.0, 0.0)
+    zero, no_slope = np.uint64(0), x[:0]
+    for k in range(steps):
+        for s in range(m):
+            value[s] = x[s]
+        carry_block(
+            common,
+            abreast.rows,
+            b,
+            index,
+            np.uint64(m),
+            value,
+            no_slope,
+            zero,
+            controls.max_events,
+            few,
+            False,
+        )
+        left = 0
+        for s in range(m):
+            i, status = orbit[s], OK
+            if math.isfinite(value[s]):
+                x[s] = value[s]
+            else:
+                x[s], _, _, _, _, status = ask(models, i, x[s], scratch, controls, itinerary)
+            followed.status[i] = status
+            followed.steps[i] = k + 1 if status == OK else k
+            if status == OK:
+                if left != s:
+                    move_up(abreast, s, left)
+                left += 1
+        m = left
+    return m
+
+
+@kernel
+def record_abreast(
+    models: ModelTable,
+    m: int,
+    at: int,
+    abreast: Abreast,
+    scratch: Scratch,
+    controls: Controls,
+    itinerary: NDArray[np.int8],
+    followed: Followed,
+) -> int:
+    """Apply the maps to the first m slots and record the paths; return how many are left."""
+    x, orbit, value, b, index = (
+        abreast.x,
+        abreast.orbit,
+        abreast.value,
+        abreast.streams,
+        abreast.lists,
+    )
+    few, common, zero = x.shape[0], plant_at(1.0, 1.0, 1.0, 0.0, 0.0), np.uint64(0)
+    for s in range(m):
+        i = orbit[s]
+        abreast.point[i - at, 0] = x[s]
+        followed.mean_duration[i] = followed.mean_events[i] = 0.0
+    n = abreast.log_slope.shape[1]
+    for k in range(n):
+        for s in range(m):
+            value[s] = x[s]
+        carry_block(
+            common,
+            abreast.rows,
+            b,
+            index,
+            np.uint64(m),
+            value,
+            abreast.slope,
+            zero,
+            controls.max_events,
+            few,
+            True,
+        )
+        left = 0
+        for s in range(m):
+            i, slot, status = orbit[s], np.uint64(s), OK
+            d, slope, duration = value[s], abreast.slope[s], b[ELAPSED + slot]
+            label, n_events = index[LABEL + slot], int(index[COUNT + slot])
+            if not math.isfinite(d):
+                d, slope, label, n_events, duration, status = ask(
+                    models, i, x[s], scratch, controls, itinerary
+                )
+            followed.status[i] = status
+            if status != OK:
+                followed.mean_duration[i] = followed.mean_events[i] = math.nan
+                followed.most_events[i] = 0
+                continue
+            abreast.point[i - at, k + 1] = d
+            abreast.label[i - at, k] = label
+            abreast.log_slope[i - at, k] = math.log(abs(slope)) if slope != 0.0 else -math.inf
+            followed.mean_duration[i] += duration
+            followed.mean_events[i] += n_events
+            followed.most_events[i] = max(followed.most_events[i], n_events)
+            followed.steps[i] += 1
+            x[s] = d
+            if left != s:
+                move_up(abreast, s, left)
+            left += 1
+        m = left
+    return m
+
+
+@kernel
+def follow_abreast(
+    models: ModelTable,
+    starts: NDArray[np.float64],
+    transient: int,
+    max_period: int,
+    abreast: Abreast,
+    scratch: Scratch,
+    tangent_scratch: Scratch,
+    controls: Controls,
+    itinerary: NDArray[np.int8],
+    verdicts: LongRun,
+    followed: Followed,
+) -> None:
+    """Follow the orbits of `starts`; a start that is NaN is left as it is."""
+    n = abreast.log_slope.shape[1]
+    tail = followed.tail.shape[1]
+    for at in range(0, starts.shape[0], abreast.orbit.shape[0]):
+        m = line_up(models, starts, at, abreast)
+        m = settle_abreast(models, m, transient, abreast, scratch, controls, itinerary, followed)
+        m = record_abreast(models, m, at, abreast, tangent_scratch, controls, itinerary, followed)
+        for s in range(m):
+            i = abreast.orbit[s]
+            model = models.of_start[i]
+            followed.mean_duration[i] /= n
+            followed.mean_events[i] /= n
+            for k in range(tail):
+                followed.tail[i, k] = abreast.point[i - at, n - tail + 1 + k]
+            end = (1.0 + models.beta[model]) / (1.0 + 2.0 * models.alpha[model])
+            path = Path(abreast.point[i - at], abreast.label[i - at], abreast.log_slope[i - at])
+            read_off(path, -end, end, max_period, verdicts, i)
