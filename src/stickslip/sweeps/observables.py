@@ -103,7 +103,7 @@ class Attractor(_OfOrbit):
 
 @dataclass(frozen=True, kw_only=True)
 class LyapunovExponent(_OfOrbit):
-    """Mean of log |f'| per step along the orbit, and its standard error.
+    r"""Mean of log \|f'\| per step along the orbit, and its standard error.
 
     Parameters as in `Attractor`. Of a cycle the mean is over one period and the error 0; else the
     error is from the scatter of sixteen batches.
