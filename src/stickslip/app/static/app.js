@@ -267,7 +267,8 @@ export class App {
     panel?.busy(ended && !this.connection.running.has(slot) ? null : (part.progress ?? 0));
     if (part.error) {
       panel?.say(part.error.message, true);
-      this.showError(part.error.field ?? null, part.error.message);
+      const current = this.asked.get(slot) === JSON.stringify(this.question(slot));
+      if (current) this.showError(part.error.field ?? null, part.error.message);
       return;
     }
     if (panel?.note.classList.contains("error")) panel.say("");
