@@ -2,7 +2,8 @@
 # Every target makes the environment it needs from the lock files; nothing has to be activated.
 #
 #   make reproduce    the paper's figures and table of values in out/
-#   make test         the whole test suite
+#   make test         the test suite
+#   make evidence     the large samples and long proofs, an hour or two
 #   make check        lint, types, import contracts, then the tests: what CI runs
 #   make docs         the documentation in docs/_build/html, from local files alone
 #   make benchmark    the timings, competitors included
@@ -19,7 +20,7 @@ COMPILE := $(PY) -m uv pip compile --quiet --universal --python-version 3.11 \
 	--generate-hashes --no-emit-index-url --no-emit-find-links --no-header
 
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test check docs benchmark clean lint format types contracts \
+.PHONY: help reproduce test check docs benchmark evidence clean lint format types contracts \
 	test-kernels test-all lock env env-dev env-docs
 
 help:
@@ -42,6 +43,15 @@ check: $(STAMPS)/dev
 	@$(MAKE) --no-print-directory contracts
 	@$(MAKE) --no-print-directory test
 
+# What takes too long for every change: tests marked slow, then random systems against the oracles.
+evidence: $(STAMPS)/dev
+	$(PY) -m pytest -n $(JOBS) -q -m slow
+	$(PY) -m tests.acceptance.evidence coulomb --n 20000
+	$(PY) -m tests.acceptance.evidence steppers --n 2000
+	$(PY) -m tests.acceptance.evidence grazing --kind coulomb --n 20
+	$(PY) -m tests.acceptance.drivers coulomb --systems 10000 --points 100
+	$(PY) -m tests.acceptance.drivers law9 --systems 400 --points 25
+
 docs: $(STAMPS)/docs
 	$(PY) -m sphinx -b html -W --keep-going --quiet -d docs/_build/doctrees docs docs/_build/html
 	@echo "docs/_build/html/index.html"
@@ -63,7 +73,7 @@ test-kernels: $(STAMPS)/dev
 	NUMBA_DISABLE_JIT=1 $(PY) -m pytest tests -m kernel -n $(JOBS) -q
 
 test-all: $(STAMPS)/dev
-	$(PY) -m pytest -n $(JOBS) -q
+	$(PY) -m pytest -n $(JOBS) -q -m "not slow"
 
 lint: $(STAMPS)/dev
 	$(PY) -m ruff format --check .
