@@ -1,7 +1,9 @@
 """Settings of the whole suite."""
 
 import os
+import sys
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 # First calls compile, so that no single example may be held to a deadline.
@@ -11,3 +13,11 @@ settings.register_profile(
 # CI tries the same examples in every run: red means that the change broke something.
 settings.register_profile("ci", settings.get_profile("local"), derandomize=True, database=None)
 settings.load_profile("ci" if os.environ.get("CI") else "local")
+
+
+@pytest.fixture(autouse=True)
+def _no_figure_stays_open():
+    """Results drawn without axes leave a figure of pyplot behind."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")

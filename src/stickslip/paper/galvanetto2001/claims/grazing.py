@@ -32,6 +32,8 @@ APPROACH: Final = (0.0366, 0.0368, 0.0369)  # driving velocities below the colli
 FRICTIONS: Final = (0.22, 0.5, 0.9)  # mu, at V = 0.0366
 SAMPLES: Final = 20_001  # times over one slip
 NEAR_ZERO: Final = 0.05  # of the stick interval's length: "in proximity to X_2 = 0"
+FLOATS: Final = 16  # on each side of a jump, where its two motions are looked for
+APART: Final = 1e-3  # times of first sticks that no rounding moves as far
 ROUNDING: Final = 1e-9  # of a force at a touch: a square root of what doubles tell
 
 
@@ -103,10 +105,8 @@ def _touch(model: TwoBlock) -> Touch:
     """Follow the motion from the touching side of the first graze of block 2."""
     found = breakpoints(model).of_kind("jump")
     jump = next(item for item in found if item.block == BLOCK and "grazes" in item.mechanism)
-    longest = 2.0 * (1.0 + model.beta) / model.V
-    motions = [simulate(model, d=d, t_end=2.0 * longest) for d in jump.interval]
     # The touch is the first stick of the motion that sticks earlier.
-    motion = min(motions, key=lambda one: _first(one, "stick").time)
+    motion = min(_beside(model, jump), key=lambda one: _first(one, "stick").time)
     touch = _first(motion, "stick")
     release = _first(motion, "slip backward", after=touch.time)
     return Touch(
@@ -117,6 +117,18 @@ def _touch(model: TwoBlock) -> Touch:
         release.time - touch.time,
         jump.jump,
     )
+
+
+def _beside(model: TwoBlock, jump: Breakpoint) -> tuple[Trajectory, Trajectory]:
+    """Follow the motions next to a jump that differ: some floats apart, as simulation rounds."""
+    left, right = jump.interval
+    t_end = 4.0 * (1.0 + model.beta) / model.V
+    for _ in range(FLOATS):
+        before, after = (simulate(model, d=d, t_end=t_end) for d in (left, right))
+        if abs(_first(after, "stick").time - _first(before, "stick").time) > APART:
+            return before, after
+        left, right = np.nextafter(left, -np.inf), np.nextafter(right, np.inf)
+    raise RuntimeError(f"the motions beside the jump at d = {jump.d!r} do not differ")
 
 
 def _first(motion: Trajectory, kind: str, after: float = 0.0) -> Event:
