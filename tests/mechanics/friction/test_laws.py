@@ -143,7 +143,8 @@ def test_a_table_is_a_value():
 
 @given(
     steps=st.lists(st.floats(1e-3, 1), min_size=1, max_size=8),
-    forces=st.lists(st.floats(0, 1), min_size=9, max_size=9),
+    # not below normal numbers: there scipy's curve overflows
+    forces=st.lists(st.floats(0, 1, allow_subnormal=False), min_size=9, max_size=9),
 )
 def test_a_table_is_scipys_monotone_curve(steps, forces):
     speed = np.concatenate([[0.0], np.cumsum(steps)])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -62,8 +63,7 @@ class FrictionLaw:
         return int(value)
 
     def _check_static_value(self) -> None:
-        for forward in (False, True):
-            value = self._value_at_rest(forward)
+        for value in self._at_rest:
             if not -AT_LIMIT <= value <= 1.0 + AT_LIMIT:
                 raise ValueError(
                     f"F(0) = {value!r} of the friction law {self.title}; allowed: 0 <= F(0) <= 1, "
@@ -130,7 +130,7 @@ class FrictionLaw:
         return (*self.arguments, *self.options)
 
     def replace(self, **changes: Any) -> Self:
-        """Return a copy with some parameters changed.
+        """Return a copy with some parameters changed; without changes, the law itself.
 
         Raises
         ------
@@ -143,7 +143,7 @@ class FrictionLaw:
                     f"friction law {self.title} has no parameter {name!r}. "
                     f"{did_you_mean(name, self.names)}"
                 )
-        return self._replaced(changes)
+        return self._replaced(changes) if changes else self
 
     def _replaced(self, changes: dict[str, Any]) -> Self:
         return dataclasses.replace(self, **changes)
@@ -219,14 +219,19 @@ class FrictionLaw:
 
     def static_value(self, *, forward: bool = False) -> float:
         """F(0), exactly 0 or 1 where it differs from them by rounding only."""
-        value = self._value_at_rest(forward)
+        value = self._at_rest[forward]
         for limit in (0.0, 1.0):
             if abs(value - limit) <= AT_LIMIT:
                 return limit
         return value
 
-    def _value_at_rest(self, forward: bool) -> float:
-        return float(quietly(self._force, np.float64(0.0), forward))
+    @cached_property
+    def _at_rest(self) -> tuple[float, float]:
+        """F(0) of backward and of forward slip, as computed."""
+        backward, forward = (
+            float(quietly(self._force, np.float64(0.0), forward)) for forward in (False, True)
+        )
+        return backward, forward
 
     def _force(self, s: Any, forward: bool) -> Any:
         assert isinstance(self.formula, TracedFormula)

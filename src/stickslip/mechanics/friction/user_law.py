@@ -139,6 +139,7 @@ class UserLaw(FrictionLaw):
         values = tuple((name, changes.get(name, value)) for name, value in self.values)
         if isinstance(self._formula, TracedFormula):
             law = copy.copy(self)  # the formula stays: only the values are new
+            law.__dict__.pop("_at_rest", None)
             law._set("values", tuple((name, law._value(name, x)) for name, x in values))
             if self._formula.is_analytic_at_rest(law.arguments):
                 law._check_values()
