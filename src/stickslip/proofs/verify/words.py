@@ -130,10 +130,11 @@ def _border_words(c: dict[str, Any]) -> str:
 def _list_words(c: dict[str, Any]) -> str:
     places = ", ".join(f"{o['points'][0]} (period {o['period']})" for o in c["orbits"])
     tail = f" Undecided: {c['undecided']}." if c["undecided"] else ""
+    outside = ", outside the undecided intervals" if c["undecided"] else ""
     return (
         f"The event map has exactly {len(c['orbits'])} periodic orbits of period up to "
-        f"{c['max_period']} on its whole domain, outside the undecided intervals: {places}.{tail}"
-    ).replace(", outside the undecided intervals" if not c["undecided"] else "\0", "")
+        f"{c['max_period']} on its whole domain{outside}: {places}.{tail}"
+    )
 
 
 def _critical_words(c: dict[str, Any], multiplier: int) -> str:
