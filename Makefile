@@ -56,7 +56,7 @@ docs: $(STAMPS)/docs
 	$(PY) -m sphinx -b html -W --keep-going --quiet -d docs/_build/doctrees docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 
-benchmark: $(STAMPS)/dev
+benchmark: $(STAMPS)/bench
 	$(PY) -m pytest benchmarks -p no:xdist -o python_files='bench_*.py' -o python_functions='bench_*' \
 		--benchmark-only --benchmark-sort=name
 	$(PY) -m benchmarks.pictures
@@ -118,6 +118,12 @@ $(STAMPS)/dev: $(STAMPS)/core requirements-dev.lock
 	$(PIP_INSTALL) --require-hashes -r requirements-dev.lock
 	@touch $@
 
+# Other people's solvers have no wheels for some machines: what is missing is then not compared.
+$(STAMPS)/bench: $(STAMPS)/dev requirements-bench.lock
+	@$(PIP_INSTALL) --require-hashes --only-binary :all: -r requirements-bench.lock || \
+		echo "some of the programs to compare with cannot be installed here; without them" >&2
+	@touch $@
+
 $(STAMPS)/docs: $(STAMPS)/core requirements-docs.lock
 	$(PIP_INSTALL) --require-hashes -r requirements-docs.lock
 	@touch $@
@@ -128,4 +134,5 @@ lock:
 	$(COMPILE) pyproject.toml --group build --extra dev -o requirements-dev.lock
 	$(COMPILE) pyproject.toml --group build -c requirements-dev.lock -o requirements.lock
 	$(COMPILE) pyproject.toml --group build --extra docs -c requirements.lock -o requirements-docs.lock
+	$(COMPILE) pyproject.toml --extra bench-peers -c requirements-dev.lock -o requirements-bench.lock
 	@! grep -n '://' requirements*.lock

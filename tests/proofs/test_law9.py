@@ -17,10 +17,11 @@ from tests.reference.values import LAW9, LAW9_ORBITS
 import stickslip as ss
 from stickslip.proofs.certify import certify_bifurcation, certify_orbit
 from stickslip.proofs.expansion import Expansion, Unbounded
-from stickslip.proofs.germ import germ
+from stickslip.proofs.germ import Germ, germ
 from stickslip.proofs.jet import precision, variables
 from stickslip.proofs.power import Setting, step
-from stickslip.proofs.system import exact_parameters
+from stickslip.proofs.smooth import Falling, TaylorStep
+from stickslip.proofs.system import System, exact_parameters
 from stickslip.proofs.verify.check import Refused, check_text
 
 BINARY = {name: Fraction(value) for name, value in LAW9.items()}
@@ -30,6 +31,13 @@ DEGREE = 6
 
 def middle(text):
     return Fraction(text.split(" +/- ")[0])
+
+
+def balls(x):
+    """Every enclosure that a number consists of."""
+    if isinstance(x, Germ):
+        return [ball for c in x.coefficients for ball in balls(c)]
+    return [x.centre, x.range, *x.gradient]
 
 
 def flip(**changes):
@@ -71,6 +79,33 @@ def test_germs_are_derivatives():
     assert slope == pytest.approx(here, rel=1e-12)
     assert 2 * bend == pytest.approx((after - before) / (2 * h), rel=1e-6)
     assert 6 * third == pytest.approx((after - 2 * here + before) / h**2, rel=1e-4)
+
+
+@pytest.mark.parametrize("modes", [(-1, 0), (1, -1), (-1, -1)])
+@pytest.mark.parametrize("order", [0, 1, 3])
+def test_a_taylor_step_solves_the_equations(modes, order):
+    with precision(200):
+        d, alpha = variables([arb("0.2"), arb("1.2")], [arb(0), arb(0)])
+        d, alpha = (germ(d, order), germ(alpha, order)) if order else (d, alpha)
+        laws = (Falling(arb(3), arb(0), arb(0)), Falling(arb(2), arb("0.1"), arb("0.3")))
+        system = System(alpha, arb("1.3"), arb("0.1"), laws)
+        w = tuple((d * d + arb("0.1")) * arb(mode) for mode in modes)
+        motion = TaylorStep(system, modes, w, (d, d * 2), None)
+        t = motion.reach / 2
+        for i, mode in enumerate(modes):
+            needed, rate = motion.e[i](t), motion.w[i].derivative()(t)
+            slip = motion.w[i](t) * arb(mode)
+            forces = -(laws[i].force(slip) * system.limits[i] * arb(mode)) - needed
+            load = motion.w[i](t) * (alpha + 1) - motion.w[1 - i](t) * alpha + system.V
+            pairs = [(motion.e[i].derivative()(t), load), *([(rate, forces)] if mode else [])]
+            for found, expected in pairs:
+                assert all(x.rad() < 1e-30 for x in balls(found))
+                assert all(a.overlaps(b) for a, b in zip(balls(found), balls(expected), strict=True))
+
+
+def test_a_germ_over_a_number_is_exact():
+    third, *_ = (germ(arb(1), 2) / 3).coefficients
+    assert (third * 3).overlaps(arb(1))
 
 
 @pytest.mark.parametrize("d", ["0.1", "-0.4"])

@@ -83,7 +83,9 @@ class Germ:
 
     def __truediv__(self, other: Any) -> Germ:
         """Divide."""
-        return self * (other.reciprocal() if isinstance(other, Germ) else 1 / other)
+        if isinstance(other, Germ):
+            return self * other.reciprocal()
+        return Germ([c / other for c in self.coefficients])
 
     def __rtruediv__(self, other: Any) -> Germ:
         """Divide a number."""
