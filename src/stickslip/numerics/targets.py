@@ -55,9 +55,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 PACKAGE = Path(__file__).resolve().parents[1]
 IMPORT = re.compile(r"^from (stickslip[\w.]*) import ([\w, ]+|\([^)]*\))", re.M)
-USES = "\nfrom stickslip.numerics.targets import "
-BINDS = re.compile(rf"{USES}.*\b(instantiate|write_module)\b")
-GENERATES = re.compile(rf"{USES}.*\bgenerated_module\b")
+USES = "from stickslip.numerics.targets import "
+BINDS = re.compile(rf"^{USES}.*\b(instantiate|write_module)\b", re.MULTILINE)
+GENERATES = re.compile(rf"^{USES}.*\bgenerated_module\b", re.MULTILINE)
 OLD_CACHE_SECONDS = 30 * 24 * 3600.0
 ANNOUNCE_AFTER_SECONDS = 1.0
 
@@ -82,7 +82,8 @@ def kernel_sources(package: Path) -> set[Path]:
     """
     files = {path: path.read_bytes().decode() for path in package.rglob("*.py")}
     users = {path: text for path, text in files.items() if USES in text}
-    todo = [path for path, text in users.items() if "\n@kernel" in text or GENERATES.search(text)]
+    todo = [path for path, text in files.items() if "\n@kernel" in text]
+    todo += [path for path, text in users.items() if GENERATES.search(text)]
     found: set[Path] = set()
     while todo:
         path = todo.pop()

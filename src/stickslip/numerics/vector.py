@@ -67,7 +67,7 @@ def _nothing() -> None:
 
 
 FUSED = ("contract",)
-# LLVM takes half a vector of AVX-512 on processors of which it thinks that whole ones slow the clock.
+# LLVM takes half vectors of AVX-512 on processors whose clock, it thinks, whole ones slow down.
 WIDEST = '"prefer-vector-width"="512"'
 
 

@@ -104,8 +104,8 @@ class TestAdmit:
         d = np.linspace(-0.5, 0.5, 8)
         assert locus.admit(d, 1.2, 1.3) is d
         d.flags.writeable = False
-        for given in (d, d[::2], d.astype(np.float32)):
-            admitted = locus.admit(given, 1.2, 1.3)
-            np.testing.assert_array_equal(admitted, given)
+        for points in (d, d[::2], d.astype(np.float32)):
+            admitted = locus.admit(points, 1.2, 1.3)
+            np.testing.assert_array_equal(admitted, points)
             assert admitted.flags.writeable
             assert admitted.flags.c_contiguous
