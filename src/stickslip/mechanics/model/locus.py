@@ -172,7 +172,7 @@ def admit(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:
             f"d must be real numbers, got {d!r} ({values.dtype}). "
             "Give a float, an integer or an array of them."
         )
-    values = np.require(values, np.float64, "CW")  # kernels are compiled for such arrays
+    values = np.require(values, np.float64, ["C", "W"])  # kernels are compiled for such arrays
     end = half_width(alpha, beta)
     # Two passes without an array between them: nearly always that is all. NaN fails both.
     if values.size == 0 or (values.max() <= end and values.min() >= -end):
