@@ -9,8 +9,8 @@ import importlib
 import itertools
 import uuid
 from collections.abc import Callable, Generator, Iterable
-from functools import partial
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from stickslip.sweeps.job import Computed
