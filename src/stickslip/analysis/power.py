@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from stickslip.analysis.one_d.preimages import preimages
-from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.protocol import (
     Map1D,
     PointValues,
@@ -52,11 +50,15 @@ class LineMap:
         ValueError
             ``x`` is not a finite number.
         """
+        from stickslip.analysis.one_d.preimages import preimages  # not for the first value
+
         return preimages(cast("Map1D", self), x)
 
     @property
     def gaps(self) -> Floats:
         """Open intervals without a value, shape (k, 2): last point before, first point after."""
+        from stickslip.analysis.one_d.table import branch_table  # not for the first value
+
         return branch_table(cast("Map1D", self)).gaps
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,9 +14,11 @@ from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.eventmap.result import EventMapResult
 from stickslip.mechanics.flow.engine import EngineName
 from stickslip.mechanics.flow.settings import positive_integer, time_limit, tolerance
-from stickslip.mechanics.flow.trajectory import Trajectory, simulate
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import available_threads
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.flow.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 
@@ -100,6 +102,8 @@ class EventMap:
 
         Its displacements, modes and needed forces are those of the map, whatever limit it is.
         """
+        from stickslip.mechanics.flow.trajectory import simulate  # not for the first value
+
         return simulate(self.model, d=d, until="stick", max_events=max_events, engine=self.engine)
 
     # --- values ---------------------------------------------------------------------------
