@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from matplotlib.patches import Polygon
 
-from stickslip import examples
+from stickslip import PiecewiseMap, examples, periodic_orbits
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model import locus
+from stickslip.plot.cobweb import draw_cobweb
 from stickslip.plot.event_map import cobweb, event_map, mark_orbit
 from stickslip.plot.law import friction_characteristic
 from stickslip.plot.mechanism import mechanism
@@ -117,6 +118,11 @@ class TestEventMap:
         cobweb(ax, [0.1, 0.2, 0.4])
         steps = [[0.1, 0.1], [0.1, 0.2], [0.2, 0.2], [0.2, 0.4], [0.4, 0.4]]
         assert ax.lines[0].get_xydata().tolist() == steps
+
+    def test_orbits_outside_the_window_of_a_cobweb_are_not_drawn_beside_it(self, ax):
+        f = PiecewiseMap(lambda x: 3.5 * x * (1 - x), (0.0, 1.0))
+        draw_cobweb(f, [0.7], ax, orbits=periodic_orbits(f), window=(0.7, 0.75))
+        assert ax.get_tightbbox().width < 2 * ax.bbox.width
 
 
 class TestMotion:
