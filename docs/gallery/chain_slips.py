@@ -15,7 +15,7 @@ limits = 1 + 0.1 * np.random.default_rng(2).random(40)
 chain = ss.Chain(static=limits, alpha=3.0, V=0.01, friction=ss.Coulomb(mu=0.5))
 x, v = chain.sample_state(np.random.default_rng(3))
 motion = ss.simulate(chain, x, v, t_end=400)
-fig, ax = plt.subplots(figsize=(7, 4))
+fig, ax = plt.subplots(figsize=(7, 4), layout="constrained")
 for slip in motion.slips:
     blocks = np.array(slip.blocks)
     ax.vlines(slip.start, blocks.min() - 0.5, blocks.max() + 0.5, color="0.75", lw=1)

@@ -12,7 +12,7 @@ import numpy as np
 import stickslip as ss
 
 f = ss.event_map(ss.examples.coulomb())
-fig, ax = plt.subplots(figsize=(6, 5))
+fig, ax = plt.subplots(figsize=(6, 5), layout="constrained")
 for branch in (table := ss.branches(f)):
     d = np.linspace(branch.left, branch.right, 300)
     ax.plot(d, f(d), label=table.text(branch.label))

@@ -19,7 +19,7 @@ laws = {
     "measured": ss.TabulatedFriction(speed=[0, 0.2, 0.6, 1, 2], force=[1, 0.7, 0.5, 0.45, 0.6]),
 }
 s = np.linspace(0, 2, 400)
-fig, ax = plt.subplots(figsize=(5, 3.5))
+fig, ax = plt.subplots(figsize=(5, 3.5), layout="constrained")
 for name, law in laws.items():
     ax.plot(s, law.force(s), label=name)
 ax.set(xlabel="slip speed $s$", ylabel="$F(s)$", ylim=(0, 1.05))

@@ -6,6 +6,8 @@ The Lyapunov exponent over belt speed and coupling, with the exact curve on whic
 ends. Sweeps use all cores, and go on where they were stopped.
 """
 
+import tempfile
+
 import stickslip as ss
 from stickslip.plot.sweep_map import draw_sweep
 
@@ -17,8 +19,9 @@ curve = ss.continue_bifurcation(
 )
 swept = ss.sweep(
     model,
-    {"V": (*plane["V"], 60), "alpha": (*plane["alpha"], 45)},
-    observables=[ss.observables.LyapunovExponent(transient=500, n=500)],
-    d0=-0.4676,
+    {"V": (*plane["V"], 36), "alpha": (*plane["alpha"], 24)},
+    observables=[ss.observables.LyapunovExponent(transient=300, n=300)],
+    store=tempfile.mkdtemp() + "/plane.zarr",
+    d0=-0.4676,  # on the orbit of period 4
 )
 draw_sweep(swept, curves=(curve,))

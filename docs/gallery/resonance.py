@@ -12,7 +12,7 @@ import numpy as np
 import stickslip as ss
 
 frequencies = np.delete(np.linspace(0.5, 1.8, 40), slice(14, 16))  # not within 1 % of resonance
-fig, ax = plt.subplots(figsize=(5, 3.5))
+fig, ax = plt.subplots(figsize=(5, 3.5), layout="constrained")
 for share in (0.4, 0.6, 0.9):
     largest = []
     for w in frequencies:

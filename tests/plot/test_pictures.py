@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.patches import Polygon
 
-from stickslip import PiecewiseMap, examples, periodic_orbits
+from stickslip import PiecewiseMap, examples, periodic_orbits, simulate
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model import locus
@@ -12,7 +12,7 @@ from stickslip.plot.cobweb import draw_cobweb
 from stickslip.plot.event_map import cobweb, event_map, mark_orbit
 from stickslip.plot.law import friction_characteristic
 from stickslip.plot.mechanism import mechanism
-from stickslip.plot.motion import draw_portrait, sample_times, stick_interval
+from stickslip.plot.motion import draw_portrait, sample_times, stick_interval, time_series
 from stickslip.plot.orbits import draw_orbits
 from stickslip.plot.stick_locus import stick_locus
 from stickslip.plot.style import new_figure, style
@@ -131,6 +131,14 @@ class TestMotion:
         times = sample_times(t)
         assert np.isin(t, times).all()
         assert np.all(np.diff(times) > 0)
+
+    def test_friction_over_time_is_that_of_the_motion_up_to_each_event(self, ax):
+        motion = simulate(examples.coulomb(), d=0.1, t_end=80)
+        time_series(motion, "friction", ax)
+        t = np.linspace(0, 80, 4001)
+        for block, line in enumerate(ax.lines):
+            drawn = np.interp(t, *line.get_xydata().T)
+            np.testing.assert_allclose(drawn, motion.friction(t)[:, block], atol=1e-3)
 
     @pytest.mark.parametrize("block", [1, 2])
     def test_ends_of_the_stick_interval_need_the_static_limit(self, block):
