@@ -33,7 +33,8 @@ exclude_patterns = [
 ]
 sphinx_gallery_conf = {
     "examples_dirs": ["tutorials", "gallery"],
-    "gallery_dirs": ["tutorials/generated", "gallery/generated"],
+    # outside the folders of the scripts, where a second build would take them for scripts too
+    "gallery_dirs": ["generated/tutorials", "generated/gallery"],
     "filename_pattern": "",  # run them all
     "within_subsection_order": "conf.reading_order",
     "abort_on_example_error": True,

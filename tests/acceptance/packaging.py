@@ -89,6 +89,8 @@ IMPORTS = {
     "bench": "import pytest, pytest_benchmark",
 }
 
+EXTRAS = ("", *IMPORTS, "app", "certify", "sweep", RESOLVED_ONLY)
+
 
 def readme_python() -> list[str]:
     """Return the blocks of Python in the README."""
@@ -185,17 +187,17 @@ def check(case: Case, folder: Path) -> str:
 
 def told(pins: str) -> str:
     """Return the lines that pin what the table tells."""
-    return " ".join(line for line in pins.split() if line.partition("==")[0] in TOLD)
+    pinned = re.findall(r"^([\w-]+)==(\S+)", pins, re.MULTILINE)
+    return " ".join(f"{name} {version}" for name, version in pinned if name in TOLD)
 
 
 def main() -> int:
     """Return 1 if something fails."""
-    extras = ["", *IMPORTS, "app", "certify", "sweep", RESOLVED_ONLY]
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--python", action="append", choices=PYTHONS)
-    parser.add_argument("--only", action="append", choices=["core", *extras[1:]])
+    parser.add_argument("--only", action="append", choices=["core", *EXTRAS[1:]])
     chosen = parser.parse_args()
-    wanted = [extra.replace("core", "") for extra in chosen.only] if chosen.only else extras
+    wanted = [extra.replace("core", "") for extra in chosen.only] if chosen.only else list(EXTRAS)
     failures = 0
     with tempfile.TemporaryDirectory(prefix="stickslip-packaging-") as name:
         dist = Path(name) / "dist"
