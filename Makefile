@@ -68,7 +68,7 @@ benchmark: $(STAMPS)/bench
 	$(PY) -m benchmarks.guard
 
 clean:
-	rm -rf out build dist docs/_build docs/generated docs/sg_execution_times.rst docs/api/generated benchmarks/results \
+	rm -rf out build dist docs/_build docs/generated docs/api/generated benchmarks/results \
 		.pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache $(VENV)
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 

@@ -51,6 +51,7 @@ REPRODUCE = """
 for command in ("--version", "map --preset coulomb -d 0.1", "reproduce 5 --out out"):
     subprocess.run(["stickslip", *command.split()], check=True)
 assert os.path.getsize("out/fig05.png") > 0
+assert os.path.exists(os.path.join(os.path.dirname(ss.__file__), "py.typed"))
 """
 
 SAYS_WHAT_IS_MISSING = """
