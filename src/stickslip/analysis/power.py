@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, cast, overload
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from stickslip.analysis.protocol import Floats
+    from stickslip.analysis.protocol import Floats, Many
 
 __all__ = ["LineMap", "PowerMap"]
 
@@ -115,11 +115,23 @@ class PowerMap(LineMap):
         slope = np.where(status == OK, derivative, np.nan)
         return PointValues(point, slope, label, status, margin)
 
+    @overload
+    def __call__(self, x: float) -> float: ...
+    @overload
+    def __call__(self, x: Many) -> Floats: ...
+    @overload
+    def __call__(self, x: ArrayLike) -> float | Floats: ...
     def __call__(self, x: ArrayLike) -> float | Floats:
         """Return f^p(x): a float for a scalar, else an array of the same shape."""
         value = self.evaluate(x).value
         return float(value) if value.ndim == 0 else value
 
+    @overload
+    def derivative(self, x: float) -> float: ...
+    @overload
+    def derivative(self, x: Many) -> Floats: ...
+    @overload
+    def derivative(self, x: ArrayLike) -> float | Floats: ...
     def derivative(self, x: ArrayLike) -> float | Floats:
         """Return (f^p)'(x): a float for a scalar, else an array of the same shape."""
         slope = self.evaluate(x).derivative
