@@ -16,6 +16,7 @@ from stickslip.analysis.protocol import (
     iterate,
     mix_labels,
     sample,
+    values_and_slopes,
 )
 from stickslip.status import OK
 
@@ -112,6 +113,15 @@ class PowerMap(LineMap):
             status = np.where(status == OK, step.status, status)
         slope = np.where(status == OK, derivative, np.nan)
         return PointValues(point, slope, label, status, margin)
+
+    def value_and_derivative(self, x: ArrayLike) -> tuple[Floats, Floats]:
+        """Return f^p(x) and (f^p)'(x), arrays of the same shape, and no more."""
+        point = checked_points(self.domain, x)
+        derivative = np.ones(point.shape)
+        for _ in range(self.exponent):
+            point, slope = values_and_slopes(self.base, point)
+            derivative = derivative * slope
+        return point, np.where(np.isnan(point), np.nan, derivative)
 
     def __call__(self, x: ArrayLike) -> float | Floats:
         """Return f^p(x): a float for a scalar, else an array of the same shape."""

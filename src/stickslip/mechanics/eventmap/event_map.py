@@ -135,6 +135,15 @@ class EventMap:
         points = self.model.admit(d)
         return _shaped(self._carrier.slopes(points.ravel()), points.shape)
 
+    def value_and_derivative(self, d: ArrayLike) -> tuple[Any, Any]:
+        """Value and slope at once, without what `evaluate` tells besides, and sooner.
+
+        Arguments, shape and errors as for calling the map.
+        """
+        points = self.model.admit(d)
+        values, slopes = self._carrier.values_and_slopes(points.ravel())
+        return _shaped(values, points.shape), _shaped(slopes, points.shape)
+
     def parameter_derivative(self, d: ArrayLike, name: str) -> Any:
         """df/d(name) at fixed ``d``, exact; `name` as in ``model.parameters``.
 
