@@ -5,7 +5,6 @@
  */
 import {
   continuousParameters,
-  defaultLaw,
   defaultModel,
   hasLaws,
   hasLineMap,
@@ -248,7 +247,7 @@ function modelOf(limits, given) {
   let model = defaultModel(limits, kind, given.get("law") ?? "");
   if (given.has("forcing.amplitude")) model = withForcing(limits, model, true);
   const laws = [];
-  for (let law; (law = given.get(`law_${laws.length + 1}`)); ) laws.push(defaultLaw(limits, law));
+  for (let law; (law = given.get(`law_${laws.length + 1}`)); ) laws.push({ law });
   if (laws.length) model.friction = laws;
   const { ofModel, ofLaws } = parametersOf(limits, model);
   for (const { name } of [...ofModel, ...ofLaws.flat()]) {
