@@ -14,6 +14,7 @@ from stickslip.analysis.protocol import (
     iterate,
     mix_labels,
     sample,
+    values_and_slopes,
 )
 from stickslip.status import OK
 
@@ -114,6 +115,15 @@ class PowerMap(LineMap):
             status = np.where(status == OK, step.status, status)
         slope = np.where(status == OK, derivative, np.nan)
         return PointValues(point, slope, label, status, margin)
+
+    def value_and_derivative(self, x: ArrayLike) -> tuple[Floats, Floats]:
+        """Return f^p(x) and (f^p)'(x), arrays of the same shape, and no more."""
+        point = checked_points(self.domain, x)
+        derivative = np.ones(point.shape)
+        for _ in range(self.exponent):
+            point, slope = values_and_slopes(self.base, point)
+            derivative = derivative * slope
+        return point, np.where(np.isnan(point), np.nan, derivative)
 
     @overload
     def __call__(self, x: float) -> float: ...

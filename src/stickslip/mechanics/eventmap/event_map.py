@@ -154,6 +154,21 @@ class EventMap:
         return _shaped(self._carrier.slopes(points.ravel()), points.shape)
 
     @overload
+    def value_and_derivative(self, d: float) -> tuple[float, float]: ...
+    @overload
+    def value_and_derivative(self, d: Many) -> tuple[Floats, Floats]: ...
+    @overload
+    def value_and_derivative(self, d: ArrayLike) -> tuple[float | Floats, float | Floats]: ...
+    def value_and_derivative(self, d: ArrayLike) -> tuple[float | Floats, float | Floats]:
+        """Value and slope at once, without what `evaluate` tells besides, and sooner.
+
+        Arguments, shape and errors as for calling the map.
+        """
+        points = self.model.admit(d)
+        values, slopes = self._carrier.values_and_slopes(points.ravel())
+        return _shaped(values, points.shape), _shaped(slopes, points.shape)
+
+    @overload
     def parameter_derivative(self, d: float, name: str) -> float: ...
     @overload
     def parameter_derivative(self, d: Many, name: str) -> Floats: ...
