@@ -129,7 +129,7 @@ def _tiles(n):
 @pytest.mark.benchmark(timer=CPU, group="sweeps")
 @pytest.mark.parametrize("n", COUNTS)
 def bench_threads(benchmark, report, n):
-    """What a tile costs that is given to a thread."""
+    """Time a tile that is given to a thread."""
     job, _ = _job(LARGE)
     benchmark.pedantic(lambda: list(in_threads(_nothing, job, _tiles(n), 2)), rounds=1)
     report.add(HANDING, engine="threads", tiles=n, here=1e3 * benchmark.stats.stats.median / n)
@@ -138,7 +138,7 @@ def bench_threads(benchmark, report, n):
 @pytest.mark.benchmark(timer=CPU, group="sweeps")
 @pytest.mark.parametrize("n", COUNTS)
 def bench_dask(benchmark, report, n):
-    """What a tile costs client and scheduler, in this process, and the worker in another."""
+    """Time a tile in client and scheduler, in this process, and in the worker."""
     distributed = pytest.importorskip("distributed")
     job, _ = _job(LARGE)
     with (
