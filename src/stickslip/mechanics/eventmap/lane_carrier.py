@@ -55,11 +55,15 @@ class LaneCarrier(PlainCarrier):
 
     def slopes(self, d: Floats) -> Floats:
         """Slope at each d."""
+        return self.values_and_slopes(d)[1]
+
+    def values_and_slopes(self, d: Floats) -> tuple[Floats, Floats]:
+        """Value and slope at each d."""
         slopes = np.empty(d.size)
-        _, passed = self._by_lanes(d, slopes)
+        values, passed = self._by_lanes(d, slopes)
         if passed.size > 0:
-            slopes[passed] = super().slopes(d[passed])
-        return slopes
+            values[passed], slopes[passed] = super().values_and_slopes(d[passed])
+        return values, slopes
 
     def evidence(self, d: Floats) -> Outputs:
         """Everything of each d, the slope in column 0 of its derivatives."""
