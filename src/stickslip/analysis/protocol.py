@@ -7,18 +7,18 @@ the mechanics and a `PiecewiseMap` both fit.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TypeAlias, runtime_checkable
+from typing import Any, Final, Protocol, Self, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.status import OK
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
 Floats: TypeAlias = NDArray[np.float64]
+Many: TypeAlias = NDArray[Any] | Sequence[Any]
+"""Points of which values come back as an array, unlike that of a float."""
 Labels: TypeAlias = NDArray[np.uint64]
 Codes: TypeAlias = NDArray[np.integer[Any]]
 
