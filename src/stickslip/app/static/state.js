@@ -87,11 +87,10 @@ export class Store {
  */
 export function completeState(limits, given) {
   const model = given.model ?? defaultModel(limits, limits.models[0].kind, "");
-  const d = typeof given.d === "number" ? given.d : 0.1;
   return {
     model,
-    d,
-    x: given.x ?? [d],
+    d: typeof given.d === "number" ? given.d : 0.1,
+    x: given.x ?? [0.1],
     v: given.v ?? [],
     t_end: given.t_end ?? 120,
     power: given.power ?? 2,
