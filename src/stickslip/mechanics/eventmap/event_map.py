@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,9 +15,11 @@ from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.eventmap.result import EventMapResult
 from stickslip.mechanics.flow.engine import EngineName
 from stickslip.mechanics.flow.settings import positive_integer, time_limit, tolerance
-from stickslip.mechanics.flow.trajectory import Trajectory, simulate
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import available_threads
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.flow.trajectory import Trajectory
 
 Floats: TypeAlias = NDArray[np.float64]
 Many: TypeAlias = NDArray[Any] | Sequence[Any]
@@ -102,6 +104,8 @@ class EventMap:
 
         Its displacements, modes and needed forces are those of the map, whatever limit it is.
         """
+        from stickslip.mechanics.flow.trajectory import simulate  # not for the first value
+
         return simulate(self.model, d=d, until="stick", max_events=max_events, engine=self.engine)
 
     # --- values ---------------------------------------------------------------------------
@@ -148,6 +152,21 @@ class EventMap:
         """
         points = self.model.admit(d)
         return _shaped(self._carrier.slopes(points.ravel()), points.shape)
+
+    @overload
+    def value_and_derivative(self, d: float) -> tuple[float, float]: ...
+    @overload
+    def value_and_derivative(self, d: Many) -> tuple[Floats, Floats]: ...
+    @overload
+    def value_and_derivative(self, d: ArrayLike) -> tuple[float | Floats, float | Floats]: ...
+    def value_and_derivative(self, d: ArrayLike) -> tuple[float | Floats, float | Floats]:
+        """Value and slope at once, without what `evaluate` tells besides, and sooner.
+
+        Arguments, shape and errors as for calling the map.
+        """
+        points = self.model.admit(d)
+        values, slopes = self._carrier.values_and_slopes(points.ravel())
+        return _shaped(values, points.shape), _shaped(slopes, points.shape)
 
     @overload
     def parameter_derivative(self, d: float, name: str) -> float: ...
