@@ -182,8 +182,8 @@ class TestBranch:
     def test_both_halves_and_the_fold(self, ax):
         draw_branch(self.branch(), ax)
         heavy, thin = drawn(ax, STABLE), drawn(ax, UNSTABLE)
-        assert (heavy[:, 1] < 0).all()
-        assert thin[:, 1].max() == 0.5
+        assert (heavy[:, 1].min(), heavy[:, 1].max()) == pytest.approx((-0.5, 0.0), abs=1e-12)
+        assert (thin[:, 1].min(), thin[:, 1].max()) == pytest.approx((0.0, 0.5), abs=1e-12)
         assert ax.lines[-1].get_xydata().tolist() == [[0.2, 0.0]]
         assert ax.get_xlabel() == r"$\alpha$"
 
