@@ -4,8 +4,17 @@ Public names are listed in ``__init__.pyi`` and loaded when first used, so that
 importing the package compiles and draws nothing.
 """
 
+from importlib.util import find_spec
+
 import lazy_loader
 
 __version__ = "0.1.0"
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+if find_spec("flint") is None:
+    # `import *` and `help` pass over what an extra brings; asked for by name, it says which extra.
+    __all__ = [name for name in __all__ if name not in ("certify", "certify_orbits", "enclose")]
+
+    def __dir__() -> list[str]:
+        return __all__

@@ -1,5 +1,6 @@
 """Without an extra, what needs it says which one; everything else works."""
 
+import subprocess
 import sys
 
 import pytest
@@ -30,6 +31,28 @@ def test_a_command_names_the_extra(command, package, extra, tmp_path, monkeypatc
     said = capsys.readouterr().err
     assert f'need the package {package}: pip install "stickslip[{extra}]"' in said
     assert "Error" not in said
+
+
+WITHOUT_PROOFS = """
+import importlib.util
+found = importlib.util.find_spec
+importlib.util.find_spec = lambda name, *rest: None if name == "flint" else found(name, *rest)
+from stickslip import *
+import pydoc, stickslip
+assert "certify" not in dir() and TwoBlock is stickslip.TwoBlock
+assert "TwoBlock" in pydoc.render_doc(stickslip)
+try:
+    stickslip.certify
+except ImportError as error:
+    print(error)
+"""
+
+
+def test_help_and_import_of_everything_work_without_an_extra():
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_PROOFS], check=True, capture_output=True, text=True
+    )
+    assert 'pip install "stickslip[certify]"' in done.stdout
 
 
 PLAN = """\
