@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 from tests.acceptance.judge import Effort, Tally, judge
-from tests.acceptance.systems import paper_case, random_cases, random_points
-from tests.reference.settle import GAVE_UP, RIGHT
+from tests.acceptance.systems import case, paper_case, random_cases, random_points
+from tests.reference.settle import GAVE_UP, RIGHT, settle
+
+import stickslip as ss
 
 
 @pytest.mark.parametrize("engine", ["exact", "adaptive"])
@@ -72,3 +74,25 @@ def test_slow_returns_are_not_called_never(engine):
         )
         judge(tally, slow, random_points(slow, 5, rng), engine, rng, Effort(0.0, 3000))
     assert not tally.wrong, str(tally)
+
+
+# Motions of 107 to 203 events whose rounding once added up, phase by phase, to 1e-14 kappa.
+LONG_MOTIONS = [
+    ((1.6441273136689696, 1.4653031273557684, 0.12338770682374306, 0.8886560846380369),
+     [0.21052515829976787, 0.2103682482738563]),
+    ((1.6815609248840602, 1.446738498163256, 0.13594938245262755, 0.8428526024116845),
+     [0.21558767129229325, 0.2139653394979211, 0.22264192740096667]),
+    ((1.5985011190501526, 0.7300899055433248, 0.1743284044446922, 0.7861647516564207),
+     [-0.21888061719198598]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("max_time", [np.inf, 1e300], ids=["lanes", "alone"])
+def test_rounding_does_not_add_up_in_long_motions(max_time):
+    """A limit on time, here without effect, has the engine carry each motion alone."""
+    for (alpha, beta, V, mu), starts in LONG_MOTIONS:
+        system = case("coulomb", alpha=alpha, beta=beta, V=V, mu=mu)
+        f = ss.event_map(system.model(), max_time=max_time)
+        for d in starts:
+            verdict = settle(system.oracle(), d, float(f(d)), "OK", 0.4 * system.tolerance)
+            assert verdict.verdict == RIGHT, f"{system} {verdict}"
