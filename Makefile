@@ -6,6 +6,7 @@
 #   make evidence     the large samples and long proofs, an hour or two
 #   make check        lint, types, import contracts, then the tests: what CI runs
 #   make docs         the documentation in docs/_build/html, from local files alone
+#   make packaging    wheel and sdist in empty environments, oldest and newest dependencies
 #   make benchmark    the timings, competitors included
 #   make clean        remove what the targets above made, the environment too
 
@@ -20,7 +21,7 @@ COMPILE := $(PY) -m uv pip compile --quiet --universal --python-version 3.11 \
 	--generate-hashes --no-emit-index-url --no-emit-find-links --no-header
 
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test check docs benchmark evidence clean lint format types contracts \
+.PHONY: help reproduce test check docs benchmark evidence packaging clean lint format types contracts \
 	test-kernels test-all lock env env-dev env-docs
 
 help:
@@ -58,6 +59,10 @@ docs: $(STAMPS)/docs
 	$(PY) -m sphinx -b html -W --keep-going --quiet -d docs/_build/doctrees docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 
+# Half an hour on an idle machine and a network; needs uv (pip install uv) and the Pythons to try.
+packaging: $(STAMPS)/core
+	$(PY) -m tests.acceptance.packaging
+
 benchmark: $(STAMPS)/bench
 	$(PY) -m pytest benchmarks -p no:xdist -o python_files='bench_*.py' -o python_functions='bench_*' \
 		--benchmark-only --benchmark-sort=name
@@ -65,7 +70,7 @@ benchmark: $(STAMPS)/bench
 	$(PY) -m benchmarks.guard
 
 clean:
-	rm -rf out build dist docs/_build docs/tutorials/generated docs/sg_execution_times.rst docs/api/generated benchmarks/results \
+	rm -rf out build dist docs/_build docs/generated docs/api/generated benchmarks/results \
 		.pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache $(VENV)
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 

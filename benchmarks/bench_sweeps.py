@@ -1,7 +1,7 @@
 """Time a sweep against its kernels alone, and the engine without kernels."""
 
 from resource import RUSAGE_SELF, getrusage
-from time import thread_time
+from time import process_time, thread_time
 
 import numpy as np
 import pytest
@@ -15,13 +15,16 @@ from stickslip.mechanics.eventmap.follow import follow
 from stickslip.sweeps import sweep as sweeping
 from stickslip.sweeps import systems
 from stickslip.sweeps.axis import as_axes
-from stickslip.sweeps.job import Computed, Job
+from stickslip.sweeps.engines import in_dask, in_threads
+from stickslip.sweeps.job import Computed, Job, Tile
 from stickslip.sweeps.observables import as_observables
 from stickslip.sweeps.systems import as_system
 from stickslip.sweeps.target import target
 
 TABLE = "A sweep over its kernels (Coulomb, exponent and period, 1000 + 1000 maps)"
 ENGINE = "A sweep without kernels"
+HANDING = "Handing trivial tiles to an engine: processor time of a tile, ms"
+COUNTS = (1000, *(pytest.param(n, marks=pytest.mark.slow) for n in (10_000, 100_000)))
 OBSERVABLES = ("attractor", "lyapunov_exponent")
 SIDE = 64  # a tile of the default size
 LARGE = 1000
@@ -112,3 +115,43 @@ def bench_engine(benchmark, report, tmp_path, monkeypatch):
             "bytes/point": size / LARGE**2,
         },
     )
+
+
+def _nothing(_job, _tile):
+    return Computed({}, {})
+
+
+def _tiles(n):
+    one = np.zeros(1)
+    return (Tile((i, 0), (0, 0), (one, one)) for i in range(n))
+
+
+@pytest.mark.benchmark(timer=CPU, group="sweeps")
+@pytest.mark.parametrize("n", COUNTS)
+def bench_threads(benchmark, report, n):
+    """Time a tile that is given to a thread."""
+    job, _ = _job(LARGE)
+    benchmark.pedantic(lambda: list(in_threads(_nothing, job, _tiles(n), 2)), rounds=1)
+    report.add(HANDING, engine="threads", tiles=n, here=1e3 * benchmark.stats.stats.median / n)
+
+
+@pytest.mark.benchmark(timer=CPU, group="sweeps")
+@pytest.mark.parametrize("n", COUNTS)
+def bench_dask(benchmark, report, n):
+    """Time a tile in client and scheduler, in this process, and in the worker."""
+    distributed = pytest.importorskip("distributed")
+    job, _ = _job(LARGE)
+    with (
+        distributed.LocalCluster(1, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+
+        def worker():
+            return sum(client.run(process_time).values())
+
+        list(in_dask(_nothing, job, _tiles(100), client))  # connections, imports
+        before = worker()
+        benchmark.pedantic(lambda: list(in_dask(_nothing, job, _tiles(n), client)), rounds=1)
+        there = worker() - before
+    seconds = benchmark.stats.stats.median
+    report.add(HANDING, engine="dask", tiles=n, here=1e3 * seconds / n, worker=1e3 * there / n)

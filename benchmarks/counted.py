@@ -18,6 +18,8 @@ import numpy as np
 
 import stickslip as ss
 from stickslip.mechanics.eventmap import _lane_kernels, _lane_passes_kernels
+from stickslip.mechanics.eventmap.lanes import Lanes
+from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.flow import _lane_kernels as flow
 from stickslip.mechanics.flow.engine import engine_for
 from stickslip.numerics import trigonometry
@@ -69,8 +71,16 @@ class Numbers(list):
         super().__setitem__(int(k), x)
 
 
+class Constants(list):
+    """Plain floats: what they alone give is computed once."""
+
+    ndim = 1  # the same for all motions
+
+
 def counts(model: ss.TwoBlock) -> dict[str, float]:
     """Operations per map, uniform starts."""
+    controls = Controls(rtol=1e-15, max_events=MAX_EVENTS, max_time=math.inf)
+    row = Constants(Lanes(engine_for(model, "exact"), controls).row.tolist())
     kernels_math = SimpleNamespace(**{**vars(math), "sqrt": _root})
     for module in (_lane_kernels, _lane_passes_kernels, flow, trigonometry):
         module.math = kernels_math
@@ -79,8 +89,6 @@ def counts(model: ss.TwoBlock) -> dict[str, float]:
     lists = np.zeros(_lane_kernels.N_LISTS * stride, dtype=np.uint64)
     d = np.random.default_rng(1).uniform(*model.domain, MAPS)
     value, no_slope = Numbers(d.tolist()), Numbers()
-    mu = model.parameters["mu"]
-    row = flow.plant_row(engine_for(model, "exact").system, (mu, mu)).tolist()
     COUNT.clear()
     _lane_kernels.carry_lanes(row, streams, lists, value, no_slope, 0, MAPS, MAX_EVENTS)
     return {kind: n / MAPS for kind, n in COUNT.items()}

@@ -4,7 +4,9 @@ import importlib.metadata
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))  # sphinx-gallery looks `reading_order` up by name
+sys.path.insert(
+    0, str(Path(__file__).parent)
+)  # `source_links`; sphinx-gallery looks `reading_order` up by name
 
 project = "stickslip"
 author = "stickslip developers"
@@ -19,19 +21,29 @@ extensions = [
     "sphinx.ext.mathjax",
     "sphinx-mathjax-offline",
     "sphinx_gallery.gen_gallery",
+    "source_links",
 ]
-exclude_patterns = ["_build", "transcript.*", "tutorials/*.rst", "tutorials/*.py"]
+exclude_patterns = [
+    "_build",
+    "transcript.*",
+    "gallery/*.rst",
+    "gallery/*.py",
+    "tutorials/*.rst",
+    "tutorials/*.py",
+]
 sphinx_gallery_conf = {
-    "examples_dirs": ["tutorials"],
-    "gallery_dirs": ["tutorials/generated"],
+    "examples_dirs": ["tutorials", "gallery"],
+    # outside the folders of the scripts, where a second build would take them for scripts too
+    "gallery_dirs": ["generated/tutorials", "generated/gallery"],
     "filename_pattern": "",  # run them all
     "within_subsection_order": "conf.reading_order",
     "abort_on_example_error": True,
     "download_all_examples": False,
     "show_signature": False,
-    "min_reported_time": 1e9,
+    "write_computation_times": False,
 }
-TUTORIALS = (
+READING_ORDER = (
+    # tutorials, from the paper outwards
     "two_bifurcations",
     "reading_a_bifurcation",
     "own_law",
@@ -40,12 +52,36 @@ TUTORIALS = (
     "chain_of_blocks",
     "resuming_sweep",
     "lesson",
+    # gallery: model, map, motion, parameters, cycles, other models, proofs
+    "mechanism",
+    "friction_laws",
+    "event_map",
+    "cobweb",
+    "power",
+    "basins",
+    "density",
+    "stick_locus",
+    "phase_portraits",
+    "time_series",
+    "bifurcation_diagram",
+    "bifurcations",
+    "orbit_branch",
+    "bifurcation_curve",
+    "parameter_plane",
+    "limit_cycles",
+    "cycle_branch",
+    "return_region",
+    "quasistatic",
+    "resonance",
+    "chain_slips",
+    "slip_sizes",
+    "certificate",
 )
 
 
 def reading_order(name: str) -> int:
-    """Sort the tutorials from the paper outwards."""
-    return TUTORIALS.index(name.removesuffix(".py"))
+    """Sort tutorials and pictures as they are best read."""
+    return READING_ORDER.index(name.removesuffix(".py"))
 
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]

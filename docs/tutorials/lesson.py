@@ -18,7 +18,7 @@ import stickslip as ss
 
 block = ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.4))
 motion = ss.simulate(block, [0.0], [0.1], t_end=60)
-fig, ax = plt.subplots(figsize=(7, 3))
+fig, ax = plt.subplots(figsize=(7, 3), layout="constrained")
 motion.plot(ax=ax)
 
 # %%
@@ -43,7 +43,7 @@ print(cycle.period, cycle.multipliers)
 # When both blocks ride, only their distance counts. So the whole motion is a map of a line.
 
 f = ss.event_map(ss.examples.law9(alpha=1.215))
-fig, ax = plt.subplots(figsize=(5, 5))
+fig, ax = plt.subplots(figsize=(5, 5), layout="constrained")
 d = np.linspace(0.379, 0.390, 1500)
 ax.plot(d, f(d), lw=1)
 ax.plot(d, d, "k:", lw=0.8)
@@ -58,7 +58,7 @@ ax.set(xlabel="$d$", ylabel="next $d$")
 # Two motions that start 1e-9 apart.
 
 orbits = f.iterate(np.array([0.38, 0.38 + 1e-9]), 60)
-fig, ax = plt.subplots(figsize=(7, 3))
+fig, ax = plt.subplots(figsize=(7, 3), layout="constrained")
 ax.semilogy(np.abs(orbits[1] - orbits[0]))
 ax.set(xlabel="stick phases", ylabel="how far apart")
 exponent = ss.lyapunov_exponent(f, 0.38, n=20_000)

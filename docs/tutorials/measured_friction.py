@@ -23,7 +23,7 @@ speed = [0.0, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.0]
 force = [0.98, 0.86, 0.76, 0.63, 0.51, 0.45, 0.44, 0.46, 0.50]
 law = ss.TabulatedFriction(speed=speed, force=force)
 s = np.linspace(0, 2, 400)
-fig, ax = plt.subplots(figsize=(5, 3))
+fig, ax = plt.subplots(figsize=(5, 3), layout="constrained")
 ax.plot(s, law.force(s))
 ax.plot(speed, force, "o", ms=4)
 ax.set(xlabel="slip speed $s$", ylabel="$F(s)$", ylim=(0, 1))
@@ -45,7 +45,7 @@ print(sliding)
 cycle = ss.find_cycle(block, [0.0], [0.0])
 print(f"period {cycle.period:.10f}, multipliers {cycle.multipliers}")
 motion = ss.simulate(block, [0.0], [0.0], t_end=60)
-fig, ax = plt.subplots(figsize=(7, 3))
+fig, ax = plt.subplots(figsize=(7, 3), layout="constrained")
 motion.plot(ax=ax)
 
 # %%
@@ -66,7 +66,7 @@ print(branch)
 # %%
 
 V = np.linspace(0.05, 1.4, 300)
-fig, ax = plt.subplots(figsize=(6, 4))
+fig, ax = plt.subplots(figsize=(6, 4), layout="constrained")
 ax.fill_between(V, 0, np.maximum(-law.slope(V), 0), color="#E69F00", label="squeals by itself")
 ax.plot(speeds, ends, "o-", ms=4, label="squeals after a knock, below this line")
 ax.set(xlabel="belt speed $V$", ylabel="damping $c$", xlim=(0.05, 1.4), ylim=(0, 2.5))

@@ -17,7 +17,7 @@ law = ss.friction_law(
     parameters={"fall": 0.4, "s0": 0.2, "rise": 0.1},
 )
 s = np.linspace(0, 2, 200)
-fig, ax = plt.subplots(figsize=(5, 3))
+fig, ax = plt.subplots(figsize=(5, 3), layout="constrained")
 ax.plot(s, law.force(s))
 ax.set(xlabel="slip speed $s$", ylabel="$F(s)$", ylim=(0, 1.05))
 
@@ -38,7 +38,7 @@ print(f.parameter_derivative(0.1, "fall"))
 # A motion, at any time you ask for.
 
 motion = ss.simulate(model, d=0.1, t_end=60)
-fig, ax = plt.subplots(figsize=(7, 3))
+fig, ax = plt.subplots(figsize=(7, 3), layout="constrained")
 motion.plot(ax=ax)
 
 # %%

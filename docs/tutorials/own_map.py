@@ -32,7 +32,7 @@ f = ss.PiecewiseMap(
     derivative=slope,  # by differences where it is not given, which takes longer
     breakpoints=[0.0],
 )
-fig, ax = plt.subplots(figsize=(4.5, 4.5))
+fig, ax = plt.subplots(figsize=(4.5, 4.5), layout="constrained")
 ss.branches(f).plot(ax=ax)
 
 # %%
@@ -45,5 +45,5 @@ for b in ss.bifurcations(f, "mu", (-0.05, 0.15), max_period=3):
 # What lives beyond: period adding.
 
 diagram = ss.bifurcation_diagram(f, "mu", np.linspace(-0.02, 0.15, 80), max_period=3)
-fig, ax = plt.subplots(figsize=(7, 4))
+fig, ax = plt.subplots(figsize=(7, 4), layout="constrained")
 diagram.plot(ax=ax)

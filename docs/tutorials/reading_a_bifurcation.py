@@ -59,7 +59,7 @@ margins = f.evaluate(orbit.points).margin
 closest = orbit.points[np.argmin(margins)]
 motion = ss.simulate(model, d=closest, until="stick")
 t = np.linspace(0, motion.t[-1], 2000)
-fig, ax = plt.subplots(figsize=(7, 3))
+fig, ax = plt.subplots(figsize=(7, 3), layout="constrained")
 ax.plot(t, motion.v(t)[:, 1] - model.V)
 ax.axhline(0, color="0.6", lw=0.8)
 ax.set(xlabel="time", ylabel="$X_2' - V$")
@@ -70,5 +70,5 @@ ax.set(xlabel="time", ylabel="$X_2' - V$")
 curve = ss.continue_bifurcation(
     collision, ss.examples.coulomb(), along="alpha", range=(1.198, 1.204), solve_for="V"
 )
-fig, ax = plt.subplots(figsize=(5, 3.5))
+fig, ax = plt.subplots(figsize=(5, 3.5), layout="constrained")
 curve.plot(ax=ax)

@@ -55,7 +55,7 @@ print(found)
 # collision of the other tutorials: the stable orbit ends there, and long transients and orbits
 # follow.
 
-fig, ax = plt.subplots(figsize=(6, 4))
+fig, ax = plt.subplots(figsize=(6, 4), layout="constrained")
 found.lyapunov_exponent.plot(ax=ax, x="V")
 
 # %%

@@ -29,7 +29,7 @@ print(f)
 # from one such phase to the next; it has branches, one for each itinerary, and it jumps between
 # them.
 
-fig, ax = plt.subplots(figsize=(5, 5))
+fig, ax = plt.subplots(figsize=(5, 5), layout="constrained")
 ss.branches(f).plot(ax=ax)
 
 # %%
@@ -83,7 +83,7 @@ for V in (0.0370, 0.0371, 0.0372):
 # stable one ends.
 
 diagram = ss.bifurcation_diagram(model, "V", np.linspace(0.0366, 0.0372, 60))
-fig, ax = plt.subplots(figsize=(7, 5))
+fig, ax = plt.subplots(figsize=(7, 5), layout="constrained")
 diagram.plot(ax=ax)
 
 # %%
@@ -96,7 +96,7 @@ diagram.plot(ax=ax)
 law9 = ss.examples.law9(alpha=1.20915)
 g = ss.event_map(law9)
 d = np.linspace(0.379, 0.390, 2001)
-fig, ax = plt.subplots(figsize=(5, 5))
+fig, ax = plt.subplots(figsize=(5, 5), layout="constrained")
 ax.plot(d, g(g(d)), lw=1)
 ax.plot(d, d, "k:", lw=0.8)
 ax.set(xlabel="$d$", ylabel="$f^2(d)$")

@@ -49,6 +49,15 @@ def bistable():
     return basins(cubic(1.5))
 
 
+def test_a_slow_attractor_takes_few_rounds():
+    """At multiplier 0.98 a small interval about it would grow by a fiftieth a round."""
+    found = basins(cubic(1.99))
+    assert abs(found.attractors[0].orbit.multiplier) > 0.95
+    assert found.rounds < 100
+    x = np.linspace(-1.5, 1.5, 300)  # without the unstable fixed point 0
+    np.testing.assert_array_equal(found.at(x), ends(cubic(1.99), x, found.attractors))
+
+
 class TestBistableCubic:
     """x -> 1.5 x - x^3: unstable fixed point 0, unstable 2-cycle ±sqrt(2.5)."""
 

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import pytest
+from docs.sources import place_of
 
 import stickslip as ss
 from stickslip.cli import main
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-TUTORIALS = sorted((DOCS / "tutorials").glob("*.py"))
+SCRIPTS = sorted([*(DOCS / "tutorials").glob("*.py"), *(DOCS / "gallery").glob("*.py")])
 NEEDS_A_GPU = {"gpu.md"}
 PAGES = [
     page
@@ -31,8 +32,8 @@ def elsewhere(tmp_path, monkeypatch):
     plt.close("all")
 
 
-@pytest.mark.parametrize("script", TUTORIALS, ids=lambda path: path.stem)
-def test_a_tutorial_runs_and_draws(script, elsewhere):
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_a_tutorial_or_picture_runs_and_draws(script, elsewhere):
     runpy.run_path(str(script))
     assert plt.get_fignums()
     assert not list(elsewhere.iterdir())
@@ -60,3 +61,26 @@ def test_the_ten_minutes_end_with_pictures_of_ones_own_system(elsewhere, capsys)
     assert {"map.png", "motion.png"} <= {path.name for path in elsewhere.iterdir()}
     assert (elsewhere / "report" / "report.md").is_file()
     assert (elsewhere / "report" / "diagram.png").is_file()
+
+
+THEORY = sorted((DOCS / "theory").glob("*.md"))
+SOURCE = re.compile(r"\{source\}`(?:[^`<]*<)?([\w.]+)>?`")
+
+
+@pytest.mark.parametrize("page", THEORY, ids=lambda path: path.stem)
+def test_equations_are_linked_to_what_implements_them(page):
+    text = page.read_text()
+    for section in re.split(r"^## ", text, flags=re.MULTILINE):
+        if "$$" in section:
+            assert SOURCE.search(section), section.partition("\n")[0]
+    for target in SOURCE.findall(text):
+        file, line = place_of(target)
+        assert line <= len(file.read_text().splitlines())
+
+
+def test_a_link_to_a_definition_that_is_gone_is_found_out():
+    file, line = place_of("mechanics.model.two_block.TwoBlock.from_physical")
+    assert "def from_physical" in file.read_text().splitlines()[line - 1]
+    for gone in ("mechanics.model.two_block.TwoBlock.gone", "mechanics.gone", "gone"):
+        with pytest.raises(LookupError):
+            place_of(gone)

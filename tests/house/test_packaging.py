@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from tests.acceptance import packaging
 
 import stickslip
 
@@ -21,8 +22,9 @@ def pinned(lock):
     return {(name, marker): version for name, version, marker in pins}
 
 
-def test_there_is_a_lock_for_the_core_for_tests_and_for_docs():
+def test_there_is_a_lock_for_each_environment_of_the_makefile():
     assert [lock.name for lock in LOCKS] == [
+        "requirements-bench.lock",
         "requirements-dev.lock",
         "requirements-docs.lock",
         "requirements.lock",
@@ -47,9 +49,13 @@ def test_every_pin_has_hashes(lock):
 
 @pytest.mark.parametrize("lock", LOCKS, ids=lambda lock: lock.name)
 def test_locks_agree_with_the_core(lock):
-    core = pinned(ROOT / "requirements.lock")
+    core, others = pinned(ROOT / "requirements.lock"), pinned(lock)
     assert core
-    assert core.items() <= pinned(lock).items()
+    assert {key: others[key] for key in core.keys() & others} == {
+        key: core[key] for key in core.keys() & others
+    }
+    # What the other programs come with is added to the tests' environment, not one of its own.
+    assert lock.name == "requirements-bench.lock" or core.keys() <= others.keys()
 
 
 def test_the_core_lock_covers_the_dependencies_and_what_builds_the_project():
@@ -84,7 +90,8 @@ def test_the_conda_recipe_asks_for_what_the_project_asks_for():
 
 
 @pytest.mark.parametrize(
-    "target", ["reproduce", "test", "check", "docs", "benchmark", "clean", "lint", "types"]
+    "target",
+    ["reproduce", "test", "check", "docs", "benchmark", "packaging", "clean", "lint", "types"],
 )
 def test_make_knows_the_target(target):
     done = subprocess.run(
@@ -172,3 +179,28 @@ def test_every_kernel_file_stands_under_the_contract():
     for path in (ROOT / "src").rglob("*_kernels.py"):
         module = ".".join(path.relative_to(ROOT / "src").with_suffix("").parts)
         assert path.name == "_kernels.py" or module in sources
+
+
+def test_every_extra_is_installed_alone_by_make_packaging():
+    ours = {"dev", "bench-peers"}  # the environment of the tests; programs to compare with
+    assert set(packaging.EXTRAS) - {""} == set(PYPROJECT["project"]["optional-dependencies"]) - ours
+    for extra in packaging.EXTRAS:
+        if extra != packaging.RESOLVED_ONLY:
+            compile(packaging.use_of(extra), extra, "exec")
+
+
+def test_make_packaging_tries_every_python_that_is_promised(tmp_path):
+    for name in ("stickslip.whl", "stickslip.tar.gz"):
+        (tmp_path / name).touch()
+    classifiers = PYPROJECT["project"]["classifiers"]
+    promised = [line.rpartition(" ")[2] for line in classifiers if "Python :: 3." in line]
+    assert list(packaging.PYTHONS) == promised
+    cases = packaging.cases(tmp_path, list(packaging.PYTHONS), list(packaging.EXTRAS))
+    assert len({str(case) for case in cases}) == len(cases)
+    assert len(cases) == len(promised) * 2 * len(packaging.EXTRAS) + 1
+    assert str(cases[-1]) == f"{promised[0]:5} newest  core     sdist"
+
+
+def test_the_lock_of_other_programs_agrees_with_the_tests():
+    tests, others = pinned(ROOT / "requirements-dev.lock"), pinned(ROOT / "requirements-bench.lock")
+    assert all(tests[key] == others[key] for key in tests.keys() & others)

@@ -36,3 +36,18 @@ def test_version_is_told_at_once():
         spent.append(sum(after[2:4]) - sum(before[2:4]))  # of child processes, user and system
         assert done.stdout == f"{stickslip.__version__}\n"
     assert min(spent) < 0.3
+
+
+def test_the_first_value_needs_no_linear_algebra_and_takes_none_from_others():
+    code = """
+import sys
+import numba, numpy as np, stickslip as ss
+assert abs(ss.event_map(ss.examples.coulomb())(0.1)) < 1.0
+print("scipy.linalg" in sys.modules)
+print(numba.njit(lambda a, b: np.dot(a, b))(np.eye(2), np.full((2, 2), 3.0)).sum())
+"""
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "0"}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment
+    )
+    assert done.stdout.split() == ["False", "12.0"]

@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 from matplotlib.patches import Polygon
 
-from stickslip import examples
+from stickslip import PiecewiseMap, examples, periodic_orbits, simulate
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model import locus
+from stickslip.plot.cobweb import draw_cobweb
 from stickslip.plot.event_map import cobweb, event_map, mark_orbit
 from stickslip.plot.law import friction_characteristic
 from stickslip.plot.mechanism import mechanism
-from stickslip.plot.motion import draw_portrait, sample_times, stick_interval
+from stickslip.plot.motion import draw_portrait, sample_times, stick_interval, time_series
 from stickslip.plot.orbits import draw_orbits
 from stickslip.plot.stick_locus import stick_locus
 from stickslip.plot.style import new_figure, style
@@ -118,6 +119,11 @@ class TestEventMap:
         steps = [[0.1, 0.1], [0.1, 0.2], [0.2, 0.2], [0.2, 0.4], [0.4, 0.4]]
         assert ax.lines[0].get_xydata().tolist() == steps
 
+    def test_orbits_outside_the_window_of_a_cobweb_are_not_drawn_beside_it(self, ax):
+        f = PiecewiseMap(lambda x: 3.5 * x * (1 - x), (0.0, 1.0))
+        draw_cobweb(f, [0.7], ax, orbits=periodic_orbits(f), window=(0.7, 0.75))
+        assert ax.get_tightbbox().width < 2 * ax.bbox.width
+
 
 class TestMotion:
     def test_sample_times_keep_every_event(self):
@@ -125,6 +131,14 @@ class TestMotion:
         times = sample_times(t)
         assert np.isin(t, times).all()
         assert np.all(np.diff(times) > 0)
+
+    def test_friction_over_time_is_that_of_the_motion_up_to_each_event(self, ax):
+        motion = simulate(examples.coulomb(), d=0.1, t_end=80)
+        time_series(motion, "friction", ax)
+        t = np.linspace(0, 80, 4001)
+        for block, line in enumerate(ax.lines):
+            drawn = np.interp(t, *line.get_xydata().T)
+            np.testing.assert_allclose(drawn, motion.friction(t)[:, block], atol=1e-3)
 
     @pytest.mark.parametrize("block", [1, 2])
     def test_ends_of_the_stick_interval_need_the_static_limit(self, block):

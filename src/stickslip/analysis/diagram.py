@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.one_d.break_lines import BreakLine
+from stickslip.extras import require_extra
 
 if TYPE_CHECKING:
     import os
@@ -181,9 +182,10 @@ class Diagram:
 
         Raises
         ------
-        ModuleNotFoundError
-            xarray is not installed.
+        MissingExtraError
+            A ModuleNotFoundError: xarray is not installed.
         """
+        require_extra("sweep", "labelled arrays", "xarray")
         xarray = importlib.import_module("xarray")
         name, n = self.parameter, len(self.values)
         points = np.full((len(self.orbits), n, self.max_period), np.nan)

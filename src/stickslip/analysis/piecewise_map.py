@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, overload
 
 import numpy as np
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from stickslip.analysis.protocol import Floats, Labels
+    from stickslip.analysis.protocol import Floats, Labels, Many
 
 __all__ = ["PiecewiseMap"]
 
@@ -219,17 +219,35 @@ class PiecewiseMap(LineMap):
             self._margins(flat).reshape(shape),
         )
 
+    @overload
+    def __call__(self, x: float) -> float: ...
+    @overload
+    def __call__(self, x: Many) -> Floats: ...
+    @overload
+    def __call__(self, x: ArrayLike) -> float | Floats: ...
     def __call__(self, x: ArrayLike) -> float | Floats:
         """Return f(x): a float for a scalar, else an array of the same shape."""
         points = checked_points(self._domain, x)
         value = self._values(points.ravel()).reshape(points.shape)
         return float(value) if value.ndim == 0 else value
 
+    @overload
+    def derivative(self, x: float) -> float: ...
+    @overload
+    def derivative(self, x: Many) -> Floats: ...
+    @overload
+    def derivative(self, x: ArrayLike) -> float | Floats: ...
     def derivative(self, x: ArrayLike) -> float | Floats:
         """Return f'(x): a float for a scalar, else an array of the same shape."""
         slope = self.evaluate(x).derivative
         return float(slope) if slope.ndim == 0 else slope
 
+    @overload
+    def parameter_derivative(self, x: float, name: str, /) -> float: ...
+    @overload
+    def parameter_derivative(self, x: Many, name: str, /) -> Floats: ...
+    @overload
+    def parameter_derivative(self, x: ArrayLike, name: str, /) -> float | Floats: ...
     def parameter_derivative(self, x: ArrayLike, name: str, /) -> float | Floats:
         """Return df/d(name) at fixed x.
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, cast, overload
 
 import numpy as np
 
-from stickslip.analysis.one_d.preimages import preimages
-from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.protocol import (
     Map1D,
     PointValues,
@@ -16,13 +14,14 @@ from stickslip.analysis.protocol import (
     iterate,
     mix_labels,
     sample,
+    values_and_slopes,
 )
 from stickslip.status import OK
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from stickslip.analysis.protocol import Floats
+    from stickslip.analysis.protocol import Floats, Many
 
 __all__ = ["LineMap", "PowerMap"]
 
@@ -52,11 +51,15 @@ class LineMap:
         ValueError
             ``x`` is not a finite number.
         """
+        from stickslip.analysis.one_d.preimages import preimages  # not for the first value
+
         return preimages(cast("Map1D", self), x)
 
     @property
     def gaps(self) -> Floats:
         """Open intervals without a value, shape (k, 2): last point before, first point after."""
+        from stickslip.analysis.one_d.table import branch_table  # not for the first value
+
         return branch_table(cast("Map1D", self)).gaps
 
 
@@ -113,11 +116,32 @@ class PowerMap(LineMap):
         slope = np.where(status == OK, derivative, np.nan)
         return PointValues(point, slope, label, status, margin)
 
+    def value_and_derivative(self, x: ArrayLike) -> tuple[Floats, Floats]:
+        """Return f^p(x) and (f^p)'(x), arrays of the same shape, and no more."""
+        point = checked_points(self.domain, x)
+        derivative = np.ones(point.shape)
+        for _ in range(self.exponent):
+            point, slope = values_and_slopes(self.base, point)
+            derivative = derivative * slope
+        return point, np.where(np.isnan(point), np.nan, derivative)
+
+    @overload
+    def __call__(self, x: float) -> float: ...
+    @overload
+    def __call__(self, x: Many) -> Floats: ...
+    @overload
+    def __call__(self, x: ArrayLike) -> float | Floats: ...
     def __call__(self, x: ArrayLike) -> float | Floats:
         """Return f^p(x): a float for a scalar, else an array of the same shape."""
         value = self.evaluate(x).value
         return float(value) if value.ndim == 0 else value
 
+    @overload
+    def derivative(self, x: float) -> float: ...
+    @overload
+    def derivative(self, x: Many) -> Floats: ...
+    @overload
+    def derivative(self, x: ArrayLike) -> float | Floats: ...
     def derivative(self, x: ArrayLike) -> float | Floats:
         """Return (f^p)'(x): a float for a scalar, else an array of the same shape."""
         slope = self.evaluate(x).derivative

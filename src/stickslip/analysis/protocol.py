@@ -7,18 +7,18 @@ the mechanics and a `PiecewiseMap` both fit.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TypeAlias, runtime_checkable
+from typing import Any, Final, Protocol, Self, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.status import OK
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
 Floats: TypeAlias = NDArray[np.float64]
+Many: TypeAlias = NDArray[Any] | Sequence[Any]
+"""Points of which values come back as an array, unlike that of a float."""
 Labels: TypeAlias = NDArray[np.uint64]
 Codes: TypeAlias = NDArray[np.integer[Any]]
 
@@ -65,6 +65,7 @@ class Map1D(Protocol):
 
     - ``margin`` among the values: a distance, zero at a breakpoint, that tells how far a
       point is from changing its label;
+    - ``value_and_derivative(x)``, these two alone, faster than ``evaluate``;
     - ``iterate(x, n)``, shape (..., n + 1), faster than a loop over ``evaluate``;
     - ``itinerary(x)``, a text per point that says more than the label's number;
     - ``base`` and ``exponent``: this map is ``base`` applied ``exponent`` times.
@@ -181,6 +182,18 @@ def sample(f: Map1D, x: ArrayLike) -> PointValues:
         label[inside], status[inside] = got.label, got.status
         margin[inside] = _margin(got)
     return PointValues(value, derivative, label, status, margin)
+
+
+def values_and_slopes(f: Map1D, x: Floats) -> tuple[Floats, Floats]:
+    """Value and derivative at points that may be NaN or outside its domain, NaN there."""
+    offered = getattr(f, "value_and_derivative", None)
+    if offered is None:
+        got = sample(f, x)
+        return got.value, got.derivative
+    value, slope = np.full(x.shape, np.nan), np.full(x.shape, np.nan)
+    clipped, inside = clip_to_domain(f.domain, x)
+    value[inside], slope[inside] = offered(clipped[inside])
+    return value, slope
 
 
 def _margin(values: MapValues) -> Floats:

@@ -106,6 +106,11 @@ class WindowMap(LineMap):
         return _plain(self.evaluate(x).derivative)
 
     @property
+    def value_and_derivative(self) -> Any:
+        """Value and slope at once; an AttributeError if the whole map does not offer it."""
+        return self.f.value_and_derivative  # type: ignore[attr-defined]
+
+    @property
     def itinerary(self) -> Any:
         """What the whole map says of a point's branch; an AttributeError if it says nothing."""
         return self.f.itinerary  # type: ignore[attr-defined]

@@ -3,3 +3,5 @@
 Needs the extra ``app`` (starlette, uvicorn, websockets). The page is in ``static``; everything it
 shows is computed by the package's public functions.
 """
+
+EXTRA = ("starlette", "uvicorn", "websockets")

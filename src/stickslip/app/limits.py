@@ -107,12 +107,16 @@ def _model(
         "title": title,
         "views": views,
         "parameters": [_parameter(name) | {"per_block": name == "static"} for name in names],
-        "forcing": [_parameter(n) for n in ("amplitude", "frequency", "phase")]
-        if default["kind"] == "oscillator"
-        else [],
+        "forcing": [] if default["kind"] == "two_block" else _forcing(),
         "blocks": {"min": blocks[0], "max": blocks[1]},
         "default": default,
     }
+
+
+def _forcing() -> list[dict[str, Any]]:
+    """Describe the numbers of harmonic forces, named as models name them."""
+    names = ("amplitude", "frequency", "phase")
+    return [_parameter(name) | {"name": f"forcing.{name}"} for name in names]
 
 
 def _parameter(name: str) -> dict[str, Any]:

@@ -43,6 +43,20 @@ class WatchedMap(EventMap):
         }
         return EventMapResult(**columns)
 
+    def value_and_derivative(self, d: ArrayLike) -> tuple[Any, Any]:
+        """Values and slopes piece by piece, with a checkpoint before each."""
+        points = np.asarray(d, dtype=np.float64)
+        checkpoint()
+        if points.size <= PIECE:
+            return super().value_and_derivative(points)
+        flat, found = points.ravel(), np.empty((2, points.size))
+        for start in range(0, points.size, PIECE):
+            checkpoint()
+            piece = slice(start, start + PIECE)
+            found[:, piece] = super().value_and_derivative(flat[piece])
+        value, slope = found.reshape(2, *points.shape)
+        return value, slope
+
 
 def watched_map(model: TwoBlock, **settings: Any) -> WatchedMap:
     """Make the event map of a model; one thread, since other users want the others."""

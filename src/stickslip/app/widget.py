@@ -11,6 +11,8 @@ from urllib.parse import quote
 
 import msgspec
 
+from stickslip.app import EXTRA
+from stickslip.extras import require_extra
 from stickslip.study.model_values import model_values
 
 if TYPE_CHECKING:
@@ -98,12 +100,9 @@ def explore(model: Model | None = None, *, height: int = 820) -> Explorer:
 
 @cache
 def _server() -> BackgroundServer:
-    try:
-        from stickslip.app.serving import BackgroundServer
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            f'the explorer needs {error.name}: pip install "stickslip[app]"', name=error.name
-        ) from error
+    require_extra("app", "explorers", *EXTRA)
+    from stickslip.app.serving import BackgroundServer
+
     server = BackgroundServer(framed_by=NOTEBOOKS)
     atexit.register(server.stop)
     return server

@@ -44,14 +44,13 @@ def command(
     """
     if not 0 <= port <= HIGHEST_PORT:
         raise UsageError(f"--port {port}: a port is a number from 0 to {HIGHEST_PORT}")
-    try:
-        from stickslip.app.presets import preset_names
-        from stickslip.app.serving import listening_socket, serve, url_of
-    except ModuleNotFoundError as error:
-        raise UsageError(
-            f"the explorer needs the package {error.name}. "
-            'Install the extra: pip install "stickslip[app]"'
-        ) from error
+    from stickslip.app import EXTRA
+    from stickslip.extras import require_extra
+
+    require_extra("app", "explorers", *EXTRA)
+    from stickslip.app.presets import preset_names
+    from stickslip.app.serving import listening_socket, serve, url_of
+
     if preset is not None and preset not in preset_names():
         raise UsageError(f"--preset {preset}: choose one of {', '.join(preset_names())}")
     try:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from typing import Final
 
+from stickslip.extras import MissingExtraError
+
 DONE: Final = 0
 COMPUTATION_FAILED: Final = 1
 BAD_USAGE: Final = 2
 REFUSED: Final = 3
 CLAIM_FAILED: Final = 4
 INTERRUPTED: Final = 130
+
+USERS: Final = (ValueError, OSError, MissingExtraError)  # what the user can mend
 
 
 class CommandError(Exception):
@@ -38,10 +42,11 @@ def exit_code_of(error: BaseException) -> int:
     """Exit code for an exception that reached the program.
 
     The library raises ValueError for illegal input before anything runs, and the system
-    OSError for files: both are the user's to mend. Anything else is a failure of ours.
+    OSError for files, and an extra may not be installed: the user's to mend. Anything else is a
+    failure of ours.
     """
     if isinstance(error, CommandError):
         return error.exit_code
     if isinstance(error, KeyboardInterrupt):
         return INTERRUPTED
-    return BAD_USAGE if isinstance(error, ValueError | OSError) else COMPUTATION_FAILED
+    return BAD_USAGE if isinstance(error, USERS) else COMPUTATION_FAILED

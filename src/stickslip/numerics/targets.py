@@ -32,16 +32,32 @@ from numba.core import event
 
 config: Any = numba.config
 
+
+def _believe_in_blas() -> None:
+    """Keep numba from loading scipy.linalg, a seventh of the time to the first value.
+
+    It does so only to learn whether there is a BLAS, when it compiles or loads its first function.
+    SciPy is always there; a function that needs its BLAS loads it when it is compiled.
+    """
+    with suppress(ImportError, AttributeError):
+        linalg: Any = importlib.import_module("numba.np.linalg")
+        ensure, linalg.ensure_blas = linalg.ensure_blas, lambda: None
+        try:
+            importlib.import_module("numba.np.arraymath")
+        finally:
+            linalg.ensure_blas = ensure
+
+
+if not config.DISABLE_JIT:
+    _believe_in_blas()
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 PACKAGE = Path(__file__).resolve().parents[1]
 IMPORT = re.compile(r"^from (stickslip[\w.]*) import ([\w, ]+|\([^)]*\))", re.M)
-BINDS = re.compile(
-    r"^from stickslip.numerics.targets import .*\b(instantiate|write_module)\b", re.MULTILINE
-)
-GENERATES = re.compile(
-    r"^from stickslip.numerics.targets import .*\bgenerated_module\b", re.MULTILINE
-)
+USES = "from stickslip.numerics.targets import "
+BINDS = re.compile(rf"^{USES}.*\b(instantiate|write_module)\b", re.MULTILINE)
+GENERATES = re.compile(rf"^{USES}.*\bgenerated_module\b", re.MULTILINE)
 OLD_CACHE_SECONDS = 30 * 24 * 3600.0
 ANNOUNCE_AFTER_SECONDS = 1.0
 
@@ -64,8 +80,10 @@ def kernel_sources(package: Path) -> set[Path]:
 
     Imports for the type checker are indented, and do not count.
     """
-    files = {path: path.read_text(encoding="utf-8") for path in package.rglob("*.py")}
-    todo = [path for path, text in files.items() if "\n@kernel" in text or GENERATES.search(text)]
+    files = {path: path.read_bytes().decode() for path in package.rglob("*.py")}
+    users = {path: text for path, text in files.items() if USES in text}
+    todo = [path for path, text in files.items() if "\n@kernel" in text]
+    todo += [path for path, text in users.items() if GENERATES.search(text)]
     found: set[Path] = set()
     while todo:
         path = todo.pop()
@@ -73,7 +91,7 @@ def kernel_sources(package: Path) -> set[Path]:
             found.add(path)
             for match in IMPORT.finditer(files[path]):
                 todo.extend(_modules(package, match))
-    return found | {path for path, text in files.items() if BINDS.search(text)}
+    return found | {path for path, text in users.items() if BINDS.search(text)}
 
 
 def _modules(package: Path, match: re.Match[str]) -> set[Path]:
@@ -348,7 +366,7 @@ def launch(task: Callable[[int, int], None], size: int, threads: int, smallest: 
     Kernels release the interpreter lock, so threads are enough. Tiles are no smaller than
     `smallest` items and there are several for each thread, since motions differ in length.
     """
-    tiles = min(8 * threads, -(-size // smallest))
+    tiles = min(16 * threads, -(-size // smallest))
     if threads == 1 or tiles <= 1:
         task(0, size)
         return

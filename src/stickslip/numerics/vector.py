@@ -67,6 +67,8 @@ def _nothing() -> None:
 
 
 FUSED = ("contract",)
+# LLVM takes half vectors of AVX-512 on processors whose clock, it thinks, whole ones slow down.
+WIDEST = '"prefer-vector-width"="512"'
 
 
 @intrinsic
@@ -93,11 +95,12 @@ def _polynomial_text(typingctx: Any, t: Any, *coefficients: Any) -> Any:
 
 
 @intrinsic
-def _aligned(typingctx: Any) -> Any:
+def _wide(typingctx: Any) -> Any:
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         attributes = builder.function.attributes
         attributes.alignstack = 64
         attributes.add("noinline")
+        set.add(attributes, WIDEST)  # its own `add` knows attributes without a value only
         return context.get_dummy_value()
 
     return types.none(), codegen
@@ -106,20 +109,21 @@ def _aligned(typingctx: Any) -> Any:
 bits: Callable[[float], int]
 from_bits: Callable[[int], float]
 select: Callable[[bool, float, float], float]
-align_stack: Callable[[], None]
+wide_vectors: Callable[[], None]
 products: Callable[..., float]
 polynomial: Callable[..., float]
 
 if config.DISABLE_JIT:
-    bits, from_bits, select, align_stack = _bits, _from_bits, _select, _nothing
+    bits, from_bits, select, wide_vectors = _bits, _from_bits, _select, _nothing
     products, polynomial = _products, _polynomial
 else:
     # products(a, b, c, d, ...): a b + c d + ...; polynomial(t, c_n, ..., c_0): by Horner.
     products = cast(Callable[..., float], _products_text)
     polynomial = cast(Callable[..., float], _polynomial_text)
-    # align_stack(): the function that calls it keeps its vectors on the stack where each lies in
-    # one line of the cache (measured: a fifth faster where many are kept), and is not inlined.
-    align_stack = cast(Callable[[], None], _aligned)
+    # wide_vectors(): the function that calls it uses the longest vectors that there are (measured:
+    # a sixth to a third faster), keeps them on the stack where each lies in one line of the cache
+    # (a fifth faster where many are kept), and is not inlined.
+    wide_vectors = cast(Callable[[], None], _wide)
     # bits(x): bits of a double as an integer; from_bits(n): the double with these bits;
     # select(condition, one, other): one of two doubles, both of them computed.
     bits = _instruction(

@@ -28,6 +28,7 @@ __all__ = [
     "parameter_label",
 ]
 
+MARGINAL: Final = 1e-6  # of a multiplier of a located fold or flip, from 1 or -1
 STABLE: Final[dict[str, Any]] = {"color": "black", "lw": 1.6, "zorder": 4}
 UNSTABLE: Final[dict[str, Any]] = {"color": PALETTE["vermillion"], "lw": 0.6, "zorder": 3}
 BREAK: Final[dict[str, Any]] = {"color": PALETTE["grey"], "lw": 0.7, "ls": (0, (5, 3)), "zorder": 1}
@@ -95,9 +96,9 @@ def draw_stretches(
     **style
         Passed on to ``Axes.plot``, for both parts.
     """
-    stable = np.abs(multipliers) < 1
-    # Thin lines reach to where heavy ones begin.
-    unstable = ~stable
+    # Both meet at a bifurcation that is among the points; else thin lines reach to heavy ones.
+    stable = np.abs(multipliers) < 1 + MARGINAL
+    unstable = np.abs(multipliers) > 1 - MARGINAL
     unstable[1:] |= ~stable[:-1]
     unstable[:-1] |= ~stable[1:]
     for shown, looks in ((stable, STABLE), (unstable, UNSTABLE)):

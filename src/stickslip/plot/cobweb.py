@@ -65,6 +65,6 @@ def draw_cobweb(
     paths = np.reshape(f.iterate(np.ravel(start), skip + steps), (-1, skip + steps + 1))
     for k, path in enumerate(paths):
         cobweb(ax, path[skip:], color=COLORS[k % len(COLORS)])
-    for orbit in orbits:
-        mark_orbit(ax, orbit.points, stable=bool(orbit.stable))
+    for orbit in orbits:  # those outside the window must not widen the picture
+        mark_orbit(ax, orbit.points, stable=bool(orbit.stable), clip_on=window is not None)
     return ax

@@ -31,7 +31,9 @@ def sample_times(
     per_unit: float = 60.0,
     riding: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.float64]:
-    """Spread times for a smooth line: every event, and even steps within each phase.
+    """Spread times for a smooth line: even steps within each phase, and both its ends.
+
+    Friction jumps at events: each has a time just before it, too.
 
     Parameters
     ----------
@@ -40,7 +42,7 @@ def sample_times(
     per_unit : float
         Points per unit of dimensionless time; a phase gets 8 at least.
     riding : ndarray of bool, shape (n - 1,), optional
-        Phases in which both blocks ride: straight lines, 2 points each.
+        Phases in which both blocks ride: straight lines, of which the ends are enough.
 
     Returns
     -------
@@ -49,9 +51,9 @@ def sample_times(
     """
     counts = np.maximum(8, per_unit * np.diff(t)).astype(int)
     if riding is not None:
-        counts[riding] = 2
+        counts[riding] = 1
     pieces = [
-        np.linspace(start, end, count, endpoint=False)
+        np.append(np.linspace(start, end, count, endpoint=False), np.nextafter(end, start))
         for (start, end), count in zip(pairwise(t), counts, strict=True)
     ]
     return np.concatenate([*pieces, t[-1:]])

@@ -9,7 +9,7 @@ from flint import arb
 
 from stickslip.proofs.germ import Germ, germ
 from stickslip.proofs.jet import Jet, precision, variables
-from stickslip.proofs.newton import zero
+from stickslip.proofs.newton import nearer, zero
 from stickslip.proofs.power import Setting, step
 from stickslip.proofs.verify.words import rounded
 from stickslip.proofs.wave import Undecided
@@ -52,7 +52,8 @@ def proven_critical(
         end, slope, *_ = _round(setting, box, period, 1)[1].coefficients
         return [end - box[0], slope - multiplier]
 
-    found, _ = zero(equations, [near, value], RADII, target=arb(10) ** (-digits - 12))
+    start = nearer(equations, [near, value], RADII[0])
+    found, _ = zero(equations, start, RADII, target=arb(10) ** (-digits - 12))
     box = variables([x.mid() for x in found], [x.rad() for x in found])
     with precision(4 * digits + FORM_BITS):
         starts, end, words = _round(setting, box, period, 1 if kind == "fold" else 3)

@@ -13,10 +13,12 @@ from flint import arb, arb_mat, ctx
 from stickslip.proofs.jet import Jet, precision, variables
 from stickslip.proofs.wave import Undecided
 
-__all__ = ["NoZero", "zero"]
+__all__ = ["NoZero", "nearer", "zero"]
 
 ROUNDS: Final = 30
 SEARCH_BITS: Final = 128  # until a zero is proven; its digits need more
+POLISHING: Final = 6  # steps of Newton's method without proof
+NEAR: Final = 1e-12  # a step so small that the next is none
 
 
 class NoZero(Exception):
@@ -74,6 +76,28 @@ def zero(
             return _refined(equations, new, target), box
         reason = Undecided(f"Newton's step leaves a box of radius {radius:.1g}")
     raise reason
+
+
+def nearer(
+    equations: Callable[[list[Jet]], Sequence[Jet]], start: list[arb], reach: float
+) -> list[arb]:
+    """Improve a starting point by Newton's method, without proof.
+
+    The point given comes back if the method leaves a box of radius `reach` around it.
+    """
+    at, still = start, [arb(0)] * len(start)
+    with precision(min(ctx.prec, SEARCH_BITS)):
+        for _ in range(POLISHING):
+            before = at
+            try:
+                at = [x.mid() for x in _step(equations, [x.mid() for x in before], still)]
+            except Undecided:
+                return start
+            if not all(abs(x - y) <= reach for x, y in zip(at, start, strict=True)):
+                return start
+            if all(abs(x - y) <= NEAR for x, y in zip(at, before, strict=True)):
+                break
+    return at
 
 
 def _step(

@@ -20,6 +20,7 @@ from stickslip.study.maps import periodic_orbits
 if TYPE_CHECKING:
     import os
 
+    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.neutral import NeutralFamily
@@ -90,9 +91,10 @@ class CycleList(Sequence[Cycle]):
             "hits": self.hits,
         }
 
-    def plot(self, ax: Any = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the cycles in the phase plane of each block; returns the Axes."""
-        return importlib.import_module("stickslip.plot.cycles").plot_cycles(self, ax)
+        axes: Axes = importlib.import_module("stickslip.plot.cycles").plot_cycles(self, ax)
+        return axes
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to a file that `stickslip.load` reads; built-in friction laws only."""

@@ -23,6 +23,7 @@ from stickslip.vocabulary import did_you_mean
 if TYPE_CHECKING:
     import os
 
+    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.cycle import Cycle
@@ -132,9 +133,10 @@ class ReturnRegion:
             "shown": np.array([gap.shown for gap in rows]),
         }
 
-    def plot(self, ax: Any = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Shade the plane of d and the parameter where the map is undefined; returns the Axes."""
-        return importlib.import_module("stickslip.plot.cycles").plot_return_region(self, ax)
+        axes: Axes = importlib.import_module("stickslip.plot.cycles").plot_return_region(self, ax)
+        return axes
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to a file that `stickslip.load` reads; built-in friction laws only."""

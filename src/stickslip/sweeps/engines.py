@@ -10,6 +10,7 @@ import itertools
 import uuid
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from stickslip.sweeps.job import Computed
@@ -64,12 +65,13 @@ def in_dask(
     running: dict[str, Tile] = {}
 
     def submit(count: int) -> list[Any]:
-        futures = []
-        for tile in itertools.islice(queue, count):
-            key = f"{name}-{'-'.join(map(str, tile.index))}"
-            running[key] = tile
-            futures.append(client.submit(compute, job, tile, key=key, pure=False))
-        return futures
+        some = {
+            f"{name}-{'-'.join(map(str, tile.index))}": tile
+            for tile in itertools.islice(queue, count)
+        }
+        running.update(some)
+        tiles = list(some.values())
+        return client.map(partial(compute, job), tiles, key=list(some), pure=False)
 
     cores = sum(client.ncores().values())
     if not cores:

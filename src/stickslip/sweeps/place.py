@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import importlib
 import shutil
 import zipfile
 from contextlib import suppress
@@ -11,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stickslip.extras import require_extra
 from stickslip.files import whole_file
 from stickslip.sweeps.errors import StoreRefused
 
@@ -123,20 +123,6 @@ class Place:
                     archive.extractall(temporary)
 
 
-def require_extra() -> None:
-    """Say what to install, if it is not there.
-
-    Raises
-    ------
-    ImportError
-    """
-    try:
-        for name in EXTRA:
-            importlib.import_module(name)
-    except ImportError as error:
-        raise ImportError(f'{error}. Sweeps need: pip install "stickslip[sweep]"') from error
-
-
 def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) -> Place:
     """Find the place that a path or URL names.
 
@@ -153,8 +139,10 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
         A file stands where the folder should be.
     ValueError
         No such file system, or what it needs is not installed.
+    MissingExtraError
+        An ImportError: the extra ``sweep`` is not installed.
     """
-    require_extra()
+    require_extra("sweep", "sweeps", *EXTRA)
     from fsspec.core import url_to_fs
     from fsspec.implementations.local import LocalFileSystem
 

@@ -225,11 +225,13 @@ def open_sweep(
     ------
     StoreRefused
         A ValueError: there is no sweep.
+    ImportError
+        The extra is not installed: ``pip install "stickslip[sweep]"``.
     """
+    place = place_of(store, storage_options)
     import xarray
     import zarr
 
-    place = place_of(store, storage_options)
     if not place.packed and not place.exists(ROOT):
         raise StoreRefused(f"{place.url}: there is no sweep.")
     source = place.zarr_store(read_only=True)

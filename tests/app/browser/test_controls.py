@@ -1,6 +1,9 @@
 """Controls: what they change, how fast changes are folded, what undoes them."""
 
+import numpy as np
 import pytest
+
+import stickslip as ss
 
 
 def test_a_slider_is_moved_by_the_keyboard(explorer):
@@ -73,17 +76,81 @@ def test_undo_and_redo(explorer):
 
 
 def test_another_law_comes_with_its_parameters(explorer):
-    explorer.page.locator("select[aria-label='Friction law']").select_option("stribeck")
+    laws = explorer.page.locator("select[aria-label='Friction law']")
+    laws.select_option("popp-stelter")
     explorer.settle()
+    assert explorer.page.locator("input[name='gamma']").is_visible()
+    assert explorer.inked("map") > 8
+    # Only the law's curve: kernels for motions under it would be compiled first.
+    explorer.page.evaluate(
+        """() => {
+            const ask = explorer.ask.bind(explorer);
+            explorer.ask = (slot) => slot === "law" && ask(slot);
+        }"""
+    )
+    laws.select_option("stribeck")
     assert explorer.state["model"]["friction"]["law"] == "stribeck"
     assert explorer.page.locator("input[name='speed']").is_visible()
     explorer.page.locator("select[name='exponent']").select_option("2")
-    explorer.settle()
+    explorer.settle("law")
     assert explorer.state["model"]["friction"]["exponent"] == 2
-    assert explorer.inked("map") > 8
-    explorer.page.locator("select[aria-label='Friction law']").select_option("coulomb")
+    assert explorer.inked("law") > 8
+    explorer.page.evaluate("() => delete explorer.ask")
+    laws.select_option("coulomb")
     explorer.settle()
     assert explorer.page.locator("input[name='speed']").count() == 0
+
+
+def test_each_block_may_have_a_law_of_its_own(explorer):
+    explorer.page.get_by_label("a law for each block").check()
+    assert explorer.settle().state["model"]["friction"] == 2 * [{"law": "coulomb", "mu": 0.22}]
+    explorer.type_into("mu_2", 0.3)
+    law = ss.Coulomb(mu=0.22), ss.Coulomb(mu=0.3)
+    f = ss.event_map(ss.examples.coulomb(friction=law))
+    x, y = explorer.view("map", "[[...view.values.arrays.x], [...view.values.arrays.f]]")
+    assert f(np.array(x[5::97])) == pytest.approx(np.array(y[5::97]), abs=1e-12)
+    explorer.page.get_by_label("Friction law of block 2").select_option("popp-stelter")
+    explorer.settle()
+    assert [one["law"] for one in explorer.state["model"]["friction"]] == [
+        "coulomb",
+        "popp-stelter",
+    ]
+    state = explorer.state
+    explorer.page.wait_for_function("() => location.hash.includes('law_2=popp-stelter')")
+    explorer.shoot("two laws")
+    explorer.show(explorer.page.evaluate("() => location.hash.slice(1)"))
+    assert explorer.state["model"] == state["model"]
+    explorer.page.get_by_label("a law for each block").uncheck()
+    assert explorer.settle().state["model"]["friction"] == {"law": "coulomb", "mu": 0.22}
+
+
+def test_a_harmonic_force_and_a_start_that_is_chosen(explorer):
+    explorer.show("preset=oscillator")
+    explorer.page.get_by_label("harmonic forces").check()
+    explorer.settle()
+    explorer.type_into("forcing.amplitude", 0.3)
+    explorer.type_into("x", "0.4")
+    explorer.type_into("v", "-0.1")
+    assert explorer.state["model"]["forcing"] == {"amplitude": 0.3, "frequency": 1, "phase": 0}
+    law = ss.PoppStelter(gamma=3.0)
+    force = ss.Harmonic(amplitude=0.3, frequency=1.0)
+    model = ss.Oscillator(V=0.2, damping=0.05, friction=law, forcing=force)
+    motion = ss.simulate(model, x=[0.4], v=[-0.1], t_end=120.0)
+    t, x = explorer.page.evaluate(
+        "() => [[...explorer.clock.arrays.t], [...explorer.clock.arrays.x]]"
+    )
+    assert motion.x(np.array(t[:500]))[:, 0] == pytest.approx(x[:500], abs=1e-9)
+    state = explorer.state
+    explorer.page.wait_for_function("() => location.hash.includes('v=-0.1')")
+    explorer.shoot("forced")
+    explorer.show(explorer.page.evaluate("() => location.hash.slice(1)"))
+    assert explorer.state == state
+    explorer.type_into("x", "0.1, 0.2")
+    assert "0 to 1 numbers" in explorer.page.locator(".controls > .error").text_content()
+    explorer.type_into("forcing.frequency", -1)
+    assert "frequency" in explorer.page.locator(".controls > .error").text_content()
+    field = explorer.page.locator("input[name='forcing.frequency']")
+    assert field.get_attribute("aria-invalid") == "true"
 
 
 def test_another_model_and_back(explorer):

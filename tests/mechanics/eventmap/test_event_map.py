@@ -22,6 +22,7 @@ from tests.reference.laws import PoppStelter
 from tests.reference.values import COULOMB_JUMPS, COULOMB_ORBITS, LAW9_ORBITS
 
 import stickslip as ss
+from stickslip.analysis.window import windowed
 
 PAPER = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.0366, friction=ss.Coulomb(mu=0.22))
 
@@ -114,6 +115,14 @@ def test_all_ways_to_ask_give_the_same_numbers(stepper):
     result = f.evaluate(d)
     np.testing.assert_array_equal(f(d), result.value)
     np.testing.assert_array_equal(f.derivative(d), result.derivative)
+    both = result.value, result.derivative
+    np.testing.assert_array_equal(f.value_and_derivative(d), both)
+    for other in (f.power(2), windowed(f, (-0.1, 0.1))):
+        inside = d[np.abs(d) < 0.1]
+        result = other.evaluate(inside)
+        both = result.value, result.derivative
+        np.testing.assert_array_equal(other.value_and_derivative(inside), both)
+    result = f.evaluate(d)
     np.testing.assert_array_equal(f.iterate(d, 1)[:, 1], result.value)
 
 

@@ -99,3 +99,13 @@ class TestAdmit:
         np.testing.assert_array_equal(locus.admit(d, 1.2, 1.3), d)
         assert locus.admit([], 1.2, 1.3).shape == (0,)
         assert locus.admit(0, 1.2, 1.3) == 0.0
+
+    def test_nothing_is_copied_but_what_kernels_are_not_compiled_for(self):
+        d = np.linspace(-0.5, 0.5, 8)
+        assert locus.admit(d, 1.2, 1.3) is d
+        d.flags.writeable = False
+        for points in (d, d[::2], d.astype(np.float32)):
+            admitted = locus.admit(points, 1.2, 1.3)
+            np.testing.assert_array_equal(admitted, points)
+            assert admitted.flags.writeable
+            assert admitted.flags.c_contiguous

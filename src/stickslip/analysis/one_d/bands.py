@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.lyapunov import advance
-from stickslip.analysis.protocol import domain_width, sample
+from stickslip.analysis.protocol import domain_width, values_and_slopes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -101,7 +101,7 @@ def image(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> tuple[Floats
     inner_low, inner_high = low > laps.left[lap], high < laps.right[lap]
     inner = np.concatenate([low[inner_low], high[inner_high]])
     if inner.size:
-        values = sample(f, inner).value
+        values, _ = values_and_slopes(f, inner)
         at_low[inner_low] = values[: inner_low.sum()]
         at_high[inner_high] = values[inner_low.sum() :]
     covered = np.bincount(which, weights=high - low, minlength=len(intervals))

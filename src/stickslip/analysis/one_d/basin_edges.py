@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.analysis.lyapunov import advance
 from stickslip.analysis.one_d.basin_pieces import UNDECIDED
-from stickslip.analysis.protocol import domain_width, sample
+from stickslip.analysis.protocol import domain_width, values_and_slopes
 from stickslip.analysis.recurrence import Cycle, confirmed
 
 if TYPE_CHECKING:
@@ -122,7 +122,9 @@ def explain(
         for s, o in zip(pieces.source[stop], pieces.order[stop], strict=True)
     ]
     index = index[np.append(True, np.diff(index) != 0)]
-    slivers = np.flatnonzero((high > low) & (index[:-1] != UNDECIDED) & (index[1:] != UNDECIDED))
+    # A sliver that rounding has closed leaves an edge that only its orbit explains.
+    open_ = (high > low) | np.array([cause is UNRESOLVED for cause in exact], dtype=np.bool_)
+    slivers = np.flatnonzero(open_ & (index[:-1] != UNDECIDED) & (index[1:] != UNDECIDED))
     inner = 0.5 * (low + high)
     for i, x, cause in _sliver_causes(f, slivers[:MAX_SLIVERS], low, high):
         inner[i], exact[i] = x, cause
@@ -137,22 +139,23 @@ def _sliver_causes(
     """Follow the slivers: those whose orbit reaches an unstable cycle are its preimages."""
     middle, width = 0.5 * (low + high)[slivers], (high - low)[slivers]
     orbits = advance(f, middle, MAX_ORDER + MAX_PERIOD)
-    slopes = np.abs(sample(f, orbits[:, :-1]).derivative)
+    slopes = np.abs(values_and_slopes(f, orbits[:, :-1])[1])
     growth = np.hstack([np.ones((len(middle), 1)), np.cumprod(slopes, axis=1)])
-    errors = MEETS * domain_width(f) + width[:, None] * growth
+    errors = MEETS * domain_width(f) + 0.5 * width[:, None] * growth
     known: list[Cycle] = []
+    slack = MEETS * domain_width(f)
     for i, orbit, error in zip(slivers, orbits, errors, strict=True):
         if cause := _orbit_cause(f, orbit, error, known):
             x = _pull_back(f, orbit[: cause.order], cause.source)
-            yield int(i), min(max(x, low[i]), high[i]), cause
+            yield int(i), min(max(x, low[i] - slack), high[i] + slack), cause
 
 
 def _orbit_cause(f: Map1D, orbit: Floats, error: Floats, known: list[Cycle]) -> EdgeCause | None:
     """Find the unstable orbit that an edge's orbit follows, and when it has reached it."""
-    close = RECURS * domain_width(f)
     for order in range(MAX_ORDER):
         if not np.isfinite(orbit[order + MAX_PERIOD]) or error[order] > LOST * domain_width(f):
             return None
+        close = max(RECURS * domain_width(f), error[order])
         for period in range(1, MAX_PERIOD + 1):
             if abs(orbit[order + period] - orbit[order]) > close:
                 continue
@@ -182,8 +185,8 @@ def _pull_back(f: Map1D, orbit: Floats, target: float) -> float:
     for x in orbit[::-1]:
         at = float(x)
         for _ in range(4):
-            got = sample(f, np.array([at]))
-            slope, excess = float(got.derivative[0]), float(got.value[0]) - target
+            value, slope = (float(one[0]) for one in values_and_slopes(f, np.array([at])))
+            excess = value - target
             if not np.isfinite(excess) or slope == 0 or excess == 0:
                 break
             at = min(max(at - excess / slope, low), high)

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip.analysis.lyapunov import advance
 from stickslip.analysis.one_d.bands import image, inside, merged
-from stickslip.analysis.protocol import domain_width, sample
+from stickslip.analysis.protocol import domain_width, values_and_slopes
 from stickslip.analysis.recurrence import capture_radius, confirmed
 
 if TYPE_CHECKING:
@@ -24,12 +25,15 @@ if TYPE_CHECKING:
     from stickslip.analysis.attractors import Attractor
     from stickslip.analysis.one_d.laps import Laps
     from stickslip.analysis.protocol import Floats, Map1D
+    from stickslip.analysis.recurrence import Cycle
 
     Integers = NDArray[np.int64]
 
 UNDECIDED: Final = -1
 LEFT: Final = -2
 EXACT: Final = 1e-13  # of the domain's width: edges closer than this are one
+GROWTHS: Final = 16  # radii that a trap is widened to, each half of the one before
+MAX_STEPS: Final = 256  # on the way into a trap
 
 
 @dataclass(frozen=True)
@@ -108,7 +112,7 @@ def first_pieces(f: Map1D, table: Laps, known: Sequence[Attractor]) -> Pieces:
 
 def _one_sided(f: Map1D, table: Laps, x: Floats, lap: Integers) -> Floats:
     """Values at ends of pieces, from inside where those are ends of laps."""
-    values = sample(f, x).value
+    values, _ = values_and_slopes(f, x)
     at_left, at_right = x == table.left[lap], x == table.right[lap]
     values[at_left] = table.value_left[lap[at_left]]
     values[at_right] = table.value_right[lap[at_right]]
@@ -133,9 +137,37 @@ def _trap(f: Map1D, table: Laps, attractor: Attractor) -> Floats:
         if images is not None:
             last = images[-1]
             if last[0, 0] >= start[0, 0] and last[0, 1] <= start[0, 1]:
-                return merged(np.concatenate([start, *images[:-1]]), 0.0)
+                trap = merged(np.concatenate([start, *images[:-1]]), 0.0)
+                return _grown(f, table, cycle, trap)
         radius *= 0.5
     return nothing
+
+
+def _grown(f: Map1D, table: Laps, cycle: Cycle, trap: Floats) -> Floats:
+    """Widen a trap by intervals beside the cycle that are monotonically carried into it.
+
+    An interval from a point of the cycle to an end whose orbit shares every lap with the cycle's
+    is mapped onto the interval between the two orbits, so that the last of these decides.
+    """
+    low, high = f.domain
+    period, lasting = cycle.period, min(max(abs(cycle.multiplier), 0.1), 0.999)
+    passes = np.log(np.diff(trap).min() / (high - low)) / np.log(lasting)
+    steps = period * int(np.ceil(min(passes, MAX_STEPS / period)))
+    reach = np.outer([-1.0, 1.0], 0.5 ** np.arange(1, GROWTHS + 1)).ravel() * (high - low)
+    number = np.repeat(np.arange(period), len(reach))
+    ends = (cycle.points[:, None] + reach).ravel()
+    chosen = (ends > low) & (ends < high)
+    laps = table.locate(cycle.points)
+    chosen &= table.locate(ends) == laps[number]
+    number, ends = number[chosen], ends[chosen]
+    theirs = (number[:, None] + np.arange(steps + 1)) % period
+    orbits = advance(f, ends, steps)
+    together = np.all(table.locate(orbits) == laps[theirs], axis=1)
+    last = np.sort(np.stack([orbits[:, -1], cycle.points[theirs[:, -1]]]), axis=0)
+    part = np.searchsorted(trap[:, 0], last[0], side="right") - 1
+    carried = together & (part >= 0) & (last[1] <= trap[part, 1])
+    pairs = np.sort(np.stack([cycle.points[number], ends], axis=1), axis=1)[carried]
+    return merged(np.concatenate([trap, pairs]), 0.0)
 
 
 def _images(f: Map1D, table: Laps, interval: Floats, n: int) -> list[Floats] | None:

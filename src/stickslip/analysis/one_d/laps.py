@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.protocol import sample
+from stickslip.analysis.protocol import values_and_slopes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -149,11 +149,11 @@ class Laps:
     def evaluate(self, lap: Indices, x: Floats) -> tuple[Floats, Floats]:
         """Return value and slope on a lap, continued linearly across its breaks; shapes (m,)."""
         inside = np.clip(x, self.guard_left[lap], self.guard_right[lap])
-        got = sample(self.f, inside)
-        beyond = np.where(np.isfinite(got.derivative), x - inside, 0.0)
+        value, slope = values_and_slopes(self.f, inside)
+        beyond = np.where(np.isfinite(slope), x - inside, 0.0)
         with np.errstate(invalid="ignore"):
-            value = np.where(beyond == 0, got.value, got.value + got.derivative * beyond)
-        return value, got.derivative
+            value = np.where(beyond == 0, value, value + slope * beyond)
+        return value, slope
 
     def inverse(self, lap: Indices, y: Floats) -> Floats:
         """Return the point of each lap with value y; shapes (m,).

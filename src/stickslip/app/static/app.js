@@ -22,7 +22,7 @@ import { clean, completeAlong, Store } from "./state.js";
 const EMPTY = new Set(["progress", "end"]); // parts that only tell how far an answer is
 const KEPT = 40; // answers that took long, for undo
 const SOON_MS = 150; // a head start for the map
-const REST_MS = 160; // controls at rest: time for what takes longer
+const REST_MS = 80; // controls at rest: time for what takes longer
 
 /**
  * @typedef {object} Answer  what is known of the newest answer of a slot

@@ -2,19 +2,25 @@
  * The controls at the side, made of what the server says of each parameter.
  *
  * @import {App} from "./app.js"
- * @import {Parameter, Preset, State} from "./types.js"
+ * @import {Model, Parameter, Preset, State} from "./types.js"
  * @import {Player} from "./player.js"
  */
 import { element, iconButton, playButton } from "./dom.js";
 import {
+  blockCount,
   continuousParameters,
   defaultLaw,
   defaultModel,
+  hasLaws,
   hasLineMap,
   kindEntry,
   lawOf,
+  lawsOf,
   parametersOf,
+  perBlock,
   valueOf,
+  withForcing,
+  withLaws,
 } from "./model.js";
 import { clean, completeAlong, completeState, same } from "./state.js";
 
@@ -48,7 +54,9 @@ export class Controls {
 
   /** @param {State} state */
   sync(state) {
-    const shape = `${state.model.kind} ${lawOf(state.model)}`;
+    const { model } = state;
+    const laws = lawsOf(model).map(({ law }) => law);
+    const shape = [model.kind, laws, hasLaws(model), Boolean(model.forcing)].join(" ");
     if (shape !== this.shape) this.#rebuild(state);
     this.shape = shape;
     for (const show of [...this.fixed, ...this.changing]) show(state);
@@ -58,10 +66,15 @@ export class Controls {
   #rebuild(state) {
     const { limits } = this.app;
     this.changing = [];
-    const { ofModel, ofLaw } = parametersOf(limits, state.model);
+    const { ofModel, ofLaws } = parametersOf(limits, state.model);
     const row = (/** @type {Parameter} */ one) => this.#parameter(one);
     this.modelRows.replaceChildren(...ofModel.map(row));
-    this.lawRows.replaceChildren(...ofLaw.map(row));
+    this.lawRows.replaceChildren(
+      ...ofLaws.flatMap((ofLaw, block) => [
+        this.#lawOf(block, hasLaws(state.model)),
+        ...ofLaw.map(row),
+      ]),
+    );
     const options = continuousParameters(limits, state.model).map(({ name, symbol, meaning }) =>
       element("option", { value: name }, `${symbol}, ${meaning}`),
     );
@@ -75,7 +88,7 @@ export class Controls {
     const get = (/** @type {State} */ state) => valueOf(this.app.limits, state.model, one.name);
     const set = (/** @type {any} */ value) => this.app.setParameter(one.name, value);
     if (one.values) return this.#choice(one, get, set);
-    return one.per_block ? this.#list(one, get, set) : this.#number(one, get, set, this.changing);
+    return one.per_block ? this.#list(one, get, set, this.changing) : this.#number(one, get, set, this.changing);
   }
 
   /**
@@ -136,8 +149,10 @@ export class Controls {
    * @param {Parameter} one
    * @param {(state: State) => number[]} get
    * @param {(value: number[]) => void} set
+   * @param {((state: State) => void)[]} shows
+   * @param {number} [fewest]  by default as many as the model needs
    */
-  #list(one, get, set) {
+  #list(one, get, set, shows, fewest) {
     const field = element("input", {
       type: "text",
       "aria-label": `${one.meaning}, numbers with commas`,
@@ -148,8 +163,11 @@ export class Controls {
           .split(/[,;\s]+/)
           .filter(Boolean)
           .map(Number);
-        const { min: least, max: most } = kindEntry(this.app.limits, this.app.state.model.kind)
-          .blocks ?? { min: 1, max: 8 };
+        const { min, max: most } = kindEntry(this.app.limits, this.app.state.model.kind).blocks ?? {
+          min: 1,
+          max: 8,
+        };
+        const least = fewest ?? min;
         if (!values.every(Number.isFinite) || values.length < least || values.length > most) {
           return this.mark(
             one.name,
@@ -160,7 +178,7 @@ export class Controls {
         set(values);
       },
     });
-    this.changing.push((state) => (field.value = get(state).join(", ")));
+    shows.push((state) => (field.value = get(state).join(", ")));
     return element("div", { class: "row wide", title: one.meaning }, symbolOf(one), field);
   }
 
@@ -169,19 +187,41 @@ export class Controls {
    * @param {[string, string][]} options
    * @param {(value: string) => void} set
    * @param {(state: State) => string} get
+   * @param {((state: State) => void)[]} [shows]
    */
-  #select(label, options, set, get) {
+  #select(label, options, set, get, shows = this.fixed) {
     const made = element(
       "select",
       { "aria-label": label, onchange: () => set(made.value) },
       ...options.map(([value, text]) => element("option", { value }, text)),
     );
-    this.fixed.push((state) => {
+    shows.push((state) => {
       const value = get(state);
       made.value = value;
       if (made.value !== value) made.selectedIndex = -1;
     });
     return made;
+  }
+
+  /**
+   * Something that a model has or has not.
+   * @param {string} label
+   * @param {(model: Model) => boolean} get
+   * @param {(model: Model, on: boolean) => Model} set
+   * @param {(model: Model) => boolean} isFor
+   */
+  #switch(label, get, set, isFor) {
+    const { app } = this;
+    const box = element("input", {
+      type: "checkbox",
+      onchange: () => app.setModel(set(app.state.model, box.checked)),
+    });
+    const row = element("label", { class: "row check" }, box, label);
+    this.fixed.push(({ model }) => {
+      box.checked = get(model);
+      row.hidden = !isFor(model);
+    });
+    return row;
   }
 
   /** @param {string} name @param {(Node | string)[]} children */
@@ -222,23 +262,47 @@ export class Controls {
     return this.#group(
       "Model",
       this.#select("Model", kinds, set, ({ model }) => model.kind),
+      this.#switch(
+        "harmonic forces",
+        ({ forcing }) => Boolean(forcing),
+        (model, on) => withForcing(app.limits, model, on),
+        ({ kind }) => kindEntry(app.limits, kind).forcing.length > 0,
+      ),
       this.modelRows,
     );
   }
 
   #law() {
+    return this.#group(
+      "Friction",
+      this.#switch(
+        "a law for each block",
+        hasLaws,
+        withLaws,
+        (model) => blockCount(model) > 1,
+      ),
+      this.lawRows,
+      this.lawHost,
+    );
+  }
+
+  /** The choice of one block's law, or of all blocks'. @param {number} block @param {boolean} each */
+  #lawOf(block, each) {
     const { app } = this;
     const laws = app.limits.laws.map(
       ({ law, title }) => /** @type {[string, string]} */ ([law, title]),
     );
-    const set = (/** @type {string} */ law) =>
-      app.setModel({ ...app.state.model, friction: defaultLaw(app.limits, law) });
-    return this.#group(
-      "Friction",
-      this.#select("Friction law", laws, set, ({ model }) => lawOf(model)),
-      this.lawRows,
-      this.lawHost,
-    );
+    const set = (/** @type {string} */ law) => {
+      const { model } = app.state;
+      const chosen = defaultLaw(app.limits, law);
+      app.setModel({ ...model, friction: each ? model.friction.with(block, chosen) : chosen });
+    };
+    const label = each ? `Friction law of block ${block + 1}` : "Friction law";
+    const get = (/** @type {State} */ { model }) => lawsOf(model)[block].law;
+    const choice = this.#select(label, laws, set, get, this.changing);
+    return each
+      ? element("div", { class: "row wide" }, element("b", {}, `${block + 1}`), choice)
+      : choice;
   }
 
   #map() {
@@ -335,31 +399,35 @@ export class Controls {
       "aria-label": "speed, slider",
       oninput: () => (clock.speed = 10 ** speed.valueAsNumber),
     });
+    const numeric = { default: 0, min: -1, max: 1, step: 0.001 };
     const start = {
+      ...numeric,
       name: "d",
       symbol: "d",
       meaning: "start of the motion: X₂ − X₁ of a global stick",
-      default: 0,
-      min: -1,
-      max: 1,
-      step: 0.001,
     };
-    const displaced = {
-      ...start,
-      symbol: "X_1",
-      meaning: "start of the motion: displacement of block 1, all at rest",
-    };
-    const starts = [start, displaced].map((one) =>
-      this.#number(
-        one,
-        ({ d }) => d,
-        (d) => app.startAt(d),
+    const stick = this.#number(
+      start,
+      ({ d }) => d,
+      (d) => app.startAt(d),
+      this.fixed,
+    );
+    const states = /** @type {const} */ ([
+      ["x", "X", "displacements at the start of the motion, 0 if not given"],
+      ["v", "X′", "velocities at the start of the motion, 0 if not given"],
+    ]).map(([name, symbol, meaning]) =>
+      this.#list(
+        { ...numeric, name, symbol, meaning },
+        (state) => perBlock(state.model, state[name]),
+        (values) => app.store.update({ [name]: values }, name),
         this.fixed,
+        0,
       ),
     );
-    this.fixed.push(({ model }) =>
-      starts.forEach((row, k) => (row.hidden = hasLineMap(model) === Boolean(k))),
-    );
+    this.fixed.push(({ model }) => {
+      stick.hidden = !hasLineMap(model);
+      for (const row of states) row.hidden = hasLineMap(model);
+    });
     const duration = {
       name: "t_end",
       symbol: "T",
@@ -371,7 +439,8 @@ export class Controls {
     };
     return this.#group(
       "Motion",
-      ...starts,
+      stick,
+      ...states,
       element(
         "div",
         { class: "row buttons" },
@@ -406,10 +475,9 @@ export class Controls {
     for (const input of /** @type {NodeListOf<HTMLInputElement>} */ (
       document.querySelectorAll(".controls input[name]")
     )) {
-      input.toggleAttribute(
-        "aria-invalid",
-        Boolean(message) && input.getAttribute("name") === last,
-      );
+      const own = input.name.split(".").at(-1);
+      const named = last === own || last === own?.replace(/_\d+$/, "");
+      input.toggleAttribute("aria-invalid", Boolean(message) && named);
       if (input.hasAttribute("aria-invalid")) input.setAttribute("aria-invalid", "true");
     }
   }

@@ -10,21 +10,28 @@ export function blockCount(model) {
   return Array.isArray(model.static) ? model.static.length : 1;
 }
 
+/** A number for each block, 0 where none is given. @param {Model} model @param {number[]} values */
+export const perBlock = (model, values) =>
+  Array.from({ length: blockCount(model) }, (_, k) => values[k] ?? 0);
+
 /** Whether its event map is a map of an interval. @param {Model} model */
 export const hasLineMap = (model) => model.kind === "two_block";
 
 /** A symbol with its index as `mathText` reads it: V_dr is V_{dr}. @param {string} symbol */
 export const indexed = (symbol) => symbol.replace(/_(\w+)/, "_{$1}");
 
-/**
- * The law's table: one for all blocks, or that of the first.
- * @param {Model} model
- * @returns {any}
- */
-export const frictionOf = (model) => [model.friction].flat()[0];
+/** Whether each block has a law of its own. @param {Model} model */
+export const hasLaws = (model) => Array.isArray(model.friction);
 
-/** @param {Model} model @returns {string} */
-export const lawOf = (model) => frictionOf(model).law;
+/**
+ * The laws' tables: one for all blocks, or one for each.
+ * @param {Model} model
+ * @returns {any[]}
+ */
+export const lawsOf = (model) => [model.friction].flat();
+
+/** Of the first block. @param {Model} model @returns {string} */
+export const lawOf = (model) => lawsOf(model)[0].law;
 
 /**
  * What is known of a kind; of one that a notebook may show, nothing.
@@ -37,6 +44,7 @@ export const kindEntry = (limits, kind) =>
     title: kind,
     views: [],
     parameters: [],
+    forcing: [],
     default: {},
     blocks: undefined,
   };
@@ -51,31 +59,56 @@ export const lawEntry = (limits, law) =>
   };
 
 /**
- * Parameters of a model's kind and of its law.
+ * Parameters of a model's kind, of what forces it and of its laws; names are those of the library,
+ * `mu_2` where each block has a law.
  * @param {Limits} limits @param {Model} model
- * @returns {{ofModel: Parameter[], ofLaw: Parameter[]}}
+ * @returns {{ofModel: Parameter[], ofLaws: Parameter[][]}}
  */
-export const parametersOf = (limits, model) => ({
-  ofModel: kindEntry(limits, model.kind).parameters,
-  ofLaw: lawEntry(limits, lawOf(model)).parameters,
-});
+export function parametersOf(limits, model) {
+  const { parameters, forcing } = kindEntry(limits, model.kind);
+  const ofLaws = lawsOf(model).map(({ law }, k) =>
+    lawEntry(limits, law).parameters.map((one) => (hasLaws(model) ? ofBlock(one, k + 1) : one)),
+  );
+  return { ofModel: model.forcing ? [...parameters, ...forcing] : parameters, ofLaws };
+}
+
+/** @param {Parameter} one @param {number} block  from 1 @returns {Parameter} */
+function ofBlock(one, block) {
+  const [letter, index] = one.symbol.split("_");
+  return {
+    ...one,
+    name: `${one.name}_${block}`,
+    symbol: `${letter}_${index ? `${index},` : ""}${block}`,
+    meaning: `block ${block}: ${one.meaning}`,
+  };
+}
 
 /** Those along which a diagram can go. @param {Limits} limits @param {Model} model */
 export function continuousParameters(limits, model) {
-  const { ofModel, ofLaw } = parametersOf(limits, model);
-  return [...ofModel, ...ofLaw].filter((one) => !one.per_block && !one.values);
+  const { ofModel, ofLaws } = parametersOf(limits, model);
+  return [...ofModel, ...ofLaws.flat()].filter((one) => !one.per_block && !one.values);
 }
 
-/** @param {Limits} limits @param {Model} model @param {string} name */
-const entryOfLaw = (limits, model, name) =>
-  lawEntry(limits, lawOf(model)).parameters.find((one) => one.name === name);
+/**
+ * Where in a model a parameter's value is: keys, the last of them its own.
+ * @param {Limits} limits @param {Model} model @param {string} name @returns {(string | number)[]}
+ */
+function pathTo(limits, model, name) {
+  const { ofLaws } = parametersOf(limits, model);
+  const block = ofLaws.findIndex((list) => list.some((one) => one.name === name));
+  if (block < 0) return name.split(".");
+  return hasLaws(model)
+    ? ["friction", block, name.replace(/_\d+$/, "")]
+    : ["friction", name];
+}
 
 /** @param {Limits} limits @param {Model} model @param {string} name @returns {any} */
 export function valueOf(limits, model, name) {
-  const ofLaw = entryOfLaw(limits, model, name);
-  const entry = ofLaw ?? kindEntry(limits, model.kind).parameters.find((one) => one.name === name);
-  const table = ofLaw ? frictionOf(model) : model;
-  return name.split(".").reduce((at, key) => at?.[key], table) ?? entry?.default;
+  const { ofModel, ofLaws } = parametersOf(limits, model);
+  const entry = [...ofModel, ...ofLaws.flat()].find((one) => one.name === name);
+  /** @type {any} */ let at = model;
+  for (const key of pathTo(limits, model, name)) at = at?.[key];
+  return at ?? entry?.default;
 }
 
 /**
@@ -85,16 +118,39 @@ export function valueOf(limits, model, name) {
  */
 export function withValue(limits, model, name, value) {
   const copy = structuredClone(model);
-  if (entryOfLaw(limits, model, name)) {
-    for (const law of [copy.friction].flat()) law[name] = value;
-    return copy;
-  }
-  const keys = name.split(".");
+  const keys = pathTo(limits, model, name);
   const last = /** @type {string} */ (keys.pop());
-  let at = copy;
+  /** @type {any} */ let at = copy;
   for (const key of keys) at = at[key] ??= {};
   at[last] = value;
-  return copy;
+  return hasLaws(copy) ? withLaws(copy, true) : copy;
+}
+
+/**
+ * With a law for each block, those without one like the last that has; or with one for all.
+ * @param {Model} model @param {boolean} each @returns {Model}
+ */
+export function withLaws(model, each) {
+  const laws = lawsOf(model);
+  if (!each) return { ...model, friction: laws[0] };
+  const friction = Array.from({ length: blockCount(model) }, (_, k) =>
+    structuredClone(laws[Math.min(k, laws.length - 1)]),
+  );
+  return { ...model, friction };
+}
+
+/**
+ * With harmonic forces on the blocks, or without.
+ * @param {Limits} limits @param {Model} model @param {boolean} forced @returns {Model}
+ */
+export function withForcing(limits, model, forced) {
+  const { forcing: _, ...rest } = model;
+  if (!forced) return rest;
+  const values = kindEntry(limits, model.kind).forcing.map((one) => [
+    one.name.replace("forcing.", ""),
+    one.default,
+  ]);
+  return { ...rest, forcing: Object.fromEntries(values) };
 }
 
 /** @param {Limits} limits @param {string} law */

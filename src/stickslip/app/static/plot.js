@@ -148,7 +148,7 @@ export class Plot {
     this.left = left ?? (bare ? RIGHT : this.#labelWidth() + 26);
     if (equal) this.shown = this.#widened();
     this.yTicks = ticks(this.shown[2], this.shown[3], Math.max(3, (this.bottom - this.top) / 32));
-    this.xTicks = ticks(this.shown[0], this.shown[1], (this.right - this.left) / 68);
+    this.xTicks = ticks(this.shown[0], this.shown[1], Math.max(3, (this.right - this.left) / 68));
   }
 
   #labelWidth() {

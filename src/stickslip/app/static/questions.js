@@ -3,7 +3,7 @@
  *
  * @import {State, Question, Limits} from "./types.js"
  */
-import { blockCount, hasLineMap, withValue } from "./model.js";
+import { hasLineMap, perBlock, withValue } from "./model.js";
 
 const COBWEB_STEPS = 160;
 const MOTION_SAMPLES = 6000;
@@ -71,14 +71,11 @@ export const QUESTIONS = {
 };
 
 /**
- * Two blocks start from a global stick; else the first block is displaced, and all are at rest.
+ * Two blocks start from a global stick, others from displacements and velocities.
  * @param {State} state
  */
-function startOf({ model, d }) {
-  if (hasLineMap(model)) return { d };
-  const rest = Array(blockCount(model)).fill(0);
-  return { x: rest.with(0, d), v: rest };
-}
+const startOf = ({ model, d, x, v }) =>
+  hasLineMap(model) ? { d } : { x: perBlock(model, x), v: perBlock(model, v) };
 
 /**
  * Slip speeds that show the law's shape: some times the belt's.

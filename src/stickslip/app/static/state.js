@@ -6,9 +6,12 @@
 import {
   continuousParameters,
   defaultModel,
-  frictionOf,
+  hasLaws,
+  hasLineMap,
+  lawsOf,
   parametersOf,
   valueOf,
+  withForcing,
   withValue,
 } from "./model.js";
 
@@ -84,9 +87,12 @@ export class Store {
  */
 export function completeState(limits, given) {
   const model = given.model ?? defaultModel(limits, limits.models[0].kind, "");
+  const d = typeof given.d === "number" ? given.d : 0.1;
   return {
     model,
-    d: typeof given.d === "number" ? given.d : 0.1,
+    d,
+    x: given.x ?? [d],
+    v: given.v ?? [],
     t_end: given.t_end ?? 120,
     power: given.power ?? 2,
     max_period: given.max_period ?? 4,
@@ -146,7 +152,7 @@ export function toFragment(limits, state) {
   /** @type {[string, any][]} */
   const pairs = [
     ...modelPairs(limits, state.model),
-    ["d", state.d],
+    ...starts(state),
     ["t_end", state.t_end],
     ["power", state.power],
     ["max_period", state.max_period],
@@ -162,6 +168,15 @@ export function toFragment(limits, state) {
   return pairs.map(([key, value]) => `${key}=${escape(value)}`).join("&");
 }
 
+/** @param {State} state @returns {[string, any][]} */
+const starts = ({ model, d, x, v }) =>
+  hasLineMap(model)
+    ? [["d", d]]
+    : [
+        ["x", x],
+        ["v", v],
+      ];
+
 /**
  * A model by its parameters; one that has more than the controls show, as a table.
  * @param {Limits} limits
@@ -170,7 +185,10 @@ export function toFragment(limits, state) {
  */
 function modelPairs(limits, model) {
   const { friction: _, ...rest } = model;
-  const pairs = [...flat(rest), ...Object.entries(frictionOf(model))];
+  const laws = lawsOf(model).flatMap((law, k) =>
+    Object.entries(law).map(([key, value]) => [hasLaws(model) ? `${key}_${k + 1}` : key, value]),
+  );
+  const pairs = [...flat(rest), .../** @type {[string, any][]} */ (laws)];
   const read = modelOf(limits, new Map(pairs.map(([key, value]) => [key, String(value)])));
   return same(read, model) ? pairs : [["model", JSON.stringify(model)]];
 }
@@ -208,6 +226,8 @@ export function fromFragment(limits, fragment) {
   return completeState(limits, {
     model,
     d: number(given.get("d")),
+    x: list(given.get("x")),
+    v: list(given.get("v")),
     t_end: number(given.get("t_end")),
     power: number(given.get("power")),
     max_period: number(given.get("max_period")),
@@ -225,8 +245,12 @@ function modelOf(limits, given) {
   const kind = given.get("kind") ?? "";
   if (!limits.models.some((entry) => entry.kind === kind)) return null;
   let model = defaultModel(limits, kind, given.get("law") ?? "");
-  const { ofModel, ofLaw } = parametersOf(limits, model);
-  for (const { name } of [...ofModel, ...ofLaw]) {
+  if (given.has("forcing.amplitude")) model = withForcing(limits, model, true);
+  const laws = [];
+  for (let law; (law = given.get(`law_${laws.length + 1}`)); ) laws.push({ law });
+  if (laws.length) model.friction = laws;
+  const { ofModel, ofLaws } = parametersOf(limits, model);
+  for (const { name } of [...ofModel, ...ofLaws.flat()]) {
     const text = given.get(name);
     if (text !== undefined)
       model = withValue(limits, model, name, parse(text, valueOf(limits, model, name)));
@@ -242,8 +266,9 @@ function modelOf(limits, given) {
 function tableOf(text) {
   try {
     const table = JSON.parse(text ?? "");
-    const whole = typeof table?.kind === "string" && typeof frictionOf(table)?.law === "string";
-    return whole ? table : null;
+    const laws = lawsOf(table);
+    const known = laws.length && laws.every((law) => typeof law?.law === "string");
+    return typeof table.kind === "string" && known ? table : null;
   } catch {
     return null;
   }
@@ -259,6 +284,12 @@ function parse(text, like) {
 function number(text) {
   const value = Number(text);
   return text !== undefined && text !== "" && Number.isFinite(value) ? value : undefined;
+}
+
+/** @param {string | undefined} text */
+function list(text) {
+  const values = (text ?? "").split(",").filter(Boolean).map(Number);
+  return text !== undefined && values.every(Number.isFinite) ? values : undefined;
 }
 
 /** @param {string | undefined} text @param {number} count @returns {any} */

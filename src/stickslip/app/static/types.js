@@ -15,7 +15,9 @@
  *
  * @typedef {object} State  everything that the page shows; kept in the address
  * @property {Model} model
- * @property {number} d  where the motion starts
+ * @property {number} d  where the motion of two blocks starts: a global stick
+ * @property {number[]} x  displacements where any other motion starts; blocks not named are at 0
+ * @property {number[]} v  and their velocities
  * @property {number} t_end
  * @property {number} power  of the second map, f^p
  * @property {number} max_period  of the orbits listed
@@ -36,6 +38,7 @@
  *
  * @typedef {object} Limits  what `/limits.json` says
  * @property {{kind: string, title: string, views: string[], parameters: Parameter[],
+ *   forcing: Parameter[],
  *   blocks?: {min: number, max: number}, default: Model}[]} models
  * @property {{law: string, title: string, parameters: Parameter[], default: any}[]} laws
  * @property {Record<string, Record<string, {min: number, max: number, default: number}>>} requests

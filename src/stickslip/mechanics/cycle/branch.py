@@ -13,6 +13,7 @@ from stickslip.numerics.branch import AlongParameter
 if TYPE_CHECKING:
     import os
 
+    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.cycle import Cycle
@@ -169,9 +170,10 @@ class CycleBranch(AlongParameter):
             "events": np.array([len(cycle.events) for cycle in self.cycles]),
         }
 
-    def plot(self, ax: Any = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the period along the parameter, unstable cycles dashed; returns the Axes."""
-        return importlib.import_module("stickslip.plot.cycles").plot_cycle_branch(self, ax)
+        axes: Axes = importlib.import_module("stickslip.plot.cycles").plot_cycle_branch(self, ax)
+        return axes
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to a file that `stickslip.load` reads; built-in friction laws only."""

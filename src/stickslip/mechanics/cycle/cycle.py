@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from stickslip.mechanics.flow.trajectory import EVENT_KINDS, Event, Trajectory, 
 if TYPE_CHECKING:
     import os
 
+    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.sliding import Model
@@ -75,7 +76,7 @@ class Cycle:
         """Differences of the displacements in its global stick phases."""
         return self.trajectory.d
 
-    def plot(self, ax: Any = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Draw displacements over one period; returns the Axes."""
         return self.trajectory.plot(ax)
 

@@ -33,6 +33,7 @@ from stickslip.mechanics.flow._lane_kernels import (
 from stickslip.mechanics.flow.system import Floats
 from stickslip.numerics.targets import kernel
 from stickslip.numerics.trigonometry import turned, upper_angle
+from stickslip.numerics.vector import wide_vectors
 
 # Motions that are carried together (measured optimum), and how many a vector may hold.
 BLOCK = 512
@@ -134,6 +135,7 @@ def release_guess(plant: Plant, longest: float, gain: float, room: float) -> flo
 @kernel(fused=True)
 def onset_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Begin the first slips of the starts in ONE_VALUE: many return at once, with a value."""
+    wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
@@ -177,6 +179,7 @@ def onset_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
 @kernel(fused=True)
 def return_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Carry slips of one block to its return, or find that its rider leaves before."""
+    wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
@@ -232,6 +235,7 @@ def return_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
 @kernel(fused=True)
 def turning_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Find which riders whose force turns, ONE_TURNS, reach their lower limit meanwhile."""
+    wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
@@ -264,6 +268,7 @@ def turning_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
 @kernel(fused=True)
 def return_slopes(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Carry derivatives through slips that return (saltation at the landing)."""
+    wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
@@ -301,6 +306,7 @@ def release_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     Its force changes one way between the ends of the search: Halley's method from a good
     guess. FREED_TIME becomes the time. Both blocks then slip the same way.
     """
+    wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
@@ -346,6 +352,7 @@ def release_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
 @kernel(fused=True)
 def release_slopes(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Carry derivatives through slips whose rider was freed."""
+    wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
@@ -378,6 +385,7 @@ def start_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     The block from rest has a root at the start: divided by time its distance is at least
     ``f' - m t / 2``, so it stays off the belt until ``2 f' / m``.
     """
+    wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
@@ -425,6 +433,7 @@ def step_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     TWO_LANDS: the block (-1 or 1) that is now proved to land next, and soon; 0 while none
     is; `UNDECIDED` next to a touch. A decided item stays as it is, in this pass and later.
     """
+    wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
@@ -472,6 +481,7 @@ def landing_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
 
     NEXT_MODE is its new mode; END_LANDS stays the block; END_TIME becomes the whole time.
     """
+    wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
@@ -522,6 +532,7 @@ def landing_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
 @kernel(fused=True)
 def landing_slopes(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Carry derivatives through slips of both blocks to a landing, in END_D (saltation)."""
+    wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):

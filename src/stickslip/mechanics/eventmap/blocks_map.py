@@ -199,7 +199,7 @@ class BlocksEventMap:
         directions = self._start_directions if slope else self._no_directions
         return self._run(d, directions, watch=watch)
 
-    def itinerary(self, d: ArrayLike) -> Any:
+    def itinerary(self, d: ArrayLike) -> str | NDArray[np.str_]:
         """Modes of all blocks from the onset to the next global stick, as text.
 
         Returns

@@ -52,6 +52,9 @@ class Carrier(Protocol):
     def slopes(self, d: Floats) -> Floats:
         """Slope at each d."""
 
+    def values_and_slopes(self, d: Floats) -> tuple[Floats, Floats]:
+        """Value and slope at each d."""
+
     def evidence(self, d: Floats) -> Outputs:
         """Everything of each d, the slope in column 0 of its derivatives."""
 
@@ -84,6 +87,11 @@ class PlainCarrier:
     def slopes(self, d: Floats) -> Floats:
         """Slope at each d."""
         return self._carried(d, (start_direction(self.engine),)).derivative[:, 0]
+
+    def values_and_slopes(self, d: Floats) -> tuple[Floats, Floats]:
+        """Value and slope at each d."""
+        outputs = self.evidence(d)
+        return outputs.value, outputs.derivative[:, 0]
 
     def evidence(self, d: Floats) -> Outputs:
         """Everything of each d, the slope in column 0 of its derivatives."""

@@ -45,6 +45,11 @@ class DampedCarrier:
         """Slope at each d."""
         return self.inner.carry(d[:, None], slope=True).derivative[:, 0, 0]
 
+    def values_and_slopes(self, d: Floats) -> tuple[Floats, Floats]:
+        """Value and slope at each d."""
+        found = self.inner.carry(d[:, None], slope=True)
+        return found.value[:, 0], found.derivative[:, 0, 0]
+
     def evidence(self, d: Floats) -> Outputs:
         """Everything of each d, the slope in column 0 of its derivatives."""
         found = self.inner.carry(d[:, None], slope=True, watch=True)

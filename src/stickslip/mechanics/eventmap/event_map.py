@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,11 +15,14 @@ from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.eventmap.result import EventMapResult
 from stickslip.mechanics.flow.engine import EngineName
 from stickslip.mechanics.flow.settings import positive_integer, time_limit, tolerance
-from stickslip.mechanics.flow.trajectory import Trajectory, simulate
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import available_threads
 
-Floats = NDArray[np.float64]
+if TYPE_CHECKING:
+    from stickslip.mechanics.flow.trajectory import Trajectory
+
+Floats: TypeAlias = NDArray[np.float64]
+Many: TypeAlias = NDArray[Any] | Sequence[Any]
 
 
 class EventMap:
@@ -100,11 +104,19 @@ class EventMap:
 
         Its displacements, modes and needed forces are those of the map, whatever limit it is.
         """
+        from stickslip.mechanics.flow.trajectory import simulate  # not for the first value
+
         return simulate(self.model, d=d, until="stick", max_events=max_events, engine=self.engine)
 
     # --- values ---------------------------------------------------------------------------
 
-    def __call__(self, d: ArrayLike) -> Any:
+    @overload
+    def __call__(self, d: float) -> float: ...
+    @overload
+    def __call__(self, d: Many) -> Floats: ...
+    @overload
+    def __call__(self, d: ArrayLike) -> float | Floats: ...
+    def __call__(self, d: ArrayLike) -> float | Floats:
         """Value of the map.
 
         Parameters
@@ -127,7 +139,13 @@ class EventMap:
         points = self.model.admit(d)
         return _shaped(self._carrier.values(points.ravel()), points.shape)
 
-    def derivative(self, d: ArrayLike) -> Any:
+    @overload
+    def derivative(self, d: float) -> float: ...
+    @overload
+    def derivative(self, d: Many) -> Floats: ...
+    @overload
+    def derivative(self, d: ArrayLike) -> float | Floats: ...
+    def derivative(self, d: ArrayLike) -> float | Floats:
         """Slope df/dd, exact (saltation at every event), one-sided at a breakpoint.
 
         Arguments, shape and errors as for calling the map.
@@ -135,7 +153,28 @@ class EventMap:
         points = self.model.admit(d)
         return _shaped(self._carrier.slopes(points.ravel()), points.shape)
 
-    def parameter_derivative(self, d: ArrayLike, name: str) -> Any:
+    @overload
+    def value_and_derivative(self, d: float) -> tuple[float, float]: ...
+    @overload
+    def value_and_derivative(self, d: Many) -> tuple[Floats, Floats]: ...
+    @overload
+    def value_and_derivative(self, d: ArrayLike) -> tuple[float | Floats, float | Floats]: ...
+    def value_and_derivative(self, d: ArrayLike) -> tuple[float | Floats, float | Floats]:
+        """Value and slope at once, without what `evaluate` tells besides, and sooner.
+
+        Arguments, shape and errors as for calling the map.
+        """
+        points = self.model.admit(d)
+        values, slopes = self._carrier.values_and_slopes(points.ravel())
+        return _shaped(values, points.shape), _shaped(slopes, points.shape)
+
+    @overload
+    def parameter_derivative(self, d: float, name: str) -> float: ...
+    @overload
+    def parameter_derivative(self, d: Many, name: str) -> Floats: ...
+    @overload
+    def parameter_derivative(self, d: ArrayLike, name: str) -> float | Floats: ...
+    def parameter_derivative(self, d: ArrayLike, name: str) -> float | Floats:
         """df/d(name) at fixed ``d``, exact; `name` as in ``model.parameters``.
 
         Arguments, shape and errors as for calling the map; ValueError for an unknown name.
@@ -186,7 +225,13 @@ class EventMap:
             status=_shaped_array(outputs.status, shape),
         )
 
-    def itinerary(self, d: ArrayLike) -> Any:
+    @overload
+    def itinerary(self, d: float) -> str: ...
+    @overload
+    def itinerary(self, d: Many) -> NDArray[np.str_]: ...
+    @overload
+    def itinerary(self, d: ArrayLike) -> str | NDArray[np.str_]: ...
+    def itinerary(self, d: ArrayLike) -> str | NDArray[np.str_]:
         """Modes of both blocks from the onset to the next global stick, as text.
 
         Returns
@@ -230,7 +275,7 @@ class EventMap:
         return orbits.reshape(*points.shape, int(n) + 1)
 
 
-def _shaped(values: Floats, shape: tuple[int, ...]) -> Any:
+def _shaped(values: Floats, shape: tuple[int, ...]) -> float | Floats:
     return float(values[0]) if shape == () else values.reshape(shape)
 
 

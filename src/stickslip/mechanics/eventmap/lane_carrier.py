@@ -55,11 +55,15 @@ class LaneCarrier(PlainCarrier):
 
     def slopes(self, d: Floats) -> Floats:
         """Slope at each d."""
+        return self.values_and_slopes(d)[1]
+
+    def values_and_slopes(self, d: Floats) -> tuple[Floats, Floats]:
+        """Value and slope at each d."""
         slopes = np.empty(d.size)
-        _, passed = self._by_lanes(d, slopes)
+        values, passed = self._by_lanes(d, slopes)
         if passed.size > 0:
-            slopes[passed] = super().slopes(d[passed])
-        return slopes
+            values[passed], slopes[passed] = super().values_and_slopes(d[passed])
+        return values, slopes
 
     def evidence(self, d: Floats) -> Outputs:
         """Everything of each d, the slope in column 0 of its derivatives."""
@@ -72,16 +76,24 @@ class LaneCarrier(PlainCarrier):
         return outputs
 
     def _by_lanes(self, d: Floats, slopes: Floats) -> tuple[Floats, NDArray[np.intp]]:
-        """Values and, if there is room for them, slopes; indices that the lanes passed on."""
-        values = d.copy()
+        """Values and, if there is room for them, slopes; indices that the lanes passed on.
+
+        All that goes through whole arrays is part of a thread's task: memory is as slow as maps.
+        """
+        values = np.empty(d.size)
+        passed: list[NDArray[np.intp]] = []
 
         def task(start: int, stop: int) -> None:
+            part = values[start:stop]
+            part[:] = d[start:stop]
             self.lanes.carry(values, slopes, start, stop)
+            rest = np.flatnonzero(~np.isfinite(part))
+            unknown = np.isnan(part[rest])
+            part[rest] = math.nan
+            passed.append(start + rest[unknown])
 
         launch(task, d.size, self.threads, SMALLEST_TILE)
-        passed = np.flatnonzero(np.isnan(values))
-        values[np.isinf(values)] = math.nan
-        return values, passed
+        return values, np.concatenate(passed)
 
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1) from their first entries on."""

@@ -7,7 +7,7 @@ import itertools
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,9 @@ from stickslip.mechanics.flow.slip import Slip, SlipTracker
 from stickslip.mechanics.flow.two_block_recorder import TwoBlockRecorder
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
 Model = TwoBlock | BeltModel
@@ -218,9 +221,10 @@ class Trajectory:
         record = self._record
         return State(float(record.t[-1]), record.x[-1], record.w[-1] + self.model.V)
 
-    def plot(self, ax: Any = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Draw displacements against time; returns the Axes."""
-        return importlib.import_module("stickslip.plot.motion").plot_trajectory(self, ax)
+        axes: Axes = importlib.import_module("stickslip.plot.motion").plot_trajectory(self, ax)
+        return axes
 
     # --- inside -------------------------------------------------------------------------------
 

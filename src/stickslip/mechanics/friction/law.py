@@ -4,12 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
+from typing import (
+    Annotated,
+    Any,
+    ClassVar,
+    Self,
+    TypeAlias,
+    get_args,
+    get_origin,
+    get_type_hints,
+    overload,
+)
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip.checks import finite_number
 from stickslip.mechanics.friction.formula import (
@@ -20,6 +30,9 @@ from stickslip.mechanics.friction.formula import (
 )
 from stickslip.mechanics.friction.ranges import Choice, Range
 from stickslip.vocabulary import did_you_mean
+
+Floats: TypeAlias = NDArray[np.float64]
+Many: TypeAlias = NDArray[Any] | Sequence[Any]
 
 # F(0) this close to 0 or 1 is taken for it: (1 - delta) / 1 + delta rounds.
 AT_LIMIT = 4 * np.finfo(float).eps
@@ -191,7 +204,13 @@ class FrictionLaw:
         """Speeds at which the law is not smooth; a crossing ends an integration step."""
         return tuple(end for end, _ in self.pieces[:-1])
 
-    def force(self, s: ArrayLike, *, forward: bool = False) -> Any:
+    @overload
+    def force(self, s: float, *, forward: bool = ...) -> float: ...
+    @overload
+    def force(self, s: Many, *, forward: bool = ...) -> Floats: ...
+    @overload
+    def force(self, s: ArrayLike, *, forward: bool = ...) -> float | Floats: ...
+    def force(self, s: ArrayLike, *, forward: bool = False) -> float | Floats:
         """Friction force over the static limit.
 
         Parameters
@@ -213,7 +232,13 @@ class FrictionLaw:
         """
         return self._over_speeds(self._force, s, forward)
 
-    def slope(self, s: ArrayLike, *, forward: bool = False) -> Any:
+    @overload
+    def slope(self, s: float, *, forward: bool = ...) -> float: ...
+    @overload
+    def slope(self, s: Many, *, forward: bool = ...) -> Floats: ...
+    @overload
+    def slope(self, s: ArrayLike, *, forward: bool = ...) -> float | Floats: ...
+    def slope(self, s: ArrayLike, *, forward: bool = False) -> float | Floats:
         """dF/ds; arguments as in `force`."""
         return self._over_speeds(self._slope, s, forward)
 

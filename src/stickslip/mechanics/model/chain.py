@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Self, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.checks import finite_number
 from stickslip.mechanics.model.arrays import belt_velocity, one_per_block
@@ -64,7 +65,7 @@ class Chain(BeltModel):
     (3, 1.3)
     """
 
-    static: tuple[float, ...]
+    static: Sequence[float] | NDArray[np.float64]  # kept as a tuple
     alpha: float
     V: float
     friction: Friction

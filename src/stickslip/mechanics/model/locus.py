@@ -157,8 +157,9 @@ def admit(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:
     Returns
     -------
     ndarray of float64, same shape
-        The input, with values up to `ULP_SLACK` ulp outside moved to the end of
-        the domain: rounding of ``-d_max`` and of ``linspace`` must not be an error.
+        The input itself if it is writable, contiguous and inside; else a copy, with values up
+        to `ULP_SLACK` ulp outside moved to the end of the domain: rounding of ``-d_max`` and of
+        ``linspace`` must not be an error.
 
     Raises
     ------
@@ -171,8 +172,11 @@ def admit(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:
             f"d must be real numbers, got {d!r} ({values.dtype}). "
             "Give a float, an integer or an array of them."
         )
-    values = values.astype(np.float64)
+    values = np.require(values, np.float64, ["C", "W"])  # kernels are compiled for such arrays
     end = half_width(alpha, beta)
+    # Two passes without an array between them: nearly always that is all. NaN fails both.
+    if values.size == 0 or (values.max() <= end and values.min() >= -end):
+        return values
     # `not <=` also catches NaN
     bad = np.flatnonzero(~(np.abs(values) <= end + ULP_SLACK * np.spacing(end)))
     if bad.size:

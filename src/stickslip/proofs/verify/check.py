@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from typing import Any, Final
 
 from flint import arb, arb_series, ctx
@@ -126,26 +127,51 @@ def _names(parameter: str) -> tuple[str, ...]:
 
 
 def _fold(values: dict[str, str], c: dict[str, Any], digits: int) -> None:
-    raise Refused("folds are proven by the certifier alone")
+    """Check where the extremum of f^period(d) - d passes 0, and how it bends there."""
+    p, x, rate = _passed(values, c, digits, _extremum, "two orbits do not meet")
+    series = _critical(values, c, digits, p, x, 2)
+    curvature = 2 * series[2]
+    _matches("curvature", c["curvature"], curvature, digits)
+    if (c["exists"] == "above") is not bool(rate * curvature < 0):
+        raise Refused("the side of the fold is not that of its coefficients")
 
 
 def _flip(values: dict[str, str], c: dict[str, Any], digits: int) -> None:
     """Check where the multiplier along the orbit's branch passes -1, how, and how it doubles."""
-    if "delta_1" in values or "gamma_1" in values:
-        raise Refused("flips under law (9) are proven by the certifier alone")
+    p, x, rate = _passed(values, c, digits, _flipped, "the multiplier does not pass -1")
+    series = _critical(values, c, digits, p, x, 3)
+    _matches("rate", c["rate"], rate, digits)
+    cubic = series[3] + series[2] ** 2
+    _matches("cubic", c["cubic"], cubic, digits)
+    sides = [bool(rate > 0), bool(rate * cubic < 0)]
+    if [c["stable"] == "above", c["doubled"] == "above"] != sides:
+        raise Refused("the sides of the flip are not those of its coefficients")
+
+
+def _passed(
+    values: dict[str, str],
+    c: dict[str, Any],
+    digits: int,
+    tell: Callable[[Motion, list[str], arb, arb], tuple[arb, arb]],
+    otherwise: str,
+) -> tuple[arb, arb, arb]:
+    """Enclose where a condition passes 0: parameter, point, and the derivative somewhere there.
+
+    `tell` encloses the point and the condition at one value of the parameter, given a point nearby.
+    """
     stated = ball(c["value"])
     x, wide = ball(c["points"][0]).mid(), arb(10) ** (-digits - 4)
     low, high = ((stated.mid() + sign * stated.rad()).mid() for sign in (-1, 1))
 
-    def branch(p: arb, x: arb, radius: arb) -> tuple[arb, arb]:
+    def at(p: arb, x: arb, radius: arb) -> tuple[arb, arb]:
         motion = _motion(values, **dict.fromkeys(_names(c["parameter"]), p))
-        return _branch(motion, c["itinerary"], x, 2, radius)
+        return tell(motion, c["itinerary"], x, radius)
 
-    found = [branch(p, x, wide * arb(10) ** -15) for p in (low, high)]
-    a, b = (slope + 1 for _, slope in found)
+    found = [at(p, x, wide * arb(10) ** -15) for p in (low, high)]
+    (_, a), (_, b) = found
     if not a * b < 0:
-        raise Refused(f"value is stated as {c['value']}, but the multiplier does not pass -1 there")
-    for width in (wide, wide * arb(10) ** -6):
+        raise Refused(f"value is stated as {c['value']}, but {otherwise} there")
+    for width in (wide, wide * arb(10) ** -8, wide * arb(10) ** -22):
         share = (a / (a - b)).mid()  # of the secant; what follows proves what it found
         root = (low + share * (high - low)).mid()
         drift = (found[1][0] - found[0][0]) / (high - low)
@@ -155,24 +181,45 @@ def _flip(values: dict[str, str], c: dict[str, Any], digits: int) -> None:
         ]
         (low, _), (high, _) = starts
         radius = width * arb(10) ** (-digits - 22)
-        found = [branch(p, x, radius) for p, x in starts]
-        a, b = (slope + 1 for _, slope in found)
+        found = [at(p, x, radius) for p, x in starts]
+        (_, a), (_, b) = found
         if not a * b < 0:
-            raise Refused("the place of the flip cannot be told to its last digit")
-    _matches("value", c["value"], low.union(high), digits)
-    x = found[0][0].union(found[1][0])
-    rate = (b - a) / (high - low)  # the derivative somewhere between
-    _matches("rate", c["rate"], rate, digits)
-    points, series = _series(values, c, low.union(high), x)
+            raise Refused(f"the place of the {c['claim']} cannot be told to its last digit")
+    return low.union(high), found[0][0].union(found[1][0]), (b - a) / (high - low)
+
+
+def _critical(
+    values: dict[str, str], c: dict[str, Any], digits: int, p: arb, x: arb, order: int
+) -> arb_series:
+    """Check value and points at a fold or flip; return the power series of f^period in d."""
+    _matches("value", c["value"], p, digits)
+    motion = _motion(values, **dict.fromkeys(_names(c["parameter"]), p))
+    points, series = _series(motion, c["itinerary"], x, order)
     for k, (text, point) in enumerate(zip(c["points"], points, strict=True)):
         _matches(f"points[{k}]", text, point, digits)
     if any(a.overlaps(b) for i, a in enumerate(points) for b in points[:i]):
         raise Refused("two points of the orbit coincide: the period is not minimal")
-    cubic = series[3] + series[2] ** 2
-    _matches("cubic", c["cubic"], cubic, digits)
-    sides = [bool(rate > 0), bool(rate * cubic < 0)]
-    if [c["stable"] == "above", c["doubled"] == "above"] != sides:
-        raise Refused("the sides of the flip are not those of its coefficients")
+    return series
+
+
+def _flipped(motion: Motion, words: list[str], x: arb, radius: arb) -> tuple[arb, arb]:
+    """Enclose the orbit's point near x, and its multiplier + 1."""
+    x, slope = _branch(motion, words, x, 2, radius)
+    return x, slope + 1
+
+
+def _extremum(motion: Motion, words: list[str], x: arb, radius: arb) -> tuple[arb, arb]:
+    """Enclose the point near x where (f^p)' = 1, and f^p(d) - d there."""
+    for _ in range(2):
+        _, series = _series(motion, words, x, 2)
+        x = (x - (series[1] - 1) / (2 * series[2])).mid()
+    near = x + arb(0, radius.upper())
+    _, here = _series(motion, words, x, 2)
+    _, around = _series(motion, words, near, 2)
+    new = x - (here[1] - 1) / (2 * around[2])
+    if not near.contains_interior(new):
+        raise Refused(f"no extremum is shown near d = {x.str(12, radius=False)}")
+    return new, here[0] - x + (around[1] - 1) * (new - x)
 
 
 def _branch(motion: Motion, words: list[str], x: arb, rounds: int, radius: arb) -> tuple[arb, arb]:
@@ -189,18 +236,18 @@ def _branch(motion: Motion, words: list[str], x: arb, rounds: int, radius: arb) 
     return new, slope
 
 
-def _series(
-    values: dict[str, str], c: dict[str, Any], p: arb, x: arb
-) -> tuple[list[arb], arb_series]:
-    """Return the orbit's points, and the power series of f^period in d to the third order."""
-    ctx.cap = 4
-    motion = _motion(values, **dict.fromkeys(_names(c["parameter"]), p))
+def _series(motion: Motion, words: list[str], x: arb, order: int) -> tuple[list[arb], arb_series]:
+    """Return the orbit's points, and the power series of f^period in d up to an order."""
+    ctx.cap, before = order + 1, ctx.cap
     points, total = [], arb_series([x, 1])
-    for _ in c["itinerary"]:
+    for word in words:
         points.append(total[0])
-        shift = arb_series([0, *(total[k] for k in range(1, 4))])
-        total = motion.series(total[0])(shift)
-    ctx.cap = 2
+        shift = arb_series([0, *(total[k] for k in range(1, order + 1))])
+        found, series = motion.series(total[0])
+        if found != word:
+            raise Refused(f"the itinerary is stated as {word!r} and is {found!r}")
+        total = series(shift)
+    ctx.cap = before
     return points, total
 
 
@@ -302,7 +349,7 @@ def check(c: Any) -> str:
         raise Refused(f"digits = {digits!r} is not a whole number from 5 to 1000")
     before = ctx.prec, ctx.cap
     ctx.prec, ctx.cap = 10 * digits + 100, 2
-    if c["claim"] == "flip":  # differences of multipliers lose as many digits as they have
+    if c["claim"] in ("flip", "fold"):  # differences lose as many digits as they have
         ctx.prec = 14 * digits + 220
     try:
         if c["claim"] in ("border", "flip", "fold"):

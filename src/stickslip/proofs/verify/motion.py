@@ -141,10 +141,10 @@ class Motion:
             value = value.intersection(self._one(d.mid())[1] + slope * (d - d.mid()))
         return word, value, slope
 
-    def series(self, d: arb) -> arb_series:
-        """Return the next d as a power series in the distance from a thin ball."""
-        self._one(d)
-        return self.reached
+    def series(self, d: arb) -> tuple[str, arb_series]:
+        """Return itinerary and next d, as a power series in the distance from a thin ball."""
+        word, *_ = self._one(d)
+        return word, self.reached
 
     def _one(self, d: arb) -> tuple[str, arb, arb]:
         self.strict = True

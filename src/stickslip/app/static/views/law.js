@@ -5,6 +5,7 @@
  * @import {Box} from "../types.js"
  */
 import { mark } from "../marks.js";
+import { hasLaws } from "../model.js";
 import { column, short } from "../numbers.js";
 import { colors, nth } from "../theme.js";
 import { View } from "./view.js";
@@ -36,7 +37,7 @@ export class LawView extends View {
     if (!part) return plot.message(this.emptyText("law"));
     const { s, force, forward } = part.arrays;
     const count = force.length / s.length;
-    const different = new Set(part.data.names).size > 1 ? count : 1;
+    const different = hasLaws(this.app.state.model) ? count : 1;
     plot.horizontal(0, { color: colors().muted, width: 0.8 });
     const ahead = s.map((value) => -value);
     for (let block = 0; block < different; block++) {

@@ -22,7 +22,9 @@ HEADER = '''\
 
 import math
 
-from stickslip.numerics.vector import align_stack, bits, from_bits, polynomial, products, select
+from stickslip.numerics.vector import (
+    bits, from_bits, polynomial, products, select, wide_vectors,
+)
 from stickslip.numerics.targets import kernel
 '''
 
@@ -354,7 +356,7 @@ class _Writer:
         loops.append(_written_out(body))
         columns = sorted({name for loop in loops for line in loop for name in _columns(line)})
         lines = [f"{column} = {column[0]}[{column[2:]}]" for column in columns]
-        lines += ["align_stack()", "stiff = 1.0 + alpha"]
+        lines += ["wide_vectors()", "stiff = 1.0 + alpha"]
         for loop in loops:
             lines += [f"for lane in range({layout.LANES}):", *indented(loop)]
         return "\n".join(

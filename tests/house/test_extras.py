@@ -1,0 +1,54 @@
+"""Without an extra, what needs it says which one; everything else works."""
+
+import sys
+
+import pytest
+
+from stickslip.cli.program import run
+from stickslip.extras import MissingExtraError, require_extra
+
+
+@pytest.mark.parametrize(
+    ("command", "package", "extra"),
+    [
+        ("explore --no-browser", "uvicorn", "app"),
+        ("certify --preset coulomb", "flint", "certify"),
+        ("verify certificate.json", "flint", "certify"),
+        ("plot plane.zarr --out plane.png", "xarray", "sweep"),
+        ("sweep plan.toml", "zarr", "sweep"),
+        ("sweep plan.toml --status", "fsspec", "sweep"),
+    ],
+)
+def test_a_command_names_the_extra(command, package, extra, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "certificate.json").write_text("{}")
+    (tmp_path / "plan.toml").write_text(PLAN)
+    for name in [name for name in sys.modules if name.startswith("stickslip.proofs")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)
+    assert run(command.split()) == 2
+    said = capsys.readouterr().err
+    assert f'need the package {package}: pip install "stickslip[{extra}]"' in said
+    assert "Error" not in said
+
+
+PLAN = """\
+store = "plane.zarr"
+observables = ["attractor"]
+
+[model]
+kind = "two_block"
+alpha = 1.2
+beta = 1.3
+V = 0.0366
+friction = {law = "coulomb", mu = 0.22}
+
+[axes]
+V = {from = 0.0366, to = 0.0372, n = 2}
+"""
+
+
+def test_nothing_is_said_where_everything_is_there():
+    require_extra("sweep", "sweeps", "sys", "json")
+    with pytest.raises(MissingExtraError, match=r"things need the package nowhere: .*\[sweep\]"):
+        require_extra("sweep", "things", "sys", "nowhere")
