@@ -7,26 +7,32 @@
 
 `coulomb` and `law9` take random systems, one start each; `grazing` the breakpoints of the paper's
 system and of random ones; `steppers` compares law (9) between the Taylor and the collocation
-stepper, and settles disagreements and a random share in the oracle. Exit code 1 if any is wrong.
+stepper, and settles disagreements and a random share in the oracle. Counts go to
+`docs/evidence.csv`, a piece at a time. Exit code 1 if any is wrong.
 """
 
 from __future__ import annotations
 
 import argparse
+import secrets
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
 
 import numpy as np
-from tests.reference.settle import settle
+from tests.reference.settle import EXCUSED, GAVE_UP, WRONG, settle
 
 import stickslip as ss
 from stickslip.status import NAMES
 
-from .judge import Effort, Tally, judge
+from .judge import NOT_SETTLED, Effort, Tally, judge
+from .results import TABLE, record
 from .systems import ENGINES, around, breakpoints, paper_case, random_cases, random_points
 
 CHUNK = 250  # systems per task
+AGREE = "agree"
+LAWS = {"coulomb": "Coulomb", "law9": "law (9)"}
 
 
 def random_sample(task: tuple[str, int, int, tuple[str, ...], Effort]) -> Tally:
@@ -68,7 +74,7 @@ def stepper_sample(task: tuple[str, int, int, tuple[str, ...], Effort]) -> Tally
         tally.statuses[NAMES[int(a.status)]] += 1
         agree = a.status == b.status and not abs(a.value - b.value) > system.tolerance
         if agree and rng.uniform() > 0.03:
-            tally.verdicts["agree"] += 1
+            tally.verdicts[AGREE] += 1
             continue
         for name, result in (("series", a), ("callable", b)):
             verdict = settle(
@@ -96,15 +102,30 @@ def _law9(s, gamma, delta, eta):
     return weakening + delta + eta * s * s
 
 
-def merged(tallies) -> Tally:
-    """All counts together."""
-    total = Tally()
-    for tally in tallies:
-        total.verdicts += tally.verdicts
-        total.statuses += tally.statuses
-        total.wrong += tally.wrong
-        total.worst = sorted(total.worst + tally.worst, reverse=True)[:20]
-    return total
+def sample_name(what: str, kind: str, engines: tuple[str, ...]) -> str:
+    """A sample in the table of results."""
+    if what == "steppers":
+        return "law (9), Taylor series against collocation"
+    engine = f" ({' and '.join(engines)} engine)"
+    if what == "grazing":
+        return f"{LAWS[kind]}, next to breakpoints{engine}"
+    return f"{LAWS[kind]}, one start of each random system{engine}"
+
+
+def keep(name: str, tally: Tally, seconds: float, table: Path) -> None:
+    """Add a piece to the table of results."""
+    answers = tally.verdicts.total()
+    left = sum(tally.verdicts[word] for word in (NOT_SETTLED, GAVE_UP, AGREE))
+    record(
+        name,
+        answers=answers,
+        settled=answers - left,
+        wrong=tally.verdicts[WRONG],
+        excused=tally.verdicts[EXCUSED],
+        undecided=tally.verdicts[GAVE_UP],
+        seconds=seconds,
+        table=table,
+    )
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -113,11 +134,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("what", choices=("coulomb", "law9", "grazing", "steppers"))
     parser.add_argument("--kind", choices=("coulomb", "law9"), default="coulomb")
     parser.add_argument("--n", type=int, default=1000, help="random systems")
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seed", type=int, default=secrets.randbits(31), help="default: any")
     parser.add_argument("--engine", nargs="+", help="default: every engine of the law")
     parser.add_argument("--share", type=float, default=1.0, help="of endless motions settled")
     parser.add_argument("--max-events", type=int, default=10_000, help="of the reference")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--table", type=Path, default=TABLE, help="where counts are added")
     options = parser.parse_args(arguments)
 
     kind = options.what if options.what in ("coulomb", "law9") else options.kind
@@ -133,14 +155,17 @@ def main(arguments: list[str] | None = None) -> int:
             (kind, size, options.seed * 1_000_003 + i, engines, effort)
             for i, size in enumerate(sizes)
         ]
-    start = time.perf_counter()
-    if options.jobs == 1:
-        total = merged(map(work, tasks))
-    else:
-        with ProcessPoolExecutor(options.jobs) as pool:
-            total = merged(pool.map(work, tasks))
-    print(f"{' '.join(arguments or sys.argv[1:])}: {time.perf_counter() - start:.0f} s")
-    print(total)
+    name = sample_name(options.what, kind, engines)
+    print(f"{name}, seed {options.seed}", flush=True)
+    start = last = time.perf_counter()
+    total = Tally()
+    with ProcessPoolExecutor(options.jobs) as pool:
+        for tally in pool.map(work, tasks):
+            total.merge(tally)
+            now = time.perf_counter()
+            keep(name, tally, now - last, options.table)
+            last = now
+            print(f"{now - start:.0f} s: {total}", flush=True)
     return 1 if total.wrong else 0
 
 

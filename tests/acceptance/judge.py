@@ -8,12 +8,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from tests.reference.motion import EVENT_LIMIT, TIME_LIMIT
-from tests.reference.settle import RIGHT, WRONG, Verdict, settle
+from tests.reference.settle import GAVE_UP, RIGHT, WRONG, Verdict, settle
 
 import stickslip as ss
 from stickslip.status import NAMES, OK
 
 from .systems import Case
+
+NOT_SETTLED = "not settled"
 
 
 @dataclass
@@ -34,6 +36,13 @@ class Tally:
             self.worst.append((verdict.error / verdict.kappa, f"{system} {engine} {verdict}"))
             if len(self.worst) > 400:
                 self.worst = sorted(self.worst, reverse=True)[:20]
+
+    def merge(self, other: Tally) -> None:
+        """Both counts together."""
+        self.verdicts += other.verdicts
+        self.statuses += other.statuses
+        self.wrong += other.wrong
+        self.worst = sorted(self.worst + other.worst, reverse=True)[:20]
 
     def __str__(self) -> str:
         """Counts, then the wrong ones, then the largest errors that were right."""
@@ -82,9 +91,9 @@ def judge(
         tally.statuses[status] += 1
         assert (code == OK) == np.isfinite(value), f"{system} d={start!r}: {value} with {status}"
         if status in (EVENT_LIMIT, TIME_LIMIT):
-            tally.verdicts["gave up"] += 1
+            tally.verdicts[GAVE_UP] += 1
         elif code != OK and rng.uniform() > effort.share:
-            tally.verdicts["not settled"] += 1
+            tally.verdicts[NOT_SETTLED] += 1
         else:
             verdict = settle(
                 oracle,

@@ -69,15 +69,15 @@ def earliest(signals: list[Signal], longest: arb) -> arb | None:
     The horizon grows for all together: one signal may have no root for a very long time.
     """
     searches = [Search(signal) for signal in signals]
-    horizon = arb(2)
+    horizon = arb(1)
     while horizon < longest:
+        horizon = min(2 * horizon, longest)
         first: arb | None = None
         for search in searches:
             root = search.until(horizon if first is None else first)
             first = root if root is not None else first
         if first is not None:
             return first
-        horizon *= 2
     return None
 
 

@@ -9,7 +9,7 @@ from tests.reference import checks
 from tests.reference.coulomb import Coulomb, Wave
 from tests.reference.motion import NEVER_CYCLE, OK, sensitivity
 from tests.reference.precision import digits
-from tests.reference.roots import NotPositive, first_root
+from tests.reference.roots import NotPositive, earliest, first_root
 
 PAPER = (1.2, 1.3, 0.0366, 0.22)
 
@@ -37,6 +37,15 @@ def test_a_near_miss_is_not_a_root(gap):
     two = arb(2)
     wave = Wave(1 + arb(gap), arb(0), ((arb(1), -two.cos(), -two.sin()),))
     assert first_root(wave, arb(100)) is None
+
+
+@pytest.mark.parametrize("longest", [3, 6, 66, 86, 127, 129])
+def test_the_earliest_root_is_looked_for_up_to_the_limit(longest):
+    # Motions are followed to a limit of time; roots of straight lines
+    roots = [arb(1.5), arb(5), arb(65), arb(128.5)]
+    for root in roots:
+        found = earliest([Wave(root, arb(-1), ())], arb(longest))
+        assert (found is None) if root > longest else (abs(found - root) < arb("1e-30"))
 
 
 def test_a_touch_is_a_root():

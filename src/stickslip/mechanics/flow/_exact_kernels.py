@@ -133,17 +133,13 @@ def move_one(
     system: System, laws: Floats, motion: Motion, work: Work, slipper: int, t: float
 ) -> None:
     """Put `motion` at time `t` of a phase in which one block slips."""
-    w, e = oscillator(
-        1.0 + system.alpha,
-        system.V,
-        friction(system, laws, motion, slipper),
-        work.start_w[slipper],
-        work.start_e[slipper],
-        t,
+    force = friction(system, laws, motion, slipper)
+    w, pull = oscillator(
+        1.0 + system.alpha, system.V, work.start_w[slipper], force - work.start_e[slipper], t
     )
     motion.w[slipper] = w
-    motion.e[slipper] = e
-    motion.e[1 - slipper] = ride(system, work, slipper, e, t)
+    motion.e[slipper] = force - pull
+    motion.e[1 - slipper] = ride(system, work, slipper, motion.e[slipper], t)
 
 
 @kernel(inline=True)
@@ -356,19 +352,19 @@ def tangents_one(
         d_alpha = motion.directions[column, ALPHA]
         d_V = motion.directions[column, VELOCITY]
         d_start = motion.tangent_e[slipper, column]
-        d_w, d_e = oscillator_tangent(
+        d_force = friction_direction(system, laws, motion, slipper, column)
+        d_w, d_pull = oscillator_tangent(
             stiffness,
             system.V,
-            force,
             work.start_w[slipper],
-            work.start_e[slipper],
+            force - work.start_e[slipper],
             t,
             d_alpha,
             d_V,
-            friction_direction(system, laws, motion, slipper, column),
             motion.tangent_w[slipper, column],
-            d_start,
+            d_force - d_start,
         )
+        d_e = d_force - d_pull
         # e_b = e_b(0) + V t - alpha x,  x = (e_a - e_a(0) - V t) / stiffness = integral of w_a
         slipped = (motion.e[slipper] - work.start_e[slipper] - system.V * t) / stiffness
         d_slipped = (d_e - d_start - d_V * t - d_alpha * slipped) / stiffness
@@ -387,15 +383,15 @@ def move_both(system: System, laws: Floats, motion: Motion, work: Work, t: float
     friction_1 = friction(system, laws, motion, 0)
     friction_2 = friction(system, laws, motion, 1)
     w_1, w_2 = work.start_w[0], work.start_w[1]
-    e_1, e_2 = work.start_e[0], work.start_e[1]
-    sum_w, sum_e = oscillator(1.0, 2.0 * system.V, friction_1 + friction_2, w_1 + w_2, e_1 + e_2, t)
-    difference_w, difference_e = oscillator(
-        1.0 + 2.0 * system.alpha, 0.0, friction_2 - friction_1, w_2 - w_1, e_2 - e_1, t
+    pull_1, pull_2 = friction_1 - work.start_e[0], friction_2 - work.start_e[1]
+    sum_w, sum_pull = oscillator(1.0, 2.0 * system.V, w_1 + w_2, pull_1 + pull_2, t)
+    difference_w, difference_pull = oscillator(
+        1.0 + 2.0 * system.alpha, 0.0, w_2 - w_1, pull_2 - pull_1, t
     )
     motion.w[0] = 0.5 * (sum_w - difference_w)
     motion.w[1] = 0.5 * (sum_w + difference_w)
-    motion.e[0] = 0.5 * (sum_e - difference_e)
-    motion.e[1] = 0.5 * (sum_e + difference_e)
+    motion.e[0] = friction_1 - 0.5 * (sum_pull - difference_pull)
+    motion.e[1] = friction_2 - 0.5 * (sum_pull + difference_pull)
 
 
 @kernel(inline=True)
@@ -575,45 +571,41 @@ def lobe_margin(
 @kernel
 def tangents_both(system: System, laws: Floats, motion: Motion, work: Work, t: float) -> None:
     """Carry the tangents through a phase with two slipping blocks, and through its event."""
-    friction_1 = friction(system, laws, motion, 0)
-    friction_2 = friction(system, laws, motion, 1)
+    pull_1 = friction(system, laws, motion, 0) - work.start_e[0]
+    pull_2 = friction(system, laws, motion, 1) - work.start_e[1]
     w_1, w_2 = work.start_w[0], work.start_w[1]
-    e_1, e_2 = work.start_e[0], work.start_e[1]
     for column in range(motion.directions.shape[0]):
         d_friction_1 = friction_direction(system, laws, motion, 0, column)
         d_friction_2 = friction_direction(system, laws, motion, 1, column)
         d_w_1, d_w_2 = motion.tangent_w[0, column], motion.tangent_w[1, column]
-        d_e_1, d_e_2 = motion.tangent_e[0, column], motion.tangent_e[1, column]
-        sum_w, sum_e = oscillator_tangent(
+        d_pull_1 = d_friction_1 - motion.tangent_e[0, column]
+        d_pull_2 = d_friction_2 - motion.tangent_e[1, column]
+        sum_w, sum_pull = oscillator_tangent(
             1.0,
             2.0 * system.V,
-            friction_1 + friction_2,
             w_1 + w_2,
-            e_1 + e_2,
+            pull_1 + pull_2,
             t,
             0.0,
             2.0 * motion.directions[column, VELOCITY],
-            d_friction_1 + d_friction_2,
             d_w_1 + d_w_2,
-            d_e_1 + d_e_2,
+            d_pull_1 + d_pull_2,
         )
-        difference_w, difference_e = oscillator_tangent(
+        difference_w, difference_pull = oscillator_tangent(
             1.0 + 2.0 * system.alpha,
             0.0,
-            friction_2 - friction_1,
             w_2 - w_1,
-            e_2 - e_1,
+            pull_2 - pull_1,
             t,
             2.0 * motion.directions[column, ALPHA],
             0.0,
-            d_friction_2 - d_friction_1,
             d_w_2 - d_w_1,
-            d_e_2 - d_e_1,
+            d_pull_2 - d_pull_1,
         )
         motion.tangent_w[0, column] = 0.5 * (sum_w - difference_w)
         motion.tangent_w[1, column] = 0.5 * (sum_w + difference_w)
-        motion.tangent_e[0, column] = 0.5 * (sum_e - difference_e)
-        motion.tangent_e[1, column] = 0.5 * (sum_e + difference_e)
+        motion.tangent_e[0, column] = d_friction_1 - 0.5 * (sum_pull - difference_pull)
+        motion.tangent_e[1, column] = d_friction_2 - 0.5 * (sum_pull + difference_pull)
     tangents_to_event(system, laws, motion)
 
 
