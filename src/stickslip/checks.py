@@ -2,13 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from math import inf, isfinite
 from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
-__all__ = ["checked_interval", "finite_number"]
+from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+__all__ = [
+    "MOST_STEPS",
+    "check_callback",
+    "checked_interval",
+    "dimensions",
+    "finite_number",
+    "flag",
+    "instance",
+    "one_of",
+    "random_generator",
+    "real_numbers",
+    "shown",
+    "whole_number",
+]
+
+T = TypeVar("T")
+
+LARGEST_COUNT: Final = 2**63 - 1
+MOST_STEPS: Final = 10**10
+"""Of one orbit: what is kept of it would fill a large memory."""
+LONGEST: Final = 90
+"""Characters of a value that a message shows."""
 
 
 def finite_number(
@@ -77,6 +106,78 @@ def _range(name: str, above: float, at_least: float, at_most: float) -> str:
     return "" if low == -inf else f" {sign.replace('<', '>')} {low:g}"
 
 
+def whole_number(
+    name: str,
+    value: Any,
+    at_least: int = 1,
+    *,
+    at_most: int = LARGEST_COUNT,
+    what: str = "",
+) -> int:
+    """Return a count as an int, or say what is wrong with it.
+
+    Parameters
+    ----------
+    name : str
+        The parameter, as the user wrote it.
+    value : object
+        What arrived. Floats that are whole numbers are accepted, bools are not.
+    at_least, at_most : int, optional
+        Inclusive bounds; without the upper one, what a machine can count.
+    what : str, optional
+        What is counted: ``"changes of mode"``.
+
+    Raises
+    ------
+    ValueError
+        Not a whole number, or out of range.
+    """
+    is_real = isinstance(value, Real) and not isinstance(value, bool)
+    if is_real and isfinite(value) and value == int(value) and at_least <= value <= at_most:
+        return int(value)
+    bounds = f">= {at_least}" if at_most == LARGEST_COUNT else f"from {at_least} to {at_most}"
+    counted = f" ({what})" if what else ""
+    limit = " that fits into 63 bits" if is_real and value > at_most == LARGEST_COUNT else ""
+    raise ValueError(
+        f"{name} = {shown(value)} is not allowed: {name}{counted} must be a whole number "
+        f"{bounds}{limit}."
+    )
+
+
+def real_numbers(name: str, values: object) -> Floats:
+    """Return numbers of any shape as an array of floats, or say what is not a number.
+
+    Parameters
+    ----------
+    name : str
+        The parameter, as the user wrote it.
+    values : object
+        What arrived: a number, an array or nested sequences. NaN and infinities pass.
+
+    Raises
+    ------
+    ValueError
+        Not rectangular, or something in it is no real number.
+    """
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind == "O":  # fractions and the like; what is no number fails here
+            refused = [item for item in array.flat if not isinstance(item, Real)]
+            array = array if refused else array.astype(np.float64)
+    except (TypeError, ValueError, OverflowError) as reason:
+        raise ValueError(_no_numbers(name, values)) from reason
+    if array.dtype.kind not in "iuf" or np.ma.is_masked(values):
+        raise ValueError(_no_numbers(name, values))
+    return array.astype(np.float64, copy=False)
+
+
+def _no_numbers(name: str, values: object) -> str:
+    return (
+        f"{name} = {shown(values)} is not made of real numbers: {name} must be a number, or an "
+        "array of numbers with rows of one length."
+    )
+
+
 def checked_interval(name: str, ends: Any) -> tuple[float, float]:
     """Return the ends of an interval as floats.
 
@@ -86,11 +187,101 @@ def checked_interval(name: str, ends: Any) -> tuple[float, float]:
         Not a pair of finite numbers in ascending order; ``name`` is what the user called it.
     """
     try:
-        low, high = (float(end) for end in ends)
+        low, high = ends
     except (TypeError, ValueError) as reason:
-        raise ValueError(f"{name} = {ends!r}: a pair of numbers (lo, hi) is needed.") from reason
-    if not (isfinite(low) and isfinite(high) and low < high):
+        raise ValueError(
+            f"{name} = {shown(ends)}: a pair of numbers (lo, hi) is needed."
+        ) from reason
+    low, high = finite_number(f"{name}[0]", low), finite_number(f"{name}[1]", high)
+    if not low < high:
         raise ValueError(
             f"{name} = ({low:.12g}, {high:.12g}): finite ends with lo < hi are needed."
         )
     return low, high
+
+
+def dimensions(values: object) -> int:
+    """Return the number of axes, 0 for a number; -1 for rows of different lengths."""
+    try:
+        return np.ndim(values)  # type: ignore[arg-type]
+    except ValueError:
+        return -1
+
+
+def one_of(name: str, value: object, choices: Collection[str], *, remedy: str = "") -> str:
+    """Return a word that must be one of a few.
+
+    Raises
+    ------
+    ValueError
+        It is another word, or no word; the closest one is suggested.
+    """
+    if isinstance(value, str) and value in choices:
+        return value
+    told = " ".join(filter(None, [did_you_mean(str(value), choices), remedy]))
+    raise ValueError(f"{name} = {shown(value)} is unknown. {told}")
+
+
+def instance(name: str, value: Any, kinds: type[T] | tuple[type[Any], ...], what: str) -> T:
+    """Return an object of one of some classes.
+
+    Raises
+    ------
+    ValueError
+        It is something else; ``what`` says what is needed and where to get it.
+    """
+    if isinstance(value, kinds):
+        return value
+    raise ValueError(f"{name} = {shown(value)} is not {what}.")
+
+
+def random_generator(name: str, rng: Any) -> np.random.Generator:
+    """Return what numpy makes of a generator or seed.
+
+    Raises
+    ------
+    ValueError
+        Neither a generator nor a seed.
+    """
+    try:
+        return np.random.default_rng(rng)
+    except (TypeError, ValueError) as reason:
+        raise ValueError(
+            f"{name} = {shown(rng)} is not allowed: {name} must be a numpy.random.Generator or a "
+            "seed, a whole number >= 0."
+        ) from reason
+
+
+def flag(name: str, value: object) -> bool:
+    """Return a switch.
+
+    Raises
+    ------
+    ValueError
+        Neither True nor False.
+    """
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    raise ValueError(f"{name} = {shown(value)} is not allowed: {name} must be True or False.")
+
+
+def check_callback(name: str, value: object, what: str) -> None:
+    """Check a function that is called on the way, or None.
+
+    Raises
+    ------
+    ValueError
+        It is neither.
+    """
+    if value is not None and not callable(value):
+        raise ValueError(f"{name} = {shown(value)} cannot be called: give a function of {what}.")
+
+
+def shown(value: object) -> str:
+    """Repr of what a user gave, short enough for one line of a message."""
+    text = " ".join(repr(value).split())
+    if len(text) > LONGEST:
+        text = f"{text[: LONGEST - 3]}..."
+    kind = type(value).__name__
+    is_plain = value is None or isinstance(value, bool | int | float | str)
+    return text if is_plain or text.startswith(("<", kind)) else f"{text} ({kind})"

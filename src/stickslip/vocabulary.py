@@ -129,13 +129,13 @@ def label(name: str, index: int | str | None = None) -> str:
     return f"{TERMS[name].meaning} {symbol(name, index)}"
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
+def did_you_mean(name: object, known: Iterable[str]) -> str:
     """Sentence that lists what exists and names the closest, if need be in other letter case.
 
     Parameters
     ----------
-    name : str
-        What the user wrote.
+    name : object
+        What the user wrote, as a rule a word.
     known : iterable of str
         What would have been accepted.
 
@@ -145,7 +145,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
         ``"Known: alpha, beta. Did you mean 'alpha'?"``, the question only where
         something is close.
     """
-    known = list(known)
+    name, known = str(name), list(known)
     listing = f"Known: {', '.join(known) or 'none'}."
     close = get_close_matches(name, known, n=1) or _close_but_for_case(name, known)
     return f"{listing} Did you mean {close[0]!r}?" if close else listing

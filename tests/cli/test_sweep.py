@@ -108,7 +108,7 @@ def test_a_store_of_another_plan_is_refused(plan, capsys):
         ("[axes]", "[axis]", "axis: unknown key"),
         ("to = 0.05", "till = 0.05", "axes.V.till: unknown key. Known: from, to, n, scale"),
         ("n = 8}", "n = 8.5}", "axes.V.n: Expected `int`, got `float`"),
-        ("n = 8}", "n = 0}", "axes.V: n = 0: a whole number"),
+        ("n = 8}", "n = 0}", "axes.V: n = 0 is not allowed: n"),
         ("n = 8}", 'n = 8, scale = "cubic"}', "axes.V.scale: Invalid enum value 'cubic'"),
         ("from = 0.03, ", "", "axes.V.from: missing"),
         ("[1.1, 1.2, 1.3]", "7", "axes.alpha = 7: a table is needed"),

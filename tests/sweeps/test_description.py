@@ -31,7 +31,7 @@ def test_axes_are_given_as_a_range_or_as_values():
     [
         ({}, "at least one axis"),
         ({"V": (1, 2, 0)}, "axis 'V': n = 0"),
-        ({"V": (0.1, np.inf, 3)}, "axis 'V': ends"),
+        ({"V": (0.1, np.inf, 3)}, "axis 'V': hi = inf"),
         ({"V": [1, 1]}, "axis 'V': its values must be distinct"),
         ({"V": [1, np.nan]}, "axis 'V': finite numbers"),
         ({"V": "text"}, "axis 'V': 'text' is neither"),
@@ -46,7 +46,7 @@ def test_an_axis_that_is_none_is_named(given_, words):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((0, 1, 3, "log"), "must be above 0"),
+        ((0, 1, 3, "log"), "ends above 0"),
         ((1, 2, 3, "cubic"), "scale = 'cubic' is unknown. Known: linear, log"),
         ((1, 2, 2.5), "n = 2.5"),
     ],
@@ -75,7 +75,7 @@ def test_an_impossible_axis_is_refused(arguments, words):
         ({"observables": []}, "at least one is needed"),
         (
             {"observables": ["atractor"]},
-            "observable 'atractor' is unknown.* Did you mean 'attractor'",
+            "observables: 'atractor' is unknown.* Did you mean 'attractor'",
         ),
         ({"observables": ["attractor", "attractor"]}, "two of them record a variable 'kind'"),
         ({"observables": [lambda f, d0: 0.0]}, "one of a module and neither a lambda"),

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stickslip.checks import checked_interval
+from stickslip.checks import checked_interval, shown
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from stickslip.analysis.nd.protocol import FamilyND
     from stickslip.analysis.protocol import MapFamily
 
-__all__ = ["checked_count", "checked_parameter", "checked_range"]
+__all__ = ["checked_parameter", "checked_range"]
 
 
-def checked_parameter(f: MapFamily | FamilyND, name: str) -> None:
+def checked_parameter(f: MapFamily | FamilyND, name: object, role: str = "name") -> None:
     """Check that a map has a parameter of that name.
 
     Raises
@@ -22,8 +22,9 @@ def checked_parameter(f: MapFamily | FamilyND, name: str) -> None:
     ValueError
         It has none; the closest known name is suggested.
     """
-    if name not in f.parameters:
-        raise ValueError(f"{name!r} is not a parameter. {did_you_mean(name, f.parameters)}")
+    if not isinstance(name, str) or name not in f.parameters:
+        known = did_you_mean(str(name), f.parameters)
+        raise ValueError(f"{role} = {shown(name)} is not a parameter. {known}")
 
 
 def checked_range(f: MapFamily | FamilyND, name: str, ends: Any) -> tuple[float, float]:
@@ -39,16 +40,3 @@ def checked_range(f: MapFamily | FamilyND, name: str, ends: Any) -> tuple[float,
     for end in (low, high):
         f.replace(**{name: end})
     return low, high
-
-
-def checked_count(name: str, value: Any, least: int) -> int:
-    """Return a whole number that is at least ``least``.
-
-    Raises
-    ------
-    ValueError
-        It is not.
-    """
-    if isinstance(value, bool) or int(value) != value or value < least:
-        raise ValueError(f"{name} = {value!r}: a whole number >= {least} is needed.")
-    return int(value)

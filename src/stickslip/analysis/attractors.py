@@ -17,15 +17,16 @@ from stickslip.analysis.attractor import Attractor, AttractorList
 from stickslip.analysis.attractor_search import AttractorSearch
 from stickslip.analysis.one_d.interpolated import InterpolatedMap, interpolated_map
 from stickslip.analysis.one_d.table import branch_table
+from stickslip.analysis.orbits import PeriodicOrbit
 from stickslip.analysis.protocol import checked_points
 from stickslip.analysis.recurrence import confirmed
+from stickslip.checks import flag, instance, random_generator, shown, whole_number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.one_d.laps import Laps
     from stickslip.analysis.one_d.table import BranchTable
-    from stickslip.analysis.orbits import PeriodicOrbit
     from stickslip.analysis.protocol import Floats, Map1D
 
 __all__ = ["Attractor", "AttractorList", "attractors", "attractors_of"]
@@ -100,14 +101,23 @@ def attractors(
 
     An attractor that no seed reaches stays unseen, unless a stable cycle in `known` points to it.
     """
-    _check_counts(n_seeds, max_period, max_steps)
+    for name, count in (
+        ("n_seeds", n_seeds),
+        ("max_period", max_period),
+        ("max_steps", max_steps),
+    ):
+        whole_number(name, count)
+    fast = flag("interpolate", interpolate)
+    orbits = _orbits("known", known)
     table = branch_table(f)
     if seeds is None:
         spread, start = _seeds(f, table.laps, n_seeds, rng)
     else:
-        spread = start = np.atleast_1d(checked_points(f.domain, seeds)).ravel()
-    task = _Task(f, table, start, len(spread), max_period, max_steps, tuple(known))
-    return task.solved(interpolated_map(table) if interpolate else None)
+        spread = start = np.atleast_1d(checked_points(f.domain, seeds, "seeds")).ravel()
+        if not start.size:
+            raise ValueError(f"seeds = {shown(seeds)} is empty: at least one point is needed.")
+    task = _Task(f, table, start, len(spread), max_period, max_steps, orbits)
+    return task.solved(interpolated_map(table) if fast else None)
 
 
 def attractors_of(
@@ -144,7 +154,12 @@ def attractors_of(
     ValueError
         A count is below 1.
     """
-    _check_counts(n_seeds, max_period, max_steps)
+    for name, count in (
+        ("n_seeds", n_seeds),
+        ("max_period", max_period),
+        ("max_steps", max_steps),
+    ):
+        whole_number(name, count)
     spread, start = _seeds(f, table.laps, n_seeds, None)
     task = _Task(f, table, start, len(spread), max_period, max_steps, tuple(orbits))
     return task.solved(interpolated_map(table) if fast is None else fast)
@@ -179,10 +194,16 @@ class _Task:
         return search, search.result(self.n_spread)
 
 
-def _check_counts(n_seeds: int, max_period: int, max_steps: int) -> None:
-    for name, count in (("n_seeds", n_seeds), ("max_period", max_period), ("max_steps", max_steps)):
-        if count < 1:
-            raise ValueError(f"{name} = {count} must be at least 1")
+def _orbits(name: str, orbits: Iterable[PeriodicOrbit]) -> tuple[PeriodicOrbit, ...]:
+    known = "a list of orbits, as from ss.periodic_orbits(f)"
+    try:
+        listed = tuple(orbits)
+    except TypeError as reason:
+        raise ValueError(f"{name} = {shown(orbits)} is not {known}.") from reason
+    return tuple(
+        instance(f"{name}[{i}]", orbit, PeriodicOrbit, "an orbit, as from ss.periodic_orbits(f)")
+        for i, orbit in enumerate(listed)
+    )
 
 
 def _seeds(
@@ -196,7 +217,7 @@ def _seeds(
 
 def _spread(f: Map1D, n: int, rng: np.random.Generator | int | None) -> Floats:
     """One random point in each of n equal cells: even cover without landing on special points."""
-    generator = np.random.default_rng(0 if rng is None else rng)
+    generator = random_generator("rng", 0 if rng is None else rng)
     low, high = f.domain
     return np.asarray(low + (high - low) * (np.arange(n) + generator.random(n)) / n)
 

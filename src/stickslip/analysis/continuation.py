@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.arguments import checked_count, checked_range
+from stickslip.analysis.arguments import checked_range
 from stickslip.analysis.orbit_branch import BranchEnd, OrbitBranch
 from stickslip.analysis.orbit_follower import Half, OrbitFollower, Row
 from stickslip.analysis.window import WindowMap, windowed
+from stickslip.checks import whole_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -86,7 +87,7 @@ def continue_orbit(
     low, high = checked_range(f, name, range)
     if not 0 < max_step <= 1:
         raise ValueError(f"max_step = {max_step!r}: a share of the range is needed, 0 to 1.")
-    max_points = checked_count("max_points", max_points, 1)
+    max_points = whole_number("max_points", max_points, 1)
     if isinstance(orbit, OrbitBranch):
         return _continued(orbit, f, name, low, high, window, max_step, max_points)
     f = windowed(f, window)

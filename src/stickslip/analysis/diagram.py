@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.one_d.break_lines import BreakLine
+from stickslip.checks import whole_number
 from stickslip.extras import require_extra
 
 if TYPE_CHECKING:
@@ -123,6 +124,7 @@ class Diagram:
 
     def of_period(self, p: int) -> tuple[OrbitCurve, ...]:
         """Return the orbits of minimal period p."""
+        whole_number("p", p)
         return tuple(orbit for orbit in self.orbits if orbit.period == p)
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:

@@ -23,6 +23,7 @@ from stickslip.analysis.protocol import (
     iterate,
     sample,
 )
+from stickslip.checks import MOST_STEPS, whole_number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -116,12 +117,9 @@ def lyapunov_exponent(
     From 50 000 steps on, a map that knows its margins is followed on a table of polynomials that
     repeats its values to 1e-14 (docs/theory/many-maps.md).
     """
-    if n < 2:
-        raise ValueError(f"n = {n} steps: a mean with an error needs at least 2")
-    skip = max(1000, n // 10) if transient is None else transient
-    if skip < 0:
-        raise ValueError(f"transient = {transient} must not be negative")
-    start = checked_points(f.domain, d0)
+    n = whole_number("n", n, 2, at_most=MOST_STEPS, what="steps of a mean")
+    skip = max(1000, n // 10) if transient is None else whole_number("transient", transient, 0)
+    start = checked_points(f.domain, d0, "d0")
     values, slopes = trace(f, start.ravel(), n, skip)
     pairs = [_mean_of_logs(f, v, s) for v, s in zip(values, slopes, strict=True)]
     mean, error = np.array(pairs, dtype=np.float64).reshape(-1, 2).T
@@ -166,6 +164,8 @@ def blocking_error(series: Floats) -> float:
     first cut into a power of two of short blocks (8 to 15 terms where there are enough), which
     loses less than an eighth of it; the value of the mean is not touched by that.
     """
+    if len(series) < 2:
+        return float(np.inf)
     x = _first_blocks(series)
     levels = len(x).bit_length() - 1
     if levels == 0:

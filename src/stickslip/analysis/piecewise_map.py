@@ -21,10 +21,11 @@ from stickslip.analysis.user_function import (
     Function,
     apply,
     as_labels,
+    checked_callable,
     checked_parameters,
     takes_arrays,
 )
-from stickslip.checks import checked_interval
+from stickslip.checks import checked_interval, real_numbers, shown
 from stickslip.status import OK
 from stickslip.vocabulary import did_you_mean
 
@@ -102,7 +103,7 @@ class PiecewiseMap(LineMap):
     ) -> None:
         self._func = func
         self._domain = checked_interval("domain", domain)
-        self._parameters = checked_parameters(parameters or {})
+        self._parameters = checked_parameters({} if parameters is None else parameters)
         self._given_derivative = derivative
         self._given_parameter_derivative = parameter_derivative
         self._given_label = label
@@ -314,13 +315,20 @@ class PiecewiseMap(LineMap):
     def _parameter_slopes(self, x: Floats, name: str) -> Floats:
         given = self._given_parameter_derivative
         if isinstance(given, Mapping) and name in given:
-            return apply(given[name], x, self._parameters, self._takes_arrays(given[name]))
+            return apply(
+                given[name],
+                x,
+                self._parameters,
+                self._takes_arrays(f"parameter_derivative[{name!r}]", given[name]),
+            )
         if callable(given):
 
             def named(points: Any, **parameters: float) -> Any:
                 return given(points, name, **parameters)
 
-            return apply(named, x, self._parameters, self._takes_arrays(named))
+            return apply(
+                named, x, self._parameters, self._takes_arrays("parameter_derivative", named)
+            )
         return self._parameter_differences(x, name)
 
     def _parameter_differences(self, x: Floats, name: str) -> Floats:
@@ -362,9 +370,11 @@ class PiecewiseMap(LineMap):
     def _learn_how_to_call(self) -> None:
         """Try out which callables take arrays; raise if one works in no way."""
         label, derivative = self._given_label, self._given_derivative
-        self._in_arrays = self._takes_arrays(self._func)
-        self._label_in_arrays = label is not None and self._takes_arrays(label)
-        self._derivative_in_arrays = derivative is not None and self._takes_arrays(derivative)
+        self._in_arrays = self._takes_arrays("func", self._func)
+        self._label_in_arrays = label is not None and self._takes_arrays("label", label)
+        self._derivative_in_arrays = derivative is not None and self._takes_arrays(
+            "derivative", derivative
+        )
         self._analytic = None
 
     def _still_callable(self) -> bool:
@@ -380,8 +390,8 @@ class PiecewiseMap(LineMap):
             return False
         return True
 
-    def _takes_arrays(self, func: Function) -> bool:
-        return takes_arrays(func, self._few_probes(), self._parameters)
+    def _takes_arrays(self, role: str, func: Function) -> bool:
+        return takes_arrays(role, func, self._few_probes(), self._parameters)
 
     def _complex_step_agrees(self) -> bool:
         """Tell whether ``func`` carries complex arrays and is analytic at every probe."""
@@ -405,20 +415,38 @@ class PiecewiseMap(LineMap):
         given = self._given_breakpoints
         if given is None:
             return np.empty(0)
-        listed = given(**parameters) if callable(given) else given
-        points = np.asarray(listed, dtype=np.float64)
+        listed = given
+        if callable(given):
+            try:
+                listed = given(**parameters)
+            except Exception as reason:
+                name = getattr(given, "__name__", type(given).__name__)
+                values = ", ".join(f"{key}={value:.6g}" for key, value in parameters.items())
+                raise ValueError(
+                    f"breakpoints = {name}: the call {name}({values}) failed with "
+                    f"{type(reason).__name__}: {reason}. It must accept every parameter by its "
+                    "name."
+                ) from reason
+        points = real_numbers("breakpoints", listed)
         lo, hi = self._domain
         if points.ndim != 1 or not (np.isfinite(points).all() and (np.diff(points) > 0).all()):
-            raise ValueError(f"breakpoints = {listed!r}: increasing finite numbers are needed.")
+            raise ValueError(
+                f"breakpoints = {shown(listed)}: increasing finite numbers are needed."
+            )
         return points[(points > lo) & (points <= hi)]
 
     def _check_parameter_derivative_names(self) -> None:
-        if isinstance(self._given_parameter_derivative, Mapping):
-            for name in self._given_parameter_derivative:
+        given = self._given_parameter_derivative
+        if isinstance(given, Mapping):
+            for name, slope in given.items():
                 self._check_name(name)
+                checked_callable(f"parameter_derivative[{name!r}]", slope)
+        elif given is not None:
+            checked_callable("parameter_derivative", given)
 
-    def _check_name(self, name: str) -> None:
-        if name not in self._parameters:
+    def _check_name(self, name: object) -> None:
+        if not isinstance(name, str) or name not in self._parameters:
             raise ValueError(
-                f"{name!r} is not a parameter of {self!r}. {did_you_mean(name, self._parameters)}"
+                f"name = {shown(name)} is not a parameter of {self!r}. "
+                f"{did_you_mean(str(name), self._parameters)}"
             )

@@ -16,6 +16,7 @@ from stickslip.analysis.protocol import (
     sample,
     values_and_slopes,
 )
+from stickslip.checks import whole_number
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ class LineMap:
         ValueError
             ``p`` is not a whole number >= 1.
         """
-        return PowerMap(cast("Map1D", self), p)
+        return PowerMap(cast("Map1D", self), whole_number("p", p))
 
     def preimages(self, x: float) -> Floats:
         """Return all points that the map carries to x, ascending; complete as `branches` is.
@@ -90,10 +91,7 @@ class PowerMap(LineMap):
 
     def __post_init__(self) -> None:
         """Check the exponent."""
-        if self.exponent != int(self.exponent) or self.exponent < 1:
-            raise ValueError(
-                f"exponent = {self.exponent!r} of a map: a whole number >= 1 is needed."
-            )
+        whole_number("exponent", self.exponent)
 
     @property
     def domain(self) -> tuple[float, float]:
@@ -165,4 +163,4 @@ class PowerMap(LineMap):
 
     def power(self, p: int) -> PowerMap:
         """Return the map (f^p)^q as a power of the base map itself."""
-        return PowerMap(self.base, self.exponent * p)
+        return PowerMap(self.base, self.exponent * whole_number("p", p))

@@ -14,6 +14,7 @@ from typing import Any, Final, Protocol, Self, TypeAlias, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip.checks import MOST_STEPS, real_numbers, whole_number
 from stickslip.status import OK
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -129,7 +130,7 @@ def clip_to_domain(domain: tuple[float, float], x: Floats) -> tuple[Floats, NDAr
     return np.minimum(np.maximum(x, lo), hi), inside
 
 
-def checked_points(domain: tuple[float, float], x: ArrayLike) -> Floats:
+def checked_points(domain: tuple[float, float], x: ArrayLike, name: str = "x") -> Floats:
     """Return ``x`` as floats inside the domain, or say which element is not.
 
     Raises
@@ -137,14 +138,14 @@ def checked_points(domain: tuple[float, float], x: ArrayLike) -> Floats:
     ValueError
         An element is NaN or more than 4 ulp outside the domain.
     """
-    points = np.asarray(x, dtype=np.float64)
+    points = real_numbers(name, x)
     clipped, inside = clip_to_domain(domain, points)
     if not inside.all():
         position = tuple(int(i) for i in np.argwhere(~inside)[0])
-        where = f"x[{', '.join(map(str, position))}]" if position else "x"
+        where = f"{name}[{', '.join(map(str, position))}]" if position else name
         raise ValueError(
             f"{where} = {points[position]:.17g} is outside the domain "
-            f"[{domain[0]:.17g}, {domain[1]:.17g}]. Take x from the map's domain."
+            f"[{domain[0]:.17g}, {domain[1]:.17g}]. Take {name} from the map's domain."
         )
     return clipped
 
@@ -224,10 +225,10 @@ def iterate(f: Map1D, x: ArrayLike, n: int) -> Floats:
     ValueError
         A starting point is outside the domain, or ``n`` is negative.
     """
-    if n < 0:
-        raise ValueError(f"n = {n} applications of a map: n must be at least 0.")
-    orbit = np.empty((*np.shape(x), n + 1))
-    orbit[..., 0] = checked_points(f.domain, x)
+    n = whole_number("n", n, 0, at_most=MOST_STEPS, what="applications of a map")
+    start = checked_points(f.domain, x)
+    orbit = np.empty((*start.shape, n + 1))
+    orbit[..., 0] = start
     for k in range(n):
         orbit[..., k + 1] = sample(f, orbit[..., k]).value
     return orbit

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
-from numbers import Real
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
+
+from stickslip.checks import finite_number, instance, shown
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.protocol import Floats, Labels
 
-__all__ = ["Function", "apply", "as_labels", "checked_parameters", "takes_arrays"]
+__all__ = [
+    "Function",
+    "apply",
+    "as_labels",
+    "checked_callable",
+    "checked_parameters",
+    "takes_arrays",
+]
 
 Function: TypeAlias = Callable[..., Any]
 
@@ -31,7 +38,7 @@ def apply(func: Function, x: Floats, parameters: Mapping[str, float], in_arrays:
     return np.broadcast_to(result, x.shape).astype(np.float64)
 
 
-def takes_arrays(func: Function, x: Floats, parameters: Mapping[str, float]) -> bool:
+def takes_arrays(role: str, func: Function, x: Floats, parameters: Mapping[str, float]) -> bool:
     """Tell whether a callable works elementwise on arrays, tried out at a few points.
 
     Raises
@@ -39,20 +46,40 @@ def takes_arrays(func: Function, x: Floats, parameters: Mapping[str, float]) -> 
     ValueError
         It works in no way.
     """
+    checked_callable(role, func)
     try:
         one_by_one = apply(func, x, parameters, in_arrays=False)
     except Exception as reason:
         name = getattr(func, "__name__", type(func).__name__)
         raise ValueError(
-            f"{name}(x{''.join(f', {p}=...' for p in parameters)}) failed at "
+            f"{role} = {name}: the call {name}(x{_keywords(parameters)}) failed at "
             f"x = {x[0]:.6g} with {type(reason).__name__}: {reason}. It must accept a "
-            "point of the domain and every parameter by its name."
+            "point of the domain and every parameter by its name, and return a number."
         ) from reason
     try:
         together = apply(func, x, parameters, in_arrays=True)
     except Exception:  # any failure on arrays means: one number at a time
         return False
     return bool(np.allclose(together, one_by_one, rtol=1e-12, atol=0, equal_nan=True))
+
+
+def checked_callable(role: str, func: object) -> None:
+    """Check that something can be called.
+
+    Raises
+    ------
+    ValueError
+        It cannot.
+    """
+    if not callable(func):
+        raise ValueError(
+            f"{role} = {shown(func)} cannot be called: a function of the point and of the "
+            "parameters by name is needed."
+        )
+
+
+def _keywords(parameters: Mapping[str, float]) -> str:
+    return "".join(f", {name}=..." for name in parameters)
 
 
 def as_labels(numbers: NDArray[Any]) -> Labels:
@@ -74,7 +101,7 @@ def checked_parameters(parameters: Mapping[str, float]) -> dict[str, float]:
     ValueError
         One is not a finite number.
     """
-    for name, value in parameters.items():
-        if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
-            raise ValueError(f"{name} = {value!r}: a parameter must be a finite number.")
-    return {name: float(value) for name, value in parameters.items()}
+    instance("parameters", parameters, Mapping, 'names with their values, {"r": 3.5}')
+    for name in parameters:
+        instance("a name in parameters", name, str, "text")
+    return {name: finite_number(name, value) for name, value in parameters.items()}

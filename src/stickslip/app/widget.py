@@ -12,7 +12,9 @@ from urllib.parse import quote
 import msgspec
 
 from stickslip.app import EXTRA
+from stickslip.checks import whole_number
 from stickslip.extras import require_extra
+from stickslip.mechanics.model.arguments import checked_model
 from stickslip.study.model_values import model_values
 
 if TYPE_CHECKING:
@@ -89,10 +91,10 @@ def explore(model: Model | None = None, *, height: int = 820) -> Explorer:
     >>> ss.explore(ss.examples.law9())  # doctest: +SKIP
     Explorer(url='http://127.0.0.1:40213/#...', height=820)
     """
-    if not height > 0:
-        raise ValueError(f"height = {height!r} must be a positive number of pixels")
+    height = whole_number("height", height, at_most=100_000, what="pixels")
     fragment = ""
     if model is not None:
+        checked_model(model)
         values = msgspec.json.encode(model_values(model)).decode()
         fragment = f"#model={quote(values, safe='')}"
     return Explorer(_server().url + fragment, height)

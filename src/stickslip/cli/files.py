@@ -51,8 +51,9 @@ def new_files(paths: Sequence[Path], *, force: bool) -> Iterator[list[Path]]:
 def _entered(stack: ExitStack, path: Path) -> Path:
     try:
         return stack.enter_context(whole_file(path))
-    except OSError as error:
-        reason = f"cannot write {path}: {error.strerror} ({path.parent})"
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name
+        told = getattr(error, "strerror", None) or error
+        reason = f"cannot write {path}: {told} ({path.parent})"
         raise UsageError(reason) from error
 
 

@@ -13,6 +13,7 @@ from flint import arb
 from stickslip.analysis.bifurcation import Bifurcation
 from stickslip.analysis.one_d.breakpoints import Breakpoint
 from stickslip.analysis.orbits import PeriodicOrbit
+from stickslip.checks import shown, whole_number
 from stickslip.proofs.border import proven_border
 from stickslip.proofs.certificate import Certificate, certificate, refusal
 from stickslip.proofs.complete import survey
@@ -41,6 +42,7 @@ __all__ = [
 ExactValues: TypeAlias = Mapping[str, Exact] | None
 
 SPARE_BITS: Final = 80  # beyond the digits asked for: what events near grazing lose
+MOST_BITS: Final = 2**20
 
 
 def certify(
@@ -92,7 +94,7 @@ def certify(
     """
     if not isinstance(found, PeriodicOrbit | Breakpoint | Bifurcation):
         raise ValueError(
-            f"found = {found!r} cannot be certified: give a PeriodicOrbit, a Breakpoint or a "
+            f"found = {shown(found)} cannot be certified: give a PeriodicOrbit, a Breakpoint or a "
             "Bifurcation"
         )
     if isinstance(found, PeriodicOrbit):
@@ -285,9 +287,9 @@ def enclose(
     values = exact_parameters(model, exact)
     if unknown := sorted(set(parameters) - {*model.parameters, *values}):
         raise ValueError(f"{unknown[0]!r} is no parameter that can vary in a proof")
-    with precision(bits):
-        ends = [d if isinstance(d, tuple) else (d, d), *parameters.values()]
-        box = [_interval(name, *pair) for name, pair in zip(("d", *parameters), ends, strict=True)]
+    with precision(whole_number("bits", bits, 2, at_most=MOST_BITS)):
+        ends = {"d": d if isinstance(d, tuple) else (d, d), **parameters}
+        box = [_interval(name, pair) for name, pair in ends.items()]
         x, *coordinates = variables([m for m, _ in box], [r for _, r in box])
         setting = Setting(values, tuple(parameters))
         _inside(x.range, setting, [c.range for c in coordinates])
@@ -306,7 +308,10 @@ def enclose(
         )
 
 
-def _interval(name: str, low: Exact, high: Exact) -> tuple[arb, arb]:
+def _interval(name: str, ends: Any) -> tuple[arb, arb]:
+    if not isinstance(ends, tuple) or len(ends) != 2:
+        raise ValueError(f"{name} = {shown(ends)} is not allowed: {name} must be a pair (lo, hi).")
+    low, high = ends
     a, b = fraction(name, low), fraction(name, high)
     if a > b:
         raise ValueError(f"{name} = ({low}, {high}): the lower end comes first")
@@ -323,12 +328,10 @@ def _inside(d: arb, setting: Setting, coordinates: list[arb]) -> None:
 
 
 def _checked(
-    model: TwoBlock, digits: int, exact: ExactValues, *, period: int = 1
+    model: TwoBlock, digits: int, exact: ExactValues, *, period: int = 1, name: str = "period"
 ) -> dict[str, Fraction]:
-    if period < 1:
-        raise ValueError(f"period = {period} is not allowed: it must be at least 1")
-    if not 5 <= digits <= 1000:
-        raise ValueError(f"digits = {digits} is not allowed: 5 <= digits <= 1000")
+    whole_number(name, period)
+    whole_number("digits", digits, 5, at_most=1000)
     return exact_parameters(model, exact)
 
 

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from flint import arb, fmpq
 
+from stickslip.checks import instance
+from stickslip.mechanics.model.arguments import two_blocks
 from stickslip.proofs.jet import HALF, Number, spread
 from stickslip.proofs.smooth import Falling, TaylorStep
 from stickslip.proofs.wave import Wave
@@ -99,6 +101,9 @@ def exact_parameters(
     ValueError
         The model is of another kind, a name is unknown, or a value is out of range.
     """
+    two_blocks(model, why="Proofs are about the event map of two blocks.")
+    if exact is not None:
+        instance("exact", exact, Mapping, 'values by name, such as {"alpha": "1.2"}')
     laws = model.friction if isinstance(model.friction, tuple) else (model.friction,) * 2
     strange = [law for law in laws if law.name not in LAWS or law.parameters.get("viscous")]
     if strange or model.damping or laws[0].name != laws[1].name:

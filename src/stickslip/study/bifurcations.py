@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
+from stickslip.analysis.bifurcation import Bifurcation
 from stickslip.analysis.continuation import continue_orbit as _continue_orbit
 from stickslip.analysis.nd.continuation import continue_orbit as _continue_orbit_nd
 from stickslip.analysis.nd.orbits import PeriodicOrbitND
@@ -14,9 +15,13 @@ from stickslip.analysis.one_d.borders import Border, ConditionLost
 from stickslip.analysis.one_d.breakpoint_curves import (
     continue_breakpoint as _continue_breakpoint,
 )
+from stickslip.analysis.one_d.breakpoints import Breakpoint
 from stickslip.analysis.one_d.conditions import Collision, Connection
 from stickslip.analysis.one_d.curves import continue_bifurcation as _continue_bifurcation
+from stickslip.analysis.orbit_branch import OrbitBranch
+from stickslip.analysis.orbits import PeriodicOrbit
 from stickslip.analysis.protocol import MapFamily
+from stickslip.checks import instance, shown
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
@@ -27,12 +32,9 @@ from stickslip.study.mechanism import mechanism_between
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.analysis.bifurcation import Bifurcation, BifurcationList
+    from stickslip.analysis.bifurcation import BifurcationList
     from stickslip.analysis.bifurcation_curve import BifurcationCurve, BreakpointCurve
     from stickslip.analysis.nd.orbit_branch import OrbitBranchND
-    from stickslip.analysis.one_d.breakpoints import Breakpoint
-    from stickslip.analysis.orbit_branch import OrbitBranch
-    from stickslip.analysis.orbits import PeriodicOrbit
 
 __all__ = [
     "as_family",
@@ -53,12 +55,12 @@ def as_family(system: object) -> MapFamily:
     ValueError
         Neither a model nor a map with parameters.
     """
-    f = as_map(system)
+    f = as_map(system, "system")
     if isinstance(f, MapFamily):
         return f
     raise ValueError(
-        f"{system!r} has no parameters to vary. Take a model such as ss.TwoBlock(...), or "
-        "ss.PiecewiseMap(..., parameters={...})."
+        f"system = {shown(system)} has no parameters to vary. Take a model such as "
+        "ss.TwoBlock(...), or ss.PiecewiseMap(..., parameters={...})."
     )
 
 
@@ -243,10 +245,12 @@ def continue_orbit(
     if isinstance(orbit, PeriodicOrbitND):
         if not isinstance(f, FamilyND):
             raise ValueError(
-                f"{system!r} is no map with parameters that has orbits of points with "
-                f"{orbit.points.shape[1]} coordinates."
+                f"system = {shown(system)} is no map with parameters that has orbits of "
+                f"points with {orbit.points.shape[1]} coordinates."
             )
         return _continue_orbit_nd(orbit, f, name, range, **options)
+    known = "an orbit or a branch of one, such as ss.periodic_orbits(system)[0]"
+    instance("orbit", orbit, (PeriodicOrbit, OrbitBranch), known)
     return _continue_orbit(orbit, as_family(f), name, range, **options)
 
 
@@ -281,6 +285,7 @@ def continue_bifurcation(
         interval or does not contain the start.
     """
     f = as_family(system)
+    instance("b", b, Bifurcation, "a bifurcation, such as ss.bifurcations(system, ...)[0]")
     return _continue_bifurcation(b, f, along=along, range=range, solve_for=solve_for)
 
 
@@ -310,4 +315,6 @@ def continue_breakpoint(
         Neither a model nor a map with parameters; an unknown parameter; a range without the
         system's own value; no breakpoint of this system.
     """
+    known = "a breakpoint, such as ss.breakpoints(system)[0]"
+    instance("breakpoint_", breakpoint_, (Breakpoint, Border), known)
     return _continue_breakpoint(breakpoint_, as_family(system), name, range)

@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING, Final, overload
 
 from stickslip.analysis.power import LineMap
 from stickslip.analysis.storage import register_map
+from stickslip.checks import one_of
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
+from stickslip.mechanics.eventmap.carriers import DEVICES
+from stickslip.mechanics.flow.engine import ENGINES
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.study.model_values import model_of_values, model_values
@@ -104,12 +107,12 @@ def event_map(
     0.13121305
     """
     if isinstance(model, BeltModel):
-        if engine == "exact":
+        if one_of("engine", engine, ENGINES) == "exact":
             raise ValueError(
                 "engine = 'exact' is that of two undamped blocks with constant friction; other "
                 "models have one engine, whose series are exact to rounding. Take engine='auto'."
             )
-        if device != "cpu":
+        if one_of("device", device, DEVICES) != "cpu":
             raise ValueError(
                 f"device = {device!r} is not allowed: of the event maps only that of two "
                 "undamped blocks runs elsewhere. Take device='cpu'."

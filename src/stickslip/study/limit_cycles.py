@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 
+from stickslip.checks import random_generator, whole_number
 from stickslip.mechanics.cycle.cycle import Cycle, same_cycle
 from stickslip.mechanics.cycle.equilibria import equilibria
 from stickslip.mechanics.cycle.search import NoCycleError, find_cycle
-from stickslip.mechanics.flow.settings import positive_integer
+from stickslip.mechanics.model.arguments import checked_model
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.unseen import unseen_share
 from stickslip.study.maps import periodic_orbits
@@ -164,8 +165,10 @@ def limit_cycles(
     >>> len(found), found[0].stable
     (1, True)
     """
-    count = positive_integer("n_starts", n_starts, "states that are followed")
-    generator = np.random.default_rng(rng)
+    checked_model(model)
+    max_period = whole_number("max_period", max_period)
+    count = whole_number("n_starts", n_starts, what="states that are followed")
+    generator = random_generator("rng", rng)
     cycles: list[Cycle] = []
     hits: list[int] = []
     missed = {"slides": 0, "undecided": 0}

@@ -22,6 +22,7 @@ from stickslip.analysis.one_d.periodic import periodic_orbits as _periodic_orbit
 from stickslip.analysis.one_d.table import RESOLUTION, BranchTable
 from stickslip.analysis.orbits import OrbitList
 from stickslip.analysis.protocol import Map1D, base_and_exponent, sample
+from stickslip.checks import shown
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
@@ -47,7 +48,7 @@ LINE_OPTIONS: Final = ("infinitely_unstable", "resolution")
 N_OPTIONS: Final = ("n_seeds",)
 
 
-def as_map(f: object) -> Map1D:
+def as_map(f: object, name: str = "f") -> Map1D:
     """Return a map as it is, and of a model its event map.
 
     Raises
@@ -60,8 +61,8 @@ def as_map(f: object) -> Map1D:
     if isinstance(f, Map1D):
         return f
     raise ValueError(
-        f"{f!r} is neither a map nor a model. Take ss.event_map(model), ss.PiecewiseMap(...) "
-        "or a model such as ss.TwoBlock(...)."
+        f"{name} = {shown(f)} is neither a map nor a model. Take ss.event_map(model), "
+        "ss.PiecewiseMap(...) or a model such as ss.TwoBlock(...)."
     )
 
 
@@ -71,10 +72,10 @@ def _of_models_too(
     """Let a function of a map take a model in its place."""
 
     @functools.wraps(function)
-    def wrapper(f: MapOrModel, /, *args: P.args, **kwargs: P.kwargs) -> R:
+    def wrapper(f: MapOrModel, *args: P.args, **kwargs: P.kwargs) -> R:
         return function(as_map(f), *args, **kwargs)
 
-    return wrapper
+    return wrapper  # type: ignore[return-value]  # typed by place, works by name, too
 
 
 attractors = _of_models_too(_attractors)

@@ -9,6 +9,7 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
+from stickslip.mechanics.model.arguments import checked_model
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.blocks import Blocks
 from stickslip.mechanics.model.chain import Chain, Oscillator
@@ -82,6 +83,7 @@ def model_values(model: Model) -> dict[str, Any]:
     ValueError
         A friction law is a Python function, which a file cannot hold.
     """
+    checked_model(model)
     values = _two_block_values(model) if isinstance(model, TwoBlock) else _family_values(model)
     laws = [law_values(law) for law in model.laws]
     values["friction"] = laws if isinstance(model.friction, tuple) else laws[0]

@@ -10,9 +10,11 @@ import numpy as np
 
 from stickslip.analysis.power import LineMap
 from stickslip.analysis.storage import register_map
+from stickslip.checks import finite_number, whole_number
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.quasistatic import QuasistaticCarrier
 from stickslip.mechanics.flow.trajectory import Trajectory
+from stickslip.mechanics.model.arguments import two_blocks
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.study.model_values import model_of_values, model_values
 
@@ -68,7 +70,8 @@ class QuasistaticMap(LineMap, mechanics.EventMap):
         Displacements, modes and needed forces count; velocities are those of a moving belt.
         """
         assert isinstance(self._carrier, QuasistaticCarrier)
-        recorder = self._carrier.recorder(d)
+        recorder = self._carrier.recorder(finite_number("d", d))
+        max_events = whole_number("max_events", max_events)
         status = recorder.run(math.inf, max_events, until_stick=True)
         return Trajectory(self.model, recorder.finish(), np.array(recorder.d), status)
 
@@ -186,8 +189,7 @@ def quasistatic_map(
 
 def _checked(model: object) -> TwoBlock:
     """Return a model that has a quasi-static limit, or refuse it with the reason."""
-    if not isinstance(model, TwoBlock):
-        raise ValueError(f"model = {model!r}: the quasi-static map is that of a TwoBlock.")
+    model = two_blocks(model, why="The quasi-static map is that of two blocks.")
     if model.damping != 0.0:
         raise ValueError(
             f"damping = {model.damping!r} is not allowed: the quasi-static map is that of "

@@ -10,15 +10,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.checks import checked_interval
+from stickslip.checks import checked_interval, whole_number
 from stickslip.mechanics.cycle.branch import CycleBranch
 from stickslip.mechanics.cycle.continuation import continue_cycle
 from stickslip.mechanics.cycle.search import NoCycleError, find_cycle
 from stickslip.mechanics.cycle.trapping import TrappingBall, trapping_ball
-from stickslip.mechanics.flow.settings import positive_integer
+from stickslip.mechanics.model.arguments import checked_parameter, two_blocks
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.study.event_map import event_map
-from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     import os
@@ -102,7 +101,7 @@ class ReturnRegion:
 
         Their ends are bifurcations of the branch, or ends of the range.
         """
-        followed = self.branches[branch]
+        followed = self.branches[_number(branch, len(self.branches))]
         holds = [bool(cycle.stable) and cycle.d.size == 0 for cycle in followed.cycles]
         crossings = {item.row: item.value for item in followed.bifurcations}
         intervals: list[tuple[float, float]] = []
@@ -156,6 +155,12 @@ class ReturnRegion:
         return "\n".join(lines)
 
 
+def _number(branch: int, count: int) -> int:
+    if count == 0:
+        raise ValueError("branch: this region has none.")
+    return whole_number("branch", branch, 0, at_most=count - 1)
+
+
 def return_region(
     model: TwoBlock,
     parameter: str,
@@ -196,8 +201,8 @@ def return_region(
     a cell of the grid, and cycles whose basins hold no gap's middle, may be missed.
     """
     low, high = _checked(model, parameter, range)
-    count = positive_integer("n_values", n_values, "values of the parameter")
-    points = positive_integer("n_points", n_points, "differences tried at each value")
+    count = whole_number("n_values", n_values, what="values of the parameter")
+    points = whole_number("n_points", n_points, what="differences tried at each value")
     values = np.linspace(low, high, count)
     branches: list[CycleBranch] = []
     gaps: list[tuple[Gap, ...]] = []
@@ -222,14 +227,12 @@ def return_region(
 
 
 def _checked(model: TwoBlock, parameter: str, ends: tuple[float, float]) -> tuple[float, float]:
-    if not isinstance(model, TwoBlock):
-        raise ValueError(
-            f"model = {model!r}: the plane of d and a parameter is that of two blocks, "
-            "ss.TwoBlock. For more, ask ss.event_map(model).evaluate(d).status."
-        )
-    if parameter not in model.parameters:
-        known = did_you_mean(parameter, list(model.parameters))
-        raise ValueError(f"{parameter!r} is not a parameter of this model. {known}")
+    two_blocks(
+        model,
+        why="The plane of d and a parameter is that of two blocks. For more, ask "
+        "ss.event_map(model).evaluate(d).status.",
+    )
+    checked_parameter("parameter", model, parameter)
     low, high = checked_interval("range", ends)
     for end in (low, high):
         model.replace(**{parameter: end})

@@ -46,7 +46,7 @@ def load(path: str | os.PathLike[str], system: Any = None) -> Any:
     """
     if isinstance(system, BeltModel):
         system = event_map(system)
-    f: Any = system if system is None or isinstance(system, MapND) else as_map(system)
+    f: Any = system if system is None or isinstance(system, MapND) else as_map(system, "system")
     return _load(path, f)
 
 

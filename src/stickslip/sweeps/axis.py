@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import numpy as np
 
-from stickslip.vocabulary import did_you_mean
+from stickslip.checks import finite_number, instance, one_of, whole_number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Axis", "as_axes", "axis"]
 
+MOST_VALUES: Final = 10**8
 SCALES: Final = ("linear", "log")
 
 AxisLike: TypeAlias = "Axis | tuple[float, float, int] | ArrayLike"
@@ -67,16 +69,15 @@ def axis(lo: float, hi: float, n: int, scale: Literal["linear", "log"] = "linear
     >>> ss.axis(0.01, 1.0, 3, scale="log").values
     array([0.01, 0.1 , 1.  ])
     """
-    if scale not in SCALES:
-        raise ValueError(f"scale = {scale!r} is unknown. {did_you_mean(str(scale), SCALES)}")
-    if isinstance(n, bool) or int(n) != n or n < 1:
-        raise ValueError(f"n = {n!r}: a whole number >= 1 is needed.")
-    if not (np.isfinite(lo) and np.isfinite(hi)):
-        raise ValueError(f"ends ({lo!r}, {hi!r}) of an axis: finite numbers are needed.")
-    if scale == "log" and not (lo > 0 and hi > 0):
-        raise ValueError(f"ends ({lo!r}, {hi!r}) of a logarithmic axis: both must be above 0.")
+    one_of("scale", scale, SCALES)
+    count = whole_number("n", n, at_most=MOST_VALUES, what="values of an axis")
+    least = 0.0 if scale == "log" else -inf
+    why = "A logarithmic axis has ends above 0." if scale == "log" else ""
+    ends = [
+        finite_number(name, end, above=least, why=why) for name, end in (("lo", lo), ("hi", hi))
+    ]
     spaced = np.geomspace if scale == "log" else np.linspace
-    return Axis(_ordered(spaced(lo, hi, int(n))))
+    return Axis(_ordered(spaced(ends[0], ends[1], count)))
 
 
 def as_axes(given: Mapping[str, AxisLike]) -> dict[str, Axis]:
@@ -87,6 +88,7 @@ def as_axes(given: Mapping[str, AxisLike]) -> dict[str, Axis]:
     ValueError
         None given, or one that is no axis; the message names it.
     """
+    instance("axes", given, Mapping, 'values by name, {"V": (0.03, 0.05, 12)}')
     if not given:
         raise ValueError("axes = {}: a sweep needs at least one axis, {name: values}.")
     return {name: _as_axis(name, values) for name, values in given.items()}

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
+from stickslip.checks import dimensions, instance, shown, whole_number
 from stickslip.numerics.long_run import CHAOTIC, LEFT, PERIODIC, UNDECIDED
 from stickslip.status import NEVER_CYCLE, NEVER_SLIPPING
 from stickslip.sweeps.coexistence import CoexistingAttractors
@@ -265,15 +266,25 @@ class Function(Observable):
             object.__setattr__(self, "function", import_function(self.function))
         function: Any = self.function
         place = f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', '')}"
-        if not callable(function) or "<" in place or place.startswith("__main__"):
+        is_named = callable(function) and hasattr(function, "__qualname__")
+        if not is_named or "<" in place or place.startswith("__main__"):
             raise ValueError(
                 f"function = {function!r}: a function that other processes can import is needed, "
                 "one of a module and neither a lambda nor one made inside another function."
             )
-        if np.dtype(self.dtype).kind not in "biuf":
-            raise ValueError(f"dtype = {self.dtype!r}: a type of numbers is needed.")
-        object.__setattr__(self, "shape", tuple(self.shape))
-        object.__setattr__(self, "label", self.label or function.__name__)
+        try:
+            is_number = np.dtype(self.dtype).kind in "biuf"
+        except (TypeError, ValueError):
+            is_number = False
+        if not is_number:
+            raise ValueError(f"dtype = {shown(self.dtype)}: a type of numbers is needed.")
+        instance("label", self.label, str, "text")
+        if dimensions(self.shape) != 1:
+            raise ValueError(f"shape = {shown(self.shape)} is not a tuple of whole numbers.")
+        sizes = self.shape
+        shape = tuple(whole_number(f"shape[{i}]", size) for i, size in enumerate(sizes))
+        object.__setattr__(self, "shape", shape)
+        object.__setattr__(self, "label", self.label or function.__qualname__.split(".")[-1])
 
     def outputs(self) -> tuple[Output, ...]:
         """Return its variables."""
@@ -321,7 +332,13 @@ def as_observables(given: Iterable[Observable | str]) -> tuple[Observable, ...]:
     """
     if isinstance(given, str | Observable):
         given = [given]
-    found = tuple(map(_as_observable, given))
+    try:
+        listed = tuple(given)
+    except TypeError as reason:
+        raise ValueError(
+            f"observables = {shown(given)} is not a list of observables or of their names."
+        ) from reason
+    found = tuple(map(_as_observable, listed))
     if not found:
         raise ValueError(f"observables = []: at least one is needed. Known: {_known()}.")
     names = [output.name for each in found for output in each.outputs()]
@@ -338,7 +355,7 @@ def _as_observable(given: Any) -> Observable:
         return Function(function=given)
     if not isinstance(given, str) or given not in OBSERVABLES or given == Function.name:
         hint = did_you_mean(str(given), [name for name in OBSERVABLES if name != Function.name])
-        raise ValueError(f"observable {given!r} is unknown. {hint}")
+        raise ValueError(f"observables: {shown(given)} is unknown. {hint}")
     return OBSERVABLES[given]()
 
 

@@ -5,17 +5,20 @@ from __future__ import annotations
 import errno
 import shutil
 import zipfile
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stickslip.checks import instance, shown
 from stickslip.extras import require_extra
 from stickslip.files import whole_file
 from stickslip.sweeps.errors import StoreRefused
 
 if TYPE_CHECKING:
-    from os import PathLike
+    pass
 
 __all__ = ["Place", "is_full", "place_of"]
 
@@ -146,7 +149,11 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
     from fsspec.core import url_to_fs
     from fsspec.implementations.local import LocalFileSystem
 
-    url, options = str(store), options or {}
+    if not isinstance(store, str | PathLike):
+        raise ValueError(f"store = {shown(store)} is neither a path nor an address.")
+    url = str(store)
+    options = {} if options is None else options
+    instance("storage_options", options, Mapping, "what the file system is told, by name")
     try:
         fs, path = url_to_fs(url, **options)
     except (ImportError, ValueError) as error:

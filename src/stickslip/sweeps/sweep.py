@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.analysis.arguments import checked_count
-from stickslip.checks import finite_number
+from stickslip.checks import check_callback, finite_number, instance, one_of, whole_number
 from stickslip.mechanics.eventmap.carriers import DEVICES
 from stickslip.numerics.gpu import require_gpu
 from stickslip.numerics.targets import available_threads
@@ -34,7 +33,6 @@ from stickslip.sweeps.store import (
     refuse_foreign,
 )
 from stickslip.sweeps.systems import as_system
-from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -179,9 +177,10 @@ def sweep(
     """
     if client is not None and threads is not None:
         raise ValueError("threads and client: a client's workers have their own threads.")
+    check_callback("progress", progress, "a Progress")
     # A GPU takes one tile after the other, each with as many orbits as it has threads.
     cores = 1 if device == "cuda" else available_threads()
-    cores = cores if threads is None else checked_count("threads", threads, 1)
+    cores = cores if threads is None else whole_number("threads", threads, 1)
     grid = as_axes(axes)
     job = _job(as_system(system), grid, as_observables(observables), seed, d0, device)
     sizes = _chunks(grid, job, chunks)
@@ -261,8 +260,7 @@ def _job(
 ) -> Job:
     """Check a description as a whole."""
     _check_device(device, system, observables)
-    if isinstance(seed, bool) or int(seed) != seed or not 0 <= seed < LARGEST_SEED:
-        raise ValueError(f"seed = {seed!r}: a whole number, 0 <= seed < 2^63, is needed.")
+    seed = whole_number("seed", seed, 0, at_most=LARGEST_SEED - 1)
     if d0 is not None:
         if D0 in axes:
             raise ValueError("d0 is an axis and a number: give one of them.")
@@ -280,14 +278,12 @@ def _job(
         if name != D0:
             _check_values(system, name, each_axis)
     shape = tuple(map(len, axes.values()))
-    return Job(system.on(device), tuple(axes), shape, observables, int(seed), d0, device)
+    return Job(system.on(device), tuple(axes), shape, observables, seed, d0, device)
 
 
 def _check_device(device: str, system: System, observables: tuple[Observable, ...]) -> None:
     """Refuse a device that is unknown, missing, or of no use for a sweep."""
-    if device not in DEVICES:
-        raise ValueError(f"device = {device!r} is unknown. {did_you_mean(str(device), DEVICES)}")
-    if device == "cpu":
+    if one_of("device", device, DEVICES) == "cpu":
         return
     system.on(device)
     for each in observables:
@@ -309,10 +305,11 @@ def _check_values(system: System, name: str, values: Axis) -> None:
 
 def _chunks(axes: Mapping[str, Axis], job: Job, given: Mapping[str, int] | None) -> tuple[int, ...]:
     chosen = dict(zip(job.names, default_chunks(job.shape, job.device), strict=True))
-    for name, size in (given or {}).items():
+    sizes = {} if given is None else instance("chunks", given, Mapping, "sizes by axis")
+    for name, size in sizes.items():
         if name not in axes:
             raise ValueError(f"chunks: {name!r} is no axis; the axes are {', '.join(axes)}.")
-        chosen[name] = min(checked_count(f"chunks[{name!r}]", size, 1), len(axes[name]))
+        chosen[name] = min(whole_number(f"chunks[{name!r}]", size, 1), len(axes[name]))
     return tuple(chosen[name] for name in job.names)
 
 

@@ -198,7 +198,11 @@ HOLDER = Holder()
             "is not a real number: a must be",
         ),
         (lambda s, a: a, {"parameters": {"a": 0.1, "aa": 0}}, "'aa'. Known: a. Did you mean 'a'?"),
-        (lambda s, a: a, {"parameters": {"a": 0.1, "a b": 0}}, "'a b' cannot name a parameter"),
+        (
+            lambda s, a: a,
+            {"parameters": {"a": 0.1, "a b": 0}},
+            "'a b' in parameters cannot name",
+        ),
         (lambda s: 0.5, {"slope": 3}, "slope of the friction law <lambda> is no function"),
         (lambda s: 0.5, {"forward": lambda s: 2.0}, "F(0) = 2.0"),
         (lambda s: 0.5, {"forward": lambda s, q: q}, "forward force of the friction law"),

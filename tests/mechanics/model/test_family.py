@@ -92,18 +92,18 @@ BAD = {
     "indefinite": (dict(stiffness=np.diag([1.0, 1.0, -1.0])), "positive definite"),
     "singular": (dict(stiffness=np.diag([1.0, 1.0, 0.0])), "positive definite"),
     "nan": (dict(stiffness=np.diag([1.0, 1.0, np.nan])), "not a finite number"),
-    "text": (dict(stiffness="soft"), "not a matrix of numbers"),
+    "text": (dict(stiffness="soft"), "not made of real numbers"),
     "damper": (dict(damping=-np.eye(3)), "positive semidefinite"),
     "mass": (dict(mass=[1, -1, 1]), r"mass\[1\] = -1"),
     "masses": (dict(mass=[1, 1]), "stiffness has the shape"),
     "limit": (dict(static=[1, 0, 1]), r"static\[1\] = 0"),
-    "limits": (dict(static=[1, 1]), "entries for 3 blocks"),
+    "limits": (dict(static=[1, 1]), "for 3 blocks"),
     "laws": (dict(friction=[LAW]), "1 laws for 3 blocks"),
     "law": (dict(friction=0.22), "neither a friction law"),
     "velocity": (dict(V=-0.1), "mirror image"),
     "rest": (dict(V=0), "forced models only"),
     "forcing": (dict(forcing=0.5), "must be a Harmonic"),
-    "amplitudes": (dict(forcing=ss.Harmonic([0.5, 0.1], 1.0)), "2 entries for 3 blocks"),
+    "amplitudes": (dict(forcing=ss.Harmonic([0.5, 0.1], 1.0)), "2 for 3 blocks"),
 }
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from stickslip.analysis.arguments import checked_count, checked_range
+from stickslip.analysis.arguments import checked_range
 from stickslip.analysis.nd.equations import DepartureND, LinearizedND, OrbitEquationsND
 from stickslip.analysis.nd.orbit_branch import (
     EndReasonND,
@@ -17,6 +17,7 @@ from stickslip.analysis.nd.orbit_branch import (
     PassedBifurcationND,
 )
 from stickslip.analysis.nd.protocol import sample
+from stickslip.checks import whole_number
 from stickslip.numerics.continuation import (
     Curve,
     CurvePoint,
@@ -102,7 +103,7 @@ def continue_orbit(
     low, high = checked_range(f, name, range)
     if not 0 < max_step <= 1:
         raise ValueError(f"max_step = {max_step!r}: a share of the range is needed, 0 to 1.")
-    max_points = checked_count("max_points", max_points, 1)
+    max_points = whole_number("max_points", max_points, 1)
     follower = _Follower(f, name, low, high, max_step, max_points)
     start = follower.start(orbit)
     ahead = follower.go(start)

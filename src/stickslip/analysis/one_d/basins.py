@@ -21,6 +21,7 @@ from stickslip.analysis.one_d.basin_edges import EdgeCause, explain, first_cause
 from stickslip.analysis.one_d.basin_pieces import LEFT, UNDECIDED, first_pieces, refined
 from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.protocol import checked_points, domain_width
+from stickslip.checks import finite_number, instance, whole_number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -149,10 +150,14 @@ def basins(
     -----
     An attractor missing from `found` makes its basin undecided, not another's.
     """
-    if not 0 < resolution < 1:
-        raise ValueError(f"resolution = {resolution} must lie between 0 and 1 (of the domain)")
+    resolution = finite_number("resolution", resolution, above=0.0, at_most=1.0)
+    max_rounds = whole_number("max_rounds", max_rounds, 0)
     table = branch_table(f).laps
-    known = attractors(f) if found is None else found
+    known = (
+        attractors(f)
+        if found is None
+        else instance("found", found, AttractorList, "the result of ss.attractors(f)")
+    )
     pieces = first_pieces(f, table, known)
     causes = first_causes(f, table, pieces.edges)
     pieces, rounds, floor = pieces.joined(), 0, SLIVER

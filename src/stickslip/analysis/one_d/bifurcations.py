@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.arguments import checked_count, checked_range
+from stickslip.analysis.arguments import checked_range
 from stickslip.analysis.bifurcation import (
     Bifurcation,
     BifurcationList,
@@ -28,6 +28,7 @@ from stickslip.analysis.one_d.parameter_point import ParameterPoint, parameter_p
 from stickslip.analysis.one_d.survey import Survey
 from stickslip.analysis.shooting import solve_orbit
 from stickslip.analysis.threads import in_threads
+from stickslip.checks import check_callback, whole_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -92,11 +93,12 @@ def bifurcations(
     """
     lo, hi = checked_range(f, name, range)
     family = Family(f, name, window)
+    check_callback("progress", progress, "the share of the work that is done")
     tell = progress if progress is not None else _nobody
     survey = Survey(
-        family, lo, hi, checked_count("max_period", max_period, 1), lambda share: tell(HALF * share)
+        family, lo, hi, whole_number("max_period", max_period, 1), lambda share: tell(HALF * share)
     )
-    survey.run(checked_count("n_values", N_VALUES if n_values is None else n_values, 3))
+    survey.run(whole_number("n_values", N_VALUES if n_values is None else n_values, 3))
     return _Report(survey, f, tell).made()
 
 

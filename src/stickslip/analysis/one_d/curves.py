@@ -116,8 +116,8 @@ def _start(
     b: Any, system: MapFamily, along: str, range: tuple[float, float], solve_for: str
 ) -> tuple[Plane, float, float]:
     """Check the arguments; return the plane and where the curve starts."""
-    for name in (along, solve_for):
-        checked_parameter(system, name)
+    for role, name in (("along", along), ("solve_for", solve_for)):
+        checked_parameter(system, name, role)
     if along == solve_for:
         raise ValueError(f"along = solve_for = {along!r}: two different parameters are needed.")
     if isinstance(b.condition, Crossing):

@@ -18,10 +18,12 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
+from stickslip.analysis.attractors import Attractor
 from stickslip.analysis.lyapunov import LyapunovExponent, advance
 from stickslip.analysis.one_d.bands import inside
 from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.protocol import domain_width
+from stickslip.checks import instance, whole_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,11 +31,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike
 
-    from stickslip.analysis.attractors import Attractor
     from stickslip.analysis.one_d.laps import Laps
     from stickslip.analysis.protocol import Floats, Map1D
 
 CELLS: Final = 2000
+MOST_CELLS: Final = 10**7
 PIECES: Final = 8  # of a cell, on which the map is taken as linear
 IMAGES: Final = 24  # images of lap ends that become cell edges
 APART: Final = 1e-9  # of the domain's width: edges closer than this are one
@@ -125,13 +127,13 @@ def invariant_density(f: Map1D, attractor: Attractor, *, cells: int = CELLS) -> 
         The attractor is not chaotic: a cycle's measure sits on its points and has no density.
         Or there are fewer than 16 cells.
     """
+    instance("attractor", attractor, Attractor, "an attractor, such as ss.attractors(f)[0]")
+    cells = whole_number("cells", cells, 16, at_most=MOST_CELLS)
     if attractor.kind != "chaotic":
         raise ValueError(
             f"the attractor is {attractor.kind}: only a chaotic one has a density; "
             "a cycle spends an equal share of its time on each of its points"
         )
-    if cells < 16:
-        raise ValueError(f"cells = {cells} must be at least 16")
     table = branch_table(f).laps
     coarse = _ulam(f, table, attractor.bands, cells // 2)
     left, right, mass, exponent = _ulam(f, table, attractor.bands, cells)

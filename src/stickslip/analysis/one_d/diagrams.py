@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.arguments import checked_count, checked_parameter
+from stickslip.analysis.arguments import checked_parameter
 from stickslip.analysis.diagram import AttractorTable, Diagram, OrbitCurve
 from stickslip.analysis.one_d.break_lines import follow_breaks
 from stickslip.analysis.one_d.filling import fill
@@ -18,6 +18,7 @@ from stickslip.analysis.one_d.strands import trace_strands
 from stickslip.analysis.one_d.survey import Survey
 from stickslip.analysis.protocol import domain_width
 from stickslip.analysis.threads import in_threads
+from stickslip.checks import check_callback, flag, real_numbers, whole_number
 from stickslip.numerics.targets import available_threads
 
 if TYPE_CHECKING:
@@ -103,9 +104,11 @@ def bifurcation_diagram(
     """
     grid = _checked_values(values)
     checked_parameter(family, name)
-    checked_count("max_period", max_period, 1)
-    checked_count("iterates", iterates, 1)
-    checked_count("lists", lists, 2)
+    whole_number("max_period", max_period, 1)
+    whole_number("iterates", iterates, 1)
+    whole_number("lists", lists, 2)
+    attractors = flag("attractors", attractors)
+    check_callback("progress", progress, "the share of the work that is done")
     report = progress or (lambda share: None)
     survey = Survey(
         Family(family, name, window),
@@ -139,7 +142,7 @@ def bifurcation_diagram(
 
 
 def _checked_values(values: ArrayLike) -> Floats:
-    grid = np.array(values, dtype=np.float64)
+    grid = real_numbers("values", values).copy()
     if grid.ndim != 1 or grid.size < 2 or not np.isfinite(grid).all() or (np.diff(grid) <= 0).any():
         raise ValueError(
             f"values of shape {grid.shape}: at least two finite numbers in ascending order are "

@@ -14,6 +14,7 @@ from stickslip.analysis.one_d.pieces import TooManyPiecesError, pieces_of_powers
 from stickslip.analysis.one_d.table import RESOLUTION, branch_table
 from stickslip.analysis.orbits import NearFold, OrbitList, PeriodicOrbit
 from stickslip.analysis.shooting import Polished, polish
+from stickslip.checks import whole_number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -79,9 +80,12 @@ def periodic_orbits(
     >>> [(orbit.period, orbit.stable) for orbit in ss.periodic_orbits(f, 4)]
     [(1, False), (1, False), (2, True)]
     """
-    highest = _checked_period("max_period", max_period) if period is None else period
-    highest = _checked_period("period", highest)
-    wanted = range(1, highest + 1) if period is None else range(period, period + 1)
+    if period is None:
+        highest = whole_number("max_period", max_period)
+        wanted = range(1, highest + 1)
+    else:
+        highest = whole_number("period", period)
+        wanted = range(highest, highest + 1)
     table = branch_table(f, resolution)
     search = _Search(table)
     for p, pieces in search.powers(highest):
@@ -90,12 +94,6 @@ def periodic_orbits(
             if infinitely_unstable:
                 search.add_jump_orbits(pieces)
     return search.result(highest)
-
-
-def _checked_period(name: str, value: Any) -> int:
-    if isinstance(value, bool) or int(value) != value or value < 1:
-        raise ValueError(f"{name} = {value!r}: a period is a whole number >= 1.")
-    return int(value)
 
 
 @dataclass(frozen=True)

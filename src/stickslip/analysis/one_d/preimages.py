@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from stickslip.analysis.one_d.table import RESOLUTION, branch_table
+from stickslip.checks import finite_number
 
 if TYPE_CHECKING:
     from stickslip.analysis.protocol import Floats, Map1D
@@ -47,9 +47,7 @@ def preimages(f: Map1D, x: float, *, resolution: float = RESOLUTION) -> Floats:
     >>> tent.preimages(0.5)
     array([0.25, 0.75])
     """
-    value = float(x)
-    if not math.isfinite(value):
-        raise ValueError(f"x = {x!r}: the value whose preimages are sought must be finite.")
+    value = finite_number("x", x, why="It is the value whose preimages are sought.")
     laps = branch_table(f, resolution).laps
     slack = SAME * max(abs(end) for end in f.domain)
     reached = np.flatnonzero((laps.value_min <= value + slack) & (laps.value_max >= value - slack))

@@ -22,6 +22,7 @@ from stickslip.analysis.one_d.mesh import Mesh
 from stickslip.analysis.one_d.pieces import TooManyPiecesError, pieces_of_powers
 from stickslip.analysis.one_d.powers import Hints, hints_of
 from stickslip.analysis.protocol import base_and_exponent
+from stickslip.checks import finite_number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -179,6 +180,7 @@ def branch_table(f: Map1D, resolution: float = RESOLUTION) -> BranchTable:
         The resolution is not positive or not small beside the domain.
     """
     lo, hi = f.domain
+    resolution = finite_number("resolution", resolution)
     if not 0 < resolution <= 1e-3 * (hi - lo):
         raise ValueError(
             f"resolution = {resolution!r}: a positive number, at most a thousandth of the "

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from scipy.optimize import brentq
 
-from stickslip.checks import checked_interval
+from stickslip.checks import checked_interval, instance, shown, whole_number
 from stickslip.mechanics.cycle.branch import (
     CycleBifurcation,
     CycleBranch,
@@ -23,6 +23,7 @@ from stickslip.mechanics.cycle.section import Shot
 from stickslip.mechanics.cycle.shooting import Shooter
 from stickslip.mechanics.cycle.sliding import modes
 from stickslip.mechanics.cycle.touches import Touch, touches
+from stickslip.mechanics.model.arguments import checked_model, checked_parameter
 from stickslip.numerics.continuation import (
     Curve,
     CurvePoint,
@@ -32,7 +33,6 @@ from stickslip.numerics.continuation import (
     WalkEnd,
     turns_back,
 )
-from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -89,6 +89,7 @@ def continue_cycle(
     other modes. Derivation: docs/theory/cycles.md.
     """
     low, high = _checked(cycle, model, parameter, range)
+    max_points = whole_number("max_points", max_points)
     walks = [
         _Walk(cycle, model, parameter, (low, high), sign, max_points).run() for sign in (-1, 1)
     ]
@@ -113,9 +114,8 @@ def continue_cycle(
 def _checked(
     cycle: Cycle, model: Model, parameter: str, ends: tuple[float, float]
 ) -> tuple[float, float]:
-    if parameter not in model.parameters:
-        known = did_you_mean(parameter, list(model.parameters))
-        raise ValueError(f"{parameter!r} is not a parameter of this model. {known}")
+    instance("cycle", cycle, Cycle, "a cycle, such as ss.find_cycle(model, x, v)")
+    checked_parameter("parameter", checked_model(model), parameter)
     low, high = checked_interval("range", ends)
     own = model.parameters[parameter]
     if not low <= own <= high:
@@ -126,7 +126,7 @@ def _checked(
     for end in (low, high):
         model.replace(**{parameter: end})
     if cycle.model != model:
-        raise ValueError("the cycle is not one of this model. Take cycle.model.")
+        raise ValueError(f"the cycle is not one of model = {shown(model)}. Take cycle.model.")
     if not cycle.events and not (np.abs(np.abs(cycle.multipliers) - 1.0) > 1e-9).any():
         raise ValueError(
             "this motion belongs to a neutral family, which fills a region: it is no limit cycle "

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.checks import checked_interval
+from stickslip.checks import checked_interval, shown
 from stickslip.mechanics.cycle.hopf import NEUTRAL, HopfPoint, hopf_points
 from stickslip.mechanics.cycle.neutral import NeutralFamily, neutral_family
 from stickslip.mechanics.cycle.sliding import Model, modes, steady_displacements
+from stickslip.mechanics.model.arguments import checked_model
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -109,11 +110,11 @@ def equilibria(
     >>> sliding.hopf_points[0]
     HopfPoint: V = 0.2, frequency 1, subcritical, calms as V grows
     """
-    structure = model.structure
+    structure = checked_model(model).structure
     if structure.is_forced:
         raise ValueError(
-            "a forced model has no equilibrium. Take the model without its forcing, "
-            "model.replace(forcing=None)."
+            f"model = {shown(model)} is forced: it has no equilibrium. Take the model "
+            "without its forcing, model.replace(forcing=None)."
         )
     low, high = checked_interval("speeds", speeds)
     if low <= 0.0:

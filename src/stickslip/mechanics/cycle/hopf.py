@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
+from stickslip.checks import finite_number
 from stickslip.mechanics.cycle.sliding import (
     Model,
     Modes,
@@ -87,11 +88,12 @@ class HopfPoint:
         """
         if self.lyapunov is None or self.criticality is None:
             raise ValueError("the first Lyapunov coefficient of this point is unknown or zero")
-        square = -self.crossing * (float(V) - self.V) / self.lyapunov
+        square = -self.crossing * (finite_number("V", V) - self.V) / self.lyapunov
         return float(np.sqrt(square)) if square >= 0.0 else float("nan")
 
     def state(self, amplitude: float) -> tuple[Floats, Floats]:
         """Displacements and velocities on the linear mode with an amplitude, shape (N,) each."""
+        amplitude = finite_number("amplitude", amplitude)
         x = steady_displacements(self.model, self.V)
         v = amplitude * (1j * self.frequency * self.mode).real
         return x + amplitude * self.mode.real, np.asarray(v)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from scipy.linalg import eigh
 
+from stickslip.checks import real_numbers, shown
 from stickslip.mechanics.cycle.sliding import Model, steady_displacements
 
 if TYPE_CHECKING:
@@ -50,10 +51,19 @@ class NeutralFamily:
 
     def amplitudes(self, x: ArrayLike, v: ArrayLike) -> Floats:
         """Amplitude of each mode in the motion through a state, shape (N,)."""
-        offset = np.asarray(x, dtype=np.float64) - self.x
+        offset = self._vector("x", x) - self.x
         cosine = np.linalg.solve(self.modes, offset)
-        sine = np.linalg.solve(self.modes, np.asarray(v, dtype=np.float64)) / self.frequencies
+        sine = np.linalg.solve(self.modes, self._vector("v", v)) / self.frequencies
         return np.hypot(cosine, sine)
+
+    def _vector(self, name: str, values: ArrayLike) -> Floats:
+        array = real_numbers(name, values)
+        if array.shape != self.x.shape or not np.isfinite(array).all():
+            raise ValueError(
+                f"{name} = {shown(values)} is not allowed: {name} must be {self.x.size} finite "
+                "numbers, one per block."
+            )
+        return array
 
     def clearance(self, x: ArrayLike, v: ArrayLike) -> float:
         """Least distance in velocity that a motion keeps from the belt, over all blocks.

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 
 from stickslip import status as status_codes
+from stickslip.checks import whole_number
 from stickslip.mechanics.cycle.cycle import NEUTRAL, Cycle, cycle_of, events_of
 from stickslip.mechanics.cycle.section import Shot
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
 from stickslip.mechanics.cycle.sliding import modes
 from stickslip.mechanics.cycle.slip_cycle import slip_cycle
-from stickslip.mechanics.flow.settings import positive_integer, tolerance
+from stickslip.mechanics.flow.settings import tolerance
+from stickslip.mechanics.model.arguments import checked_model, state_vector
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -81,20 +83,13 @@ def find_cycle(
     derivative of the flow through all events (saltation). The multipliers are the eigenvalues
     of that derivative.
     """
-    max_events = positive_integer("max_events", max_events, "changes of mode that are followed")
-    position, velocity = _vector("x", x, model), _vector("v", v, model)
+    max_events = whole_number("max_events", max_events, what="changes of mode that are followed")
+    checked_model(model)
+    position, velocity = state_vector("x", x, model), state_vector("v", v, model)
     search = _Search(model, tolerance(rtol))
     if model.structure.is_forced:
         return search.forced(position, velocity, max_events)
     return search.free(position, velocity, max_events)
-
-
-def _vector(name: str, values: ArrayLike, model: Model) -> Floats:
-    array = np.asarray(values, dtype=np.float64)
-    n = model.n_blocks
-    if array.shape != (n,) or not np.isfinite(array).all():
-        raise ValueError(f"{name} = {values!r} is not allowed: {n} finite numbers, one per block")
-    return array
 
 
 class NoCycleError(ValueError):

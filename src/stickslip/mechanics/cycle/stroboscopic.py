@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import status as status_codes
+from stickslip.checks import real_numbers, shown, whole_number
 from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.cycle.shooting import Leg, Shooter
-from stickslip.mechanics.flow.settings import positive_integer, tolerance
+from stickslip.mechanics.flow.settings import tolerance
+from stickslip.mechanics.model.arguments import checked_model, checked_parameter
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -41,16 +43,17 @@ class StroboscopicMap:
     """
 
     def __init__(self, model: Model, *, rtol: float = 1e-15, max_events: int = 10_000) -> None:
-        forcing = getattr(model, "forcing", None)
+        forcing = getattr(checked_model(model), "forcing", None)
         if not model.structure.is_forced or forcing is None:
             raise ValueError(
-                "an unforced model has no period to look at it by. Take stickslip.event_map(model) "
-                "from one global stick phase to the next, or give the model forcing=Harmonic(...)."
+                f"model = {shown(model)} is unforced: it has no period to look at "
+                "it by. Take stickslip.event_map(model) from "
+                "one global stick phase to the next, or give the model forcing=Harmonic(...)."
             )
         self.model = model
         self.period = float(forcing.period)
         self.rtol = tolerance(rtol)
-        self.max_events = positive_integer("max_events", max_events, "events in one period")
+        self.max_events = whole_number("max_events", max_events, what="events in one period")
 
     @property
     def n_states(self) -> int:
@@ -104,7 +107,7 @@ class StroboscopicMap:
     def iterate(self, state: ArrayLike, n: int) -> Floats:
         """Apply the map ``n`` times, keeping every state, shape (..., n + 1, 2 N)."""
         states = self._checked(state)
-        count = positive_integer("n", n, "periods")
+        count = whole_number("n", n, what="periods")
         shooter = Shooter(self.model, rtol=self.rtol, tangents=False)
         rows = states.reshape(-1, self.n_states)
         orbits = np.full((len(rows), count + 1, self.n_states), np.nan)
@@ -125,8 +128,9 @@ class StroboscopicMap:
             ``cycle.x, cycle.v`` is a point of the map, ``cycle.period / self.period`` how often
             the map is applied until it comes back. Errors as for `stickslip.find_cycle`.
         """
-        x, v = np.split(self._checked(state), 2)
-        return find_cycle(self.model, x, v, max_events=max_periods, rtol=self.rtol)
+        x, v = np.split(self._one(state), 2)
+        periods = whole_number("max_periods", max_periods)
+        return find_cycle(self.model, x, v, max_events=periods, rtol=self.rtol)
 
     def lyapunov_exponents(self, state: ArrayLike, n: int, *, transient: int = 100) -> Floats:
         """Lyapunov exponents of the motion from a state, descending, shape (2 N,).
@@ -134,8 +138,11 @@ class StroboscopicMap:
         Mean over ``n`` periods after ``transient``, per unit of time; -inf for directions that
         sticking forgets. Benettin et al., Meccanica 15, 9 (1980).
         """
-        count = positive_integer("n", n, "periods")
-        here = self.iterate(self._checked(state), max(1, transient))[-1]
+        count = whole_number("n", n, what="periods")
+        settle = whole_number("transient", transient, 0, what="periods")
+        here = self._one(state)
+        if settle:
+            here = self.iterate(here, settle)[-1]
         shooter = Shooter(self.model, rtol=self.rtol)
         frame, sums = np.eye(self.n_states), np.zeros(self.n_states)
         for _ in range(count):
@@ -157,10 +164,11 @@ class StroboscopicMap:
         Each value starts where the one before it ended, ``transient`` periods before the first
         of the ``n`` states kept.
         """
-        here = self._checked(state)
-        kept = positive_integer("n", n, "states kept")
-        settle = positive_integer("transient", transient, "periods")
-        grid = np.asarray(values, dtype=np.float64).ravel()
+        checked_parameter("name", self.model, name)
+        here = self._one(state)
+        kept = whole_number("n", n, what="states kept")
+        settle = whole_number("transient", transient, what="periods")
+        grid = real_numbers("values", values).ravel()
         visited = np.full((len(grid), kept, self.n_states), np.nan)
         for row, value in zip(visited, grid, strict=True):
             orbit = self.replace(**{name: float(value)}).iterate(here, settle + kept - 1)
@@ -171,14 +179,23 @@ class StroboscopicMap:
     # --- inside ---------------------------------------------------------------------------
 
     def _checked(self, state: ArrayLike) -> Floats:
-        states = np.asarray(state, dtype=np.float64)
+        states = real_numbers("state", state)
         if states.ndim == 0 or states.shape[-1] != self.n_states or not np.isfinite(states).all():
             n = self.model.n_blocks
             raise ValueError(
-                f"state = {state!r} is not allowed: its last axis must hold {2 * n} finite "
+                f"state = {shown(state)} is not allowed: its last axis must hold {2 * n} finite "
                 f"numbers, {n} displacements and {n} velocities."
             )
         return states
+
+    def _one(self, state: ArrayLike) -> Floats:
+        """Check a state where an array of them has no meaning."""
+        one = self._checked(state)
+        if one.ndim != 1:
+            raise ValueError(
+                f"state has the shape {one.shape}: one state of {self.n_states} numbers is needed."
+            )
+        return one
 
     def _leg(self, shooter: Shooter, state: Floats) -> Leg:
         x, v = np.split(state, 2)

@@ -11,11 +11,12 @@ import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
 from stickslip import status as status_codes
+from stickslip.checks import instance, whole_number
 from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.section import Word, word_of
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
-from stickslip.mechanics.flow.settings import positive_integer
 from stickslip.mechanics.flow.system import STICK
+from stickslip.mechanics.model.arguments import state_vector
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -83,9 +84,10 @@ class TrappingBall:
         ValueError
             A count that is not allowed.
         """
-        count = positive_integer("max_events", max_events, "events that are followed")
+        count = whole_number("max_events", max_events, what="events that are followed")
         shooter = Shooter(self.cycle.model, tangents=False)
-        state = shooter.start(np.asarray(x, dtype=float), np.asarray(v, dtype=float))
+        model = self.cycle.model
+        state = shooter.start(state_vector("x", x, model), state_vector("v", v, model))
         for number in range(count):
             if (state.mode == self._map.start.mode).all():
                 offset = (state.vector - self._map.start.vector)[self._map.free]
@@ -158,6 +160,7 @@ def trapping_ball(cycle: Cycle) -> TrappingBall | None:
     The norm solves ``A' Q A - s^2 Q = -1`` for the derivative A at the cycle and s between its
     spectral radius and 1, so that ``|A|_Q < s`` also where A is far from normal.
     """
+    instance("cycle", cycle, Cycle, "a cycle, such as ss.find_cycle(model, x, v)")
     if cycle.model.structure.is_forced:
         raise ValueError("the cycle of a forced model has no return map from event to event")
     section = _Return(cycle)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.checks import MOST_STEPS, whole_number
 from stickslip.mechanics.eventmap.records import BlockScratch, Controls, Outputs, new_outputs
 from stickslip.mechanics.eventmap.result import EventMapResult
 from stickslip.mechanics.flow.blocks.engine import BlockEngine, block_engine
@@ -18,7 +19,7 @@ from stickslip.mechanics.flow.blocks.system import (
     block_directions,
     new_block_motion,
 )
-from stickslip.mechanics.flow.settings import positive_integer, time_limit, tolerance
+from stickslip.mechanics.flow.settings import time_limit, tolerance
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.numerics.targets import available_threads, instantiate, launch
 
@@ -64,12 +65,12 @@ class BlocksEventMap:
             )
         self.model = model
         self.rtol = tolerance(rtol)
-        self.max_events = positive_integer("max_events", max_events, "events of one motion")
+        self.max_events = whole_number("max_events", max_events, what="events of one motion")
         self.max_time = time_limit(max_time)
         self.threads = (
             available_threads()
             if threads is None
-            else positive_integer("threads", threads, "processor cores used")
+            else whole_number("threads", threads, what="processor cores used")
         )
         self._engine: BlockEngine = block_engine(model)
         self._local = threading.local()
@@ -220,11 +221,10 @@ class BlocksEventMap:
         ValueError
             Some ``d`` is outside the domain; ``n`` is negative.
         """
-        if isinstance(n, bool) or int(n) != n or n < 0:
-            raise ValueError(f"n = {n!r} is not allowed: n is a number of steps, 0 or more.")
+        n = whole_number("n", n, 0, at_most=MOST_STEPS, what="applications of the map")
         points = self.model.admit(d)
         rows = points.reshape(-1, self.dimension)
-        orbits = np.empty((len(rows), int(n) + 1, self.dimension))
+        orbits = np.empty((len(rows), n + 1, self.dimension))
         orbits[:, 0] = rows
         engine = self._engine
 
@@ -242,7 +242,7 @@ class BlocksEventMap:
             )
 
         launch(task, len(rows), self.threads, max(1, SMALLEST_TILE // max(1, int(n))))
-        return orbits.reshape(*points.shape[:-1], int(n) + 1, self.dimension)
+        return orbits.reshape(*points.shape[:-1], n + 1, self.dimension)
 
     # --- kernels --------------------------------------------------------------------------
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from stickslip.checks import one_of
 from stickslip.mechanics.eventmap.carrier import Carrier, PlainCarrier
 from stickslip.mechanics.eventmap.damped_carrier import DampedCarrier
 from stickslip.mechanics.eventmap.lane_carrier import LaneCarrier
@@ -11,7 +12,6 @@ from stickslip.mechanics.eventmap.lanes import lanes_serve
 from stickslip.mechanics.eventmap.pool_carrier import PoolCarrier
 from stickslip.mechanics.flow.engine import EngineName, engine_for
 from stickslip.mechanics.friction.series import law_series
-from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from stickslip.mechanics.eventmap.records import Controls
@@ -33,9 +33,7 @@ def carrier_for(
         As in `engine_for`; an unknown device; 'cuda' without a GPU, or for a model that only
         the CPU carries.
     """
-    if device not in DEVICES:
-        raise ValueError(f"device = {device!r} is unknown. {did_you_mean(str(device), DEVICES)}")
-    if device == "cuda":
+    if one_of("device", device, DEVICES) == "cuda":
         from stickslip.mechanics.eventmap.cuda_carrier import CudaCarrier  # needs numba-cuda
 
         return CudaCarrier(model, engine, controls)

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip.checks import MOST_STEPS, whole_number
 from stickslip.mechanics.eventmap.carrier import Carrier
 from stickslip.mechanics.eventmap.carriers import carrier_for
 from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.eventmap.result import EventMapResult
 from stickslip.mechanics.flow.engine import EngineName
-from stickslip.mechanics.flow.settings import positive_integer, time_limit, tolerance
+from stickslip.mechanics.flow.settings import time_limit, tolerance
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import available_threads
 
@@ -47,14 +48,14 @@ class EventMap:
             raise ValueError(f"model = {model!r} is not a model. Take ss.TwoBlock(...).")
         self.model = model
         self.rtol = tolerance(rtol)
-        self.max_events = positive_integer("max_events", max_events, "events of one motion")
+        self.max_events = whole_number("max_events", max_events, what="events of one motion")
         self.max_time = time_limit(max_time)
         self.engine: EngineName = engine
         self.device = device
         self.threads = (
             available_threads()
             if threads is None
-            else positive_integer("threads", threads, "processor cores used")
+            else whole_number("threads", threads, what="processor cores used")
         )
         controls = Controls(self.rtol, self.max_events, self.max_time)
         self._carrier = self._carrier_of(controls)
@@ -266,13 +267,12 @@ class EventMap:
         ValueError
             Some ``d`` is NaN or outside the domain; ``n`` is negative.
         """
-        if isinstance(n, bool) or int(n) != n or n < 0:
-            raise ValueError(f"n = {n!r} is not allowed: n is a number of steps, 0 or more.")
+        n = whole_number("n", n, 0, at_most=MOST_STEPS, what="applications of the map")
         points = self.model.admit(d)
-        orbits = np.empty((points.size, int(n) + 1))
+        orbits = np.empty((points.size, n + 1))
         orbits[:, 0] = points.ravel()
         self._carrier.iterate(orbits)
-        return orbits.reshape(*points.shape, int(n) + 1)
+        return orbits.reshape(*points.shape, n + 1)
 
 
 def _shaped(values: Floats, shape: tuple[int, ...]) -> float | Floats:

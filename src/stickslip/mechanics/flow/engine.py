@@ -11,6 +11,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.checks import one_of
 from stickslip.mechanics.flow.system import ALPHA, BETA, LAWS, START, VELOCITY, System
 from stickslip.mechanics.friction import Coulomb
 from stickslip.mechanics.friction.code import LawCode, law_code
@@ -95,8 +96,7 @@ def engine_for(model: TwoBlock, engine: EngineName = "auto") -> Engine:
     ValueError
         Unknown engine, or "exact" for a law whose motion has no closed form.
     """
-    if engine not in ENGINES:
-        raise ValueError(f"engine = {engine!r} is unknown. {did_you_mean(str(engine), ENGINES)}")
+    one_of("engine", engine, ENGINES)
     exact = all(map(is_constant, model.laws))
     if engine == "exact" and not exact:
         raise ValueError(

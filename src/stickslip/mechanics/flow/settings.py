@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from stickslip.checks import finite_number
 
 # Steps in zero time, for each block, after which the modes count as undecidable (rule 5).
@@ -23,19 +21,6 @@ def tolerance(rtol: object) -> float:
     why = "rtol is the local truncation error of the adaptive engine."
     number = finite_number("rtol", rtol, above=0.0, at_most=1e-3, why=why)
     return max(number, 1e-16)
-
-
-def positive_integer(name: str, value: object, what: str) -> int:
-    """Return a count as an int.
-
-    Raises
-    ------
-    ValueError
-        Not an integer, or below 1.
-    """
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise ValueError(f"{name} = {value!r} is not allowed: {name} ({what}) is an integer >= 1.")
-    return int(value)
 
 
 def time_limit(value: object) -> float:

@@ -7,7 +7,8 @@ import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from stickslip.mechanics.flow.settings import positive_integer, tolerance
+from stickslip.checks import whole_number
+from stickslip.mechanics.flow.settings import tolerance
 from stickslip.mechanics.flow.slip import Slip, SlipTracker
 from stickslip.mechanics.flow.trajectory import (
     Model,
@@ -120,7 +121,7 @@ def slips(
     most = (
         sys.maxsize
         if max_events is None
-        else positive_integer("max_events", max_events, "changes of mode")
+        else whole_number("max_events", max_events, what="changes of mode")
     )
     recorder = recorder_for(model, engine, rtol=tolerance(rtol), dense=False, last=1)
     start(recorder, model, x, v, d)

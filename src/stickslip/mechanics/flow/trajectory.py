@@ -13,14 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import status as status_codes
-from stickslip.checks import finite_number
+from stickslip.checks import finite_number, one_of, real_numbers, whole_number
 from stickslip.mechanics.flow.blocks.engine import block_engine
 from stickslip.mechanics.flow.blocks.recorder import BlocksRecorder
-from stickslip.mechanics.flow.engine import EngineName, engine_for
+from stickslip.mechanics.flow.engine import ENGINES, EngineName, engine_for
 from stickslip.mechanics.flow.recorder import Recorded, Recorder
-from stickslip.mechanics.flow.settings import positive_integer, tolerance
+from stickslip.mechanics.flow.settings import tolerance
 from stickslip.mechanics.flow.slip import Slip, SlipTracker
 from stickslip.mechanics.flow.two_block_recorder import TwoBlockRecorder
+from stickslip.mechanics.model.arguments import checked_model, state_vector
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
 
@@ -229,7 +230,7 @@ class Trajectory:
     # --- inside -------------------------------------------------------------------------------
 
     def _checked(self, t: ArrayLike) -> Floats:
-        times = np.asarray(t, dtype=np.float64)
+        times = real_numbers("t", t)
         end = float(self._record.t[-1])
         bad = ~((times >= 0.0) & (times <= end))
         if bad.any():
@@ -356,14 +357,13 @@ def simulate(
     >>> trajectory.x([0.0, 100.0]).shape
     (2, 2)
     """
-    if record not in ("motion", "events"):
-        raise ValueError(f"record = {record!r}; allowed: 'motion', 'events'")
-    if until not in (None, "stick"):
-        raise ValueError(f"until = {until!r}; allowed: 'stick' or None")
+    one_of("record", record, ("motion", "events"))
+    if until is not None:
+        one_of("until", until, ("stick",))
     if t_end is None and until is None:
         raise ValueError("give an end: t_end= a time, until='stick', or both")
     end = math.inf if t_end is None else end_time(t_end)
-    max_events = positive_integer("max_events", max_events, "changes of mode of one trajectory")
+    max_events = whole_number("max_events", max_events, what="changes of mode of one trajectory")
     recorder = recorder_for(model, engine, rtol=tolerance(rtol), dense=record == "motion")
     start(recorder, model, x, v, d)
     status = recorder.run(end, max_events, until_stick=until == "stick")
@@ -391,12 +391,8 @@ def recorder_for(
     """Choose what follows the motion of a model; its settings as in `Recorder`."""
     if isinstance(model, TwoBlock) and model.damping == 0.0:
         return TwoBlockRecorder(engine_for(model, engine), rtol=rtol, dense=dense, last=last)
-    if not isinstance(model, BeltModel | TwoBlock):
-        raise ValueError(
-            f"model = {model!r} is not a model. Take ss.TwoBlock(...), ss.Chain(...), "
-            "ss.Blocks(...) or ss.Oscillator(...)."
-        )
-    if engine == "exact":
+    checked_model(model)
+    if one_of("engine", engine, ENGINES) == "exact":
         raise ValueError(
             "engine = 'exact' is that of two undamped blocks with constant friction; other models "
             "have one engine, whose series are exact to rounding. Take engine='auto'."
@@ -423,12 +419,4 @@ def start(
             raise ValueError("a forced model starts from a state: give x and v instead of d")
         recorder.start_on_belt(model.admit(d))
         return
-    recorder.start(_state_vector("x", x, model), _state_vector("v", v, model))
-
-
-def _state_vector(name: str, values: ArrayLike | None, model: Model) -> Floats:
-    array = np.asarray(values, dtype=np.float64)
-    n = model.n_blocks
-    if array.shape != (n,) or not np.isfinite(array).all():
-        raise ValueError(f"{name} = {values!r} is not allowed: {n} finite numbers, one per block")
-    return array
+    recorder.start(state_vector("x", x, model), state_vector("v", v, model))

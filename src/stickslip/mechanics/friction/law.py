@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from numbers import Real
 from typing import (
     Annotated,
     Any,
@@ -21,7 +22,7 @@ from typing import (
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.checks import finite_number
+from stickslip.checks import finite_number, flag, instance, real_numbers, shown
 from stickslip.mechanics.friction.formula import (
     Formula,
     TracedFormula,
@@ -68,10 +69,11 @@ class FrictionLaw:
             above = allowed.low if allowed.above else -math.inf
             low, high = allowed.low, allowed.high
             return finite_number(name, value, above=above, at_least=low, at_most=high, of=owner)
-        if isinstance(value, (bool, str)) or value not in allowed.values:
+        is_number = isinstance(value, Real) and not isinstance(value, bool)
+        if not is_number or value not in allowed.values:
             choices = " or ".join(map(str, allowed.values))
             raise ValueError(
-                f"{name} = {value!r} of {owner} is not allowed: {name} must be {choices}."
+                f"{name} = {shown(value)} of {owner} is not allowed: {name} must be {choices}."
             )
         return int(value)
 
@@ -107,7 +109,7 @@ class FrictionLaw:
     def from_values(cls, values: Mapping[str, float]) -> Self:
         """Make the law with these fields; ValueError names one that is unknown or missing."""
         known = cls.fields()
-        for name in values:
+        for name in instance("values", values, Mapping, "parameters by name"):
             if name not in known:
                 raise ValueError(
                     f"friction law {cls.name} has no parameter {name!r}. "
@@ -230,7 +232,7 @@ class FrictionLaw:
         ValueError
             Some speed is negative or NaN.
         """
-        return self._over_speeds(self._force, s, forward)
+        return self._over_speeds(self._force, s, flag("forward", forward))
 
     @overload
     def slope(self, s: float, *, forward: bool = ...) -> float: ...
@@ -240,11 +242,11 @@ class FrictionLaw:
     def slope(self, s: ArrayLike, *, forward: bool = ...) -> float | Floats: ...
     def slope(self, s: ArrayLike, *, forward: bool = False) -> float | Floats:
         """dF/ds; arguments as in `force`."""
-        return self._over_speeds(self._slope, s, forward)
+        return self._over_speeds(self._slope, s, flag("forward", forward))
 
     def static_value(self, *, forward: bool = False) -> float:
         """F(0), exactly 0 or 1 where it differs from them by rounding only."""
-        value = self._at_rest[forward]
+        value = self._at_rest[flag("forward", forward)]
         for limit in (0.0, 1.0):
             if abs(value - limit) <= AT_LIMIT:
                 return limit
@@ -267,7 +269,7 @@ class FrictionLaw:
         return self.formula.slope(s, self.arguments, forward)
 
     def _over_speeds(self, function: Any, s: ArrayLike, forward: bool) -> Any:
-        speeds = np.asarray(s, dtype=float)
+        speeds = real_numbers("s", s)
         bad = ~(speeds >= 0.0)
         if bad.any():
             value = float(speeds[bad].flat[0])

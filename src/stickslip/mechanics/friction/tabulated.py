@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.checks import finite_number
+from stickslip.checks import dimensions, finite_number, shown
 from stickslip.mechanics.friction.formula import TracedFormula, builtin_formula
 from stickslip.mechanics.friction.law import FrictionLaw
 
@@ -84,9 +84,9 @@ class TabulatedFriction(FrictionLaw):
         self._check_static_value()
 
     def _numbers(self, name: str, given: ArrayLike) -> tuple[float, ...]:
-        if np.ndim(given) != 1:
+        if dimensions(given) != 1:
             raise ValueError(
-                f"{name} = {given!r} of the friction law tabulated must be a list of numbers."
+                f"{name} = {shown(given)} of the friction law tabulated must be a list of numbers."
             )
         owner = f"the friction law {self.name}"
         values: list[Any] = list(given)  # type: ignore[arg-type]

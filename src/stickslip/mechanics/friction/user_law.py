@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from stickslip.checks import finite_number
+from stickslip.checks import finite_number, instance
 from stickslip.mechanics.friction.code import pointwise
 from stickslip.mechanics.friction.formula import (
     CallableFormula,
@@ -80,7 +80,8 @@ def friction_law(
     >>> law.force(1.0)
     0.65
     """
-    values = tuple((parameters or {}).items())
+    given = {} if parameters is None else parameters
+    values = tuple(instance("parameters", given, Mapping, "names with their values").items())
     return UserLaw(force, values, slope, forward)
 
 
@@ -132,7 +133,9 @@ class UserLaw(FrictionLaw):
 
     def _value(self, name: str, value: Any) -> float:
         if not str(name).isidentifier():
-            raise ValueError(f"{name!r} cannot name a parameter of the friction law {self.title}")
+            raise ValueError(
+                f"{name!r} in parameters cannot name a parameter of the friction law {self.title}"
+            )
         return finite_number(name, value, of=f"the friction law {self.title}")
 
     def _replaced(self, changes: dict[str, Any]) -> Self:

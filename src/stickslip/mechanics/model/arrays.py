@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.checks import finite_number
+from stickslip.checks import dimensions, finite_number, real_numbers, shown
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,13 +27,12 @@ def one_per_block(name: str, values: Any, n_blocks: int, *, above: float, why: s
     ValueError
         Wrong length, or an entry that is not a finite number above the bound.
     """
-    if np.ndim(values) == 0:
+    if dimensions(values) == 0:
         return np.full(n_blocks, finite_number(name, values, above=above, why=why))
     entries = list(values)
-    if len(entries) != n_blocks or any(np.ndim(entry) for entry in entries):
+    if len(entries) != n_blocks or any(dimensions(entry) for entry in entries):
         raise ValueError(
-            f"{name} has {np.shape(values)} entries for {n_blocks} blocks: give one number per "
-            f"block."
+            f"{name} = {shown(values)} for {n_blocks} blocks: give one number per block."
         )
     return np.array(
         [
@@ -51,10 +50,7 @@ def symmetric(name: str, values: object, n_blocks: int) -> Floats:
     ValueError
         Not a matrix of numbers of that shape, not finite, or not symmetric.
     """
-    try:
-        matrix = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as reason:
-        raise ValueError(f"{name} = {values!r} is not a matrix of numbers") from reason
+    matrix = real_numbers(name, values)
     if matrix.shape != (n_blocks, n_blocks):
         raise ValueError(
             f"{name} has the shape {matrix.shape}: {n_blocks} blocks need "

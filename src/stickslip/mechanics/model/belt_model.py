@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
 
+from stickslip.checks import real_numbers, whole_number
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model.harmonic import Harmonic
 from stickslip.mechanics.model.structure import Structure
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 __all__ = ["BeltModel", "Friction", "laws_of"]
 
 Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, ...]
+
+MOST_POINTS = 10**8
+"""That a sample of the domain may have."""
 
 DOMAIN_SLACK = 8 * np.finfo(np.float64).eps
 """Of the longest shift that loads a block: how far outside the locus counts as its edge."""
@@ -65,7 +69,7 @@ class BeltModel(ABC):
         """Masses, springs, dampers, limits and forcing as arrays."""
         return self._structure_with({**self.numbers, **self._forcing_numbers})
 
-    def structure_direction(self, name: str) -> Structure:
+    def structure_direction(self, name: object) -> Structure:
         """Differentiate the structure with respect to one of its numbers.
 
         The structure is linear in each, so that the difference over a step of 1 is exact.
@@ -76,7 +80,7 @@ class BeltModel(ABC):
             No such number.
         """
         numbers = {**self.numbers, **self._forcing_numbers}
-        if name not in numbers:
+        if not isinstance(name, str) or name not in numbers:
             known = did_you_mean(name, list(self.parameters))
             raise ValueError(f"{type(self).__name__} has no parameter {name!r}. {known}")
         changed = self._structure_with({**numbers, name: numbers[name] + 1.0})
@@ -230,7 +234,7 @@ class BeltModel(ABC):
         ValueError
             The last axis does not have n - 1 entries.
         """
-        steps = np.asarray(d, dtype=np.float64)
+        steps = real_numbers("d", d)
         n = self.n_blocks
         if steps.ndim == 0 or steps.shape[-1] != n - 1:
             raise ValueError(
@@ -245,9 +249,9 @@ class BeltModel(ABC):
         """Displacements of block 1 between which all blocks ride, shapes (...), or low > high."""
         s = self.structure
         x = self.positions(d)
-        force = s.needed_force(x, np.full(x.shape, s.V))
         rate = s.stiffness.sum(axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):
+            force = s.needed_force(x, np.full(x.shape, s.V))
             one = (-s.static - force) / rate
             other = (s.static - force) / rate
         still = rate == 0.0
@@ -282,7 +286,7 @@ class BeltModel(ABC):
         ValueError
             Some ``d`` is NaN or belongs to no global stick phase; the first one is named.
         """
-        points = np.asarray(d, dtype=np.float64)
+        points = real_numbers("d", d)
         inside = self.contains(points)
         if not inside.all():
             where = tuple(int(i) for i in np.argwhere(~inside)[0])
@@ -308,6 +312,7 @@ class BeltModel(ABC):
         """
         from scipy.stats.qmc import Sobol
 
+        n = whole_number("n", n, at_most=MOST_POINTS)
         shares = Sobol(self.n_blocks, rng=0).random_base2(max(n - 1, 1).bit_length())[:n]
         return np.asarray(np.diff(self.structure.sticking(shares), axis=-1))
 

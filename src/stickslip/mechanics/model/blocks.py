@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from stickslip.checks import dimensions
 from stickslip.mechanics.model.arrays import (
     belt_velocity,
     one_per_block,
@@ -69,7 +70,7 @@ class Blocks(BeltModel):
         V: float,
         forcing: Harmonic | None = None,
     ) -> None:
-        n = max(np.size(mass), 1)
+        n = max(np.size(mass), 1) if dimensions(mass) == 1 else 1
         self.mass = _frozen(one_per_block("mass", mass, n, above=0.0, why="A mass is positive."))
         self.stiffness = _frozen(symmetric("stiffness", stiffness, n))
         positive_definite("stiffness", self.stiffness)

@@ -9,13 +9,12 @@ from typing import Any, Literal, Self, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import finite_number
+from stickslip.checks import dimensions, finite_number, one_of, shown
 from stickslip.mechanics.model.arrays import belt_velocity, one_per_block
 from stickslip.mechanics.model.belt_model import BeltModel, Friction, laws_of
 from stickslip.mechanics.model.blocks import checked_forcing
 from stickslip.mechanics.model.harmonic import Harmonic
 from stickslip.mechanics.model.structure import Structure
-from stickslip.vocabulary import did_you_mean
 
 __all__ = ["Chain", "Ends", "Oscillator"]
 
@@ -77,17 +76,14 @@ class Chain(BeltModel):
 
     def __post_init__(self) -> None:
         """Check every number once and store it as a float."""
-        n = np.size(self.static)
-        if np.ndim(self.static) != 1 or n == 0:
+        n = np.size(self.static) if dimensions(self.static) == 1 else 0
+        if n == 0:
             raise ValueError(
-                f"static = {self.static!r}: give a list with the static limit of each block."
+                f"static = {shown(self.static)}: give a list with the static limit of each block."
             )
         why = "A static friction limit is positive."
         static = one_per_block("static", self.static, n, above=0.0, why=why)
-        if self.ends not in get_args(Ends):
-            raise ValueError(
-                f"ends = {self.ends!r} is unknown. {did_you_mean(str(self.ends), get_args(Ends))}"
-            )
+        one_of("ends", self.ends, get_args(Ends))
         spring = "A spring's stiffness is not negative; 0 uncouples the blocks."
         support = "Without support springs the belt would carry the blocks away."
         checked = {

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.checks import finite_number
+from stickslip.checks import dimensions, finite_number, real_numbers, whole_number
 
 __all__ = ["Harmonic"]
 
@@ -37,11 +37,12 @@ class Harmonic:
     def __post_init__(self) -> None:
         """Check every number once."""
         given = self.amplitude
-        if np.ndim(given) == 0:
+        if dimensions(given) == 0:
             amplitude: float | tuple[float, ...] = _amplitude("amplitude", given)
         else:
             amplitude = tuple(
-                _amplitude(f"amplitude[{i}]", value) for i, value in enumerate(np.ravel(given))
+                _amplitude(f"amplitude[{i}]", value)
+                for i, value in enumerate(real_numbers("amplitude", given).ravel())
             )
         object.__setattr__(self, "amplitude", amplitude)
         why = "A forcing repeats after 2 pi / frequency."
@@ -63,6 +64,7 @@ class Harmonic:
         ValueError
             As many amplitudes as blocks are needed, or one for all.
         """
+        n_blocks = whole_number("n_blocks", n_blocks)
         if not isinstance(self.amplitude, tuple):
             return (self.amplitude,) * n_blocks
         if len(self.amplitude) != n_blocks:

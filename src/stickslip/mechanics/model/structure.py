@@ -13,10 +13,15 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from stickslip.checks import flag, random_generator, whole_number
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     Floats = NDArray[np.float64]
+
+MOST_STATES = 10**8
+"""That may be drawn at once."""
 
 __all__ = ["Structure"]
 
@@ -85,7 +90,8 @@ class Structure:
 
         The needed forces are uniform within the static limits.
         """
-        return self.sticking(np.random.default_rng(rng).uniform(size=(n, self.n_blocks)))
+        n = whole_number("n", n, 0, at_most=MOST_STATES)
+        return self.sticking(random_generator("rng", rng).uniform(size=(n, self.n_blocks)))
 
     def sticking(self, share: ArrayLike) -> Floats:
         """Displacements with which all blocks ride.
@@ -106,9 +112,9 @@ class Structure:
         Needed forces are uniform within the static limits; velocities are the belt's if
         `riding`, else within one unit of it.
         """
-        generator = np.random.default_rng(rng)
+        generator = random_generator("rng", rng)
         v = np.full(self.n_blocks, self.V)
-        if not riding:
+        if not flag("riding", riding):
             v = v + generator.uniform(-1.0, 1.0, size=self.n_blocks)
         return self._displacements(generator.uniform(-self.static, self.static), v), v
 

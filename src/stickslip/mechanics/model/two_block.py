@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
 
-from stickslip.checks import finite_number
+from stickslip.checks import finite_number, instance, real_numbers
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.chain import Chain
@@ -366,7 +366,7 @@ class TwoBlock:
         ndarray of bool, same shape
             False for NaN.
         """
-        return np.asarray(np.abs(np.asarray(d, dtype=np.float64)) <= self.domain[1])
+        return np.asarray(np.abs(real_numbers("d", d)) <= self.domain[1])
 
     def onset(self, d: ArrayLike) -> NDArray[np.float64]:
         """Displacements at which the global stick phase of a given ``d`` ends.
@@ -389,8 +389,10 @@ class TwoBlock:
         return locus.onset(self.admit(d), self.alpha, self.beta)
 
     def _units(self, units: Units | None) -> Units:
-        units = units or self.units
-        if units is None:
+        units = self.units if units is None else units
+        if units is not None:
+            instance("units", units, Units, "scales, such as ss.Units(m=1.0, k=2.0, fs1=3.0)")
+        else:
             raise ValueError(
                 "this model has no physical scales: it was built from dimensionless numbers. "
                 "Give units=Units(m=, k=, fs1=), or build it with TwoBlock.from_physical."

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
-from stickslip.checks import finite_number
-from stickslip.vocabulary import did_you_mean
+from stickslip.checks import finite_number, one_of, real_numbers
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -92,6 +91,7 @@ class Units:
         ValueError
             Unknown quantity.
         """
+        one_of("quantity", quantity, get_args(Quantity))
         match quantity:
             case "displacement":
                 return self.fs1 / self.k
@@ -105,10 +105,7 @@ class Units:
                 return self.fs1 / self.m
             case "force":
                 return self.fs1
-            case "energy":
-                return self.fs1**2 / self.k
-        known = did_you_mean(str(quantity), get_args(Quantity))
-        raise ValueError(f"no scale for a quantity {quantity!r}. {known}")
+        return self.fs1**2 / self.k  # of energy
 
     def to_physical(self, quantity: Quantity, value: ArrayLike) -> NDArray[np.float64]:
         """Multiply dimensionless values by their scale.
@@ -125,7 +122,7 @@ class Units:
         ndarray of float64, same shape
             Physical.
         """
-        return np.multiply(value, self.scale(quantity), dtype=np.float64)
+        return np.multiply(real_numbers("value", value), self.scale(quantity), dtype=np.float64)
 
     def to_dimensionless(self, quantity: Quantity, value: ArrayLike) -> NDArray[np.float64]:
         """Divide physical values by their scale: the inverse of `to_physical`.
@@ -142,4 +139,4 @@ class Units:
         ndarray of float64, same shape
             Dimensionless.
         """
-        return np.divide(value, self.scale(quantity), dtype=np.float64)
+        return np.divide(real_numbers("value", value), self.scale(quantity), dtype=np.float64)

@@ -1,0 +1,79 @@
+"""Models and states as arguments of functions, checked alike."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from stickslip.checks import instance, real_numbers, shown
+from stickslip.mechanics.model.belt_model import BeltModel
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["checked_model", "checked_parameter", "state_vector", "two_blocks"]
+
+Model: TypeAlias = TwoBlock | BeltModel
+
+
+def checked_model(model: object) -> Model:
+    """Return a model, of any kind.
+
+    Raises
+    ------
+    ValueError
+        It is something else.
+    """
+    known = "a model. Take ss.TwoBlock(...), ss.Chain(...), ss.Blocks(...) or ss.Oscillator(...)"
+    checked: Model = instance("model", model, (TwoBlock, BeltModel), known)
+    return checked
+
+
+def two_blocks(model: object, *, why: str) -> TwoBlock:
+    """Return a model of two blocks.
+
+    Raises
+    ------
+    ValueError
+        It is something else; ``why`` says what is asked, a full sentence.
+    """
+    if isinstance(model, TwoBlock):
+        return model
+    raise ValueError(f"model = {shown(model)} is not an ss.TwoBlock. {why}")
+
+
+def checked_parameter(role: str, model: Model, name: object) -> str:
+    """Return the name of one of a model's parameters.
+
+    Raises
+    ------
+    ValueError
+        It has none of that name; the closest known one is suggested.
+    """
+    if isinstance(name, str) and name in model.parameters:
+        return name
+    known = did_you_mean(str(name), model.parameters)
+    raise ValueError(f"{role} = {shown(name)} is not a parameter of this model. {known}")
+
+
+def state_vector(name: str, values: object, model: Model) -> Floats:
+    """Return a finite number for each block.
+
+    Raises
+    ------
+    ValueError
+        Not as many finite numbers as blocks.
+    """
+    array = real_numbers(name, values)
+    n = model.n_blocks
+    if array.shape != (n,) or not np.isfinite(array).all():
+        raise ValueError(
+            f"{name} = {shown(values)} is not allowed: {name} must be {n} finite numbers, one per "
+            "block."
+        )
+    return array

@@ -1,0 +1,626 @@
+"""One good and quick call of everything public that takes an argument."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import re
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any, Final
+
+import stickslip as ss
+from stickslip.analysis import examples as maps
+
+API: Final = Path(__file__).parents[2] / "docs" / "api.md"
+
+LAW: Final = ss.Coulomb(mu=0.22)
+BRIEF: Final = {"n": 8, "transient": 2, "max_period": 2}
+
+# ---------------------------------------------------------------- what methods are called on
+
+
+def coulomb() -> Any:
+    return ss.examples.coulomb()
+
+
+def chain() -> Any:
+    return ss.Chain(static=(1.0, 1.1, 1.2), alpha=1.0, V=0.1, friction=LAW)
+
+
+def oscillator() -> Any:
+    return ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3.0), damping=1.0)
+
+
+def blocks() -> Any:
+    return ss.Blocks([1.0, 2.0], [[2.0, -1.0], [-1.0, 2.0]], static=1.0, friction=LAW, V=0.1)
+
+
+@cache
+def event_map() -> Any:
+    return ss.event_map(coulomb(), threads=1)
+
+
+@cache
+def quasistatic() -> Any:
+    return ss.quasistatic_map(coulomb(), threads=1)
+
+
+@cache
+def blocks_map() -> Any:
+    return ss.event_map(chain(), threads=1)
+
+
+def logistic() -> Any:
+    return maps.logistic(3.2)
+
+
+@cache
+def orbits() -> Any:
+    return ss.periodic_orbits(logistic(), 2)
+
+
+@cache
+def attractors() -> Any:
+    return ss.attractors(logistic(), rng=1)
+
+
+@cache
+def bifurcations() -> Any:
+    return ss.bifurcations(logistic(), "r", (2.9, 3.2), max_period=1, n_values=5)
+
+
+@cache
+def diagram() -> Any:
+    return ss.bifurcation_diagram(
+        logistic(), "r", [3.0, 3.1, 3.2], lists=2, iterates=2, max_period=1
+    )
+
+
+@cache
+def orbit_branch() -> Any:
+    return ss.continue_orbit(orbits()[0], logistic(), "r", (3.0, 3.3))
+
+
+@cache
+def trajectory() -> Any:
+    return ss.simulate(coulomb(), d=0.1, t_end=5.0)
+
+
+@cache
+def cycle() -> Any:
+    return ss.find_cycle(oscillator(), [0.9], [0.0])
+
+
+@cache
+def cycles() -> Any:
+    return ss.limit_cycles(oscillator(), n_starts=1, rng=1)
+
+
+@cache
+def cycle_branch() -> Any:
+    return ss.continue_cycle(cycle(), oscillator(), "damping", (0.99, 1.01))
+
+
+@cache
+def trapping() -> Any:
+    model = ss.examples.law9()
+    return ss.trapping_ball(ss.find_cycle(model, model.onset(0.62), [model.V] * 2))
+
+
+@cache
+def region() -> Any:
+    return ss.return_region(coulomb(), "V", (0.45, 0.5), n_values=2, n_points=41)
+
+
+@cache
+def hopf_point() -> Any:
+    return ss.equilibria(oscillator())[0].hopf_points[0]
+
+
+@cache
+def neutral() -> Any:
+    return ss.equilibria(ss.Oscillator(V=0.2, friction=LAW))[0].neutral_family
+
+
+def forced() -> Any:
+    return oscillator().replace(forcing=ss.Harmonic(0.5, 0.7))
+
+
+@cache
+def stroboscopic() -> Any:
+    return ss.stroboscopic_map(forced())
+
+
+def parabola() -> Any:
+    """A map with two parameters: its flips are followed in their plane."""
+    return ss.PiecewiseMap(_parabola, (-9.0, 9.0), parameters={"a": 0.75, "b": 0.0})
+
+
+def _parabola(x: Any, a: float, b: float) -> Any:
+    return a - x * x + b * x
+
+
+@cache
+def flip() -> Any:
+    return ss.bifurcations(parabola(), "a", (0.6, 0.9), max_period=1, n_values=3)[0]
+
+
+@cache
+def curve() -> Any:
+    return ss.continue_bifurcation(flip(), parabola(), along="b", range=(-0.1, 0.1), solve_for="a")
+
+
+@cache
+def chain_orbits() -> Any:
+    return ss.periodic_orbits(coulomb().chain, 1, n_seeds=16)
+
+
+@cache
+def chain_branch() -> Any:
+    return ss.continue_orbit(chain_orbits()[0], coulomb().chain, "V", (0.0366, 0.0367))
+
+
+# ---------------------------------------------------------------- files
+
+
+def fresh(name: str) -> Path:
+    """Return a path that nobody has used."""
+    return Path(mkdtemp(prefix="stickslip-fuzz-")) / name
+
+
+@cache
+def saved() -> Path:
+    path = fresh("result.npz")
+    bifurcations().save(path)
+    return path
+
+
+@cache
+def model_file() -> Path:
+    path = fresh("model.toml")
+    ss.write_model(coulomb(), path)
+    return path
+
+
+def sweep(
+    system: Any,
+    axes: Any,
+    observables: Any,
+    *,
+    d0: Any = None,
+    seed: Any = 0,
+    chunks: Any = None,
+    client: Any = None,
+    device: Any = "cpu",
+    threads: Any = None,
+    storage_options: Any = None,
+    progress: Any = None,
+) -> Any:
+    """Sweep into a store of its own: a second call would only open the first one's."""
+    return ss.sweep(**locals(), store=fresh("store"))
+
+
+@cache
+def store() -> Path:
+    path = fresh("store")
+    ss.sweep(
+        logistic(),
+        {"r": (3.0, 3.2, 2)},
+        [ss.observables.Attractor(**BRIEF)],
+        store=path,
+        threads=1,
+    )
+    return path
+
+
+# ---------------------------------------------------------------- the table
+
+MODEL: Final = {
+    "admit": {"d": 0.1},
+    "contains": {"d": 0.1},
+    "replace": {"V": 0.05},
+    "sample_domain": {"n": 2, "rng": 1},
+    "sample_state": {"rng": 1},
+}
+FAMILY: Final = {
+    **MODEL,
+    "admit": {"d": [0.1]},
+    "contains": {"d": [0.1]},
+    "positions": {"d": [0.1]},
+    "spread_domain": {"n": 2},
+    "structure_direction": {"name": "V"},
+}
+WAVE: Final = {"s": 0.1}
+LAWS: Final = {"force": WAVE, "slope": WAVE, "static_value": {}}
+EVENT_MAP: Final = {
+    "__call__": {"d": 0.1},
+    "derivative": {"d": 0.1},
+    "value_and_derivative": {"d": 0.1},
+    "evaluate": {"d": 0.1},
+    "iterate": {"d": 0.1, "n": 2},
+    "itinerary": {"d": 0.1},
+    "parameter_derivative": {"d": 0.1, "name": "V"},
+    "power": {"p": 2},
+    "preimages": {"x": 0.1},
+    "replace": {"V": 0.05},
+    "slip_from": {"d": 0.1, "max_events": 100},
+}
+AT_TIME: Final = {name: {"t": 1.0} for name in ("energy", "friction", "needed_force", "v", "x")}
+STATE: Final = {"x": [0.9], "v": [0.1]}
+ALONG: Final = {"name": "r", "range": (3.0, 3.3)}
+SAVE: Final = {"save": {"path": fresh("result.npz")}}
+
+FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
+    "Blocks": {
+        "mass": [1.0, 2.0],
+        "stiffness": [[2.0, -1.0], [-1.0, 2.0]],
+        "static": [1.0, 1.0],
+        "friction": LAW,
+        "V": 0.1,
+    },
+    "Chain": {"static": (1.0, 1.1, 1.2), "alpha": 1.0, "V": 0.1, "friction": LAW},
+    "Coulomb": {"mu": 0.2},
+    "Harmonic": {"amplitude": 0.1, "frequency": 1.0},
+    "Oscillator": {"V": 0.2, "friction": LAW},
+    "PiecewiseMap": {
+        "func": lambda x, r=1.0: r * x * (1 - x),
+        "domain": (0.0, 1.0),
+        "parameters": {"r": 3.0},
+    },
+    "PoppStelter": {"gamma": 3.0},
+    "Stribeck": {"mu": 0.3, "speed": 0.1},
+    "TabulatedFriction": {"speed": [0.0, 0.1, 0.2], "force": [1.0, 0.8, 0.7]},
+    "TwoBlock": {"alpha": 1.2, "beta": 1.3, "V": 0.1, "friction": LAW},
+    "TwoBlock.from_physical": {
+        "m": 1.0,
+        "k": 2.0,
+        "k12": 1.0,
+        "fs1": 1.0,
+        "fs2": 1.2,
+        "v_dr": 0.1,
+        "friction": LAW,
+    },
+    "Units": {"m": 1.0, "k": 2.0, "fs1": 3.0},
+    "attractors": {"f": logistic, "n_seeds": 4, "max_steps": 100, "rng": 1},
+    "axis": {"lo": 0.1, "hi": 0.2, "n": 3},
+    "basins": {"f": logistic, "found": attractors, "resolution": 1e-3, "max_rounds": 20},
+    "bifurcation_diagram": {
+        "system": logistic,
+        "name": "r",
+        "values": [3.0, 3.1],
+        "lists": 2,
+        "iterates": 2,
+        "max_period": 1,
+    },
+    "bifurcations": {
+        "system": logistic,
+        "name": "r",
+        "range": (2.9, 3.2),
+        "max_period": 1,
+        "n_values": 3,
+    },
+    "branches": {"f": maps.tent},
+    "breakpoints": {"f": maps.tent},
+    "certify": {"found": lambda: ss.periodic_orbits(event_map())[0], "model": coulomb, "digits": 5},
+    "certify_orbits": {"model": coulomb, "digits": 5},
+    "continue_bifurcation": {
+        "b": flip,
+        "system": parabola,
+        "along": "b",
+        "range": (-0.1, 0.1),
+        "solve_for": "a",
+    },
+    "continue_breakpoint": {
+        "breakpoint_": lambda: ss.breakpoints(coulomb())[0],
+        "system": coulomb,
+        "name": "V",
+        "range": (0.0365, 0.0367),
+    },
+    "continue_cycle": {
+        "cycle": cycle,
+        "model": oscillator,
+        "parameter": "damping",
+        "range": (0.99, 1.01),
+        "max_points": 10,
+    },
+    "continue_orbit": {"orbit": lambda: orbits()[0], "system": logistic, **ALONG},
+    "enclose": {"model": coulomb, "d": "0.1"},
+    "equilibria": {"model": oscillator},
+    "event_map": {"model": coulomb, "threads": 1},
+    "examples.coulomb": {"V": 0.1},
+    "examples.law9": {"V": 0.1},
+    "explore": {"model": None},
+    "find_cycle": {"model": oscillator, **STATE, "max_events": 200},
+    "friction_law": {"force": lambda s, mu=0.2: mu, "parameters": {"mu": 0.3}},
+    "invariant_density": {
+        "f": lambda: maps.tent(1.9),
+        "attractor": lambda: ss.attractors(maps.tent(1.9), rng=1)[0],
+        "cells": 100,
+    },
+    "limit_cycles": {"model": oscillator, "n_starts": 1, "max_events": 100, "rng": 1},
+    "load": {"path": saved},
+    "lyapunov_exponent": {"f": logistic, "d0": 0.1, "n": 50, "transient": 5},
+    "observables.Attractor": BRIEF,
+    "observables.CoexistingAttractors": {**BRIEF, "n_seeds": 2},
+    "observables.Events": BRIEF,
+    "observables.Function": {"function": "tests.sweeps.small:start_of"},
+    "observables.LimitCycles": {"n_starts": 1, "max_events": 100},
+    "observables.LyapunovExponent": BRIEF,
+    "observables.NeverReturns": {"n_seeds": 2, "n": 3},
+    "observables.OrbitPoints": {**BRIEF, "count": 2},
+    "observables.as_observables": {"given": ["attractor"]},
+    "open_sweep": {"store": store},
+    "periodic_orbits": {"f": logistic, "max_period": 2},
+    "quasistatic_map": {"model": coulomb, "threads": 1},
+    "read_model": {"path": model_file},
+    "return_region": {
+        "model": coulomb,
+        "parameter": "V",
+        "range": (0.03, 0.04),
+        "n_values": 2,
+        "n_points": 5,
+        "max_events": 100,
+    },
+    "simulate": {"model": oscillator, **STATE, "t_end": 5.0, "max_events": 100},
+    "slips": {"model": oscillator, **STATE, "t_end": 5.0, "max_events": 100},
+    "stroboscopic_map": {"model": forced},
+    "sweep": {
+        "system": logistic,
+        "axes": {"r": (3.0, 3.2, 2)},
+        "observables": lambda: [ss.observables.Attractor(**BRIEF)],
+        "threads": 1,
+    },
+    "trapping_ball": {"cycle": cycle},
+    "write_model": {"model": coulomb, "path": fresh("written.toml")},
+}
+"""Arguments of a good call; those that are functions without parameters are called first."""
+
+METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] = {
+    "Blocks": (blocks, FAMILY),
+    "Chain": (
+        chain,
+        {**FAMILY, **{n: {"d": [0.1, 0.1]} for n in ("admit", "contains", "positions")}},
+    ),
+    "Oscillator": (
+        oscillator,
+        {**FAMILY, **{n: {"d": []} for n in ("admit", "contains", "positions")}},
+    ),
+    "Harmonic": (lambda: ss.Harmonic(0.1, 1.0), {"amplitudes": {"n_blocks": 2}}),
+    "TwoBlock": (
+        coulomb,
+        {
+            **MODEL,
+            "onset": {"d": 0.1},
+            "physical_parameters": {"units": ss.Units(m=1.0, k=2.0, fs1=3.0)},
+            "to_physical": {"trajectory": trajectory, "units": ss.Units(m=1.0, k=2.0, fs1=3.0)},
+        },
+    ),
+    "Units": (
+        lambda: ss.Units(m=1.0, k=2.0, fs1=3.0),
+        {
+            "scale": {"quantity": "displacement"},
+            "to_dimensionless": {"quantity": "displacement", "value": 0.1},
+            "to_physical": {"quantity": "displacement", "value": 0.1},
+        },
+    ),
+    "Coulomb": (
+        lambda: LAW,
+        {**LAWS, "replace": {"mu": 0.3}, "from_values": {"values": {"mu": 0.2}}},
+    ),
+    "PoppStelter": (
+        lambda: ss.PoppStelter(gamma=3.0),
+        {**LAWS, "replace": {"gamma": 2.0}, "from_values": {"values": {"gamma": 2.0}}},
+    ),
+    "Stribeck": (
+        lambda: ss.Stribeck(mu=0.3, speed=0.1),
+        {**LAWS, "replace": {"mu": 0.2}, "from_values": {"values": {"mu": 0.2, "speed": 0.1}}},
+    ),
+    "TabulatedFriction": (
+        lambda: ss.TabulatedFriction([0.0, 0.1, 0.2], [1.0, 0.8, 0.7]),
+        {
+            **LAWS,
+            "replace": {"force": [1.0, 0.9, 0.8]},
+        },
+    ),
+    "PiecewiseMap": (
+        logistic,
+        {
+            "__call__": {"x": 0.1},
+            "derivative": {"x": 0.1},
+            "evaluate": {"x": 0.1},
+            "iterate": {"x": 0.1, "n": 2},
+            "parameter_derivative": {"x": 0.1, "name": "r"},
+            "power": {"p": 2},
+            "preimages": {"x": 0.1},
+            "replace": {"r": 3.0},
+        },
+    ),
+    "EventMap": (event_map, EVENT_MAP),
+    "QuasistaticMap": (
+        quasistatic,
+        {
+            **EVENT_MAP,
+            "replace": {"alpha": 1.1},
+            "parameter_derivative": {"d": 0.1, "name": "alpha"},
+            "slips": {"d": 0.1},
+        },
+    ),
+    "BlocksEventMap": (
+        blocks_map,
+        {
+            "__call__": {"d": [0.1, 0.1]},
+            "contains": {"d": [0.1, 0.1]},
+            "evaluate": {"d": [0.1, 0.1]},
+            "iterate": {"d": [0.1, 0.1], "n": 2},
+            "itinerary": {"d": [0.1, 0.1]},
+            "jacobian": {"d": [0.1, 0.1]},
+            "parameter_derivative": {"d": [0.1, 0.1], "name": "V"},
+            "replace": {"V": 0.05},
+            "spread": {"n": 2},
+        },
+    ),
+    "Certificate": (lambda: ss.certify_orbits(coulomb(), digits=5), SAVE),
+    "Trajectory": (trajectory, AT_TIME),
+    "Cycle": (cycle, SAVE),
+    "CycleList": (cycles, SAVE),
+    "CycleBranch": (cycle_branch, SAVE),
+    "TrappingBall": (
+        trapping,
+        {"entered": {"x": [0.1, 0.2], "v": [0.0, 0.0], "max_events": 10}},
+    ),
+    "ReturnRegion": (region, {**SAVE, "attracting": {"branch": 0}}),
+    "HopfPoint": (hopf_point, {"amplitude": {"V": 0.9}, "state": {"amplitude": 0.1}}),
+    "NeutralFamily": (neutral, {"amplitudes": STATE, "clearance": STATE}),
+    "StroboscopicMap": (
+        stroboscopic,
+        {
+            "__call__": {"state": [0.1, 0.1]},
+            "diagram": {
+                "name": "V",
+                "values": [0.1, 0.2],
+                "state": [0.1, 0.1],
+                "transient": 2,
+                "n": 2,
+            },
+            "iterate": {"state": [0.1, 0.1], "n": 2},
+            "jacobian": {"state": [0.1, 0.1]},
+            "lyapunov_exponents": {"state": [0.1, 0.1], "n": 4, "transient": 2},
+            "periodic_point": {"state": [0.1, 0.1], "max_periods": 20},
+            "replace": {"V": 0.1},
+        },
+    ),
+    "Bifurcation": (lambda: bifurcations()[0], SAVE),
+    "BifurcationList": (bifurcations, {**SAVE, "of_kind": {}}),
+    "OrbitBranch": (orbit_branch, {**SAVE, "at": {"r": 3.1}, "all_at": {"r": 3.1}}),
+    "PeriodicOrbitND": (lambda: chain_orbits()[0], SAVE),
+    "OrbitListND": (chain_orbits, {**SAVE, "of_period": {"p": 1}}),
+    "OrbitBranchND": (chain_branch, {**SAVE, "at": {"V": 0.03665}}),
+    "BifurcationCurve": (curve, {**SAVE, "at": {"b": 0.05, "near": None}}),
+    "Diagram": (diagram, {**SAVE, "of_period": {"p": 1}}),
+}
+"""By class: an object of it, and arguments of a good call of each method."""
+
+LEFT: Final = {
+    "TabulatedFriction.from_values": "a table has no parameters",
+    "FrictionLaw": "what laws are made of; tests/contracts",
+    "plot": "draws; tests/plot",
+    "carry": "kernels' side of the map, takes checked arrays",
+    "count": "of tuples",
+    "index": "of tuples",
+    "compute": "called by sweeps",
+    "add_note": "of exceptions",
+    "with_traceback": "of exceptions",
+    "expression": "traced with symbols, not called with numbers",
+}
+"""Methods that are not called, and why."""
+
+
+class Call:
+    """A function or method, and arguments of a good call of it."""
+
+    def __init__(self, name: str, target: Callable[[], Any], given: dict[str, Any]) -> None:
+        self.name = name
+        self._target = target
+        self._given = given
+
+    @property
+    def target(self) -> Callable[..., Any]:
+        return self._target()
+
+    def parameters(self) -> dict[str, inspect.Parameter]:
+        """Of the signature, without those that stand for any others."""
+        return {
+            name: parameter
+            for name, parameter in inspect.signature(self.target).parameters.items()
+            if parameter.kind is not parameter.VAR_KEYWORD
+        }
+
+    def arguments(self) -> dict[str, Any]:
+        """Return a good argument for each parameter that has one, made anew."""
+        return {name: made(value) for name, value in self._given.items()}
+
+    def names(self) -> tuple[str, ...]:
+        """Return what may be given: the signature's parameters and the keywords of the table."""
+        return tuple(dict.fromkeys((*self.parameters(), *self._given)))
+
+    def __call__(self, changes: dict[str, Any]) -> Any:
+        """Call with some arguments replaced."""
+        given = {**self.arguments(), **changes}
+        target = self.target
+        by_place = [
+            given.pop(name)
+            for name, parameter in inspect.signature(target).parameters.items()
+            if parameter.kind is parameter.POSITIONAL_ONLY and name in given
+        ]
+        starred = [
+            given.pop(name)
+            for name, parameter in inspect.signature(target).parameters.items()
+            if parameter.kind is parameter.VAR_POSITIONAL and name in given
+        ]
+        return target(*by_place, *starred, **given)
+
+
+def made(value: Any) -> Any:
+    """Call what makes an argument; user functions, which take arguments, are arguments."""
+    if not inspect.isfunction(value) and not hasattr(value, "cache_info"):
+        return value
+    needed = inspect.signature(value).parameters.values()
+    return value if any(p.default is p.empty for p in needed) else value()
+
+
+def calls() -> dict[str, Call]:
+    """Return every call of the table by the name of what it calls."""
+    named = {name: Call(name, lambda n=name: found(n), given) for name, given in FUNCTIONS.items()}
+    for kind, (make, methods) in METHODS.items():
+        for method, given in methods.items():
+            name = f"{kind}.{method}"
+            named[name] = Call(name, lambda mk=make, mt=method: getattr(mk(), mt), given)
+    return named
+
+
+def found(name: str) -> Any:
+    """Return what a public name means; the sweep of the table has a store of its own."""
+    if name == "sweep":
+        return sweep
+    thing: Any = ss
+    for part in name.split("."):
+        thing = getattr(thing, part)
+    return thing
+
+
+# ---------------------------------------------------------------- what the table must hold
+
+
+def public() -> Iterator[str]:
+    """Yield the name of everything public that takes an argument, as the table writes it."""
+    for name in sorted(set(ss.__all__) - {"FrictionLaw"}):
+        thing = getattr(ss, name)
+        if inspect.ismodule(thing):
+            members = getattr(thing, "__all__", ())
+            yield from (f"{name}.{m}" for m in members if _is_called(f"{name}.{m}"))
+        else:
+            yield name
+            if inspect.isclass(thing):
+                yield from _methods(thing)
+    for name in re.findall(r"^   ([\w.]+)\.(\w+)$", API.read_text(encoding="utf-8"), re.M):
+        yield from _methods(getattr(importlib.import_module(f"stickslip.{name[0]}"), name[1]))
+
+
+def _is_called(name: str) -> bool:
+    thing = found(name)
+    return callable(thing) and name not in ("observables.Observable", "observables.Output")
+
+
+def _methods(kind: type) -> Iterator[str]:
+    for name, method in inspect.getmembers(kind):
+        is_public = name == "__call__" or not name.startswith("_")
+        if not is_public or not LEFT.keys().isdisjoint((name, f"{kind.__name__}.{name}")):
+            continue
+        bound = inspect.ismethod(method)
+        if (bound or inspect.isfunction(method)) and len(
+            inspect.signature(method).parameters
+        ) > 1 - bound:
+            yield f"{kind.__name__}.{name}"
