@@ -114,7 +114,7 @@ def test_no_window_is_the_map_itself(logistic):
         ((0.5, math.nan), "finite"),
         ((0.5, math.inf), "finite"),
         (0.5, "pair of numbers"),
-        ("ab", "pair of numbers"),
+        ("ab", "finite number"),
         ((0.1, 0.2, 0.3), "pair of numbers"),
         ((1.5, 2.0), "does not meet the domain"),
         ((1.0, 2.0), "does not meet the domain"),

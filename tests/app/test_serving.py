@@ -5,6 +5,7 @@ import signal
 import socket
 import subprocess
 import sys
+from functools import partial
 from urllib.parse import unquote
 from urllib.request import urlopen
 
@@ -75,7 +76,14 @@ def test_views_are_answered_over_the_wire(explorer):
 
 def test_the_command_serves_until_it_is_interrupted():
     command = [sys.executable, "-m", "stickslip.cli", "explore", "--no-browser", "--port", "0"]
-    with subprocess.Popen([*command, "--preset", "law9"], stdout=-1, stderr=-1, text=True) as run:
+    with subprocess.Popen(
+        [*command, "--preset", "law9"],
+        stdout=-1,
+        stderr=-1,
+        text=True,
+        # A shell has its background jobs ignore this signal, and they hand that down.
+        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
+    ) as run:
         url = run.stdout.readline().strip()
         assert url.endswith("#preset=law9")
         page, _, _ = url.partition("#")

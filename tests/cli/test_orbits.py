@@ -91,7 +91,7 @@ def test_a_list_that_is_not_complete_fails_and_says_what_is_open(found, capsys):
         ("--max-period 1.5", ["--max-period", "1.5", "whole number"]),
         ("--period many", ["--period", "many"]),
         ("--resolution 0", ["resolution", "0", "positive"]),
-        ("--resolution nan", ["resolution", "nan", "positive"]),
+        ("--resolution nan", ["resolution", "nan", "finite"]),
         ("--V 0", ["V", "> 0"]),
         ("--max-events 0", ["max_events", ">= 1"]),
         ("--out nowhere/orbits.csv", ["nowhere"]),

@@ -135,7 +135,7 @@ def test_bad_input_is_told() -> None:
         ss.continue_cycle(cycle, BLOCK, "damping", (2.0, 3.0))
     with pytest.raises(ValueError, match="damping"):
         ss.continue_cycle(cycle, BLOCK, "damping", (-1.0, 3.0))
-    with pytest.raises(ValueError, match="not one of this model"):
+    with pytest.raises(ValueError, match="not one of model = "):
         ss.continue_cycle(cycle, BLOCK.replace(V=0.3), "damping", (0.5, 3.0))
 
 

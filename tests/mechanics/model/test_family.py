@@ -103,7 +103,7 @@ BAD = {
     "velocity": (dict(V=-0.1), "mirror image"),
     "rest": (dict(V=0), "forced models only"),
     "forcing": (dict(forcing=0.5), "must be a Harmonic"),
-    "amplitudes": (dict(forcing=ss.Harmonic([0.5, 0.1], 1.0)), "2 for 3 blocks"),
+    "amplitudes": (dict(forcing=ss.Harmonic([0.5, 0.1], 1.0)), "2 entries for 3 blocks"),
 }
 
 

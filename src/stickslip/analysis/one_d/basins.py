@@ -150,7 +150,9 @@ def basins(
     -----
     An attractor missing from `found` makes its basin undecided, not another's.
     """
-    resolution = finite_number("resolution", resolution, above=0.0, at_most=1.0)
+    resolution = finite_number("resolution", resolution)
+    if not 0 < resolution < 1:
+        raise ValueError(f"resolution = {resolution} must lie between 0 and 1 (of the domain)")
     max_rounds = whole_number("max_rounds", max_rounds, 0)
     table = branch_table(f).laps
     known = (

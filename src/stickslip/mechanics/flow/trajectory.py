@@ -359,7 +359,7 @@ def simulate(
     """
     one_of("record", record, ("motion", "events"))
     if until is not None:
-        one_of("until", until, ("stick",))
+        one_of("until", until, ("stick",), remedy="Or give t_end= alone.")
     if t_end is None and until is None:
         raise ValueError("give an end: t_end= a time, until='stick', or both")
     end = math.inf if t_end is None else end_time(t_end)

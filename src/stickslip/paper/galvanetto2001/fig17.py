@@ -24,6 +24,7 @@ HEIGHT: Final = 2.9
 
 STARTS: Final = (0.3812, 0.3818)
 BLOCK: Final = 2
+LANDED: Final = 1e-12  # as near to the belt's velocity the block is on it
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,8 @@ def _transient(model: TwoBlock, d: float) -> Transient:
     tops = np.flatnonzero(rising[:-1] & ~rising[1:]) + 1
     top = int(tops[0]) if tops.size else t.size - 1
     interval = stick_interval(model, BLOCK, float(x[top, 2 - BLOCK]))
-    peak = 0.0 if top == t.size - 1 else float(own[top]) - model.V
+    peak = float(own[top]) - model.V
+    peak = 0.0 if abs(peak) < LANDED else peak
     return Transient(d, x[:, BLOCK - 1], own, peak, interval)
 
 
