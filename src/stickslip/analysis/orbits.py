@@ -167,6 +167,7 @@ class OrbitSequence(Sequence[Orbit]):
 
     def of_period(self, p: int) -> tuple[Orbit, ...]:
         """Those of minimal period p."""
+        p = whole_number("p", p)
         return tuple(orbit for orbit in self.orbits if orbit.period == p)
 
 

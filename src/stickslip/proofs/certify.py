@@ -208,7 +208,7 @@ def certify_orbits(
     ValueError
         An argument is out of range.
     """
-    values = _checked(model, digits, exact, period=max_period)
+    values = _checked(model, digits, exact, period=max_period, name="max_period")
 
     def prove() -> dict[str, Any]:
         found = survey(Setting(values), max_period, digits)

@@ -210,11 +210,13 @@ def _flipped(motion: Motion, words: list[str], x: arb, radius: arb) -> tuple[arb
 
 def _extremum(motion: Motion, words: list[str], x: arb, radius: arb) -> tuple[arb, arb]:
     """Enclose the point near x where (f^p)' = 1, and f^p(d) - d there."""
-    for _ in range(2):
-        _, series = _series(motion, words, x, 2)
-        x = (x - (series[1] - 1) / (2 * series[2])).mid()
+    for _ in range(8):  # Newton's steps without proof; what follows proves where they led
+        _, here = _series(motion, words, x, 2)
+        move = (here[1] - 1) / (2 * here[2])
+        if abs(move) < radius / 4:
+            break
+        x = (x - move).mid()
     near = x + arb(0, radius.upper())
-    _, here = _series(motion, words, x, 2)
     _, around = _series(motion, words, near, 2)
     new = x - (here[1] - 1) / (2 * around[2])
     if not near.contains_interior(new):
@@ -350,7 +352,7 @@ def check(c: Any) -> str:
     before = ctx.prec, ctx.cap
     ctx.prec, ctx.cap = 10 * digits + 100, 2
     if c["claim"] in ("flip", "fold"):  # differences lose as many digits as they have
-        ctx.prec = 14 * digits + 220
+        ctx.prec = 12 * digits + 330
     try:
         if c["claim"] in ("border", "flip", "fold"):
             {"border": _border, "flip": _flip, "fold": _fold}[c["claim"]](c["system"], c, digits)
