@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar, overload
 
+from stickslip.checks import whole_number
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 

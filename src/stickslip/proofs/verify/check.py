@@ -204,7 +204,7 @@ def _critical(
 
 def _flipped(motion: Motion, words: list[str], x: arb, radius: arb) -> tuple[arb, arb]:
     """Enclose the orbit's point near x, and its multiplier + 1."""
-    x, slope = _branch(motion, words, x, 2, radius)
+    x, slope = _branch(motion, words, x, 3, radius)
     return x, slope + 1
 
 
