@@ -255,7 +255,7 @@ def test_a_damaged_file_is_told(name, here, capsys):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FILES)
 def test_many_damaged_files_are_told(name, here, capsys):
-    damage(name, range(20, 1000), here, capsys)
+    damage(name, range(20, 200), here, capsys)
 
 
 def result_files(here: Path) -> dict[str, Path]:
