@@ -19,7 +19,7 @@ def safe_step(
 ) -> float:
     """Longest step, at most `cap`, over which `g` provably stays positive.
 
-    Up to ``h <= cap`` the cubic term is at least ``-bound_3 h^3 / 6 >= -(bound_3 cap / 3) h^2 / 2``.
+    For ``h <= cap`` the cubic term is at least ``-bound_3 h^3 / 6 >= -(bound_3 cap / 3) h^2/2``.
     So with ``m = min(bound_2, bound_3 cap / 3 - curvature)`` the signal lies above the parabola
     ``g + slope h - m h^2 / 2``, whose first root is the step: Newton's step close to a simple
     root, always from the same side.
