@@ -71,3 +71,16 @@ ax.fill_between(V, 0, np.maximum(-law.slope(V), 0), color="#E69F00", label="sque
 ax.plot(speeds, ends, "o-", ms=4, label="squeals after a knock, below this line")
 ax.set(xlabel="belt speed $V$", ylabel="damping $c$", xlim=(0.05, 1.4), ylim=(0, 2.5))
 ax.legend()
+
+# %%
+# How sure is this?
+# -----------------
+# **Proved.** The cubics between the points rise and fall only where the points do.
+#
+# **Checked.** The curve against scipy's, to 1e-15; where a measured law begins to squeal, to 1e-9
+# (``tests/mechanics/cycle/test_equilibria.py``); that just beyond its end the cycle is gone
+# (``test_continuation.py``).
+#
+# **Fails, or is only evidence.** The program knows nothing of the errors of the measurement, nor
+# of what friction does besides depending on speed: move the points by their error and see what
+# changes.

@@ -47,3 +47,16 @@ for b in ss.bifurcations(f, "mu", (-0.05, 0.15), max_period=3):
 diagram = ss.bifurcation_diagram(f, "mu", np.linspace(-0.02, 0.15, 80), max_period=3)
 fig, ax = plt.subplots(figsize=(7, 4), layout="constrained")
 diagram.plot(ax=ax)
+
+# %%
+# How sure is this?
+# -----------------
+# **Proved.** What two finite slopes at a corner lead to, in the normal form
+# (:doc:`/theory/bifurcations`). For an infinite slope, as here, the rule is quoted (Nordmark 1997).
+#
+# **Checked.** Orbits of maps with a square root against closed forms, in ``tests/analysis``;
+# predictions against what is seen, for random slopes.
+#
+# **Fails, or is only evidence.** A map without labels is known by samples: a jump below 1e-7 of
+# its range, or a branch narrower than the cells, is not noticed. Naming ``breakpoints`` helps.
+# See :doc:`/theory/maps`.

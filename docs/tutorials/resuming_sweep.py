@@ -62,3 +62,15 @@ found.lyapunov_exponent.plot(ax=ax, x="V")
 # From the command line the plan is a TOML file: ``stickslip sweep plan.toml``, ``--status`` to
 # look in from elsewhere, ``--resume`` to go on. See :doc:`/sweeps` for clusters, S3 and plans of
 # 10^10 points.
+
+# %%
+# How sure is this?
+# -----------------
+# **Proved.** Nothing.
+#
+# **Checked.** A sweep killed ten times ends with the same chunks as one left alone
+# (``tests/sweeps/test_killed.py``); damaged chunks are found and computed again
+# (``tests/sweeps/test_store.py``).
+#
+# **Fails, or is only evidence.** The bits are the same on machines of one kind. An exponent is
+# that of one finite orbit.

@@ -105,3 +105,16 @@ ax.set(xlabel="$d$", ylabel="$f^2(d)$")
 # ``ss.bifurcations(law9, "alpha", (1.208, 1.21865), window=(0.379, 0.390))`` lists the five of the
 # paper and the cascades that it passed over; ``stickslip reproduce`` writes them beside the printed
 # numbers, with a verdict on each of the paper's claims.
+
+# %%
+# How sure is this?
+# -----------------
+# **Proved.** That S4 reaches the jump at `V*` and crosses it, that the fixed points of the
+# Coulomb map are these three, that the motions of period 83, 63 and 55 exist and are stable: by
+# interval arithmetic, :doc:`/theorems`.
+#
+# **Checked.** Orbits, multipliers and jumps (to 1e-14) against references of 30 digits and
+# against the paper's printed numbers, in ``tests/paper`` and ``tests/study``.
+#
+# **Fails, or is only evidence.** `attractors` searches from starting points and may miss one; the
+# list of orbits is complete only above a resolution. :doc:`/evidence` has the whole account.
