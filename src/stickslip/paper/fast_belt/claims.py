@@ -46,7 +46,7 @@ def _gaps() -> Iterator[Claim]:
                 found.lost[-1] > 0.0,
             ),
             Finding(
-                "a motion from each gap enters a ball that provably holds it",
+                "a motion from each gap enters a ball that holds it",
                 f"{sum(gap.shown for gap in gaps)} of {len(gaps)}",
                 all(gap.shown for gap in gaps),
                 essential=False,
