@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tests.acceptance.judge import Effort, Tally, judge
-from tests.acceptance.systems import around, breakpoints, paper_case, random_cases
+from tests.acceptance.systems import around, breakpoints, case, paper_case, random_cases
 from tests.reference.settle import EXCUSED, RIGHT
 from tests.reference.values import COULOMB_JUMPS
 
@@ -48,6 +48,58 @@ def test_around_breakpoints_of_random_coulomb_systems(engine):
             judge(tally, system, around(d, system), engine, rng, Effort(0.02, 2000))
     assert not tally.wrong, str(tally)
     assert tally.verdicts[RIGHT] > 300, str(tally)
+
+
+# Systems of random samples with an answer called wrong, all within a double or two of a breakpoint:
+# a block lands as a limit is reached, and what decides are forces of size one, rounded. (alpha,
+# beta, V, mu, d of the package's breakpoint).
+ROUNDED = [
+    (
+        0.43219920107500687,
+        1.5825065569857109,
+        0.051265158000586404,
+        0.3185670375599832,
+        -0.00587864226102265,
+    ),
+    (
+        1.2408297155383676,
+        0.6294857573892398,
+        0.04557960298102941,
+        0.07373387918736599,
+        -0.24821705614272616,
+    ),
+    (
+        0.4827758881595271,
+        1.8231847229003866,
+        0.12167153350404139,
+        0.16988565240073816,
+        -0.08405441832348143,
+    ),
+    (
+        0.959398328799308,
+        1.3740341291981109,
+        0.056147256678066956,
+        0.7555342403431949,
+        -0.02484419196258045,
+    ),
+    (
+        0.558683479208229,
+        1.1796893097623238,
+        0.09038862817744359,
+        0.10939519036839906,
+        0.007529660367465715,
+    ),
+]
+
+
+@pytest.mark.parametrize("engine", ["exact", "adaptive"])
+@pytest.mark.parametrize(("alpha", "beta", "V", "mu", "d"), ROUNDED)
+def test_rounding_moves_a_breakpoint_by_less_than_1e_14(alpha, beta, V, mu, d, engine):
+    system = case("coulomb", alpha=alpha, beta=beta, V=V, mu=mu)
+    tally = Tally()
+    points = d + np.array([-1e-13, -2e-14, -1e-14, 1e-14, 2e-14, 1e-13])
+    judge(tally, system, points, engine, np.random.default_rng(0))
+    assert tally.verdicts == {RIGHT: points.size}, str(tally)
 
 
 def test_around_breakpoints_of_random_systems_of_law_9():
