@@ -50,10 +50,12 @@ evidence: $(STAMPS)/dev
 	$(PY) -m pytest -n $(JOBS) -q -m slow
 	$(PY) -m tests.acceptance.evidence coulomb --n 20000 --jobs $(JOBS)
 	$(PY) -m tests.acceptance.evidence steppers --n 2000 --jobs $(JOBS)
-	$(PY) -m tests.acceptance.evidence grazing --kind coulomb --n 200 --jobs $(JOBS)
-	$(PY) -m tests.acceptance.evidence grazing --kind law9 --n 20 --share 0 --max-events 400 --jobs $(JOBS)
+	$(PY) -m tests.acceptance.evidence grazing --kind coulomb --n 200 --breakpoints 2 \
+		--share 0.02 --max-events 400 --jobs $(JOBS)
+	$(PY) -m tests.acceptance.evidence grazing --kind law9 --n 20 --breakpoints 2 \
+		--share 0 --max-events 400 --jobs $(JOBS)
 	$(PY) -m tests.acceptance.drivers coulomb --systems 10000 --points 1000 --jobs $(JOBS)
-	$(PY) -m tests.acceptance.drivers law9 --systems 10000 --points 100 --jobs $(JOBS)
+	$(PY) -m tests.acceptance.drivers law9 --systems 100000 --points 100 --jobs $(JOBS)
 
 docs: $(STAMPS)/docs
 	$(PY) -m sphinx -b html -W --keep-going --quiet -d docs/_build/doctrees docs docs/_build/html

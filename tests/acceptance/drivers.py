@@ -14,12 +14,11 @@ random thousandth of the rest, at most a thousand, are settled in high precision
 from __future__ import annotations
 
 import argparse
+import math
 import secrets
 import sys
-import time
 from collections import Counter
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -30,6 +29,7 @@ from tests.reference.settle import EXCUSED, GAVE_UP, WRONG, Verdict, settle
 import stickslip as ss
 from stickslip.status import NAMES, OK
 
+from .pieces import carried_out
 from .results import TABLE, record
 from .systems import Case, random_cases, random_points
 
@@ -158,28 +158,27 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--systems", type=int, default=1000)
     parser.add_argument("--points", type=int, default=100, help="starts of each system")
     parser.add_argument("--seed", type=int, default=secrets.randbits(31), help="default: any")
+    parser.add_argument("--seconds", type=float, default=math.inf, help="then begin no more")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--table", type=Path, default=TABLE, help="where counts are added")
     options = parser.parse_args(arguments)
-    total, start, last = Count(), time.perf_counter(), time.perf_counter()
     print(f"{SAMPLES[options.kind]}, seed {options.seed}", flush=True)
-    with ProcessPoolExecutor(options.jobs) as pool:
-        work = tasks(options.kind, options.systems, options.points, options.seed)
-        for count in pool.map(piece, work):
-            total.merge(count)
-            now = time.perf_counter()
-            record(
-                SAMPLES[options.kind],
-                answers=count.maps,
-                settled=sum(count.verdicts.values()),
-                wrong=count.verdicts[WRONG],
-                excused=count.verdicts[EXCUSED],
-                undecided=count.endless + count.verdicts[GAVE_UP],
-                seconds=now - last,
-                table=options.table,
-            )
-            last = now
-            print(f"{now - start:.0f} s: {total}", flush=True)
+    total, elapsed = Count(), 0.0
+    work = tasks(options.kind, options.systems, options.points, options.seed)
+    for count, took in carried_out(piece, work, options.jobs, options.seconds):
+        total.merge(count)
+        elapsed += took
+        record(
+            SAMPLES[options.kind],
+            answers=count.maps,
+            settled=sum(count.verdicts.values()),
+            wrong=count.verdicts[WRONG],
+            excused=count.verdicts[EXCUSED],
+            undecided=count.endless + count.verdicts[GAVE_UP],
+            seconds=took,
+            table=options.table,
+        )
+        print(f"{elapsed:.0f} s: {total}", flush=True)
     return 1 if total.wrong else 0
 
 

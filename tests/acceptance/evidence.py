@@ -14,10 +14,9 @@ stepper, and settles disagreements and a random share in the oracle. Counts go t
 from __future__ import annotations
 
 import argparse
+import math
 import secrets
 import sys
-import time
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +26,7 @@ import stickslip as ss
 from stickslip.status import NAMES
 
 from .judge import NOT_SETTLED, Effort, Tally, judge
+from .pieces import carried_out
 from .results import TABLE, record
 from .systems import ENGINES, around, breakpoints, paper_case, random_cases, random_points
 
@@ -47,14 +47,14 @@ def random_sample(task: tuple[str, int, int, tuple[str, ...], Effort]) -> Tally:
     return tally
 
 
-def grazing_sample(task: tuple[str, int, int, tuple[str, ...], Effort]) -> Tally:
-    """Around the breakpoints of one system: the paper's for ``n`` = 0, else a random one."""
-    kind, n, seed, engines, effort = task
+def grazing_sample(task: tuple[str, int, int, int, tuple[str, ...], Effort]) -> Tally:
+    """Around all breakpoints of the paper's system (``n`` = 0), or ``most`` of a random one."""
+    kind, n, most, seed, engines, effort = task
     rng = np.random.default_rng([seed, n])
     system = paper_case(kind) if n == 0 else next(random_cases(kind, 1, rng))
     found = breakpoints(system)
-    if n and len(found) > 12:
-        found = rng.choice(found, 12, replace=False).tolist()
+    if n and len(found) > most:
+        found = rng.choice(found, most, replace=False).tolist()
     tally = Tally()
     for d in found:
         for engine in engines:
@@ -138,6 +138,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--engine", nargs="+", help="default: every engine of the law")
     parser.add_argument("--share", type=float, default=1.0, help="of endless motions settled")
     parser.add_argument("--max-events", type=int, default=10_000, help="of the reference")
+    parser.add_argument("--breakpoints", type=int, default=12, help="of a random system, at most")
+    parser.add_argument("--seconds", type=float, default=math.inf, help="then begin no more")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--table", type=Path, default=TABLE, help="where counts are added")
     options = parser.parse_args(arguments)
@@ -147,7 +149,10 @@ def main(arguments: list[str] | None = None) -> int:
     effort = Effort(options.share, options.max_events)
     if options.what == "grazing":
         work = grazing_sample
-        tasks = [(kind, n, options.seed, engines, effort) for n in range(options.n + 1)]
+        tasks = [
+            (kind, n, options.breakpoints, options.seed, engines, effort)
+            for n in range(options.n + 1)
+        ]
     else:
         work = stepper_sample if options.what == "steppers" else random_sample
         sizes = [min(CHUNK, options.n - first) for first in range(0, options.n, CHUNK)]
@@ -157,15 +162,12 @@ def main(arguments: list[str] | None = None) -> int:
         ]
     name = sample_name(options.what, kind, engines)
     print(f"{name}, seed {options.seed}", flush=True)
-    start = last = time.perf_counter()
-    total = Tally()
-    with ProcessPoolExecutor(options.jobs) as pool:
-        for tally in pool.map(work, tasks):
-            total.merge(tally)
-            now = time.perf_counter()
-            keep(name, tally, now - last, options.table)
-            last = now
-            print(f"{now - start:.0f} s: {total}", flush=True)
+    total, elapsed = Tally(), 0.0
+    for tally, took in carried_out(work, tasks, options.jobs, options.seconds):
+        total.merge(tally)
+        elapsed += took
+        keep(name, tally, took, options.table)
+        print(f"{elapsed:.0f} s: {total}", flush=True)
     return 1 if total.wrong else 0
 
 

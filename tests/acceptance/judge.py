@@ -24,14 +24,14 @@ class Tally:
 
     verdicts: Counter[str] = field(default_factory=Counter)
     statuses: Counter[str] = field(default_factory=Counter)
-    wrong: list[tuple[Case, str, Verdict]] = field(default_factory=list)
+    wrong: list[str] = field(default_factory=list)  # as text, which crosses processes
     worst: list[tuple[float, str]] = field(default_factory=list)
 
     def add(self, system: Case, engine: str, verdict: Verdict) -> None:
         """One more point."""
         self.verdicts[verdict.verdict] += 1
         if verdict.verdict == WRONG:
-            self.wrong.append((system, engine, verdict))
+            self.wrong.append(f"  {system} engine={engine}\n    {verdict}")
         elif verdict.verdict == RIGHT and np.isfinite(verdict.error):
             self.worst.append((verdict.error / verdict.kappa, f"{system} {engine} {verdict}"))
             if len(self.worst) > 400:
@@ -47,7 +47,7 @@ class Tally:
     def __str__(self) -> str:
         """Counts, then the wrong ones, then the largest errors that were right."""
         lines = [f"verdicts {dict(self.verdicts)}", f"statuses {dict(self.statuses)}"]
-        lines += [f"  {system} engine={engine}\n    {v}" for system, engine, v in self.wrong[:30]]
+        lines += self.wrong[:30]
         lines += ["largest right errors:"] if self.worst else []
         lines += [f"  {e:.2e} {text}" for e, text in sorted(self.worst, reverse=True)[:5]]
         return "\n".join(lines)

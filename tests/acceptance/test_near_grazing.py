@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from tests.acceptance.judge import Effort, Tally, judge
-from tests.acceptance.systems import around, breakpoints, paper_case, random_cases
+from tests.acceptance.judge import NOT_SETTLED, Effort, Tally, judge
+from tests.acceptance.systems import around, breakpoints, case, paper_case, random_cases
 from tests.reference.settle import EXCUSED, RIGHT
 from tests.reference.values import COULOMB_JUMPS
 
@@ -48,6 +48,32 @@ def test_around_breakpoints_of_random_coulomb_systems(engine):
             judge(tally, system, around(d, system), engine, rng, Effort(0.02, 2000))
     assert not tally.wrong, str(tally)
     assert tally.verdicts[RIGHT] > 300, str(tally)
+
+
+# Systems of random samples with an answer called wrong, at the very double of a breakpoint or the
+# next: a block lands as a limit is reached, and what decides are forces of size one, rounded.
+ROUNDED = """alpha beta V mu d
+0.43219920107500687 1.5825065569857109 0.051265158000586404 0.3185670375599832 -0.0058786422610226
+1.2408297155383676 0.6294857573892398 0.04557960298102941 0.07373387918736599 -0.2482170561427261
+0.4827758881595271 1.8231847229003866 0.12167153350404139 0.16988565240073816 -0.0840544183234814
+0.959398328799308 1.3740341291981109 0.056147256678066956 0.7555342403431949 -0.0248441919625805
+0.558683479208229 1.1796893097623238 0.09038862817744359 0.10939519036839906 0.0075296603674657
+0.7452104411873082 1.7394172697896315 0.029021630911724234 0.21764154153257048 -0.0116315810826945
+2.293667657692368 1.9395460831944762 0.037646236342900534 0.4311640067162606 0.0061158414404934
+2.7401995454738697 1.7982548653831407 0.09148479271716016 0.3122891672395518 0.0082124479760374
+1.8822250881957123 1.3609714305177874 0.27400096675932545 0.08399730362467847 -0.1152902581284754"""
+
+
+@pytest.mark.parametrize("engine", ["exact", "adaptive"])
+@pytest.mark.parametrize("row", ROUNDED.splitlines()[1:])
+def test_rounding_moves_a_breakpoint_by_less_than_2e_14(row, engine):
+    alpha, beta, V, mu, d = map(float, row.split())
+    system = case("coulomb", alpha=alpha, beta=beta, V=V, mu=mu)
+    points = d + np.array([-1e-13, -2e-14, 2e-14, 1e-13])
+    tally = Tally()
+    judge(tally, system, points, engine, np.random.default_rng(0), Effort(0.0, 400))
+    assert tally.verdicts[RIGHT] >= 2, str(tally)
+    assert tally.verdicts.keys() <= {RIGHT, NOT_SETTLED}, str(tally)
 
 
 def test_around_breakpoints_of_random_systems_of_law_9():
