@@ -65,19 +65,20 @@ def _ask(asked: Iterable[requests.Request]) -> None:
 
 
 def _common() -> Iterator[requests.Request]:
+    """Ask what two blocks need: later it would wait for the compiler, which does one at a time."""
     for model in (examples.coulomb(), examples.law9()):
         values = model_values(model)
         yield requests.EventMap(values, window=WINDOW, points=50, max_period=2)
         yield requests.Motion(values, d=0.1, t_end=20.0)
         yield requests.Cobweb(values, d=0.1, n=5)
-
-
-def _rarer() -> Iterator[requests.Request]:
     values = model_values(examples.coulomb())
     yield requests.Basins(values)
     yield requests.Diagram(
         values, parameter="V", range=(0.0369, 0.037), window=(-0.1, 0.05), values=2, max_period=1
     )
+
+
+def _rarer() -> Iterator[requests.Request]:
     for preset in presets():
         values = preset["state"]["model"]
         if values["kind"] != "two_block":
