@@ -15,7 +15,8 @@ from tests.fuzz.values import MAKERS
 
 CALLS: Final = calls()
 OPEN: Final = (
-    "bifurcation",
+    "bifurcation_diagram",
+    "bifurcations",
     "basins",
     "attractors",
     "certify",
@@ -29,29 +30,14 @@ OPEN: Final = (
     "quasi",
     "Quasi",
     "BlocksEventMap",
-    "Orbit",
-    "Periodic",
-    "Bifurc",
-    "Diagram",
-    "ReturnR",
-    "Trapping",
-    "Certificate",
-    "CycleB",
-    "CycleL",
     "lyap",
     "Strobo",
-    "EventMap",
-    "open",
     "explore",
     "slips",
     "simulate",
     "find",
     "strobo",
-    "NeutralFamily",
-    "HopfPoint",
     "Blocks",
-    "Cycle",
-    "Trajectory",
 )
 """How the names begin whose arguments have not been gone through one by one yet."""
 CLOSED: Final = {name: call for name, call in CALLS.items() if not name.startswith(OPEN)}
