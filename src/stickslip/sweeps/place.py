@@ -146,9 +146,11 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
     from fsspec.core import url_to_fs
     from fsspec.implementations.local import LocalFileSystem
 
-    if not isinstance(store, str | PathLike) or store == "":
+    if not isinstance(store, str | PathLike):
         raise ValueError(f"store = {shown(store)} is neither a path nor an address.")
     url = str(store)
+    if not url:
+        raise ValueError("store = '' is neither a path nor an address.")
     options = {} if options is None else options
     told = "what the file system is told, by name"
     for name in instance("storage_options", options, Mapping, told):
