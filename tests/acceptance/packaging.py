@@ -166,7 +166,9 @@ def run(*command: str | Path, cwd: Path = ROOT, **environment: str) -> str:
 def check(case: Case, folder: Path) -> str:
     """Install a case and use it; return what was installed of the project's own requirements."""
     pins = folder / "pins.txt"
+    # Of the oldest versions those that have wheels for this Python: nobody is asked for a compiler.
     options = ("--quiet", "--python-version", case.python, "--output-file", pins)
+    options += ("--only-binary", ":all:")
     extra = ("--extra", case.extra) if case.extra else ()
     resolution = ("--resolution", RESOLUTIONS[case.resolution])
     run(*UV, "pip", "compile", *options, *resolution, *extra, "pyproject.toml")

@@ -379,6 +379,13 @@ def test_counts_below_one_are_refused(name):
         attractors(logistic(3.2), **{name: 0})
 
 
+@pytest.mark.parametrize("max_steps", [1, 2])
+def test_orbits_that_were_hardly_followed_have_an_exponent(max_steps):
+    found = attractors(logistic(3.2), max_steps=max_steps, n_seeds=4)
+    assert "undecided" in {item.kind for item in found}
+    assert np.isfinite([item.lyapunov.value for item in found]).all()
+
+
 def test_seed_outside_the_domain_is_refused():
     with pytest.raises(ValueError, match="outside the domain"):
         attractors(logistic(3.2), seeds=[1.5])

@@ -180,6 +180,7 @@ def test_files_of_others_are_refused(path):
     for text, said in [
         ("not JSON", "is not a stickslip result"),
         ("[1, 2]", "some other JSON"),
+        ("[" * 100_000, "is not a stickslip result"),
         ('{"format": "something"}', "some other JSON"),
         ('{"format": "stickslip result"}', "damaged"),
         ('{"format": "stickslip result", "version": 1}', "damaged"),
@@ -209,6 +210,7 @@ def test_newer_files_are_refused(path):
         {"is": "Border", "left": 1},
         {"is": "array", "dtype": "float64", "shape": [3], "of": [1.0]},
         {"is": "array", "dtype": "float64", "shape": [1], "of": ["one"]},
+        {"is": "array", "dtype": "uint64", "shape": [1], "of": [10**30]},
         {"is": "float", "of": "many"},
         {"is": "tuple"},
     ],

@@ -133,6 +133,7 @@ def test_the_name_of_the_picture_chooses_its_format(suffix, here, capsys):
         ("--out nowhere/fig.svg", ["nowhere"]),
         ("--out fig.svg --csv nowhere/points.csv", ["nowhere"]),
         ("--out fig.svg --values 1", ["--values 1", "at least 2"]),
+        ("--out fig.svg --values 99999999999999999999", ["--values 999", "at most"]),
         ("--out fig.svg --values 10.5", ["--values", "10.5"]),
         ("--out fig.svg --max-period 0", ["max_period", "0"]),
         ("--out fig.svg --range 0.04 0.03", ["0.04", "0.03"]),

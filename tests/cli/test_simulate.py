@@ -91,6 +91,7 @@ def test_a_motion_that_could_not_be_followed_fails(capsys):
         ("--x 0.5 --v 0", ["x", "0.5"]),
         ("-d 3", ["3.0", "0.676"]),
         ("-d 0.1 --samples 1", ["--samples 1"]),
+        ("-d 0.1 --samples 99999999999999999999", ["--samples 999", "at most"]),
         ("-d 0.1 --t-end -1", ["t_end", "-1"]),
         ("-d 0.1 --t-end nan", ["t_end", "nan"]),
         ("-d 0.1 --alpha -1", ["alpha", "-1"]),

@@ -229,6 +229,22 @@ def test_laws_known_by_values_only_are_differentiated(name, s):
 
 
 @pytest.mark.kernel
+@given(s=st.floats(0, 2))
+def test_each_parameter_of_a_law_known_by_values_has_its_own_place(s):
+    def of_two(s, a, b):
+        return a / (1 + s) + b * s if s < 9 else a
+
+    law = friction_law(of_two, parameters={"a": 0.3, "b": 0.2})
+    code = law_code([law])
+    (p,) = code.parameter_rows([law])
+    out = np.empty(2)
+    assert not law.traceable
+    assert code.force(p, 1, s) == pytest.approx(of_two(s, 0.3, 0.2), rel=1e-15)
+    code.gradient(p, 1, s, out)
+    assert out == pytest.approx([1 / (1 + s), s], abs=DIFFERENCES)
+
+
+@pytest.mark.kernel
 @given(law=ANY_LAW, s=st.floats(0, 3))
 def test_the_continuation_is_the_tangent_at_rest(law, s):
     code = law_code([law])

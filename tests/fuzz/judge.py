@@ -18,7 +18,7 @@ PACKAGE: Final = Path(ss.__file__).parent
 LONGEST: Final = 900
 """Characters of a message."""
 SECONDS: Final = 60.0
-"""For one call: compilation included, on a machine that does other things."""
+"""Of processor time, for one call: compilation included."""
 
 FILES: Final = ("path", "store")
 """Parameters whose errors are those of the system."""
@@ -59,14 +59,14 @@ SAY: Final = {
 
 def complaint(call: Call, name: str, value: Any) -> str | None:
     """Call with one argument replaced; say what is wrong with what comes of it, if anything is."""
-    began = time.monotonic()
+    began = time.process_time()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             result = call({name: value})
     except Exception as error:
         return _of_error(name, error)
-    took = time.monotonic() - began
+    took = time.process_time() - began
     return f"took {took:.0f} s" if took > SECONDS else _of_result(result)
 
 

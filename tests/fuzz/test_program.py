@@ -55,8 +55,9 @@ GOOD: Final[dict[str, dict[str, list[str]]]] = {
 
 NUMBERS: Final = ("spam", "", "nan", "inf", "-inf", "1e999", "1j", "0x1", "1,5", "½", "1e-400")
 COUNTS: Final = (*NUMBERS, "1.5", "-1", "0", "9" * 40, "--")
-WORDS: Final = ("", "spam", "a b", "ä", "../..", "\x00", "spam:mu=1", "coulomb:mu=spam", "coulomb:")
-PATHS: Final = ("", ".", "missing/file", "/proc/none/file", "\x00", "a" * 300, "plan.toml/file")
+# No text with a NUL: the system passes none to a program.
+WORDS: Final = ("", "spam", "a b", "ä", "../..", "spam:mu=1", "coulomb:mu=spam", "coulomb:")
+PATHS: Final = ("", ".", "missing/file", "/proc/none/file", "a" * 300, "plan.toml/file")
 
 
 @cache

@@ -169,6 +169,7 @@ def test_an_interval_that_straddles_a_breakpoint_is_refused_with_the_reason(ends
 def test_numbers_are_read_exactly():
     assert fraction("x", 0.1) == Fraction(1, 10)
     assert fraction("x", "6/5") == Fraction(6, 5)
+    assert type(fraction("x", np.int64(3)).numerator) is int
     for value in (float("nan"), "one", float("inf"), None):
         with pytest.raises(ValueError, match=r"x = .* exact number"):
             fraction("x", value)

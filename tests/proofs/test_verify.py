@@ -103,7 +103,9 @@ def test_a_changed_digit_is_refused_by_arithmetic_even_if_the_statement_follows(
         check.check(document)
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "stickslip-certificate-1"}'])
+@pytest.mark.parametrize(
+    "text", ["", "[]", "[" * 100_000, "{}", '{"schema": "stickslip-certificate-1"}']
+)
 def test_what_is_no_certificate_is_refused(text):
     with pytest.raises(Refused):
         check_text(text)

@@ -217,8 +217,15 @@ def test_what_is_no_sweep_is_left_alone(tmp_path):
         with pytest.raises(StoreRefused, match=words):
             small.run(tmp_path / name)
     assert {path.name for path in tmp_path.iterdir()} == {"precious.txt", "group", "file"}
-    with pytest.raises(StoreRefused, match="there is no sweep"):
+    with pytest.raises(StoreRefused, match=r"store = '.*nothing': there is no sweep"):
         ss.open_sweep(tmp_path / "nothing")
+
+
+def test_a_place_that_cannot_be_is_told():
+    with pytest.raises(ValueError, match="store = '' is neither a path"):
+        ss.open_sweep("")
+    with pytest.raises(ValueError, match="storage_options = 3 is not a name"):
+        ss.open_sweep("store", storage_options={3: 4})
 
 
 def test_a_store_whose_making_was_interrupted_is_made_again(tmp_path, whole, monkeypatch):

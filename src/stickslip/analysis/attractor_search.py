@@ -388,8 +388,9 @@ def _chaotic(bands: Bands, exponent: LyapunovExponent, point: float) -> Attracto
 
 
 def _undecided(f: Map1D, tail: Floats, reason: str) -> Attractor:
-    points = np.sort(tail[len(tail) // 2 :])
-    slopes = sample(f, tail[None, len(tail) // 2 : -1]).derivative
+    late = tail[len(tail) // 2 :]
+    points = np.sort(late)
+    slopes = sample(f, late[None, : max(len(late) - 1, 1)]).derivative
     return Attractor(
         kind="undecided",
         period=0,

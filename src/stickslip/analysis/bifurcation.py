@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args, overload
 
+from stickslip.checks import one_of
+
 if TYPE_CHECKING:
     import os
 
@@ -323,11 +325,7 @@ class BifurcationList(Sequence[Bifurcation]):
             A kind is not one of ``BIFURCATION_KINDS``.
         """
         for kind in kinds:
-            if kind not in BIFURCATION_KINDS:
-                raise ValueError(
-                    f"kind = {kind!r} is no kind of bifurcation. "
-                    f"Allowed: {', '.join(BIFURCATION_KINDS)}."
-                )
+            one_of("kind", kind, BIFURCATION_KINDS)
         return tuple(item for item in self.bifurcations if item.kind in kinds)
 
     def table(self) -> list[dict[str, Any]]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.analysis.one_d.borders import ConditionLost
 from stickslip.analysis.one_d.locate import solve_near
+from stickslip.checks import finite_number
 
 if TYPE_CHECKING:
     import os
@@ -144,6 +145,7 @@ class BifurcationCurve:
             reaches several times and ``near`` is not given.
         """
         name, value = self._one_of(where)
+        near = None if near is None else finite_number("near", near)
         if self.system is None:
             raise ValueError("the curve was loaded without its system: load it with one.")
         other = self.solve_for if name == self.along else self.along
@@ -178,22 +180,22 @@ class BifurcationCurve:
                 f"{self.solve_for}=... is needed."
             )
         ((name, value),) = where.items()
-        return name, float(value)
+        return name, finite_number(name, value)
 
     def _nearest(
         self, name: str, value: float, other: str, near: float | None
     ) -> tuple[int, float]:
         """Find the closest point of the curve, by number, and a guess of ``other``."""
         x, y = self.parameters[name], self.parameters[other]
-        crossed = np.flatnonzero((x[:-1] - value) * (x[1:] - value) <= 0)
-        with np.errstate(all="ignore"):
-            share = np.nan_to_num((value - x[crossed]) / (x[crossed + 1] - x[crossed]))
-        guesses = y[crossed] + share * (y[crossed + 1] - y[crossed])
-        if not len(crossed):
+        if not x.min() <= value <= x.max():
             raise ValueError(
                 f"{name} = {value:.12g} is not on the curve, whose {name} runs from "
                 f"{x.min():.12g} to {x.max():.12g}."
             )
+        crossed = np.flatnonzero((x[:-1] - value) * (x[1:] - value) <= 0)
+        with np.errstate(all="ignore"):
+            share = np.nan_to_num((value - x[crossed]) / (x[crossed + 1] - x[crossed]))
+        guesses = y[crossed] + share * (y[crossed + 1] - y[crossed])
         places = crossed + np.round(share).astype(np.intp)
         if near is None and len(set(places.tolist())) > 1:
             raise ValueError(

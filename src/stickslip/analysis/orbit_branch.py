@@ -188,7 +188,7 @@ class OrbitBranch(AlongParameter):
         ValueError
             As for `at`, which is for branches that pass each value once.
         """
-        number = self._checked_value(value)
+        number = self.checked_value(value)
         if self.f is None:
             raise ValueError(
                 "the branch was loaded without its system: load(path, system=...) gives it back."
@@ -200,21 +200,6 @@ class OrbitBranch(AlongParameter):
             if not any(_same(orbit, other) for other in found):
                 found.append(orbit)
         return tuple(found)
-
-    def _checked_value(self, value: dict[str, float]) -> float:
-        if list(value) != [self.parameter]:
-            raise ValueError(
-                f"at({', '.join(value)}): the branch is one along {self.parameter}; "
-                f"give its value as at({self.parameter}=...)."
-            )
-        number = float(value[self.parameter])
-        low, high = self.values.min(), self.values.max()
-        if not low <= number <= high:
-            raise ValueError(
-                f"{self.parameter} = {number:.15g} is outside the branch, "
-                f"[{low:.15g}, {high:.15g}]."
-            )
-        return number
 
     def _places(self, number: float) -> list[tuple[int, bool]]:
         """Rows with a parameter value, and rows after which it is passed (True)."""

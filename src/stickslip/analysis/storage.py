@@ -206,7 +206,7 @@ def _document(path: Path) -> dict[str, Any]:
     text = path.read_bytes()
     try:
         document = json.loads(text)
-    except (UnicodeDecodeError, json.JSONDecodeError) as reason:
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as reason:
         raise ValueError(f"{path} is not a {FORMAT}: {reason}") from reason
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise ValueError(f"{path} is not a {FORMAT}, but some other JSON file.")
@@ -323,7 +323,7 @@ class _Reader:
             return {key: self.value(item) for key, item in written.items()}
         try:
             return self._object(written[KIND], written)
-        except (KeyError, TypeError, IndexError, ValueError) as reason:
+        except (KeyError, TypeError, IndexError, ValueError, OverflowError) as reason:
             if isinstance(reason, _SystemError):
                 raise
             raise _DamagedError(f"{written[KIND]}: {reason}") from reason

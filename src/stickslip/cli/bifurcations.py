@@ -13,7 +13,14 @@ from cyclopts import Parameter
 from stickslip.cli import columns, pictures
 from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
 from stickslip.cli.files import new_folder
-from stickslip.cli.options import OUTPUT, Flag, OutputOptions, SweepOptions, Whole
+from stickslip.cli.options import (
+    OUTPUT,
+    Flag,
+    OutputOptions,
+    SweepOptions,
+    Whole,
+    check_equally_spaced,
+)
 from stickslip.cli.progress import notes, shares
 from stickslip.cli.table import SystemOptions
 
@@ -95,8 +102,7 @@ def command(
 
     if csv and output.json:
         raise UsageError("give either --csv or --json")
-    if values < 2:
-        raise UsageError(f"--values {values}: both ends are values, so at least 2")
+    check_equally_spaced("--values", values)
     ends = sweep.ends
     f = system.event_map()
     with ExitStack() as stack:

@@ -9,9 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from stickslip.cli import columns, pictures
-from stickslip.cli.failure import UsageError
 from stickslip.cli.files import new_files
-from stickslip.cli.options import OUTPUT, Flag, OutputOptions, SweepOptions, Whole
+from stickslip.cli.options import (
+    OUTPUT,
+    Flag,
+    OutputOptions,
+    SweepOptions,
+    Whole,
+    check_equally_spaced,
+)
 from stickslip.cli.progress import notes, shares
 from stickslip.cli.table import SystemOptions
 
@@ -65,8 +71,7 @@ def command(
 
     from stickslip.study.diagram import bifurcation_diagram
 
-    if values < 2:
-        raise UsageError(f"--values {values}: both ends are values, so at least 2")
+    check_equally_spaced("--values", values)
     if out is not None:
         pictures.check_suffix(out)
     grid = np.linspace(*sweep.ends, values)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from cyclopts import Group, Parameter, Token
 
@@ -34,6 +34,15 @@ def _whole(_type: Any, tokens: Sequence[Token]) -> int:
 
 Whole = Annotated[int, Parameter(converter=_whole)]
 """A whole number; left to itself the parser takes 1.5 for 2."""
+
+MOST_ROWS: Final = 10**8
+"""Of a table: a few gigabytes."""
+
+
+def check_equally_spaced(option: str, count: int) -> None:
+    """Say so if a count of equally spaced values, both ends included, is none."""
+    if not 2 <= count <= MOST_ROWS:
+        raise UsageError(f"{option} {count}: both ends count, so at least 2; at most {MOST_ROWS}")
 
 
 @Parameter(name="*", group=MODEL)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
-from stickslip.cli.options import Flag, Whole
+from stickslip.cli.options import Flag, Whole, check_equally_spaced
 from stickslip.cli.progress import note
 from stickslip.cli.table import TableOptions
 
@@ -62,8 +62,7 @@ def command(
     import stickslip as ss
     from stickslip import status
 
-    if samples < 2:
-        raise UsageError(f"--samples {samples}: both ends are samples, so at least 2")
+    check_equally_spaced("--samples", samples)
     if bool(d) == bool(x or v):
         raise UsageError("give a start: either -d 0.1, or --x and --v once for each block")
     model = table.model()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from stickslip.checks import finite_number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,6 +28,28 @@ class AlongParameter:
     def values(self) -> NDArray[np.float64]:
         """Values of the varied parameter, shape (m,), in order along the branch."""
         return self.parameters[self.parameter]
+
+    def checked_value(self, given: dict[str, Any]) -> float:
+        """Return the value of the varied parameter, given by its name.
+
+        Raises
+        ------
+        ValueError
+            Another parameter, no number, or a value that the branch does not reach.
+        """
+        name = self.parameter
+        if list(given) != [name]:
+            raise ValueError(
+                f"at({', '.join(given)}): the branch is one along {name}; "
+                f"give its value as at({name}=...)."
+            )
+        value = finite_number(name, given[name])
+        low, high = self.values.min(), self.values.max()
+        if not low <= value <= high:
+            raise ValueError(
+                f"{name} = {value:.15g} is outside the branch, [{low:.15g}, {high:.15g}]."
+            )
+        return value
 
     def __len__(self) -> int:
         """Return the number of solutions computed."""

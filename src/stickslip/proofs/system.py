@@ -71,7 +71,8 @@ def fraction(name: str, value: Exact) -> Fraction:
         It is not a finite number.
     """
     try:
-        return Fraction(repr(float(value)) if isinstance(value, float) else value)
+        exact = Fraction(repr(float(value)) if isinstance(value, float) else value)
+        return Fraction(int(exact.numerator), int(exact.denominator))  # NumPy's stay NumPy's
     except (ValueError, TypeError, OverflowError, ZeroDivisionError):
         raise ValueError(
             f"{name} = {value!r} is not a finite exact number: give text such as '1.2' or '6/5', "

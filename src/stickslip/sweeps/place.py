@@ -149,8 +149,12 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
     if not isinstance(store, str | PathLike):
         raise ValueError(f"store = {shown(store)} is neither a path nor an address.")
     url = str(store)
+    if not url:
+        raise ValueError("store = '' is neither a path nor an address.")
     options = {} if options is None else options
-    instance("storage_options", options, Mapping, "what the file system is told, by name")
+    told = "what the file system is told, by name"
+    for name in instance("storage_options", options, Mapping, told):
+        instance("storage_options", name, str, f"a name, as in {told}")
     try:
         fs, path = url_to_fs(url, **options)
     except (ImportError, ValueError) as error:

@@ -232,12 +232,12 @@ def open_sweep(
     import zarr
 
     if not place.packed and not place.exists(ROOT):
-        raise StoreRefused(f"{place.url}: there is no sweep.")
+        raise StoreRefused(f"store = {place.url!r}: there is no sweep.")
     source = place.zarr_store(read_only=True)
     group = zarr.open_group(source, mode="r")
     facts = described(place, group)
     if facts == BEING_MADE:
-        raise StoreRefused(f"{place.url}: the sweep has only begun.")
+        raise StoreRefused(f"store = {place.url!r}: the sweep has only begun.")
     dataset = xarray.open_zarr(source, chunks=None, consolidated=False)
     marks = read_marks(group[MARKS])
     dataset.attrs = {

@@ -79,6 +79,8 @@ def test_orbits_are_solved_anew_at_a_value(fixed):
         fixed.at(a=-0.2)
     with pytest.raises(ValueError, match=r"at\(a="):
         fixed.at(b=0.3)
+    with pytest.raises(ValueError, match=r"a = None .* is not a real number"):
+        fixed.at(a=None)
 
 
 def test_an_orbit_of_twice_the_period_ends_at_the_flip():

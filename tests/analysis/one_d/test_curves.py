@@ -1,6 +1,7 @@
 """Bifurcation curves in two parameters whose equations are known."""
 
 import math
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -268,8 +269,15 @@ def test_arguments_are_checked():
     curve = follow(f, flip, "a", 0.75, along="b", range=(-0.5, 0.5), solve_for="a")
     with pytest.raises(ValueError, match="exactly one of b"):
         curve.at(a=0.75, b=0.0)
-    with pytest.raises(ValueError, match=r"b = 0\.7 is not on the curve"):
-        curve.at(b=0.7)
+    for b in (0.7, 1e300):
+        with pytest.raises(
+            ValueError, match=rf"b = {re.escape(format(b, 'g'))} is not on the curve"
+        ):
+            curve.at(b=b)
+    with pytest.raises(ValueError, match=r"b = 'spam' .* is not a real number"):
+        curve.at(b="spam")
+    with pytest.raises(ValueError, match=r"near = \(0, 1\) .* is not a real number"):
+        curve.at(b=0.1, near=(0, 1))
 
 
 def test_curve_and_its_loaded_copy_are_the_same(tmp_path):

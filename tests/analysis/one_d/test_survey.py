@@ -192,6 +192,12 @@ def test_an_event_at_the_end_of_the_range():
     assert not survey.unresolved
 
 
+def test_two_values_that_are_neighbours_among_the_floats_are_joined():
+    # The grid comes next to the exchange of stability at 1, and multipliers are 1 to rounding.
+    survey = surveyed(examples.logistic(3.2), "r", 0.0, 1.0, max_period=1)
+    assert [event.kind for event in survey.events] == ["transcritical"]
+
+
 def test_orbits_that_leave_the_window_are_no_events():
     # The fixed point 1 - 1/r passes 0.7 at r = 10/3.
     survey = surveyed(examples.logistic(3.2), "r", 3.1, 3.4, max_period=1, window=(0.5, 0.7))

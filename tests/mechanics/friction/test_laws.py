@@ -13,6 +13,7 @@ from scipy.interpolate import PchipInterpolator
 from stickslip.mechanics.friction import (
     LAWS,
     Coulomb,
+    FrictionLaw,
     PoppStelter,
     Stribeck,
     TabulatedFriction,
@@ -119,6 +120,11 @@ def test_text_that_is_no_law(text, message):
 
 def test_the_table_of_laws_names_each_by_its_own_name():
     assert {name: law.name for name, law in LAWS.items()} == {name: name for name in LAWS}
+
+
+def test_what_laws_are_made_of_is_no_law():
+    with pytest.raises(TypeError, match="FrictionLaw has no equation"):
+        FrictionLaw()
 
 
 def test_replace_suggests_the_parameter_that_was_meant():

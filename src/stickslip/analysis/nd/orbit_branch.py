@@ -158,19 +158,12 @@ class OrbitBranchND(AlongParameter):
         """
         if self.f is None:
             raise ValueError("the branch has no map: load it with system=.")
-        if set(value) != {self.parameter}:
-            raise ValueError(f"the branch is one along {self.parameter}: at({self.parameter}=...).")
-        q = float(value[self.parameter])
+        q = self.checked_value(value)
         f = self.f.replace(**{self.parameter: q})
         sides = np.sign(self.values - q)
         rows = [k for k in range(len(sides) - 1) if sides[k] * sides[k + 1] < 0 or sides[k] == 0]
         if len(sides) and sides[-1] == 0:
             rows.append(len(sides) - 1)
-        if not rows:
-            low, high = self.values.min(), self.values.max()
-            raise ValueError(
-                f"{self.parameter} = {q:.12g} is outside the branch, {low:.12g} to {high:.12g}."
-            )
         guesses = np.stack([self._between(k, q) for k in rows])
         got = solve_orbits(f, guesses)
         return tuple(

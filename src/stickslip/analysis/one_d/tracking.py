@@ -314,7 +314,8 @@ class _Traveller:
 
     def go(self, first: float) -> Way:
         """Step towards the goal, as far as it goes."""
-        step = first * np.sign(self.length)
+        least = np.spacing(max(abs(self.q), abs(self.goal)))  # a shorter step leads nowhere
+        step = max(first, least) * np.sign(self.length)
         for _ in range(MAX_STEPS):
             if self.q == self.goal:
                 self.way.end = self._end("arrived", step)
@@ -324,7 +325,8 @@ class _Traveller:
             ratio = self._try(step)
             if ratio is None:
                 step *= 0.4
-                if abs(step) < SHORTEST * min(abs(self.goal - self.q), MANY * first):
+                way = min(abs(self.goal - self.q), MANY * first)
+                if abs(step) < max(least, SHORTEST * way):
                     break
             elif ratio < EASY:
                 step *= 2.0

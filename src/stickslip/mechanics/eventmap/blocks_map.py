@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.checks import MOST_STEPS, whole_number
+from stickslip.checks import MOST_STEPS, parameter_name, whole_number
 from stickslip.mechanics.eventmap.records import BlockScratch, Controls, Outputs, new_outputs
 from stickslip.mechanics.eventmap.result import EventMapResult
 from stickslip.mechanics.flow.blocks.engine import BlockEngine, block_engine
@@ -160,6 +160,7 @@ class BlocksEventMap:
 
     def parameter_derivative(self, d: ArrayLike, name: str) -> Floats:
         """df/d(name) at fixed ``d``, exact, shaped like ``d``; ValueError for an unknown name."""
+        name = parameter_name("name", name, self.parameters, of="the model")
         directions = self._parameter_direction(name)
         points = self.model.admit(d)
         return self._run(points, directions).derivative.reshape(points.shape)

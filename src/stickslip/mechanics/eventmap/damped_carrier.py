@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.checks import parameter_name
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
 from stickslip.mechanics.eventmap.records import Controls, Outputs
 from stickslip.mechanics.flow.engine import EngineName, engine_for
-from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -57,9 +57,7 @@ class DampedCarrier:
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
-        if name not in self.parameters:
-            known = did_you_mean(name, list(self.parameters))
-            raise ValueError(f"the model has no parameter {name!r}. {known}")
+        parameter_name("name", name, self.parameters, of="the model")
         name = {"beta": "static_2"}.get(name, name)
         return self.inner.parameter_derivative(d[:, None], name)[:, 0]
 

@@ -11,14 +11,13 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import one_of
+from stickslip.checks import one_of, parameter_name
 from stickslip.mechanics.flow.system import ALPHA, BETA, LAWS, START, VELOCITY, System
 from stickslip.mechanics.friction import Coulomb
 from stickslip.mechanics.friction.code import LawCode, law_code
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import instantiate
-from stickslip.vocabulary import did_you_mean
 
 EngineName: TypeAlias = Literal["auto", "exact", "adaptive"]
 ENGINES = ("auto", "exact", "adaptive")
@@ -176,9 +175,7 @@ def parameter_direction(engine: Engine, model: TwoBlock, name: str) -> NDArray[n
     ValueError
         The model has no parameter of that name.
     """
-    if name not in model.parameters:
-        known = did_you_mean(name, list(model.parameters))
-        raise ValueError(f"the model has no parameter {name!r}. {known}")
+    parameter_name("name", name, model.parameters, of="the model")
     row = np.zeros(engine.n_directions)
     own = {"alpha": ALPHA, "beta": BETA, "V": VELOCITY}
     if name in own:

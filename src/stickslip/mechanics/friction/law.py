@@ -57,6 +57,11 @@ class FrictionLaw:
 
     def __post_init__(self) -> None:
         """Check the parameters, then F(0)."""
+        if type(self) is FrictionLaw:
+            raise TypeError(
+                "FrictionLaw has no equation: take one of its subclasses, such as ss.Coulomb, or "
+                "ss.friction_law(force) for a law of your own."
+            )
         for name, allowed in self.fields().items():
             object.__setattr__(self, name, self._checked(name, allowed))
         self._check_static_value()

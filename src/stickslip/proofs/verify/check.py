@@ -372,6 +372,6 @@ def check_text(text: str) -> str:
     """Check a certificate as it stands in a file; see `check`."""
     try:
         document = json.loads(text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise Refused(f"not JSON: {error}") from None
     return check(document)
