@@ -29,3 +29,25 @@ def two_product(a: float, b: float) -> tuple[float, float]:
     b_high = shifted - (shifted - b)
     b_low = b - b_high
     return p, ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low
+
+
+@kernel(inline=True)
+def sum_of_two(a: float, b: float, low: float) -> tuple[float, float]:
+    """Add two numbers and a small one: the rounded sum, and the rest."""
+    s, rest = two_sum(a, b)
+    return two_sum(s, rest + low)
+
+
+@kernel(inline=True)
+def product(a: float, a_low: float, b: float, b_low: float) -> tuple[float, float]:
+    """Multiply two sums of two."""
+    p, low = two_product(a, b)
+    return p, low + (a * b_low + a_low * b)
+
+
+@kernel(inline=True)
+def quotient(a: float, a_low: float, b: float, b_low: float) -> tuple[float, float]:
+    """Divide a sum of two by another."""
+    q = a / b
+    p, low = two_product(q, b)
+    return q, ((a - p) - low + a_low - q * b_low) / b

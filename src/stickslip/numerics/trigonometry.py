@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 
+from stickslip.numerics.rounding import two_product, two_sum
 from stickslip.numerics.targets import kernel
 
 # pi/2 = HIGH + MIDDLE + LOW: the first two have trailing zeros, so that k times them is exact.
@@ -26,28 +27,30 @@ SLOPE_OF_PI_8 = 0.4142135623730951
 
 
 @kernel(inline=True)
-def sincos(x: float) -> tuple[float, float]:
-    """Return (sin x, cos x)."""
-    k = (x * TWO_OVER_PI + ROUNDER) - ROUNDER
-    r = ((x - k * HIGH) - k * MIDDLE) - k * LOW
+def beyond_parabola(r: float) -> tuple[float, float]:
+    """Return (sin r - r, cos r - 1 + r^2 / 2) for ``|r| <= pi/4``."""
     z = r * r
-    sine = r + r * z * (
-        -1.66666666666666324348e-01
-        + z
+    sine = (
+        r
+        * z
         * (
-            8.33333333332248946124e-03
+            -1.66666666666666324348e-01
             + z
             * (
-                -1.98412698298579493134e-04
+                8.33333333332248946124e-03
                 + z
                 * (
-                    2.75573137070700676789e-06
-                    + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)
+                    -1.98412698298579493134e-04
+                    + z
+                    * (
+                        2.75573137070700676789e-06
+                        + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)
+                    )
                 )
             )
         )
     )
-    higher = (
+    cosine = (
         z
         * z
         * (
@@ -67,11 +70,48 @@ def sincos(x: float) -> tuple[float, float]:
             )
         )
     )
-    whole = 1.0 - 0.5 * z
-    cosine = whole + (((1.0 - whole) - 0.5 * z) + higher)
+    return sine, cosine
+
+
+@kernel(inline=True)
+def sincos(x: float) -> tuple[float, float]:
+    """Return (sin x, cos x)."""
+    k = (x * TWO_OVER_PI + ROUNDER) - ROUNDER
+    r = ((x - k * HIGH) - k * MIDDLE) - k * LOW
+    beyond, higher = beyond_parabola(r)
+    sine = r + beyond
+    half = 0.5 * (r * r)
+    whole = 1.0 - half
+    cosine = whole + (((1.0 - whole) - half) + higher)
     quadrant = int(k) & 3
     s, c = (cosine, sine) if quadrant & 1 else (sine, cosine)
     return -s if quadrant & 2 else s, -c if (quadrant + 1) & 2 else c
+
+
+@kernel(inline=True)
+def sine_and_versed(x: float, x_low: float) -> tuple[float, float, float, float]:
+    """Return sin and 1 - cos of ``x + x_low``, each as a sum of two: within a tenth of an ulp."""
+    k = (x * TWO_OVER_PI + ROUNDER) - ROUNDER
+    r, r_low = two_sum(x - k * HIGH, -(k * MIDDLE))
+    r_low += x_low - k * LOW
+    beyond, higher = beyond_parabola(r)
+    square, square_low = two_product(r, r)
+    s, s_low = two_sum(r, beyond + r_low * (1.0 - 0.5 * square))
+    v, v_low = two_sum(0.5 * square, 0.5 * square_low + r * r_low - higher)
+    quadrant = int(k) & 3
+    if quadrant & 1:
+        # sin -> cos = 1 - v, cos -> -sin
+        c, c_low = two_sum(1.0, -v)
+        c_low -= v_low
+        v, v_low = two_sum(1.0, s)
+        v_low += s_low
+        s, s_low = c, c_low
+    if quadrant & 2:
+        # sin -> -sin, cos -> -cos
+        s, s_low = -s, -s_low
+        v, low = two_sum(2.0, -v)
+        v_low = low - v_low
+    return s, s_low, v, v_low
 
 
 @kernel(inline=True, fused=True)
