@@ -32,8 +32,8 @@ from stickslip.mechanics.flow.system import (
     loading_rate,
 )
 from stickslip.mechanics.friction.columns import STATIC_COLUMN
-from stickslip.numerics.rounding import product, quotient, sum_of_two, two_product, two_sum
 from stickslip.numerics.roots import EPSILON, contact_time, leaving_step, safe_step
+from stickslip.numerics.rounding import product, quotient, sum_of_two, two_product, two_sum
 from stickslip.numerics.targets import kernel
 from stickslip.status import OK, STEP_FAILED
 
@@ -96,7 +96,7 @@ def friction_direction(
 
 @kernel(inline=True)
 def friction_low(system: System, laws: Floats, motion: Motion, block: int) -> float:
-    """What rounding leaves out of `friction`."""
+    """Return what rounding leaves out of `friction`."""
     _, low = two_product(laws[block, STATIC_COLUMN], limit(system, block))
     return -motion.mode[block] * low
 

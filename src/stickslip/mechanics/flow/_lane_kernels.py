@@ -11,8 +11,8 @@ import math
 from typing import NamedTuple
 
 from stickslip.mechanics.flow.system import Floats
-from stickslip.numerics.targets import kernel
 from stickslip.numerics.rounding import two_product, two_sum
+from stickslip.numerics.targets import kernel
 from stickslip.numerics.trigonometry import ROUNDER, turn_squared, upper_angle
 
 # Clearance from another outcome, in units of the quantity's size, below which a lane gives up.
@@ -32,7 +32,8 @@ class Plant(NamedTuple):
     e_slipper(0))``. ``first_time``, ``first_gain``: return of a slip that starts from rest at
     the limit, and what the rider's force gains until then; they do not depend on d.
     ``turning``: speed of a forward slip at which its rider's force stops growing. ``unit``:
-    time in which a slip turns by 1, the inverse of its frequency; ``narrow`` that of the spread.
+    time in which a slip turns by 1, the inverse of its frequency; ``narrow``, ``compliance`` those
+    of the spread, the stiffness. ``_low``: what rounding left out. ``twice``: of alpha.
 
     What steps of two slipping blocks need comes first, what only an onset needs last.
     """
@@ -145,8 +146,9 @@ def slip_turned(plant: Plant, t: float) -> tuple[float, float]:
     k = (t * plant.frequency * TURNS + ROUNDER) - ROUNDER
     half = 0.5 * ((t - k * (TURN * plant.unit)) - k * (TURN * plant.unit_low))
     square = half * half
-    sine, versed = turn_squared(square + plant.alpha * square)
-    s = half + half * sine
+    turned = square + plant.alpha * square
+    sine, versed = turn_squared(turned)
+    s = half + half * turned * sine
     return 2.0 * s * (1.0 - versed), 2.0 * s * s
 
 
@@ -205,9 +207,10 @@ def modes_turned(
     ``sum_w = w_1 + w_2 + 2 V``, ``gap_w = w_2 - w_1``; the pulls are their rates.
     """
     square = t * t
+    wide = square + plant.twice * square
     s, v = turn_squared(square)
-    z, u = turn_squared(square + plant.twice * square)
-    s, z = t + t * s, t + t * z
+    z, u = turn_squared(wide)
+    s, z = t + t * square * s, t + t * wide * z
     return modes_moved(plant, s, v, z, u, sum_w, sum_pull, gap_w, gap_pull)
 
 
