@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from math import inf, isfinite
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.vocabulary import did_you_mean
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-
 __all__ = [
     "MOST_STEPS",
+    "Many",
     "check_callback",
     "checked_interval",
     "dimensions",
@@ -25,11 +22,16 @@ __all__ = [
     "flag",
     "instance",
     "one_of",
+    "parameter_name",
     "random_generator",
     "real_numbers",
     "shown",
     "whole_number",
 ]
+
+Floats: TypeAlias = NDArray[np.float64]
+Many: TypeAlias = NDArray[Any] | Sequence[Any]
+"""Points of which values come back as an array, unlike that of a float."""
 
 T = TypeVar("T")
 
@@ -218,8 +220,23 @@ def one_of(name: str, value: object, choices: Collection[str], *, remedy: str = 
     """
     if isinstance(value, str) and value in choices:
         return value
-    told = " ".join(filter(None, [did_you_mean(str(value), choices), remedy]))
+    told = " ".join(filter(None, [did_you_mean(value, choices), remedy]))
     raise ValueError(f"{name} = {shown(value)} is unknown. {told}")
+
+
+def parameter_name(role: str, name: object, known: Collection[str], *, of: object = None) -> str:
+    """Return the name of a parameter.
+
+    Raises
+    ------
+    ValueError
+        It is none of the known ones; the closest one is suggested.
+    """
+    if isinstance(name, str) and name in known:
+        return name
+    whose = "" if of is None else f" of {of}"
+    told = did_you_mean(name, known)
+    raise ValueError(f"{role} = {shown(name)} is not a parameter{whose}. {told}")
 
 
 def instance(name: str, value: Any, kinds: type[T] | tuple[type[Any], ...], what: str) -> T:

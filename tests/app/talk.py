@@ -15,6 +15,13 @@ COULOMB = {
     "V": 0.0366,
     "friction": {"law": "coulomb", "mu": 0.22},
 }
+CHAIN = {
+    "kind": "chain",
+    "static": [1.0, 1.3, 1.1],
+    "alpha": 1.2,
+    "V": 0.0366,
+    "friction": {"law": "coulomb", "mu": 0.22},
+}
 
 
 @dataclass

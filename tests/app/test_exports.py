@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 from PIL import Image
-from tests.app.talk import COULOMB
+from tests.app.talk import CHAIN, COULOMB
 
 import stickslip as ss
 from stickslip.app.exports import formats
@@ -69,8 +69,9 @@ def test_basins_are_rows_of_intervals(client):
     ].tolist()
 
 
-def test_a_film_has_frames(client):
-    reply = export(client, "mechanism", "gif", d=0.1, t_end=0.5)
+@pytest.mark.parametrize("start", [{"d": 0.1}, {"model": CHAIN, "d": [0.1, -0.2]}])
+def test_a_film_has_frames(client, start):
+    reply = export(client, "mechanism", "gif", t_end=0.5, **start)
     assert reply.status_code == 200
     with Image.open(io.BytesIO(reply.content)) as film:
         assert film.n_frames == 3

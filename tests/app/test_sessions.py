@@ -149,6 +149,30 @@ def test_a_request_has_a_time_limit(endless):
         assert "took too long" in page.error("locus")["message"]
 
 
+def test_the_compiler_is_waited_for_before_an_answer_is_timed(monkeypatch):
+    compiled, view = threading.Event(), VIEWS[requests.Locus]
+
+    def needs_the_compiler(request):
+        assert compiled.wait(10)
+        checkpoint()
+        yield from view(request)
+
+    def compiling():
+        assert compiled.wait(10)
+        return iter(())
+
+    monkeypatch.setitem(VIEWS, requests.Locus, needs_the_compiler)
+    monkeypatch.setattr("stickslip.app.warmth._asked", compiling)
+    with (
+        TestClient(application(host="testserver", limits=Limits(seconds=0.2))) as client,
+        opened(client) as page,
+    ):
+        number = page.ask("locus")
+        time.sleep(0.5)
+        compiled.set()
+        assert "error" not in page.answer(number)[-1].header
+
+
 def test_a_crash_is_logged_and_others_go_on(client, page, monkeypatch, caplog):
     def crash(_):
         raise RuntimeError("a secret")

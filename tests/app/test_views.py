@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from tests.app.talk import COULOMB
+from tests.app.talk import CHAIN, COULOMB
 
 import stickslip as ss
 from stickslip.app.as_python import TEXTS, as_python
@@ -19,13 +19,6 @@ from stickslip.plot.motion import stick_interval
 from stickslip.study.model_values import model_of_values
 
 MODEL = ss.examples.coulomb()
-CHAIN = {
-    "kind": "chain",
-    "static": [1.0, 1.3, 1.1],
-    "alpha": 1.2,
-    "V": 0.0366,
-    "friction": {"law": "coulomb", "mu": 0.22},
-}
 MIXED = {**COULOMB, "friction": [{"law": "coulomb", "mu": 0.2}, {"law": "coulomb", "mu": 0.3}]}
 
 

@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
-from tempfile import mkdtemp
+from tempfile import TemporaryDirectory, mkdtemp
 from typing import Any, Final
 
 import stickslip as ss
@@ -166,9 +166,19 @@ def chain_branch() -> Any:
 # ---------------------------------------------------------------- files
 
 
+@cache
+def _scratch() -> TemporaryDirectory[str]:
+    return TemporaryDirectory(prefix="stickslip-fuzz-")
+
+
+def folder() -> Path:
+    """Return an empty folder that goes with the process."""
+    return Path(mkdtemp(dir=_scratch().name))
+
+
 def fresh(name: str) -> Path:
     """Return a path that nobody has used."""
-    return Path(mkdtemp(prefix="stickslip-fuzz-")) / name
+    return folder() / name
 
 
 @cache

@@ -6,7 +6,6 @@ import random
 import shutil
 from functools import cache
 from pathlib import Path
-from tempfile import mkdtemp
 from typing import Any, Final, get_args
 
 import pytest
@@ -107,7 +106,7 @@ PLACED: Final = {("sweep", "--plan"), ("plot", "--store"), ("study", "--name")}
 @cache
 def _made() -> Path:
     """A folder with a plan, the store that it makes, a model, results and a certificate."""
-    folder = Path(mkdtemp(prefix="stickslip-fuzz-"))
+    folder = calls.folder()
     (folder / "plan.toml").write_text(PLAN, encoding="utf-8")
     assert run(["sweep", str(folder / "plan.toml"), "--quiet", "--threads", "1"]) == 0
     ss.write_model(calls.coulomb(), folder / "model.toml")

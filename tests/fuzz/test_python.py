@@ -124,13 +124,17 @@ parameters: Final = [
 ]
 
 
+def check(where: tuple[str, str], value: Any) -> None:
+    name, parameter = where
+    said = complaint(CALLS[name], parameter, value)
+    assert said is None, f"{name}({parameter}={value!r}): {said}"
+
+
 @pytest.mark.slow
 @settings(max_examples=250)
 @given(st.sampled_from(parameters), anything)
 def test_a_bad_argument_is_told(where: tuple[str, str], value: Any):
-    name, parameter = where
-    said = complaint(CALLS[name], parameter, value)
-    assert said is None, f"{name}({parameter}={value!r}): {said}"
+    check(where, value)
 
 
 @pytest.mark.slow
@@ -150,6 +154,4 @@ def test_every_bad_argument_is_told(name):
 @settings(max_examples=5000)
 @given(st.sampled_from(parameters), anything)
 def test_many_bad_arguments_are_told(where: tuple[str, str], value: Any):
-    name, parameter = where
-    said = complaint(CALLS[name], parameter, value)
-    assert said is None, f"{name}({parameter}={value!r}): {said}"
+    check(where, value)

@@ -313,20 +313,30 @@ def test_tiles_cover_every_item_once(size, threads):
 
     targets.launch(task, size, threads, smallest=32)
     assert counts == [1] * size
-    assert len(tiles) <= 16 * threads
     if size <= 32 or threads == 1:
         assert tiles == [(0, size)]
     else:
-        assert min(b - a for a, b in tiles) >= 16  # no tile below about half of `smallest`
+        lengths = [b - a for a, b in sorted(tiles)]
+        assert min(lengths) >= 16  # no tile below half of `smallest`
+        assert max(lengths) <= max(48, size / (4 * threads))
+        assert lengths[-1] < 64  # whoever is last does not keep the others waiting
 
 
-def test_an_error_in_a_thread_reaches_the_caller():
+@pytest.mark.parametrize("fails_in_the_caller", [True, False])
+def test_an_error_in_a_thread_reaches_the_caller(fails_in_the_caller):
+    caller, both_began, begun = threading.get_ident(), threading.Barrier(2, timeout=10), []
+
     def task(start, stop):
-        if start > 0:
+        ident = threading.get_ident()
+        if ident not in begun:
+            both_began.wait()
+        begun.append(ident)
+        if (ident == caller) == fails_in_the_caller:
             raise ZeroDivisionError("in a tile")
 
     with pytest.raises(ZeroDivisionError, match="in a tile"):
-        targets.launch(task, 1000, 2, smallest=10)
+        targets.launch(task, 100_000, 2, smallest=10)
+    assert len(begun) < 10_000  # the others end soon
 
 
 def test_at_least_one_processor_is_available():

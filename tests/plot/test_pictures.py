@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from matplotlib.patches import Polygon
+from matplotlib.patches import FancyArrowPatch, Polygon
 
 from stickslip import PiecewiseMap, examples, periodic_orbits, simulate
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model import locus
+from stickslip.mechanics.model.chain import Chain, Oscillator
 from stickslip.plot.cobweb import draw_cobweb
 from stickslip.plot.event_map import cobweb, event_map, mark_orbit
 from stickslip.plot.law import friction_characteristic
@@ -55,6 +56,28 @@ class TestMechanism:
         mechanism(examples.coulomb(alpha=0), ax)
         assert texts(ax).count("$k$") == 2
         assert not any("k_{12}" in text for text in texts(ax))
+
+    @pytest.mark.parametrize("ends", ["free", "periodic"])
+    def test_a_chain_hangs_from_its_support(self, ax, ends):
+        law = Coulomb(mu=0.22)
+        chain = Chain(static=[1, 1.3, 1.1, 1], alpha=1.2, V=0.0366, friction=law, ends=ends)
+        mechanism(chain, ax, x=[0.5, 0.0, 0.0, 0.0])
+        support, *springs = lines(ax).values()
+        assert len(springs) == 4 + 3
+        (left, top), *_, (right, bottom) = springs[0]
+        assert top == support[0, 1] > bottom
+        assert left < right
+        arcs = [patch for patch in ax.patches if isinstance(patch, FancyArrowPatch)]
+        assert len(arcs) == (ends == "periodic")
+        assert "$4$" in texts(ax)
+
+    def test_one_block_hangs_on_one_wall(self, ax):
+        mechanism(Oscillator(V=0.1, friction=Coulomb(mu=0.2)), ax)
+        assert texts(ax).count("$k$") == 1
+
+    def test_names_that_have_no_room_are_left_out(self, ax):
+        mechanism(Chain(static=[1] * 12, alpha=1, V=0.1, friction=Coulomb(mu=0.2)), ax)
+        assert set(texts(ax)) <= {"", "$v_{\\mathrm{dr}}$"}
 
 
 class TestLocus:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stickslip.checks import checked_interval, shown
-from stickslip.vocabulary import did_you_mean
+from stickslip.checks import checked_interval, parameter_name
 
 if TYPE_CHECKING:
     from stickslip.analysis.nd.protocol import FamilyND
@@ -22,9 +21,7 @@ def checked_parameter(f: MapFamily | FamilyND, name: object, role: str = "name")
     ValueError
         It has none; the closest known name is suggested.
     """
-    if not isinstance(name, str) or name not in f.parameters:
-        known = did_you_mean(str(name), f.parameters)
-        raise ValueError(f"{role} = {shown(name)} is not a parameter. {known}")
+    parameter_name(role, name, f.parameters)
 
 
 def checked_range(f: MapFamily | FamilyND, name: str, ends: Any) -> tuple[float, float]:

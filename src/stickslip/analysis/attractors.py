@@ -101,12 +101,7 @@ def attractors(
 
     An attractor that no seed reaches stays unseen, unless a stable cycle in `known` points to it.
     """
-    for name, count in (
-        ("n_seeds", n_seeds),
-        ("max_period", max_period),
-        ("max_steps", max_steps),
-    ):
-        whole_number(name, count)
+    _check_counts(n_seeds, max_period, max_steps)
     fast = flag("interpolate", interpolate)
     orbits = _orbits("known", known)
     table = branch_table(f)
@@ -154,12 +149,7 @@ def attractors_of(
     ValueError
         A count is below 1.
     """
-    for name, count in (
-        ("n_seeds", n_seeds),
-        ("max_period", max_period),
-        ("max_steps", max_steps),
-    ):
-        whole_number(name, count)
+    _check_counts(n_seeds, max_period, max_steps)
     spread, start = _seeds(f, table.laps, n_seeds, None)
     task = _Task(f, table, start, len(spread), max_period, max_steps, tuple(orbits))
     return task.solved(interpolated_map(table) if fast is None else fast)
@@ -192,6 +182,11 @@ class _Task:
                 search.add_cycle(cycle)
         search.run(self.start)
         return search, search.result(self.n_spread)
+
+
+def _check_counts(n_seeds: int, max_period: int, max_steps: int) -> None:
+    for name, count in (("n_seeds", n_seeds), ("max_period", max_period), ("max_steps", max_steps)):
+        whole_number(name, count)
 
 
 def _orbits(name: str, orbits: Iterable[PeriodicOrbit]) -> tuple[PeriodicOrbit, ...]:

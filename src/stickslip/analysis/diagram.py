@@ -124,7 +124,7 @@ class Diagram:
 
     def of_period(self, p: int) -> tuple[OrbitCurve, ...]:
         """Return the orbits of minimal period p."""
-        whole_number("p", p)
+        p = whole_number("p", p)
         return tuple(orbit for orbit in self.orbits if orbit.period == p)
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:

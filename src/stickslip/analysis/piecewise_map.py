@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias, overload
 import numpy as np
 
 from stickslip.analysis.differences import FIRST_STEP, complex_step, extrapolated_difference
-from stickslip.analysis.power import LineMap
+from stickslip.analysis.power import EvaluatedMap, plain
 from stickslip.analysis.protocol import (
     UNDEFINED,
     PointValues,
@@ -25,16 +25,16 @@ from stickslip.analysis.user_function import (
     checked_parameters,
     takes_arrays,
 )
-from stickslip.checks import checked_interval, real_numbers, shown
+from stickslip.checks import checked_interval, parameter_name, real_numbers, shown
 from stickslip.status import OK
-from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from typing import Self
 
     from numpy.typing import ArrayLike, NDArray
 
-    from stickslip.analysis.protocol import Floats, Labels, Many
+    from stickslip.analysis.protocol import Floats, Labels
+    from stickslip.checks import Many
 
 __all__ = ["PiecewiseMap"]
 
@@ -47,7 +47,7 @@ COMPLEX_AGREES: Final = 1e-6  # complex step and differences, relative: else it 
 PARAMETER_SCALE: Final = 1e-2  # of a parameter's size: first step of differences in it
 
 
-class PiecewiseMap(LineMap):
+class PiecewiseMap(EvaluatedMap):
     """A piecewise-smooth map of an interval into the line, with named parameters.
 
     Parameters
@@ -221,29 +221,6 @@ class PiecewiseMap(LineMap):
         )
 
     @overload
-    def __call__(self, x: float) -> float: ...
-    @overload
-    def __call__(self, x: Many) -> Floats: ...
-    @overload
-    def __call__(self, x: ArrayLike) -> float | Floats: ...
-    def __call__(self, x: ArrayLike) -> float | Floats:
-        """Return f(x): a float for a scalar, else an array of the same shape."""
-        points = checked_points(self._domain, x)
-        value = self._values(points.ravel()).reshape(points.shape)
-        return float(value) if value.ndim == 0 else value
-
-    @overload
-    def derivative(self, x: float) -> float: ...
-    @overload
-    def derivative(self, x: Many) -> Floats: ...
-    @overload
-    def derivative(self, x: ArrayLike) -> float | Floats: ...
-    def derivative(self, x: ArrayLike) -> float | Floats:
-        """Return f'(x): a float for a scalar, else an array of the same shape."""
-        slope = self.evaluate(x).derivative
-        return float(slope) if slope.ndim == 0 else slope
-
-    @overload
     def parameter_derivative(self, x: float, name: str, /) -> float: ...
     @overload
     def parameter_derivative(self, x: Many, name: str, /) -> Floats: ...
@@ -259,14 +236,17 @@ class PiecewiseMap(LineMap):
         """
         self._check_name(name)
         points = checked_points(self._domain, x)
-        slope = self._parameter_slopes(points.ravel(), name).reshape(points.shape)
-        return float(slope) if slope.ndim == 0 else slope
+        return plain(self._parameter_slopes(points.ravel(), name).reshape(points.shape))
 
     def iterate(self, x: ArrayLike, n: int) -> Floats:
         """Apply the map ``n`` times; shape ``x.shape + (n + 1,)``, NaN once it has left."""
         return iterate(self, x, n)
 
     # ------------------------------------------------------------------ inside
+
+    def _value(self, x: ArrayLike) -> Floats:
+        points = checked_points(self._domain, x)
+        return self._values(points.ravel()).reshape(points.shape)
 
     def _values(self, x: Floats) -> Floats:
         return apply(self._func, x, self._parameters, self._in_arrays)
@@ -445,8 +425,4 @@ class PiecewiseMap(LineMap):
             checked_callable("parameter_derivative", given)
 
     def _check_name(self, name: object) -> None:
-        if not isinstance(name, str) or name not in self._parameters:
-            raise ValueError(
-                f"name = {shown(name)} is not a parameter of {self!r}. "
-                f"{did_you_mean(str(name), self._parameters)}"
-            )
+        parameter_name("name", name, self._parameters, of=self)

@@ -22,9 +22,10 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from stickslip.analysis.protocol import Floats, Many
+    from stickslip.analysis.protocol import Floats
+    from stickslip.checks import Many
 
-__all__ = ["LineMap", "PowerMap"]
+__all__ = ["EvaluatedMap", "LineMap", "PowerMap", "plain"]
 
 
 class LineMap:
@@ -64,8 +65,40 @@ class LineMap:
         return branch_table(cast("Map1D", self)).gaps
 
 
+class EvaluatedMap(LineMap):
+    """What a map is called for, from what it is evaluated to."""
+
+    @overload
+    def __call__(self, x: float) -> float: ...
+    @overload
+    def __call__(self, x: Many) -> Floats: ...
+    @overload
+    def __call__(self, x: ArrayLike) -> float | Floats: ...
+    def __call__(self, x: ArrayLike) -> float | Floats:
+        """Return f(x): a float for a scalar, else an array of the same shape."""
+        return plain(self._value(x))
+
+    @overload
+    def derivative(self, x: float) -> float: ...
+    @overload
+    def derivative(self, x: Many) -> Floats: ...
+    @overload
+    def derivative(self, x: ArrayLike) -> float | Floats: ...
+    def derivative(self, x: ArrayLike) -> float | Floats:
+        """Return f'(x): a float for a scalar, else an array of the same shape."""
+        return plain(cast("Map1D", self).evaluate(x).derivative)
+
+    def _value(self, x: ArrayLike) -> Floats:
+        return cast("Map1D", self).evaluate(x).value
+
+
+def plain(values: Floats) -> float | Floats:
+    """Return a float for an array without axes, other arrays as they are."""
+    return float(values) if np.ndim(values) == 0 else values
+
+
 @dataclass(frozen=True)
-class PowerMap(LineMap):
+class PowerMap(EvaluatedMap):
     """A map applied ``exponent`` times.
 
     Parameters
@@ -122,28 +155,6 @@ class PowerMap(LineMap):
             point, slope = values_and_slopes(self.base, point)
             derivative = derivative * slope
         return point, np.where(np.isnan(point), np.nan, derivative)
-
-    @overload
-    def __call__(self, x: float) -> float: ...
-    @overload
-    def __call__(self, x: Many) -> Floats: ...
-    @overload
-    def __call__(self, x: ArrayLike) -> float | Floats: ...
-    def __call__(self, x: ArrayLike) -> float | Floats:
-        """Return f^p(x): a float for a scalar, else an array of the same shape."""
-        value = self.evaluate(x).value
-        return float(value) if value.ndim == 0 else value
-
-    @overload
-    def derivative(self, x: float) -> float: ...
-    @overload
-    def derivative(self, x: Many) -> Floats: ...
-    @overload
-    def derivative(self, x: ArrayLike) -> float | Floats: ...
-    def derivative(self, x: ArrayLike) -> float | Floats:
-        """Return (f^p)'(x): a float for a scalar, else an array of the same shape."""
-        slope = self.evaluate(x).derivative
-        return float(slope) if slope.ndim == 0 else slope
 
     def itinerary(self, x: float) -> str:
         """Return what the base map says of each point on the way, joined by ``|``."""

@@ -7,7 +7,7 @@ the mechanics and a `PiecewiseMap` both fit.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Protocol, Self, TypeAlias, runtime_checkable
 
@@ -18,8 +18,6 @@ from stickslip.checks import MOST_STEPS, real_numbers, whole_number
 from stickslip.status import OK
 
 Floats: TypeAlias = NDArray[np.float64]
-Many: TypeAlias = NDArray[Any] | Sequence[Any]
-"""Points of which values come back as an array, unlike that of a float."""
 Labels: TypeAlias = NDArray[np.uint64]
 Codes: TypeAlias = NDArray[np.integer[Any]]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.analysis.power import LineMap
+from stickslip.analysis.power import EvaluatedMap
 from stickslip.analysis.protocol import checked_points, clip_to_domain, iterate
 from stickslip.checks import checked_interval
 
@@ -23,7 +23,7 @@ __all__ = ["WindowMap", "windowed"]
 
 
 @dataclass(frozen=True)
-class WindowMap(LineMap):
+class WindowMap(EvaluatedMap):
     """A map on a part of its domain, for whoever studies only that.
 
     Parameters
@@ -97,14 +97,6 @@ class WindowMap(LineMap):
         """
         return self.f.evaluate(checked_points(self.domain, x))
 
-    def __call__(self, x: ArrayLike) -> float | Floats:
-        """Return f(x): a float for a scalar, else an array of the same shape."""
-        return _plain(self.evaluate(x).value)
-
-    def derivative(self, x: ArrayLike) -> float | Floats:
-        """Return f'(x): a float for a scalar, else an array of the same shape."""
-        return _plain(self.evaluate(x).derivative)
-
     @property
     def value_and_derivative(self) -> Any:
         """Value and slope at once; an AttributeError if the whole map does not offer it."""
@@ -156,7 +148,3 @@ class WindowMap(LineMap):
 def windowed(f: Any, window: tuple[float, float] | None) -> Any:
     """Return a map restricted to a window, or as it is for None."""
     return f if window is None else WindowMap(f, window)
-
-
-def _plain(values: Floats) -> float | Floats:
-    return float(values) if np.ndim(values) == 0 else values

@@ -62,6 +62,7 @@ class Gate:
 
     def __init__(self, slots: int) -> None:
         self._free = slots
+        self._is_shut = False
         self._lock = threading.Lock()
         self._waiting: list[_Ticket] = []
         self._jobs: Counter[object] = Counter()
@@ -76,6 +77,16 @@ class Gate:
     def must_wait(self, ticket: _Ticket) -> bool:
         """Whether it is a patient job, and its user has an impatient one."""
         return ticket.patient and self._impatient[ticket.user] > 0
+
+    def shut(self) -> None:
+        """Let nobody in until it is opened."""
+        self._is_shut = True
+
+    def open(self) -> None:
+        """Let in who waits."""
+        with self._lock:
+            self._is_shut = False
+            self._grant()
 
     def join(self, ticket: _Ticket) -> None:
         """Note that a job begins; newcomers start level with the least served user."""
@@ -116,7 +127,7 @@ class Gate:
             self._grant()
 
     def _grant(self) -> None:
-        while self._free:
+        while self._free and not self._is_shut:
             ready = [ticket for ticket in self._waiting if not self.must_wait(ticket)]
             if not ready:
                 return

@@ -80,7 +80,6 @@ def film_of(request: requests.Mechanism, kind: str) -> bytes:
     bytes
         The file.
     """
-    two_blocks(request)
     motion = simulated(request)
     with _one_at_a_time(), TemporaryDirectory() as folder:
         path = Path(folder) / f"view.{kind}"
@@ -140,8 +139,8 @@ def _plane(request: requests.Plane) -> Draw:
 
 
 def _mechanism(request: requests.Mechanism) -> Draw:
-    model, motion = two_blocks(request), simulated(request)
-    return lambda ax: mechanism(model, ax, x=motion.x(0.0))
+    motion = simulated(request)
+    return lambda ax: mechanism(motion.model, ax, x=motion.x(0.0))
 
 
 def _cycle(request: requests.Cycle) -> Draw:

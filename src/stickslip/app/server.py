@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import cache
@@ -87,14 +86,14 @@ class _Explorer:
         self._limits = limits
         self._warm = warm
         self._workers = Workers(available_threads(), limits)
-        self._warmth = Warmth()
+        self._warmth = Warmth(self._workers.gate)
         self._open: set[Session] = set()
         self.downloads = Downloads(self._workers)
 
     @asynccontextmanager
     async def lifespan(self, _: Starlette) -> AsyncIterator[None]:
         if self._warm:
-            threading.Thread(target=self._warmth.warm_up, daemon=True).start()
+            self._warmth.start()
         yield
         self._workers.pool.shutdown(wait=False, cancel_futures=True)
 

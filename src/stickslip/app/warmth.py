@@ -15,8 +15,9 @@ from stickslip.app.views import VIEWS
 from stickslip.study.model_values import model_values
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
+    from stickslip.app.jobs import Gate
     from stickslip.app.session import Session
 
 __all__ = ["Warmth"]
@@ -29,7 +30,8 @@ WINDOW: Final = (0.38, 0.39)  # of law (9), where every motion soon returns
 class Warmth:
     """Whether the kernels are compiled, and who wants to know."""
 
-    def __init__(self) -> None:
+    def __init__(self, gate: Gate) -> None:
+        self._gate = gate
         self._lock = threading.Lock()
         self._cold_pages: list[Session] = []
         self.is_warm = False
@@ -45,34 +47,33 @@ class Warmth:
         data = {"part_name": "hello", "warm": self.is_warm, "version": stickslip.__version__}
         return {"id": 0, "view": "hello", "part": 0, "last": True, "data": data}
 
-    def warm_up(self) -> None:
-        """Ask what everybody asks first; say that it is quick now; then ask what few do."""
+    def start(self) -> None:
+        """Compile in the background; until then no job begins: it would wait for the compiler."""
+        self._gate.shut()
+        threading.Thread(target=self._warm_up, daemon=True).start()
+
+    def _warm_up(self) -> None:
         started = time.perf_counter()
-        _ask(_common())
-        LOG.info("kernels are ready after %.1f s", time.perf_counter() - started)
-        with self._lock:
-            self.is_warm = True
-            for session in self._cold_pages:
-                session.send(self._hello())
-            self._cold_pages.clear()
-        _ask(_rarer())
+        try:
+            for request in _asked():
+                for _ in VIEWS[type(request)](request):
+                    pass
+            LOG.info("kernels are ready after %.1f s", time.perf_counter() - started)
+        finally:
+            with self._lock:
+                self.is_warm = True
+                for session in self._cold_pages:
+                    session.send(self._hello())
+                self._cold_pages.clear()
+            self._gate.open()
 
 
-def _ask(asked: Iterable[requests.Request]) -> None:
-    for request in asked:
-        for _ in VIEWS[type(request)](request):
-            pass
-
-
-def _common() -> Iterator[requests.Request]:
+def _asked() -> Iterator[requests.Request]:
     for model in (examples.coulomb(), examples.law9()):
         values = model_values(model)
         yield requests.EventMap(values, window=WINDOW, points=50, max_period=2)
         yield requests.Motion(values, d=0.1, t_end=20.0)
         yield requests.Cobweb(values, d=0.1, n=5)
-
-
-def _rarer() -> Iterator[requests.Request]:
     values = model_values(examples.coulomb())
     yield requests.Basins(values)
     yield requests.Diagram(

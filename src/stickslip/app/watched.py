@@ -11,8 +11,11 @@ from stickslip.mechanics.eventmap.result import EventMapResult
 from stickslip.study.event_map import EventMap
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import ArrayLike
 
+    from stickslip.analysis.protocol import Floats
     from stickslip.mechanics.model.two_block import TwoBlock
 
 __all__ = ["WatchedMap", "watched_map"]
@@ -33,10 +36,7 @@ class WatchedMap(EventMap):
         checkpoint()
         if points.size <= PIECE:
             return super().evaluate(points)
-        flat, pieces = points.ravel(), []
-        for start in range(0, points.size, PIECE):
-            checkpoint()
-            pieces.append(super().evaluate(flat[start : start + PIECE]))
+        pieces = [super(WatchedMap, self).evaluate(some) for some in _pieces(points)]
         columns: dict[str, Any] = {
             name: np.concatenate([getattr(piece, name) for piece in pieces]).reshape(points.shape)
             for name in FIELDS
@@ -49,13 +49,16 @@ class WatchedMap(EventMap):
         checkpoint()
         if points.size <= PIECE:
             return super().value_and_derivative(points)
-        flat, found = points.ravel(), np.empty((2, points.size))
-        for start in range(0, points.size, PIECE):
-            checkpoint()
-            piece = slice(start, start + PIECE)
-            found[:, piece] = super().value_and_derivative(flat[piece])
-        value, slope = found.reshape(2, *points.shape)
+        found = [super(WatchedMap, self).value_and_derivative(some) for some in _pieces(points)]
+        value, slope = np.concatenate(found, axis=1).reshape(2, *points.shape)
         return value, slope
+
+
+def _pieces(points: Floats) -> Iterator[Floats]:
+    """Cut points into pieces, with a checkpoint before each."""
+    for start in range(0, points.size, PIECE):
+        checkpoint()
+        yield points.ravel()[start : start + PIECE]
 
 
 def watched_map(model: TwoBlock, **settings: Any) -> WatchedMap:

@@ -19,11 +19,12 @@ def safe_step(
 ) -> float:
     """Longest step, at most `cap`, over which `g` provably stays positive.
 
-    On the step ``g'' >= -m`` with ``m = min(bound_2, bound_3 cap - curvature)``, so ``g`` lies
-    above the parabola ``g + slope h - m h^2 / 2``, whose first root is the step: Newton's step
-    close to a simple root, always from the same side.
+    For ``h <= cap`` the cubic term is at least ``-bound_3 h^3 / 6 >= -(bound_3 cap / 3) h^2/2``.
+    So with ``m = min(bound_2, bound_3 cap / 3 - curvature)`` the signal lies above the parabola
+    ``g + slope h - m h^2 / 2``, whose first root is the step: Newton's step close to a simple
+    root, always from the same side.
     """
-    m = min(bound_2, bound_3 * cap - curvature)
+    m = min(bound_2, bound_3 * cap * (1.0 / 3.0) - curvature)
     if m <= 0.0:
         return cap if slope >= 0.0 else min(cap, -g / slope)
     root = math.sqrt(slope * slope + 2.0 * m * g)

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
-import itertools
 import os
 import re
 import shutil
@@ -363,14 +362,35 @@ def available_threads() -> int:
 def launch(task: Callable[[int, int], None], size: int, threads: int, smallest: int) -> None:
     """Run ``task(start, stop)`` over ``range(size)``, cut into tiles for `threads` threads.
 
-    Kernels release the interpreter lock, so threads are enough. Tiles are no smaller than
-    `smallest` items and there are several for each thread, since motions differ in length.
+    Kernels release the interpreter lock, so threads are enough. Tiles shrink towards the end, so
+    that all threads end together, but not much below `smallest` items.
     """
-    tiles = min(16 * threads, -(-size // smallest))
-    if threads == 1 or tiles <= 1:
+    if threads == 1 or size <= smallest:
         task(0, size)
         return
-    edges = [size * i // tiles for i in range(tiles + 1)]
-    with ThreadPoolExecutor(threads) as pool:
-        for future in [pool.submit(task, a, b) for a, b in itertools.pairwise(edges)]:
-            future.result()
+    tiles = iter(list(_tiles(size, threads, smallest)))
+
+    def work() -> None:
+        try:
+            for start, stop in tiles:
+                task(start, stop)
+        finally:  # after an error nobody begins another tile
+            for _ in tiles:
+                pass
+
+    with ThreadPoolExecutor(threads - 1) as pool:
+        others = [pool.submit(work) for _ in range(threads - 1)]
+        work()  # this thread, too: it need not be woken, and has its scratch arrays already
+        for other in others:
+            other.result()
+
+
+def _tiles(size: int, threads: int, smallest: int) -> Iterator[tuple[int, int]]:
+    """Cut ``range(size)`` into tiles, each a fourth of a thread's share of what is left."""
+    start = 0
+    while start < size:
+        stop = start + max(smallest, (size - start) // (4 * threads))
+        if size - stop < smallest // 2:
+            stop = size
+        yield start, stop
+        start = stop

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -22,7 +23,9 @@ RATE: Final = 20  # frames a second
 STEP: Final = 0.25  # units of time from frame to frame
 MOST_FRAMES: Final = 120
 DPI: Final = 100
-COLORS: Final = (PALETTE["blue"], PALETTE["vermillion"])
+COLORS: Final = [
+    PALETTE[name] for name in ("blue", "vermillion", "green", "purple", "orange", "sky")
+]
 
 WRITERS: Final[dict[str, Any]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
 
@@ -33,12 +36,12 @@ def can_write(kind: str) -> bool:
 
 
 def film(trajectory: Any, path: Path, *, frames: int = MOST_FRAMES) -> Path:
-    """Draw a motion of two blocks as a film.
+    """Draw a motion as a film.
 
     Parameters
     ----------
     trajectory : Trajectory
-        Of a `TwoBlock`, from its start on.
+        From its start on.
     path : pathlib.Path
         Ends in .gif or .mp4.
     frames : int
@@ -82,12 +85,12 @@ def film(trajectory: Any, path: Path, *, frames: int = MOST_FRAMES) -> Path:
 
 
 def _portraits(ax: Axes, trajectory: Any, end: float) -> list[Any]:
-    """Draw both blocks' phase portraits faintly, and return a dot of each to move along it."""
+    """Draw all blocks' phase portraits faintly, and return a dot of each to move along it."""
     t = sample_times(np.append(trajectory.t[trajectory.t < end], end))
     x, v = trajectory.x(t), trajectory.v(t)
     ax.axhline(trajectory.model.V, color=PALETTE["grey"], lw=0.5, ls=(0, (5, 3)))
     dots = []
-    for block, color in enumerate(COLORS):
+    for block, color in zip(range(x.shape[1]), itertools.cycle(COLORS), strict=False):
         ax.plot(x[:, block], v[:, block], color=color, lw=0.6, alpha=0.6)
         dots += ax.plot([], [], "o", color=color, ms=6.0)
     ax.set_xticks([])  # numbers take longer to draw than all the rest

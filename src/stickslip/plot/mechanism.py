@@ -5,41 +5,50 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
+from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch, Rectangle
 
 from stickslip.plot.style import PALETTE, axes_or_new
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
+    from stickslip.mechanics.model.belt_model import BeltModel
     from stickslip.mechanics.model.two_block import TwoBlock
+
+    Floats = NDArray[np.float64]
 
 __all__ = ["mechanism"]
 
 # Lengths of the drawing, in its own units.
 _BLOCK: Final = (1.4, 1.15)  # width, height
-_REST: Final = (2.2, 5.75)  # centres of the blocks with all springs slack
-_WALLS: Final = (0.0, 8.4)
-_BELT: Final = (0.55, 7.85, -0.62)  # left, right, bottom; its top is y = 0
+_FIRST: Final = 2.2  # centre of the first block with all springs slack; a wall is at 0
+_PITCH: Final = 3.55  # from block to block
+_LAST: Final = 2.65  # from the last block to a wall
+_BELT: Final = (0.55, -0.62)  # from the walls, bottom; its top is y = 0
+_CEILING: Final = 2.4
 _SPRING_HEIGHT: Final = 0.62
 _PER_UNIT: Final = 0.55  # drawing length of one unit of displacement
 _FORCE_PER_UNIT: Final = 0.55  # drawing length of one unit of force
+_MOST_NAMED: Final = 6  # blocks with names on them
 
 
-def mechanism(model: TwoBlock, ax: Axes | None = None, *, x: ArrayLike | None = None) -> Axes:
-    """Draw blocks, springs and belt.
+def mechanism(
+    model: TwoBlock | BeltModel, ax: Axes | None = None, *, x: ArrayLike | None = None
+) -> Axes:
+    """Draw blocks, springs and belt; dampers and forces are left out.
 
     Parameters
     ----------
-    model : TwoBlock
+    model : TwoBlock, Chain, Blocks or Oscillator
         Its numbers set the drawing: springs are drawn as heavy as they are stiff
-        (none where alpha = 0), the arrows of the static limits as long as these are.
+        (none of stiffness 0), the arrows of the static limits as long as these are. One or
+        two blocks are held by walls, more by a support above them.
     ax : matplotlib.axes.Axes, optional
         Where to draw; by default a new figure.
-    x : array_like of float, shape (2,), optional
-        Displacements to show, in units of f_s1 / k; by default those at which a
-        global stick phase with the blocks level (d = 0) ends.
+    x : array_like of float, shape (n,), optional
+        Displacements to show, in units of f_s1 / k; by default 0, or those at which a
+        global stick phase of two blocks that are level (d = 0) ends.
 
     Returns
     -------
@@ -47,36 +56,70 @@ def mechanism(model: TwoBlock, ax: Axes | None = None, *, x: ArrayLike | None = 
         Equal scales, no frame.
     """
     ax = axes_or_new(ax)
-    shift = _PER_UNIT * (model.onset(0.0) if x is None else np.asarray(x, dtype=float))
-    centres = np.asarray(_REST) + shift
-    _walls(ax)
-    _belt(ax)
+    structure = model.structure
+    n = structure.n_blocks
+    rest: Floats = _FIRST + _PITCH * np.arange(n, dtype=np.float64)
+    centres = rest + _PER_UNIT * _displacements(model, x)
+    right = rest[-1] + _LAST
+    _belt(ax, right)
     for block, centre in enumerate(centres, start=1):
-        _block(ax, block, centre)
-        _displacement_arrow(ax, block, centre)
-        _limit_arrow(ax, block, centre, model.limits[block - 1])
-    half = _BLOCK[0] / 2
-    _spring(ax, _WALLS[0], centres[0] - half, 1.0, "$k$")
-    if model.alpha > 0.0:
-        name = r"$k_{12}=\alpha k$"
-        _spring(ax, centres[0] + half, centres[1] - half, model.alpha, name)
-    _spring(ax, centres[1] + half, _WALLS[1], 1.0, "$k$")
-    ax.set_xlim(_WALLS[0] - 0.35, _WALLS[1] + 0.35)
-    ax.set_ylim(_BELT[2] - 0.1, _BLOCK[1] + 1.05)
+        names = ("$m$" if n <= 2 else f"${block}$", rf"$f_{{\mathrm{{s}}{block}}}$")
+        _block(ax, block, centre, structure.static[block - 1], names if n <= _MOST_NAMED else None)
+    draw_supports = _walls if n <= 2 else _ceiling
+    draw_supports(ax, rest, centres, structure.stiffness.sum(axis=1), right)
+    _couplings(ax, centres, -structure.stiffness)
+    ax.set_xlim(-0.35, right + 0.35)
+    ax.set_ylim(_BELT[1] - 0.1, _BLOCK[1] + 1.05 if n <= 2 else _CEILING + 0.3)
     ax.set_aspect("equal")
     ax.set_axis_off()
     return ax
 
 
-def _walls(ax: Axes) -> None:
-    for wall, side in zip(_WALLS, (-1.0, 1.0), strict=True):
+def _displacements(model: TwoBlock | BeltModel, x: ArrayLike | None) -> Floats:
+    if x is not None:
+        return np.asarray(x, dtype=float)
+    onset = getattr(model, "onset", None)  # of two blocks only
+    return np.zeros(model.structure.n_blocks) if onset is None else np.asarray(onset(0.0))
+
+
+def _walls(ax: Axes, rest: Floats, centres: Floats, stiffness: Floats, right: float) -> None:
+    """One or two blocks between walls, and how far each is from where its spring is slack."""
+    half = _BLOCK[0] / 2
+    for block, (slack, centre) in enumerate(zip(rest, centres, strict=True), start=1):
+        _displacement_arrow(ax, block, slack, centre)
+    for k, (wall, side) in enumerate([(0.0, -1.0), (right, 1.0)][: len(centres)]):
         ax.plot([wall, wall], [0.0, 1.1], color="black", lw=1.2)
         left = wall if side > 0 else wall - 0.22
         ax.add_patch(Rectangle((left, 0.0), 0.22, 1.1, fill=False, hatch="/////", lw=0.0))
+        ends = sorted([wall, centres[k] + side * half])
+        _spring(ax, (ends[0], _SPRING_HEIGHT), (ends[1], _SPRING_HEIGHT), stiffness[k], "$k$")
 
 
-def _belt(ax: Axes) -> None:
-    left, right, bottom = _BELT
+def _ceiling(ax: Axes, rest: Floats, centres: Floats, stiffness: Floats, right: float) -> None:
+    """Three blocks or more below their support: a spring that leans is not slack."""
+    ax.plot([0.0, right], [_CEILING, _CEILING], color="black", lw=1.2)
+    ax.add_patch(Rectangle((0.0, _CEILING), right, 0.22, fill=False, hatch="/////", lw=0.0))
+    for slack, centre, k in zip(rest, centres, stiffness, strict=True):
+        _spring(ax, (slack, _CEILING), (centre, _BLOCK[1]), k)
+
+
+def _couplings(ax: Axes, centres: Floats, stiffness: Floats) -> None:
+    """Springs between neighbours, arcs between others."""
+    half, n = _BLOCK[0] / 2, len(centres)
+    for i in range(n - 1):
+        name = r"$k_{12}=\alpha k$" if n == 2 else ""
+        start, end = centres[i] + half, centres[i + 1] - half
+        k = stiffness[i, i + 1]
+        _spring(ax, (start, _SPRING_HEIGHT), (end, _SPRING_HEIGHT), k, name)
+    for i, j in zip(*np.nonzero(np.triu(stiffness, 2)), strict=True):
+        ends = [(float(centres[k]), _BLOCK[1]) for k in (i, j)]
+        arc = FancyArrowPatch(*ends, connectionstyle="arc3,rad=-0.12", arrowstyle="-", lw=0.6)
+        ax.add_patch(arc)
+
+
+def _belt(ax: Axes, wall: float) -> None:
+    margin, bottom = _BELT
+    left, right = margin, wall - margin
     radius = -bottom / 2
     belt = FancyBboxPatch(
         (left + radius, bottom),
@@ -97,32 +140,31 @@ def _belt(ax: Axes) -> None:
     ax.text(middle + 0.7, bottom / 2, r"$v_{\mathrm{dr}}$", va="center", color=PALETTE["blue"])
 
 
-def _block(ax: Axes, block: int, centre: float) -> None:
+def _block(
+    ax: Axes, block: int, centre: float, limit: float, names: tuple[str, str] | None
+) -> None:
+    """Draw a block and, all to one scale, the largest force with which the belt can hold it."""
     width, height = _BLOCK
-    corner, gid = (centre - width / 2, 0.0), f"block-{block}"
+    left, gid = centre - width / 2, f"block-{block}"
     ax.add_patch(
-        Rectangle(corner, width, height, facecolor=PALETTE["light"], ec="black", lw=0.9, gid=gid)
+        Rectangle(
+            (left, 0.0), width, height, facecolor=PALETTE["light"], ec="black", lw=0.9, gid=gid
+        )
     )
-    ax.text(centre, 0.72 * height, "$m$", ha="center", va="center")
+    start, end, red = left + 0.1, left + 0.1 + _FORCE_PER_UNIT * limit, PALETTE["vermillion"]
+    _arrow(ax, (start, 0.2), (end, 0.2), red)
+    if names:
+        ax.text(centre, 0.72 * height, names[0], ha="center", va="center")
+        ax.text(end + 0.07, 0.2, names[1], color=red, va="center")
 
 
-def _displacement_arrow(ax: Axes, block: int, centre: float) -> None:
+def _displacement_arrow(ax: Axes, block: int, rest: float, centre: float) -> None:
     """From where the block rests with slack springs to where it is now."""
-    rest, top = _REST[block - 1], _BLOCK[1]
+    top = _BLOCK[1]
     ax.plot([rest, rest], [top, top + 0.75], color="black", lw=0.5, ls=(0, (4, 3)), zorder=3)
     ax.plot([centre, centre], [top, top + 0.75], color="black", lw=0.5)
     _arrow(ax, (rest, top + 0.5), (centre, top + 0.5), "black")
     ax.text(0.5 * (rest + centre), top + 0.6, f"$x_{block}$", ha="center", va="bottom")
-
-
-def _limit_arrow(ax: Axes, block: int, centre: float, limit: float) -> None:
-    """Show the largest force with which the belt can hold a block, all to one scale."""
-    start = centre - _BLOCK[0] / 2 + 0.1
-    end = start + _FORCE_PER_UNIT * limit
-    _arrow(ax, (start, 0.2), (end, 0.2), PALETTE["vermillion"])
-    ax.text(
-        end + 0.07, 0.2, rf"$f_{{\mathrm{{s}}{block}}}$", color=PALETTE["vermillion"], va="center"
-    )
 
 
 def _arrow(ax: Axes, start: tuple[float, float], end: tuple[float, float], color: str) -> None:
@@ -130,17 +172,24 @@ def _arrow(ax: Axes, start: tuple[float, float], end: tuple[float, float], color
     ax.annotate("", end, start, arrowprops={**style, "mutation_scale": 7.0})
 
 
-def _spring(ax: Axes, start: float, end: float, stiffness: float, name: str) -> None:
-    """Zigzag between two points; a stiffer spring has a heavier wire."""
-    straight = 0.12 * (end - start)
-    along = np.linspace(start + straight, end - straight, 2 * 7 + 2)
-    across = 0.13 * np.tile([1.0, -1.0], along.size // 2)
-    across[[0, -1]] = 0.0
-    ax.plot(
-        np.concatenate([[start], along, [end]]),
-        _SPRING_HEIGHT + np.concatenate([[0.0], across, [0.0]]),
-        color="black",
-        lw=min(0.7 * np.sqrt(stiffness), 2.0),
-        solid_joinstyle="round",
-    )
-    ax.text(0.5 * (start + end), _SPRING_HEIGHT + 0.22, name, ha="center", va="bottom")
+def _spring(
+    ax: Axes,
+    start: tuple[float, float],
+    end: tuple[float, float],
+    stiffness: float,
+    name: str = "",
+) -> None:
+    """Zigzag between two points; a stiffer spring has a heavier wire, one of stiffness 0 none."""
+    if not stiffness > 0.0:
+        return
+    a, b = np.asarray(start), np.asarray(end)
+    length = float(np.hypot(*(b - a)))
+    along, aside = (b - a) / length, np.array([a[1] - b[1], b[0] - a[0]]) / length
+    places = np.linspace(0.12, 0.88, 2 * 7 + 2)
+    swings = 0.13 * np.tile([1.0, -1.0], places.size // 2)
+    swings[[0, -1]] = 0.0
+    turns = a + length * np.outer(places, along) + np.outer(swings, aside)
+    x, y = np.vstack([a, turns, b]).T
+    ax.plot(x, y, color="black", lw=min(0.7 * np.sqrt(stiffness), 2.0), solid_joinstyle="round")
+    middle_x, middle_y = (0.5 * (a + b)).tolist()
+    ax.text(middle_x, middle_y + 0.22, name, ha="center", va="bottom")

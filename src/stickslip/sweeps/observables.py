@@ -354,7 +354,7 @@ def _as_observable(given: Any) -> Observable:
     if callable(given) and not isinstance(given, type):
         return Function(function=given)
     if not isinstance(given, str) or given not in OBSERVABLES or given == Function.name:
-        hint = did_you_mean(str(given), [name for name in OBSERVABLES if name != Function.name])
+        hint = did_you_mean(given, [name for name in OBSERVABLES if name != Function.name])
         raise ValueError(f"observables: {shown(given)} is unknown. {hint}")
     return OBSERVABLES[given]()
 

@@ -10,15 +10,12 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stickslip.checks import instance, shown
 from stickslip.extras import require_extra
 from stickslip.files import whole_file
 from stickslip.sweeps.errors import StoreRefused
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = ["Place", "is_full", "place_of"]
 

@@ -240,7 +240,7 @@ export class App {
     answer.done = Boolean(part.last && !part.error && !part.cancelled);
     if (part.error) answer.parts = [];
     else if (!part.cancelled && !EMPTY.has(part.data.part_name)) answer.parts.push(part);
-    this.#progress(slot, part);
+    this.#progress(slot, question, part);
     if (slot === "motion" && answer.parts[0] === part) this.#move(answer);
     if (answer.done && PATIENT.has(slot)) this.#keep(JSON.stringify(question), answer);
     this.#tell(slot);
@@ -260,14 +260,14 @@ export class App {
       this.kept.delete(/** @type {string} */ (this.kept.keys().next().value));
   }
 
-  /** @param {string} slot @param {Part} part */
-  #progress(slot, part) {
+  /** @param {string} slot @param {Question} question @param {Part} part */
+  #progress(slot, question, part) {
     const ended = part.last || part.error || part.cancelled;
     const panel = this.#own(slot)?.panel;
     panel?.busy(ended && !this.connection.running.has(slot) ? null : (part.progress ?? 0));
     if (part.error) {
       panel?.say(part.error.message, true);
-      const current = this.asked.get(slot) === JSON.stringify(this.question(slot));
+      const current = JSON.stringify(question) === JSON.stringify(this.question(slot));
       if (current) this.showError(part.error.field ?? null, part.error.message);
       return;
     }

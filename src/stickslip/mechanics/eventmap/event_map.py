@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.checks import MOST_STEPS, whole_number
+from stickslip.checks import MOST_STEPS, Many, whole_number
 from stickslip.mechanics.eventmap.carrier import Carrier
 from stickslip.mechanics.eventmap.carriers import carrier_for
 from stickslip.mechanics.eventmap.records import Controls
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.flow.trajectory import Trajectory
 
 Floats: TypeAlias = NDArray[np.float64]
-Many: TypeAlias = NDArray[Any] | Sequence[Any]
 
 
 class EventMap:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LaneCarrier"]
 
-SMALLEST_TILE = 16_384
+SMALLEST_TILE = 8192
 
 
 class LaneCarrier(PlainCarrier):

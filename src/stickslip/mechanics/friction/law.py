@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
 from numbers import Real
 from typing import (
@@ -22,7 +22,7 @@ from typing import (
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.checks import finite_number, flag, instance, real_numbers, shown
+from stickslip.checks import Many, finite_number, flag, instance, real_numbers, shown
 from stickslip.mechanics.friction.formula import (
     Formula,
     TracedFormula,
@@ -33,7 +33,6 @@ from stickslip.mechanics.friction.ranges import Choice, Range
 from stickslip.vocabulary import did_you_mean
 
 Floats: TypeAlias = NDArray[np.float64]
-Many: TypeAlias = NDArray[Any] | Sequence[Any]
 
 # F(0) this close to 0 or 1 is taken for it: (1 - delta) / 1 + delta rounds.
 AT_LIMIT = 4 * np.finfo(float).eps

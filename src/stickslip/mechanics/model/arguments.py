@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from stickslip.checks import instance, real_numbers, shown
+from stickslip.checks import instance, parameter_name, real_numbers, shown
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -55,10 +54,7 @@ def checked_parameter(role: str, model: Model, name: object) -> str:
     ValueError
         It has none of that name; the closest known one is suggested.
     """
-    if isinstance(name, str) and name in model.parameters:
-        return name
-    known = did_you_mean(str(name), model.parameters)
-    raise ValueError(f"{role} = {shown(name)} is not a parameter of this model. {known}")
+    return parameter_name(role, name, model.parameters, of="this model")
 
 
 def state_vector(name: str, values: object, model: Model) -> Floats:
