@@ -168,8 +168,8 @@ def test_long_itineraries_are_complete():
         friction=ss.Coulomb(mu=0.06224244484511507),
     )
     f = ss.event_map(model)
-    text = f.itinerary(0.05423552008572825)
-    result = f.evaluate(0.05423552008572825)
+    text = f.itinerary(0.05423552008572835)
+    result = f.evaluate(0.05423552008572835)
     assert result.status == ss.status.OK
     assert len(text.split(" ")) == result.n_events + 1 > 1000
     assert text.endswith(" ..")

@@ -105,7 +105,8 @@ def test_small_limits_give_up_and_say_so(stepper):
     late = free.duration > short
     assert 0 < late.sum() < late.size
     assert np.all(brief.status[late] == TIME_LIMIT)
-    np.testing.assert_array_equal(brief.value[~late], free.value[~late])
+    # With a limit on time motions under constant friction go one by one: other roundings.
+    np.testing.assert_allclose(brief.value[~late], free.value[~late], rtol=0, atol=1e-15)
     for result in (few, brief):
         lost = result.status != OK
         assert np.all(np.isnan(result.value[lost]))

@@ -2,6 +2,7 @@
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from stickslip.mechanics.flow.mode import mode_on_belt, release, settle
 from stickslip.mechanics.flow.onset import onset
-from stickslip.mechanics.flow.oscillator import oscillator, oscillator_tangent
+from stickslip.mechanics.flow.oscillator import oscillator, oscillator_sharp, oscillator_tangent
 from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.sliding import energy_reach
 from stickslip.mechanics.flow.system import (
@@ -134,6 +135,20 @@ def test_the_oscillator_solves_its_equations(stiffness, drive, w, pull, t):
             total = total + term
         state = total
     np.testing.assert_allclose(exact, state, rtol=0, atol=1e-12)
+
+
+@given(coupling=st.floats(0, 5), drive=st.floats(0, 1), w=SMALL, pull=SMALL, t=st.floats(0, 9))
+def test_the_sharp_oscillator_is_right_beyond_rounding(coupling, drive, w, pull, t):
+    w_new, w_low, pull_new, pull_low = oscillator_sharp(coupling, drive, w, 0.0, pull, 0.0, t)
+    with mpmath.workdps(40):
+        stiffness = 1 + mpmath.mpf(coupling)
+        frequency = mpmath.sqrt(stiffness)
+        c, s = mpmath.cos(frequency * t), mpmath.sin(frequency * t) / frequency
+        error_w = w_new + (w_low - (w * c + pull * s - drive * (1 - c) / stiffness))
+        error_pull = pull_new + (pull_low - (pull * c - (stiffness * w + drive) * s))
+    size = (abs(w) + abs(pull) + drive) * float(stiffness)
+    assert abs(error_w) <= 0.2 * 2**-52 * size
+    assert abs(error_pull) <= 0.2 * 2**-52 * size
 
 
 @given(

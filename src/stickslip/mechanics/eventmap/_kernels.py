@@ -29,6 +29,7 @@ from stickslip.mechanics.flow.system import (
     limit,
     loading_rate,
 )
+from stickslip.numerics.rounding import two_sum
 from stickslip.numerics.targets import kernel
 from stickslip.status import (
     EVENT_LIMIT,
@@ -71,6 +72,8 @@ def copy_motion(source: Motion, target: Motion) -> None:
     for block in range(2):
         target.w[block] = source.w[block]
         target.e[block] = source.e[block]
+        target.w_low[block] = source.w_low[block]
+        target.e_low[block] = source.e_low[block]
         target.mode[block] = source.mode[block]
         for column in range(source.directions.shape[0]):
             target.tangent_w[block, column] = source.tangent_w[block, column]
@@ -268,7 +271,9 @@ def carry(
     margin = min(earlier_margin, work.margin[0])
     value = math.nan
     if status == OK:
-        value = (current.e[1] - current.e[0]) / (1.0 + 2.0 * system.alpha)
+        gap, low = two_sum(current.e[1], -current.e[0])
+        low += current.e_low[1] - current.e_low[0]
+        value = (gap + low) / (1.0 + 2.0 * system.alpha)
         if looping:
             for block in range(2):
                 for column in range(n_columns):

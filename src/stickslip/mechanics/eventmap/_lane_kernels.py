@@ -105,7 +105,7 @@ N_LISTS = 8
 # one engine, so that it does not matter how many motions are asked together. Beyond them lanes
 # go on only to show that motions do not return, and only where there are many for the number
 # of events: one at a time the exact engine is faster, which knows cycles.
-ROUNDS = 128
+ROUNDS = 64
 EVENTS_PER_LANE = 128
 # Steps of slips of both blocks before a motion is left to the exact engine, and how many are
 # taken before the first look whether some are over.

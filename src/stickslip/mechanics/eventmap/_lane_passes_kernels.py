@@ -22,12 +22,14 @@ from stickslip.mechanics.flow._lane_kernels import (
     clearance,
     contact_ahead,
     dip,
+    drawn,
     fall,
     falls_to_zero,
-    half_turn,
+    half_angle,
     modes_polished,
     modes_turned,
     safe_reach,
+    slip_turned,
     smooth_share,
 )
 from stickslip.mechanics.flow.system import Floats
@@ -69,7 +71,7 @@ _STREAMS = tuple(np.uint64(i * STRIDE) for i in range(N_STREAMS))
 # Where motions have plants of their own: those of the items of the present pass.
 PLANT = tuple(np.uint64((N_STREAMS + i) * STRIDE) for i in range(len(Plant._fields)))
 # How many of their first numbers a pass needs: steps, starts, landings, slips of one block, all.
-OF_STEPS, OF_STARTS, OF_LANDINGS, OF_SLIPS, OF_ONSETS = 4, 6, 11, 18, len(PLANT)
+OF_STEPS, OF_STARTS, OF_LANDINGS, OF_SLIPS, OF_ONSETS = 4, 7, 13, 23, len(PLANT)
 # Streams that move with an item from list to list; the later ones with derivatives only.
 FREED_VALUES, FREED_ALL = 7, 10
 TWO_VALUES, TWO_ALL = 8, 13
@@ -97,7 +99,8 @@ def plant_of(common: Plant, rows: Floats, b: Floats, k: np.uint64) -> Plant:
         b[PLANT[8] + k], b[PLANT[9] + k], b[PLANT[10] + k], b[PLANT[11] + k],
         b[PLANT[12] + k], b[PLANT[13] + k], b[PLANT[14] + k], b[PLANT[15] + k],
         b[PLANT[16] + k], b[PLANT[17] + k], b[PLANT[18] + k], b[PLANT[19] + k],
-        b[PLANT[20] + k], b[PLANT[21] + k], b[PLANT[22] + k],
+        b[PLANT[20] + k], b[PLANT[21] + k], b[PLANT[22] + k], b[PLANT[23] + k],
+        b[PLANT[24] + k], b[PLANT[25] + k], b[PLANT[26] + k], b[PLANT[27] + k],
     )
     # fmt: on
 
@@ -195,11 +198,18 @@ def return_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
             limit_b = plant.limit_2 if first else plant.limit_1
             backward = sign > 0.0
             rate = sign * force - friction
-            square, end, y, x = half_turn(plant, sign, gap, rate)
-            t = 2.0 * plant.unit * upper_angle(y, x)
+            pull = drawn(plant, sign, gap)
+            square = rate * rate + gap * pull
+            end = math.sqrt(square if square > 0.0 else 0.0)
+            y, x = half_angle(plant, gap, rate, pull, end)
+            angle = 2.0 * upper_angle(y, x)
+            t = angle * plant.unit + angle * plant.unit_low
             pull = friction - end
             force_end = sign * pull
-            gain = plant.ride_time * t - plant.ride_force * (force_end - force)
+            steady = plant.V * t
+            slid = -sign * (end + rate) - steady
+            slid = slid * plant.compliance + slid * plant.compliance_low
+            gain = steady - plant.alpha * slid
             clear = NEAR * (rate * rate + gap * (2.0 * plant.V + plant.stiffness * gap))
             room = limit_b - rider
             # Without a return the rider leaves after about the time of steady sliding.
@@ -209,8 +219,8 @@ def return_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
             guess = release_guess(plant, longest, gained, room)
             frees = backward and gained > room + plant.near
             # Loaded forward, the rider's force may turn: often two straight lines bound it.
-            lowest = gain - plant.V * t
-            inside = plant.V * t < room - plant.near and rider + lowest > plant.near - limit_b
+            lowest = gain - steady
+            inside = steady < room - plant.near and rider + lowest > plant.near - limit_b
             rides = gain < room - plant.near if backward else inside
             # Without kinetic friction a slip from rest ends at the lower limit, moving inward.
             sticks = pull > plant.near - limit or (backward and pull == -limit)
@@ -279,15 +289,17 @@ def return_slopes(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
             first = b[ONE_FIRST + k] > 0.5
             friction = plant.friction_1 if first else plant.friction_2
             rate = sign * b[ONE_FORCE + k] - friction
-            _, end, y, x = half_turn(plant, sign, gap, rate)
-            size = x * x + y * y
-            c = (x * x - y * y) / size
-            s = 2.0 * x * y / size
+            end = friction - sign * b[ONE_FORCE_END + k]
+            y, x = half_angle(plant, gap, rate, drawn(plant, sign, gap), end)
+            share = 1.0 / (x * x + y * y)
+            c = (x * x - y * y) * share
+            s = 2.0 * x * y * share
+            slow = 1.0 / end
             d_gap = b[ONE_D_GAP + k]
             d_force = b[ONE_D_FORCE + k]
             d_rate = sign * d_force
-            d_time = (d_gap * c + d_rate * s * plant.unit) / end
-            d_end = (rate * d_rate + (plant.stiffness * gap - sign * plant.V) * d_gap) / end
+            d_time = (d_gap * c + d_rate * s * plant.unit) * slow
+            d_end = (rate * d_rate + (plant.stiffness * gap - sign * plant.V) * d_gap) * slow
             d_force_end = -sign * d_end
             d_gain = plant.ride_time * d_time - plant.ride_force * (d_force_end - d_force)
             d_rider_end = b[ONE_D_RIDER + k] + d_gain
@@ -317,21 +329,24 @@ def release_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
             friction = plant.friction_1 if first else plant.friction_2
             target = sign * (plant.limit_2 if first else plant.limit_1)
             rate = sign * b[FREED_FORCE + k] - friction
-            swing = plant.frequency * b[FREED_GAP + k] - sign * plant.level
+            gap = b[FREED_GAP + k]
+            pull = sign * plant.V - gap - plant.alpha * gap
             room = target - b[FREED_RIDER + k]
             longest = b[FREED_TIME + k]
             t = b[FREED_GUESS + k]
             turning = sign * plant.alpha
-            force = sign * plant.ride_force
             step = gap_now = rate_now = speed = 0.0
             for _ in range(RELEASE_STEPS):
                 t = t - step
                 t = t if t > 0.0 else 0.0
                 t = t if t < longest else longest
-                s, c = turned(plant.frequency * t)
-                rate_now = rate * c - swing * s
-                gap_now = (swing * c + rate * s + sign * plant.level) * plant.unit
-                excess = plant.ride_time * t - force * (rate_now - rate) - room
+                s, v = slip_turned(plant, t)
+                gained = pull * s - rate * (v + plant.alpha * v)
+                rate_now = rate + gained
+                gap_now = gap + (rate * s + pull * v)
+                short = plant.V * t - room
+                slid = (short + plant.V * t) - sign * gained
+                excess = (short + plant.alpha * slid) * plant.compliance
                 speed = plant.V + turning * gap_now
                 step = excess * speed / (speed * speed - 0.5 * excess * turning * rate_now)
             pull = sign * plant.V - plant.stiffness * gap_now
@@ -400,9 +415,9 @@ def start_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
             sum_w = w + 2.0 * plant.V
             sum_pull = pull_1 + pull_2
             gap_w = -fresh * w
-            gap_pull = (pull_2 - pull_1) / plant.beat
+            gap_pull = pull_2 - pull_1
             swing_1 = math.sqrt(sum_w * sum_w + sum_pull * sum_pull)
-            swing_2 = math.sqrt(gap_w * gap_w + gap_pull * gap_pull)
+            swing_2 = math.sqrt(gap_w * gap_w + gap_pull * gap_pull * plant.narrow)
             bound_2 = 0.5 * (swing_1 + plant.spread * swing_2)
             bound_4 = 0.5 * (swing_1 + plant.spread * plant.spread * swing_2)
             own, other = (m_2, m_1) if fresh > 0.0 else (m_1, m_2)
@@ -508,9 +523,8 @@ def landing_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
             sum_w, sum_pull, gap_w, gap_pull = modes_polished(
                 plant, rest, sum_w, sum_pull, gap_w, gap_pull
             )
-            gap_rate = plant.beat * gap_pull
-            e_1 = -m_1 * plant.friction_1 - 0.5 * (sum_pull - gap_rate)
-            e_2 = -m_2 * plant.friction_2 - 0.5 * (sum_pull + gap_rate)
+            e_1 = -m_1 * plant.friction_1 - 0.5 * (sum_pull - gap_pull)
+            e_2 = -m_2 * plant.friction_2 - 0.5 * (sum_pull + gap_pull)
             w = 0.5 * (sum_w - side * gap_w) - plant.V
             limit = plant.limit_2 if second else plant.limit_1
             force = e_2 if second else e_1
@@ -542,7 +556,7 @@ def landing_slopes(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None
             fresh = b[END_FRESH + k]
             w = b[NEXT_W + k]
             sum_pull = b[END_SUM_PULL + k]
-            gap_pull = plant.beat * b[END_GAP_PULL + k]
+            gap_pull = b[END_GAP_PULL + k]
             d_w = b[END_D_W + k]
             d_e1 = b[END_D_E1 + k]
             d_e2 = b[END_D_E2 + k]
@@ -551,8 +565,9 @@ def landing_slopes(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None
             d_sum_w = d_w * c - (d_e1 + d_e2) * s
             d_sum_e = (d_e1 + d_e2) * c + d_w * s
             s, c = turned(plant.beat * t)
-            d_gap_w = -fresh * d_w * c - (d_e2 - d_e1) * s / plant.beat
-            d_gap_e = (d_e2 - d_e1) * c - fresh * d_w * plant.beat * s
+            s = s * plant.beat
+            d_gap_w = -fresh * d_w * c - (d_e2 - d_e1) * (s * plant.narrow)
+            d_gap_e = (d_e2 - d_e1) * c - fresh * d_w * s
             shift = -(d_sum_w + side * d_gap_w) / (sum_pull + side * gap_pull)
             rate_1 = plant.V + (-plant.alpha if side < 0.0 else plant.stiffness) * w
             rate_2 = plant.V + (plant.stiffness if side < 0.0 else -plant.alpha) * w

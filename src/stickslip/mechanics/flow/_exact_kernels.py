@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.flow.oscillator import oscillator, oscillator_tangent
+from stickslip.mechanics.flow.oscillator import oscillator, oscillator_sharp, oscillator_tangent
 from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.sliding import CLEARANCE
 from stickslip.mechanics.flow.system import (
@@ -33,6 +33,7 @@ from stickslip.mechanics.flow.system import (
 )
 from stickslip.mechanics.friction.columns import STATIC_COLUMN
 from stickslip.numerics.roots import EPSILON, contact_time, leaving_step, safe_step
+from stickslip.numerics.rounding import product, quotient, sum_of_two, two_product, two_sum
 from stickslip.numerics.targets import kernel
 from stickslip.status import OK, STEP_FAILED
 
@@ -41,6 +42,8 @@ from stickslip.status import OK, STEP_FAILED
 LONGEST_STEP = 3.0
 # Steps of a first-root search: some ten are usual, a graze takes a few dozen.
 MAX_SEARCH = 100_000
+# What may be left of the time of an event that was located; more is next to a touch.
+LARGEST_REST = 1e-9
 # The bound on the third derivative is used over at most this time (measured optimum).
 CAP = 0.85
 
@@ -54,6 +57,8 @@ class Work(NamedTuple):
 
     start_w: Floats
     start_e: Floats
+    start_w_low: Floats
+    start_e_low: Floats
     margin: Floats
     watch: Floats
     sliding: Floats
@@ -61,7 +66,8 @@ class Work(NamedTuple):
 
 def new_work() -> Work:
     """Scratch arrays for one motion."""
-    return Work(np.zeros(2), np.zeros(2), np.full(1, np.inf), np.zeros(1), np.zeros(1))
+    start = (np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2))
+    return Work(*start, np.full(1, np.inf), np.zeros(1), np.zeros(1))
 
 
 @kernel(inline=True)
@@ -89,6 +95,22 @@ def friction_direction(
 
 
 @kernel(inline=True)
+def friction_low(system: System, laws: Floats, motion: Motion, block: int) -> float:
+    """Return what rounding leaves out of `friction`."""
+    _, low = two_product(laws[block, STATIC_COLUMN], limit(system, block))
+    return -motion.mode[block] * low
+
+
+@kernel(inline=True)
+def sharp_pull(
+    system: System, laws: Floats, motion: Motion, work: Work, block: int
+) -> tuple[float, float]:
+    """Rate w' of a slipping block at the start of a step, as a sum of two."""
+    pull, low = two_sum(friction(system, laws, motion, block), -work.start_e[block])
+    return pull, low - work.start_e_low[block] + friction_low(system, laws, motion, block)
+
+
+@kernel(inline=True)
 def advance(
     system: System, laws: Floats, motion: Motion, work: Work, rtol: float, cap: float
 ) -> tuple[float, int]:
@@ -100,6 +122,8 @@ def advance(
     for block in range(2):
         work.start_w[block] = motion.w[block]
         work.start_e[block] = motion.e[block]
+        work.start_w_low[block] = motion.w_low[block]
+        work.start_e_low[block] = motion.e_low[block]
         motion.event[block] = 0
     if motion.mode[0] != 0 and motion.mode[1] != 0:
         t, status = next_event_both(system, laws, motion, work, cap)
@@ -173,6 +197,65 @@ def time_of_return(
 
 
 @kernel(inline=True)
+def put_slipper(
+    system: System,
+    laws: Floats,
+    motion: Motion,
+    block: int,
+    w: float,
+    w_low: float,
+    pull: float,
+    pull_low: float,
+) -> None:
+    """Give a slipping block its state, as sums of two."""
+    motion.w[block], motion.w_low[block] = two_sum(w, w_low)
+    low = friction_low(system, laws, motion, block) - pull_low
+    motion.e[block], motion.e_low[block] = sum_of_two(
+        friction(system, laws, motion, block), -pull, low
+    )
+
+
+@kernel
+def sharpen_one(
+    system: System, laws: Floats, motion: Motion, work: Work, slipper: int, t: float
+) -> float:
+    """Put `motion` at its event about time `t`, with errors below a rounding of the state.
+
+    Return the time. Its rest is the event's signal over its rate, so small that rates are
+    constant.
+    """
+    rider = 1 - slipper
+    first, first_low = sharp_pull(system, laws, motion, work, slipper)
+    w, w_low = work.start_w[slipper], work.start_w_low[slipper]
+    w, w_low, pull, pull_low = oscillator_sharp(
+        system.alpha, system.V, w, w_low, first, first_low, t
+    )
+    # The rider's force gains (V t + alpha (2 V t + pull - first)) / (1 + alpha).
+    lost, lost_low = two_sum(pull, -first)
+    lost_low += pull_low - first_low
+    steady, steady_low = two_product(system.V, t)
+    bent, bent_low = two_sum(2.0 * steady, lost)
+    bent, bent_low = product(system.alpha, 0.0, bent, bent_low + 2.0 * steady_low + lost_low)
+    gain, gain_low = two_sum(steady, bent)
+    stiffness, stiffness_low = two_sum(1.0, system.alpha)
+    gain, gain_low = quotient(gain, gain_low + steady_low + bent_low, stiffness, stiffness_low)
+    speed = system.V - system.alpha * w
+    rest = 0.0
+    if motion.event[slipper] == LANDING:
+        rest = -(w + w_low) / pull
+    elif motion.event[rider] != 0:
+        side = 1.0 if motion.event[rider] == AT_UPPER_LIMIT else -1.0
+        room, low = two_sum(side * limit(system, rider), -work.start_e[rider])
+        rest = ((room - gain) + (low - work.start_e_low[rider] - gain_low)) / speed
+    rest = rest if abs(rest) < LARGEST_REST else 0.0
+    rate = (1.0 + system.alpha) * w + system.V
+    put_slipper(system, laws, motion, slipper, w, w_low + pull * rest, pull, pull_low - rate * rest)
+    low = work.start_e_low[rider] + (gain_low + speed * rest)
+    motion.e[rider], motion.e_low[rider] = sum_of_two(work.start_e[rider], gain, low)
+    return t + rest
+
+
+@kernel(inline=True)
 def next_event_one(
     system: System, laws: Floats, motion: Motion, work: Work, slipper: int, cap: float
 ) -> tuple[float, int]:
@@ -199,11 +282,11 @@ def next_event_one(
         if t_rider < t:
             t = t_rider
             lands = False
-            move_one(system, laws, motion, work, slipper, t)
     if lands:
         motion.event[slipper] = LANDING
     if work.watch[0] != 0.0:
         watch_one(system, laws, motion, work, slipper, t)
+    t = sharpen_one(system, laws, motion, work, slipper, t)
     if motion.directions.shape[0] > 0:
         tangents_one(system, laws, motion, work, slipper, t)
     return t, OK
@@ -233,6 +316,7 @@ def rider_reaches_upper(
     if excess <= tolerance:
         return t, AT_UPPER_LIMIT
     low, high = 0.0, t
+    stiffness = 1.0 + system.alpha
     span = excess + (end - work.start_e[rider])
     root = t * (end - work.start_e[rider]) / span
     for _ in range(100):
@@ -245,8 +329,9 @@ def rider_reaches_upper(
         speed = system.V - system.alpha * motion.w[slipper]
         pull = friction(system, laws, motion, slipper) - motion.e[slipper]
         step = excess / speed
-        step /= 1.0 + 0.5 * step * system.alpha * pull / speed  # Halley's correction
-        if abs(step) <= EPSILON * root:
+        bend = step * system.alpha * pull / speed
+        step /= 1.0 + 0.5 * bend  # Halley's correction
+        if abs(step) * (bend * bend + stiffness * step * step) <= 0.01 * LARGEST_REST:
             return root - step, AT_UPPER_LIMIT
         root -= step
         if not low < root < high:
@@ -473,11 +558,50 @@ def next_event_both(
         if t >= longest:
             if work.watch[0] != 0.0:
                 watch_both(system, laws, motion, work, t)
+            t = sharpen_both(system, laws, motion, work, t)
             tangents_both(system, laws, motion, work, t)
             return t, OK
         t = min(longest, t + max(step, 2.0 * EPSILON * t))
         move_both(system, laws, motion, work, t)
     return t, STEP_FAILED
+
+
+@kernel
+def sharpen_both(system: System, laws: Floats, motion: Motion, work: Work, t: float) -> float:
+    """Put `motion` at its event about time `t`, if it has one: see `sharpen_one`."""
+    p_1, p_1_low = sharp_pull(system, laws, motion, work, 0)
+    p_2, p_2_low = sharp_pull(system, laws, motion, work, 1)
+    pull, pull_low = two_sum(p_1, p_2)
+    w, w_low = two_sum(work.start_w[0], work.start_w[1])
+    w_low += work.start_w_low[0] + work.start_w_low[1]
+    sum_w, sum_w_low, sum_pull, sum_low = oscillator_sharp(
+        0.0, 2.0 * system.V, w, w_low, pull, pull_low + (p_1_low + p_2_low), t
+    )
+    pull, pull_low = two_sum(p_2, -p_1)
+    w, w_low = two_sum(work.start_w[1], -work.start_w[0])
+    w_low += work.start_w_low[1] - work.start_w_low[0]
+    gap_w, gap_w_low, gap_pull, gap_low = oscillator_sharp(
+        2.0 * system.alpha, 0.0, w, w_low, pull, pull_low + (p_2_low - p_1_low), t
+    )
+    w_1, w_1_low = two_sum(0.5 * sum_w, -0.5 * gap_w)
+    w_2, w_2_low = two_sum(0.5 * sum_w, 0.5 * gap_w)
+    w_1_low += 0.5 * (sum_w_low - gap_w_low)
+    w_2_low += 0.5 * (sum_w_low + gap_w_low)
+    p_1, p_1_low = two_sum(0.5 * sum_pull, -0.5 * gap_pull)
+    p_2, p_2_low = two_sum(0.5 * sum_pull, 0.5 * gap_pull)
+    p_1_low += 0.5 * (sum_low - gap_low)
+    p_2_low += 0.5 * (sum_low + gap_low)
+    rest = 0.0
+    if motion.event[0] == LANDING:
+        rest = -(w_1 + w_1_low) / p_1
+    elif motion.event[1] == LANDING:
+        rest = -(w_2 + w_2_low) / p_2
+    rest = rest if abs(rest) < LARGEST_REST else 0.0
+    p_1_low -= loading_rate(system, motion.w, 0) * rest
+    p_2_low -= loading_rate(system, motion.w, 1) * rest
+    put_slipper(system, laws, motion, 0, w_1, w_1_low + p_1 * rest, p_1, p_1_low)
+    put_slipper(system, laws, motion, 1, w_2, w_2_low + p_2 * rest, p_2, p_2_low)
+    return t + rest
 
 
 @kernel
@@ -505,9 +629,10 @@ def finish_both(
         for block in range(2):
             if (first if block == 0 else second) > t * (1.0 + 2.0 * EPSILON):
                 motion.event[block] = 0  # it lands a little later, in a step of its own
-        move_both(system, laws, motion, work, t)
     if work.watch[0] != 0.0:
         watch_both(system, laws, motion, work, t)
+    if t > 0.0:
+        t = sharpen_both(system, laws, motion, work, t)
     tangents_both(system, laws, motion, work, t)
     return t
 

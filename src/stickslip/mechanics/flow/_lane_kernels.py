@@ -11,8 +11,9 @@ import math
 from typing import NamedTuple
 
 from stickslip.mechanics.flow.system import Floats
+from stickslip.numerics.rounding import two_product, two_sum
 from stickslip.numerics.targets import kernel
-from stickslip.numerics.trigonometry import turn, upper_angle
+from stickslip.numerics.trigonometry import ROUNDER, turn_squared, upper_angle
 
 # Clearance from another outcome, in units of the quantity's size, below which a lane gives up.
 NEAR = 1e-9
@@ -21,6 +22,7 @@ REACH = 0.1
 # The bounds of `safe_reach` are used over at most this time (measured optimum), and over at
 # most a quarter of the faster period, as far as `turn` reaches.
 CAP = 0.85
+TURN, TURNS = 2.0 * math.pi, 0.5 / math.pi
 
 
 class Plant(NamedTuple):
@@ -30,29 +32,35 @@ class Plant(NamedTuple):
     e_slipper(0))``. ``first_time``, ``first_gain``: return of a slip that starts from rest at
     the limit, and what the rider's force gains until then; they do not depend on d.
     ``turning``: speed of a forward slip at which its rider's force stops growing. ``unit``:
-    time in which a slip turns by 1, the inverse of its frequency; ``narrow`` that of the spread.
+    time in which a slip turns by 1, the inverse of its frequency; ``narrow``, ``compliance`` those
+    of the spread, the stiffness. ``_low``: what rounding left out. ``twice``: of alpha.
 
     What steps of two slipping blocks need comes first, what only an onset needs last.
     """
 
     V: float
     spread: float
-    beat: float
+    twice: float
     cap: float
     friction_1: float
     friction_2: float
+    narrow: float
     limit_1: float
     limit_2: float
     near: float
     alpha: float
     stiffness: float
+    beat: float
     frequency: float
+    frequency_low: float
+    unit: float
+    unit_low: float
+    compliance: float
+    compliance_low: float
     level: float
     ride_time: float
     ride_force: float
     turning: float
-    unit: float
-    narrow: float
     end: float
     first_time_1: float
     first_time_2: float
@@ -74,11 +82,20 @@ def plant_at(alpha: float, beta: float, V: float, mu_1: float, mu_2: float) -> P
     first_time_2 = 2.0 * math.atan2(2.0 * pull_2, -2.0 * level) / frequency
     first_gain_1 = ride_time * first_time_1 + 2.0 * ride_force * pull_1
     first_gain_2 = ride_time * first_time_2 + 2.0 * ride_force * pull_2
-    unit, narrow = 1.0 / frequency, 1.0 / spread
+    unit, narrow, compliance = 1.0 / frequency, 1.0 / spread, 1.0 / stiffness
+    _, stiffness_low = two_sum(1.0, alpha)
+    square, square_low = two_product(frequency, frequency)
+    frequency_low = 0.5 * unit * ((stiffness - square) - square_low + stiffness_low)
+    whole, whole_low = two_product(frequency, unit)
+    unit_low = unit * ((1.0 - whole) - whole_low - frequency_low * unit)
+    whole, whole_low = two_product(stiffness, compliance)
+    compliance_low = compliance * ((1.0 - whole) - whole_low - stiffness_low * compliance)
     # fmt: off
     return Plant(
-        V, spread, beat, cap, friction_1, friction_2, limit_1, limit_2, near, alpha, stiffness,
-        frequency, level, ride_time, ride_force, turning, unit, narrow,
+        V, spread, 2.0 * alpha, cap, friction_1, friction_2, narrow,
+        limit_1, limit_2, near, alpha, stiffness, beat,
+        frequency, frequency_low, unit, unit_low, compliance, compliance_low,
+        level, ride_time, ride_force, turning,
         end, first_time_1, first_time_2, first_gain_1, first_gain_2,
     )
     # fmt: on
@@ -91,7 +108,8 @@ def plant_of_row(row: Floats) -> Plant:
     return Plant(
         row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7],
         row[8], row[9], row[10], row[11], row[12], row[13], row[14], row[15],
-        row[16], row[17], row[18], row[19], row[20], row[21], row[22],
+        row[16], row[17], row[18], row[19], row[20], row[21], row[22], row[23],
+        row[24], row[25], row[26], row[27],
     )
     # fmt: on
 
@@ -100,21 +118,38 @@ def plant_of_row(row: Floats) -> Plant:
 
 
 @kernel(inline=True, fused=True)
-def half_turn(
-    plant: Plant, sign: float, gap: float, rate: float
-) -> tuple[float, float, float, float]:
-    """Return of a slip: (square of the rate there, that rate, and y, x of half the angle).
+def drawn(plant: Plant, sign: float, gap: float) -> float:
+    """Give ``stiffness gap - 2 v`` of a slip, ``v = sign V`` (`sign` is 1 backward, -1 forward).
 
-    With ``gap = |w|``, ``rate = gap'`` and ``v = sign V`` (`sign` is 1 backward, -1 forward)
-    ``gap'' = v - stiffness gap``, so ``rate^2 + gap (stiffness gap - 2 v)`` stays.
+    With ``gap = |w|`` and ``rate = gap'``, ``gap'' = v - stiffness gap``: what stays is
+    ``rate^2 + gap (stiffness gap - 2 v)``, the square of the rate at the return.
     """
-    square = rate * rate + gap * (plant.stiffness * gap - 2.0 * sign * plant.V)
-    end = math.sqrt(square if square > 0.0 else 0.0)
-    swing = plant.frequency * gap
+    return (gap + plant.alpha * gap) - 2.0 * sign * plant.V
+
+
+@kernel(inline=True, fused=True)
+def half_angle(
+    plant: Plant, gap: float, rate: float, pull: float, end: float
+) -> tuple[float, float]:
+    """Give y, x of half the angle in which a slip returns at a rate `end`; `pull`: `drawn`."""
     leaves = rate > 0.0
-    y = end + rate if leaves else swing
-    x = swing - 2.0 * sign * plant.level if leaves else end - rate
-    return square, end, y, x
+    y = end + rate if leaves else gap
+    return plant.frequency * y + plant.frequency_low * y, pull if leaves else end - rate
+
+
+@kernel(inline=True, fused=True)
+def slip_turned(plant: Plant, t: float) -> tuple[float, float]:
+    """Return sine and versed sine of ``W t`` over W and W^2, W the frequency of one slip.
+
+    From those of half the angle, whose square is ``(1 + alpha) (t / 2)^2``: W itself is rounded.
+    """
+    k = (t * plant.frequency * TURNS + ROUNDER) - ROUNDER
+    half = 0.5 * ((t - k * (TURN * plant.unit)) - k * (TURN * plant.unit_low))
+    square = half * half
+    turned = square + plant.alpha * square
+    sine, versed = turn_squared(turned)
+    s = half + half * turned * sine
+    return 2.0 * s * (1.0 - versed), 2.0 * s * s
 
 
 @kernel(inline=True, fused=True)
@@ -169,16 +204,35 @@ def modes_turned(
 ) -> tuple[float, float, float, float]:
     """Carry sum and difference of both blocks through a time of at most `Plant.cap`.
 
-    ``sum_w = w_1 + w_2 + 2 V``, ``gap_w = w_2 - w_1``; the pulls are their rates in units of
-    their frequencies, 1 and `beat`.
+    ``sum_w = w_1 + w_2 + 2 V``, ``gap_w = w_2 - w_1``; the pulls are their rates.
     """
-    s, v = turn(t)
-    z, u = turn(plant.beat * t)
+    square = t * t
+    wide = square + plant.twice * square
+    s, v = turn_squared(square)
+    z, u = turn_squared(wide)
+    s, z = t + t * square * s, t + t * wide * z
+    return modes_moved(plant, s, v, z, u, sum_w, sum_pull, gap_w, gap_pull)
+
+
+@kernel(inline=True, fused=True)
+def modes_moved(
+    plant: Plant,
+    s: float,
+    v: float,
+    z: float,
+    u: float,
+    sum_w: float,
+    sum_pull: float,
+    gap_w: float,
+    gap_pull: float,
+) -> tuple[float, float, float, float]:
+    """Give sum and difference after a turn; of the latter, z is the sine over its frequency."""
+    moved = gap_w * z
     return (
         sum_w + (sum_pull * s - sum_w * v),
         sum_pull - (sum_w * s + sum_pull * v),
         gap_w + (gap_pull * z - gap_w * u),
-        gap_pull - (gap_w * z + gap_pull * u),
+        gap_pull - (moved + (plant.twice * moved + gap_pull * u)),
     )
 
 
@@ -187,16 +241,11 @@ def modes_polished(
     plant: Plant, t: float, sum_w: float, sum_pull: float, gap_w: float, gap_pull: float
 ) -> tuple[float, float, float, float]:
     """As `modes_turned`, for a time so short that five terms of a series are exact."""
-    a = plant.beat * t
-    v, u = t * t, a * a
-    s, z = t - t * v * (1.0 / 6.0), a - a * u * (1.0 / 6.0)
+    v = t * t
+    u = plant.spread * v
+    s, z = t - t * v * (1.0 / 6.0), t - t * u * (1.0 / 6.0)
     v, u = v * (0.5 - v * (1.0 / 24.0)), u * (0.5 - u * (1.0 / 24.0))
-    return (
-        sum_w + (sum_pull * s - sum_w * v),
-        sum_pull - (sum_w * s + sum_pull * v),
-        gap_w + (gap_pull * z - gap_w * u),
-        gap_pull - (gap_w * z + gap_pull * u),
-    )
+    return modes_moved(plant, s, v, z, u, sum_w, sum_pull, gap_w, gap_pull)
 
 
 @kernel(inline=True, fused=True)
@@ -214,7 +263,7 @@ def clearance(
     `side`: -1 for block 1, 1 for block 2, in which way the difference enters.
     """
     half = 0.5 * mode
-    gap_rate = side * plant.beat * gap_pull
+    gap_rate = side * gap_pull
     return (
         half * (sum_w + side * gap_w) - mode * plant.V,
         half * (sum_pull + gap_rate),

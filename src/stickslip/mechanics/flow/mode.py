@@ -14,6 +14,7 @@ from stickslip.mechanics.flow.system import (
     System,
     limit,
     loading_rate,
+    put_exactly,
 )
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
@@ -59,8 +60,7 @@ def release(system: System, motion: Motion, block: int, mode: int) -> None:
     """Let a riding block go: it stands exactly at its limit, which depends on beta alone."""
     end = limit(system, block)
     motion.mode[block] = mode
-    motion.w[block] = 0.0
-    motion.e[block] = -mode * end
+    put_exactly(motion, block, 0.0, -mode * end)
     for column in range(motion.directions.shape[0]):
         motion.tangent_w[block, column] = 0.0
         motion.tangent_e[block, column] = -mode * motion.directions[column, BETA] * block
@@ -69,14 +69,15 @@ def release(system: System, motion: Motion, block: int, mode: int) -> None:
 @kernel(inline=True)
 def land(system: System, motion: Motion, block: int) -> None:
     """Put a slipping block on the belt and give it the mode that its needed force asks for."""
-    motion.w[block] = 0.0
+    motion.w[block] = motion.w_low[block] = 0.0
     for column in range(motion.directions.shape[0]):
         motion.tangent_w[block, column] = 0.0
     mode = mode_on_belt(system, motion, block)
     motion.mode[block] = mode
     end = limit(system, block)
     if mode != STICK and abs(motion.e[block]) <= end + force_tolerance(system, motion, block):
-        motion.e[block] = -mode * end  # a stick of zero length: the slip starts at the limit
+        # A stick of zero length: the slip starts at the limit.
+        put_exactly(motion, block, 0.0, -mode * end)
 
 
 @kernel(inline=True)

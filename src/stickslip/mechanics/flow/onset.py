@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from stickslip.mechanics.flow.system import ALPHA, BACKWARD, BETA, START, STICK, Motion, System
+from stickslip.mechanics.flow.system import (
+    ALPHA,
+    BACKWARD,
+    BETA,
+    START,
+    STICK,
+    Motion,
+    System,
+    put_exactly,
+)
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
 
@@ -21,11 +30,10 @@ def onset(system: System, motion: Motion, d: float) -> None:
     tie = abs(lead) <= 4.0 * EPSILON * (1.0 + abs(spread) + system.beta)
     first = lead < 0.0 or tie
     second = lead > 0.0 or tie
-    motion.w[0] = motion.w[1] = 0.0
     motion.mode[0] = BACKWARD if first else STICK
     motion.mode[1] = BACKWARD if second else STICK
-    motion.e[0] = 1.0 if first else max(system.beta - spread, -1.0)
-    motion.e[1] = system.beta if second else max(1.0 + spread, -system.beta)
+    put_exactly(motion, 0, 0.0, 1.0 if first else max(system.beta - spread, -1.0))
+    put_exactly(motion, 1, 0.0, system.beta if second else max(1.0 + spread, -system.beta))
     for column in range(motion.directions.shape[0]):
         direction = motion.directions[column]
         d_spread = (1.0 + 2.0 * system.alpha) * direction[START] + 2.0 * d * direction[ALPHA]

@@ -45,12 +45,15 @@ class System(NamedTuple):
 class Motion(NamedTuple):
     """One motion, changed in place by kernels; ``w``, ``e``, ``mode``, ``event``: one per block.
 
+    ``w_low``, ``e_low``: what rounding left out of ``w``, ``e``, where an engine keeps it.
     ``tangent_w``, ``tangent_e``: (2, columns), derivatives of the state, one column for each
     row of ``directions`` (columns, LAWS + law parameters of both blocks).
     """
 
     w: Floats
     e: Floats
+    w_low: Floats
+    e_low: Floats
     mode: Ints
     event: Ints
     tangent_w: Floats
@@ -71,12 +74,21 @@ def new_motion(n_columns: int, n_law_parameters: int) -> Motion:
     return Motion(
         w=np.zeros(2),
         e=np.zeros(2),
+        w_low=np.zeros(2),
+        e_low=np.zeros(2),
         mode=np.zeros(2, dtype=np.int64),
         event=np.zeros(2, dtype=np.int64),
         tangent_w=np.zeros((2, n_columns)),
         tangent_e=np.zeros((2, n_columns)),
         directions=np.zeros((n_columns, LAWS + 2 * n_law_parameters)),
     )
+
+
+@kernel(inline=True)
+def put_exactly(motion: Motion, block: int, w: float, e: float) -> None:
+    """Give a block a state that is not rounded."""
+    motion.w[block], motion.w_low[block] = w, 0.0
+    motion.e[block], motion.e_low[block] = e, 0.0
 
 
 @kernel(inline=True)

@@ -43,6 +43,7 @@ class TwoBlockRecorder(Recorder):
         motion = self.motion
         motion.e[:] = x + alpha * (x - x[::-1])
         motion.w[:] = v - V
+        motion.w_low[:] = motion.e_low[:] = 0.0
         motion.w[np.abs(motion.w) <= 2.0 * EPSILON * np.maximum(np.abs(v), V)] = 0.0
         motion.mode[:] = np.sign(motion.w)
         motion.event[:] = np.where(motion.w == 0.0, LANDING, 0)
