@@ -147,8 +147,9 @@ def test_the_sharp_oscillator_is_right_beyond_rounding(coupling, drive, w, pull,
         error_w = w_new + (w_low - (w * c + pull * s - drive * (1 - c) / stiffness))
         error_pull = pull_new + (pull_low - (pull * c - (stiffness * w + drive) * s))
     size = (abs(w) + abs(pull) + drive) * float(stiffness)
-    assert abs(error_w) <= 0.2 * 2**-52 * size
-    assert abs(error_pull) <= 0.2 * 2**-52 * size
+    allowed = 0.2 * 2**-52 * size + 1e-300  # below that the low parts have no bits
+    assert abs(error_w) <= allowed
+    assert abs(error_pull) <= allowed
 
 
 @given(
