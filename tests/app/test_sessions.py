@@ -9,7 +9,7 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 from tests.app.talk import COULOMB, opened, unpack
 
-from stickslip.app import requests
+from stickslip.app import requests, warmth
 from stickslip.app.answers import Part
 from stickslip.app.jobs import CalledOffError, Gate, Job, TimeIsUpError, checkpoint
 from stickslip.app.server import application
@@ -162,7 +162,7 @@ def test_the_compiler_is_waited_for_before_an_answer_is_timed(monkeypatch):
         return iter(())
 
     monkeypatch.setitem(VIEWS, requests.Locus, needs_the_compiler)
-    monkeypatch.setattr("stickslip.app.warmth._asked", compiling)
+    monkeypatch.setattr(warmth, "_asked", compiling)
     with (
         TestClient(application(host="testserver", limits=Limits(seconds=0.2))) as client,
         opened(client) as page,

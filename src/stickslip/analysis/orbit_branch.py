@@ -188,7 +188,7 @@ class OrbitBranch(AlongParameter):
         ValueError
             As for `at`, which is for branches that pass each value once.
         """
-        number = self.checked_value(value)
+        number = self._checked_value(value)
         if self.f is None:
             raise ValueError(
                 "the branch was loaded without its system: load(path, system=...) gives it back."

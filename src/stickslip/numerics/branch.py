@@ -29,7 +29,7 @@ class AlongParameter:
         """Values of the varied parameter, shape (m,), in order along the branch."""
         return self.parameters[self.parameter]
 
-    def checked_value(self, given: dict[str, Any]) -> float:
+    def _checked_value(self, given: dict[str, Any]) -> float:
         """Return the value of the varied parameter, given by its name.
 
         Raises

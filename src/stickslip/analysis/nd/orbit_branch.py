@@ -158,7 +158,7 @@ class OrbitBranchND(AlongParameter):
         """
         if self.f is None:
             raise ValueError("the branch has no map: load it with system=.")
-        q = self.checked_value(value)
+        q = self._checked_value(value)
         f = self.f.replace(**{self.parameter: q})
         sides = np.sign(self.values - q)
         rows = [k for k in range(len(sides) - 1) if sides[k] * sides[k + 1] < 0 or sides[k] == 0]
