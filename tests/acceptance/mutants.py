@@ -19,7 +19,6 @@ import csv
 import difflib
 import itertools
 import json
-import math
 import multiprocessing
 import os
 import random
@@ -42,6 +41,7 @@ import pytest
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from coverage import CoverageData
+from scipy.stats import binomtest
 
 from . import clock
 
@@ -258,18 +258,9 @@ def shown(mutant: Mutant, source: str) -> str:
 # ---------------------------------------------------------------- the table
 
 
-def score_bounds(noticed: int, tried: int) -> tuple[float, float]:
-    """Return Wilson's interval of 95 % for the share of all mutants that would be noticed."""
-    z = 1.96
-    share, n = noticed / tried, tried + z * z
-    middle = (noticed + 0.5 * z * z) / n
-    half = z * math.sqrt(tried * share * (1.0 - share) + 0.25 * z * z) / n
-    return middle - half, middle + half
-
-
 def record(layer: str, seed: int, of: int, tried: int, noticed: int) -> None:
     """Put a row into the table; it replaces one of the same layer, version, day and seed."""
-    low, high = score_bounds(noticed, tried)
+    low, high = binomtest(noticed, tried).proportion_ci(method="wilson")  # of 95 %
     day = datetime.now(UTC).date().isoformat()
     counts = (of, tried, noticed, f"{low:.2f}", f"{high:.2f}")
     row = [str(item) for item in (layer, version("stickslip"), day, seed, *counts)]

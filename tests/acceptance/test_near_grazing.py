@@ -50,9 +50,10 @@ def test_around_breakpoints_of_random_coulomb_systems(engine):
     assert tally.verdicts[RIGHT] > 300, str(tally)
 
 
-# Systems of random samples with an answer called wrong, at the very double of a breakpoint or the
-# next: a block lands as a limit is reached, and what decides are forces of size one, rounded.
-ROUNDED = """alpha beta V mu d
+# Breakpoints where a block lands just as a limit is reached. Forces of size one decide, of which
+# doubles are coarser than of d: each was misplaced by up to 1.2e-14 before forces were compared
+# as sums of two doubles.
+TIES = """alpha beta V mu d
 0.43219920107500687 1.5825065569857109 0.051265158000586404 0.3185670375599832 -0.0058786422610226
 1.2408297155383676 0.6294857573892398 0.04557960298102941 0.07373387918736599 -0.2482170561427261
 0.4827758881595271 1.8231847229003866 0.12167153350404139 0.16988565240073816 -0.0840544183234814
@@ -65,15 +66,17 @@ ROUNDED = """alpha beta V mu d
 
 
 @pytest.mark.parametrize("engine", ["exact", "adaptive"])
-@pytest.mark.parametrize("row", ROUNDED.splitlines()[1:])
-def test_rounding_moves_a_breakpoint_by_less_than_2e_14(row, engine):
+@pytest.mark.parametrize("row", TIES.splitlines()[1:])
+def test_ties_of_a_landing_and_a_limit_are_found_to_rounding(row, engine):
     alpha, beta, V, mu, d = map(float, row.split())
     system = case("coulomb", alpha=alpha, beta=beta, V=V, mu=mu)
-    points = d + np.array([-1e-13, -2e-14, 2e-14, 1e-13])
+    steps = np.array([0.0, 0.125, 0.5, 1.0, 4.0, 16.0, 64.0]) * 2.0**-52
     tally = Tally()
+    points = np.unique(np.concatenate([d - steps, d + steps]))
     judge(tally, system, points, engine, np.random.default_rng(0), Effort(0.0, 400))
-    assert tally.verdicts[RIGHT] >= 2, str(tally)
-    assert tally.verdicts.keys() <= {RIGHT, NOT_SETTLED}, str(tally)
+    assert tally.verdicts[RIGHT] >= 1, str(tally)
+    assert tally.verdicts.keys() <= {RIGHT, EXCUSED, NOT_SETTLED}, str(tally)
+    assert engine == "adaptive" or not tally.verdicts[EXCUSED], str(tally)
 
 
 def test_around_breakpoints_of_random_systems_of_law_9():

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.mechanics.flow.mode import mode_on_belt, release, settle
+from stickslip.mechanics.flow.mode import mode_on_belt, release, round_landings, settle
 from stickslip.mechanics.flow.onset import onset
 from stickslip.mechanics.flow.oscillator import oscillator, oscillator_sharp, oscillator_tangent
 from stickslip.mechanics.flow.saltation import saltation
@@ -59,10 +59,38 @@ def test_the_table_of_a_block_on_the_belt(block, side):
         assert mode(end * (1 + 1e-12), other) == slip
     assert mode(end, outward) == slip
     assert mode(end, inward) == STICK
-    # equality means within rounding, on both sides
-    for force in (end * (1 - 4 * EPS), end * (1 + 4 * EPS)):
-        assert mode(force, outward) == slip
-        assert mode(force, inward) == STICK
+    # equality means equal: what an engine rounds is put at the limit before
+    assert mode(end * (1 - EPS), outward) == STICK
+    assert mode(end * (1 + EPS), inward) == slip
+
+
+@pytest.mark.parametrize("block", [0, 1])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_force_next_to_its_limit_is_put_there(block, side):
+    end = limit(SYSTEM, block)
+
+    def rounded(force, low=0.0):
+        motion = motion_at(np.zeros(2), [side * force, side * force])
+        motion.e_low[block] = side * low
+        motion.event[block] = LANDING
+        round_landings(SYSTEM, motion, 4.0)
+        assert motion.e[1 - block] == side * force, "no landing, no rounding"
+        return side * motion.e[block], side * motion.e_low[block]
+
+    for force in (end * (1 - 3 * EPS), end, end * (1 + 3 * EPS)):
+        assert rounded(force) == (end, 0.0)
+    for force in (end * (1 - 6 * EPS), end * (1 + 6 * EPS)):
+        assert rounded(force) == (force, 0.0)
+    low = 0.7 * np.spacing(end)
+    assert rounded(end + 4 * EPS * end, -low) == (end, 0.0)
+    assert rounded(end - 4 * EPS * end, -low) != (end, 0.0)
+
+
+def test_what_rounding_left_out_of_a_force_decides():
+    for low, mode in ((-1e-20, STICK), (1e-20, BACKWARD)):
+        motion = motion_at(np.zeros(2), [1.0, 0.0])
+        motion.e_low[0] = low
+        assert mode_on_belt(SYSTEM, motion, 0) == mode
 
 
 def test_a_released_block_stands_exactly_at_its_limit():

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from stickslip.mechanics.eventmap._label_kernels import hashed
 from stickslip.mechanics.eventmap.records import Clock, Controls, Outputs, Pools, Tags
-from stickslip.mechanics.flow.dense import SLACK, keep_first, watch_step
+from stickslip.mechanics.flow.dense import FORCE_ROUNDING, SLACK, keep_first, watch_step
 from stickslip.mechanics.flow.lanes.layout import (
     D_FORCE_1,
     D_FORCE_1_BEFORE,
@@ -55,7 +55,7 @@ from stickslip.mechanics.flow.lanes.layout import (
     TIME,
     TIME_BEFORE,
 )
-from stickslip.mechanics.flow.mode import settle
+from stickslip.mechanics.flow.mode import round_landings, settle
 from stickslip.mechanics.flow.onset import onset
 from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.system import (
@@ -296,6 +296,7 @@ def meet(
         outputs.status[row] = HANDED_OVER
         return -1
     state_at(system, pools, pool, lane, h)
+    round_landings(system, motion, FORCE_ROUNDING)
     margin = x[MARGIN + lane]
     if motion.directions.shape[0] > 0:
         saltation(system, motion, rate(system, laws, motion, 0), rate(system, laws, motion, 1))

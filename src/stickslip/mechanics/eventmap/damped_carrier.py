@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.checks import parameter_name
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
 from stickslip.mechanics.eventmap.records import Controls, Outputs
 from stickslip.mechanics.flow.engine import EngineName, engine_for
@@ -30,7 +29,6 @@ class DampedCarrier:
         self, model: TwoBlock, engine: EngineName, controls: Controls, threads: int
     ) -> None:
         engine_for(model.replace(damping=0.0), engine)  # the same errors
-        self.parameters = model.parameters
         self.inner = BlocksEventMap(model.chain, **controls._asdict(), threads=threads)
 
     def value(self, d: float) -> float:
@@ -57,7 +55,6 @@ class DampedCarrier:
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
-        parameter_name("name", name, self.parameters, of="the model")
         name = {"beta": "static_2"}.get(name, name)
         return self.inner.parameter_derivative(d[:, None], name)[:, 0]
 

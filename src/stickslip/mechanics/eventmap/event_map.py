@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.checks import MOST_STEPS, Many, whole_number
+from stickslip.checks import MOST_STEPS, Many, parameter_name, whole_number
 from stickslip.mechanics.eventmap.carrier import Carrier
 from stickslip.mechanics.eventmap.carriers import carrier_for
 from stickslip.mechanics.eventmap.records import Controls
@@ -179,6 +179,7 @@ class EventMap:
         Arguments, shape and errors as for calling the map; ValueError for an unknown name.
         """
         points = self.model.admit(d)
+        parameter_name("name", name, self.parameters, of="the model")
         return _shaped(self._carrier.parameter_slope(points.ravel(), name), points.shape)
 
     def evaluate(self, d: ArrayLike) -> EventMapResult:

@@ -15,7 +15,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.flow.dense import find_events, stay_on_pieces, watch_step
+from stickslip.mechanics.flow.dense import (
+    FORCE_ROUNDING,
+    find_events,
+    stay_on_pieces,
+    watch_step,
+)
+from stickslip.mechanics.flow.mode import round_landings
 from stickslip.mechanics.flow.pieces import piece_row
 from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.system import (
@@ -132,6 +138,7 @@ def finish(
         if motion.mode[block] != 0:
             motion.w[block] = value(work.w[block], end)
         motion.e[block] = value(work.e[block], end)
+    round_landings(system, motion, FORCE_ROUNDING)
     if motion.directions.shape[0] > 0:
         saltation(system, motion, rate(system, laws, motion, 0), rate(system, laws, motion, 1))
     work.sliding[0] += end

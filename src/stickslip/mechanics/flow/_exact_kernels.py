@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.mechanics.flow.mode import excess_force, round_landings, round_to_limit
 from stickslip.mechanics.flow.oscillator import oscillator, oscillator_sharp, oscillator_tangent
 from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.sliding import CLEARANCE
@@ -44,6 +45,8 @@ LONGEST_STEP = 3.0
 MAX_SEARCH = 100_000
 # What may be left of the time of an event that was located; more is next to a touch.
 LARGEST_REST = 1e-9
+# Rounding of a needed force where a block lands, in units of EPSILON x limit.
+FORCE_ROUNDING = 0.5
 # The bound on the third derivative is used over at most this time (measured optimum).
 CAP = 0.85
 
@@ -133,6 +136,7 @@ def advance(
         work.sliding[0] = 0.0
         slipper = 0 if motion.mode[0] != 0 else 1
         t, status = next_event_one(system, laws, motion, work, slipper, cap)
+    round_landings(system, motion, FORCE_ROUNDING)
     return t, status
 
 
@@ -215,6 +219,23 @@ def put_slipper(
     )
 
 
+@kernel(inline=True)
+def located(rest: float) -> float:
+    """Return what is left of the time of an event, or 0 next to a touch, where it says nothing."""
+    return rest if abs(rest) < LARGEST_REST else 0.0
+
+
+@kernel(inline=True)
+def rest_of_landing(w: float, pull: float, rate: float) -> float:
+    """Time from here to the landing of a block with w' = `pull` and w'' = -`rate`.
+
+    Where it touches the belt, w' = 0 there and the force it needs is its friction.
+    """
+    if abs(pull) <= LARGEST_REST * abs(rate):
+        return pull / rate
+    return located(-w / pull)
+
+
 @kernel
 def sharpen_one(
     system: System, laws: Floats, motion: Motion, work: Work, slipper: int, t: float
@@ -240,15 +261,14 @@ def sharpen_one(
     stiffness, stiffness_low = two_sum(1.0, system.alpha)
     gain, gain_low = quotient(gain, gain_low + steady_low + bent_low, stiffness, stiffness_low)
     speed = system.V - system.alpha * w
+    rate = (1.0 + system.alpha) * w + system.V
     rest = 0.0
     if motion.event[slipper] == LANDING:
-        rest = -(w + w_low) / pull
+        rest = rest_of_landing(w + w_low, pull, rate)
     elif motion.event[rider] != 0:
         side = 1.0 if motion.event[rider] == AT_UPPER_LIMIT else -1.0
         room, low = two_sum(side * limit(system, rider), -work.start_e[rider])
-        rest = ((room - gain) + (low - work.start_e_low[rider] - gain_low)) / speed
-    rest = rest if abs(rest) < LARGEST_REST else 0.0
-    rate = (1.0 + system.alpha) * w + system.V
+        rest = located(((room - gain) + (low - work.start_e_low[rider] - gain_low)) / speed)
     put_slipper(system, laws, motion, slipper, w, w_low + pull * rest, pull, pull_low - rate * rest)
     low = work.start_e_low[rider] + (gain_low + speed * rest)
     motion.e[rider], motion.e_low[rider] = sum_of_two(work.start_e[rider], gain, low)
@@ -287,6 +307,10 @@ def next_event_one(
     if work.watch[0] != 0.0:
         watch_one(system, laws, motion, work, slipper, t)
     t = sharpen_one(system, laws, motion, work, slipper, t)
+    if motion.event[slipper] == LANDING and motion.event[rider] != 0:
+        round_to_limit(system, motion, rider, FORCE_ROUNDING)
+        if excess_force(system, motion, rider) < 0.0:
+            motion.event[rider] = 0
     if motion.directions.shape[0] > 0:
         tangents_one(system, laws, motion, work, slipper, t)
     return t, OK
@@ -591,14 +615,14 @@ def sharpen_both(system: System, laws: Floats, motion: Motion, work: Work, t: fl
     p_2, p_2_low = two_sum(0.5 * sum_pull, 0.5 * gap_pull)
     p_1_low += 0.5 * (sum_low - gap_low)
     p_2_low += 0.5 * (sum_low + gap_low)
+    rate_1, rate_2 = loading_rate(system, motion.w, 0), loading_rate(system, motion.w, 1)
     rest = 0.0
     if motion.event[0] == LANDING:
-        rest = -(w_1 + w_1_low) / p_1
+        rest = rest_of_landing(w_1 + w_1_low, p_1, rate_1)
     elif motion.event[1] == LANDING:
-        rest = -(w_2 + w_2_low) / p_2
-    rest = rest if abs(rest) < LARGEST_REST else 0.0
-    p_1_low -= loading_rate(system, motion.w, 0) * rest
-    p_2_low -= loading_rate(system, motion.w, 1) * rest
+        rest = rest_of_landing(w_2 + w_2_low, p_2, rate_2)
+    p_1_low -= rate_1 * rest
+    p_2_low -= rate_2 * rest
     put_slipper(system, laws, motion, 0, w_1, w_1_low + p_1 * rest, p_1, p_1_low)
     put_slipper(system, laws, motion, 1, w_2, w_2_low + p_2 * rest, p_2, p_2_low)
     return t + rest

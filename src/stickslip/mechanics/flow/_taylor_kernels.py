@@ -12,7 +12,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.mechanics.flow.dense import find_events, stay_on_pieces, watch_step
+from stickslip.mechanics.flow.dense import (
+    FORCE_ROUNDING,
+    find_events,
+    stay_on_pieces,
+    watch_step,
+)
+from stickslip.mechanics.flow.mode import round_landings
 from stickslip.mechanics.flow.pieces import piece_row
 from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.system import (
@@ -88,6 +94,7 @@ def advance(
         if motion.mode[block] != 0:
             motion.w[block] = value(work.w[block], h)
         motion.e[block] = value(work.e[block], h)
+    round_landings(system, motion, FORCE_ROUNDING)
     if motion.directions.shape[0] > 0:
         saltation(system, motion, rate(system, laws, motion, 0), rate(system, laws, motion, 1))
     return h, OK

@@ -34,6 +34,8 @@ Rows = NDArray[np.float64]
 
 # Rounding of a step's coefficients, in units of EPSILON.
 SLACK = 4.0
+# Rounding of a needed force where a block lands, in units of EPSILON x limit.
+FORCE_ROUNDING = 4.0
 
 
 @kernel(inline=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from stickslip.mechanics.flow.system import (
     AT_LOWER_LIMIT,
     AT_UPPER_LIMIT,
@@ -19,14 +21,33 @@ from stickslip.mechanics.flow.system import (
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
 
-# Rounding of e at an event, in units of EPSILON x (limit + |e| of the other block).
-FORCE_ROUNDING = 16.0
+
+@kernel(inline=True)
+def excess_force(system: System, motion: Motion, block: int) -> float:
+    """How far the needed force of a block is beyond its static limit; negative inside."""
+    sign = 1.0 if motion.e[block] > 0.0 else -1.0
+    return (sign * motion.e[block] - limit(system, block)) + sign * motion.e_low[block]
 
 
 @kernel(inline=True)
-def force_tolerance(system: System, motion: Motion, block: int) -> float:
-    """How near its static limit the needed force of a block counts as being there."""
-    return FORCE_ROUNDING * EPSILON * (limit(system, block) + abs(motion.e[1 - block]))
+def round_to_limit(system: System, motion: Motion, block: int, rounding: float) -> None:
+    """Put a needed force on its static limit where rounding explains the difference.
+
+    `rounding` is that of the engine, in units of EPSILON x limit. Without it ties that the
+    system has by its symmetry would be broken by chance.
+    """
+    end = limit(system, block)
+    if abs(excess_force(system, motion, block)) <= rounding * EPSILON * end:
+        motion.e[block] = math.copysign(end, motion.e[block])
+        motion.e_low[block] = 0.0
+
+
+@kernel(inline=True)
+def round_landings(system: System, motion: Motion, rounding: float) -> None:
+    """Call `round_to_limit` for the blocks that land."""
+    for block in range(2):
+        if motion.event[block] == LANDING:
+            round_to_limit(system, motion, block, rounding)
 
 
 @kernel(inline=True)
@@ -42,15 +63,11 @@ def mode_on_belt(system: System, motion: Motion, block: int) -> int:
     at one              outward      slip, backward at the upper end
     ==================  ===========  ========================
     """
-    end = limit(system, block)
-    tolerance = force_tolerance(system, motion, block)
-    force = motion.e[block]
-    if abs(force) < end - tolerance:
-        return STICK
-    upper = force > 0.0
+    excess = excess_force(system, motion, block)
+    upper = motion.e[block] > 0.0
     rate = loading_rate(system, motion.w, block)
     inward = rate <= 0.0 if upper else rate >= 0.0
-    if abs(force) <= end + tolerance and inward:
+    if excess < 0.0 or (excess == 0.0 and inward):
         return STICK
     return BACKWARD if upper else FORWARD
 
@@ -72,12 +89,7 @@ def land(system: System, motion: Motion, block: int) -> None:
     motion.w[block] = motion.w_low[block] = 0.0
     for column in range(motion.directions.shape[0]):
         motion.tangent_w[block, column] = 0.0
-    mode = mode_on_belt(system, motion, block)
-    motion.mode[block] = mode
-    end = limit(system, block)
-    if mode != STICK and abs(motion.e[block]) <= end + force_tolerance(system, motion, block):
-        # A stick of zero length: the slip starts at the limit.
-        put_exactly(motion, block, 0.0, -mode * end)
+    motion.mode[block] = mode_on_belt(system, motion, block)
 
 
 @kernel(inline=True)

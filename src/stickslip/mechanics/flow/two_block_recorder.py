@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip import status as status_codes
+from stickslip.mechanics.flow.dense import FORCE_ROUNDING
 from stickslip.mechanics.flow.engine import Engine
-from stickslip.mechanics.flow.mode import settle
+from stickslip.mechanics.flow.mode import round_landings, settle
 from stickslip.mechanics.flow.onset import onset
 from stickslip.mechanics.flow.recorder import Floats, Ints, Recorder, StatesInside
 from stickslip.mechanics.flow.system import BACKWARD, LANDING, Phases, limit, new_motion
@@ -47,6 +48,7 @@ class TwoBlockRecorder(Recorder):
         motion.w[np.abs(motion.w) <= 2.0 * EPSILON * np.maximum(np.abs(v), V)] = 0.0
         motion.mode[:] = np.sign(motion.w)
         motion.event[:] = np.where(motion.w == 0.0, LANDING, 0)
+        round_landings(self.engine.system, motion, FORCE_ROUNDING)
         settle(self.engine.system, motion)
         self._note_global_stick()
 
