@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BLOCKS",
+    "SEED",
     "SOFT",
     "SPEEDS",
     "STIFF",
@@ -65,10 +66,9 @@ class Catalogue:
     ----------
     alpha, V : float
     slips : tuple of Slip
-    lag : float
-        How far the belt has left all blocks behind since the first start, summed over them.
-    moment : float
-        Sum over the slips of the whole motion, transient included.
+    moment, lag : float
+        From the first time at which all blocks ride to the last: sum over the slips, and how far
+        the belt leaves all blocks behind, summed over them.
     travel : float
         Of the belt over the whole motion.
     end : State
@@ -78,8 +78,8 @@ class Catalogue:
     alpha: float
     V: float
     slips: tuple[Slip, ...]
-    lag: float
     moment: float
+    lag: float
     travel: float
     end: State
 
@@ -125,13 +125,16 @@ def catalogue(alpha: float, V: float) -> Catalogue:
     model = chain(alpha, V)
     x = np.random.default_rng(SEED).uniform(-SPREAD, SPREAD, BLOCKS)
     stream = slips(model, x, np.full(BLOCKS, V), t_end=TRAVEL / V)
-    kept, moment = [], 0.0
+    kept, moment, riding = [], 0.0, []
     for slip in stream:
         moment += slip.moment
+        now = stream.state
+        if np.all(now.v == V):
+            riding.append((moment, float(np.sum(x + V * now.t - now.x))))
         if slip.start * V > TRANSIENT:
             kept.append(slip)
-    lag = float(np.sum(x + V * stream.state.t - stream.state.x))
-    return Catalogue(alpha, V, tuple(kept), lag, moment, TRAVEL, stream.state)
+    moment, lag = np.subtract(riding[-1], riding[0]).tolist()
+    return Catalogue(alpha, V, tuple(kept), moment, lag, TRAVEL, stream.state)
 
 
 @cache

@@ -29,9 +29,9 @@ class PowerLaw:
     exponent, error : float
         By maximum likelihood, and its standard error ``(exponent - 1) / sqrt(n)``.
     smallest : float
-        Where the law begins: there its Kolmogorov-Smirnov distance is least.
+        Where the law begins.
     distance : float
-        That distance.
+        Its Kolmogorov-Smirnov distance from the sizes above.
     n : int
         Sizes above the smallest.
     p_value : float
@@ -54,7 +54,9 @@ class PowerLaw:
         return np.asarray((size / self.smallest) ** (1.0 - self.exponent))
 
 
-def fit_power_law(sizes: Floats, rng: np.random.Generator) -> PowerLaw:
+def fit_power_law(
+    sizes: Floats, rng: np.random.Generator, *, smallest: float | None = None
+) -> PowerLaw:
     """Fit a power law to the upper end of some sizes.
 
     Parameters
@@ -63,11 +65,16 @@ def fit_power_law(sizes: Floats, rng: np.random.Generator) -> PowerLaw:
         Positive, more than `FEWEST`.
     rng : numpy.random.Generator
         Draws the samples behind the p-value.
+    smallest : float, optional
+        Where the law begins; default: where its distance is least.
     """
     ordered = np.sort(sizes)
-    cuts = np.unique(ordered[np.linspace(0, ordered.size - FEWEST, CUTS).astype(int)])
-    tails = [ordered[np.searchsorted(ordered, cut) :] for cut in cuts]
-    tail = min(tails, key=_distance)
+    if smallest is None:
+        cuts = np.unique(ordered[np.linspace(0, ordered.size - FEWEST, CUTS).astype(int)])
+        tails = [ordered[np.searchsorted(ordered, cut) :] for cut in cuts]
+        tail = min(tails, key=_distance)
+    else:
+        tail = ordered[np.searchsorted(ordered, smallest) :]
     slope, distance, n = _slope(tail), _distance(tail), tail.size
     repeats = tail[0] * (1.0 + rng.pareto(slope, size=(REPEATS, n)))
     farther = [_distance(np.sort(sample), smallest=tail[0]) > distance for sample in repeats]
