@@ -79,6 +79,31 @@ def test_ties_of_a_landing_and_a_limit_are_found_to_rounding(row, engine):
     assert engine == "adaptive" or not tally.verdicts[EXCUSED], str(tally)
 
 
+# Breakpoints where a block, or the force of a rider, just touches. The last bits of a motion
+# decide: by doubles each was misplaced by 3e-16 to 1.1e-14.
+TOUCHES = """alpha beta V mu d
+0.32697026089550385 1.145431838219255 0.25383876775120556 0.8011532247683464 0.00998547315849245
+0.3502201638319904 1.2298023463969288 0.2869874948351379 0.8916614953706845 0.21757291829271846
+0.4387321515323328 1.3204849984596225 0.19841445790247295 0.7923188013201505 0.0013489980362974574
+1.8099730397442493 0.6939828266798636 0.19415331759799256 0.8489754280782028 -0.0009484479886269755
+2.273975100079021 1.401079538656792 0.16838905184564765 0.8544137702486747 0.0074253472842736295
+2.3187666695408953 1.9617230664731613 0.22938251238434496 0.6472943253423068 -0.002268815074092818
+2.697335672955629 1.3610559957058355 0.012699537275263118 0.5164776966472451 0.0003026267360631025"""
+
+
+@pytest.mark.parametrize("row", TOUCHES.splitlines()[1:])
+def test_touches_are_found_to_rounding(row):
+    alpha, beta, V, mu, d = map(float, row.split())
+    system = case("coulomb", alpha=alpha, beta=beta, V=V, mu=mu)
+    steps = np.array([0.0, 0.03125, 0.125, 0.25, 1.0, 4.0, 16.0, 64.0]) * 2.0**-52
+    tally = Tally()
+    points = np.unique(np.concatenate([d - steps, d + steps]))
+    judge(tally, system, points, "exact", np.random.default_rng(0), Effort(0.0, 400))
+    assert not tally.wrong, str(tally)
+    assert tally.verdicts[RIGHT] >= 3, str(tally)
+    assert tally.verdicts[EXCUSED] <= 1, str(tally)
+
+
 def test_around_breakpoints_of_random_systems_of_law_9():
     rng = np.random.default_rng(22)
     tally = Tally()

@@ -111,6 +111,10 @@ def check(where: tuple[str, str], value: Any) -> None:
     assert said is None, f"{name}({parameter}={value!r}): {said}"
 
 
+def test_a_message_does_not_repeat_a_whole_table():
+    check(("Blocks", "friction"), [[RuntimeError("a long story")] * 20])
+
+
 @pytest.mark.slow
 @settings(max_examples=250)
 @given(st.sampled_from(parameters), anything)

@@ -8,7 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from stickslip.numerics.roots import EPSILON, contact_time, leaving_step, safe_step
+from stickslip.numerics.roots import (
+    EPSILON,
+    all_but_touches,
+    contact_time,
+    grazing_time,
+    leaving_step,
+    safe_step,
+)
 
 pytestmark = pytest.mark.kernel
 
@@ -117,6 +124,22 @@ def test_a_touch_within_rounding_is_at_the_minimum(depth):
     # g = depth + (h - 1e-8)^2: a root, if any, is up to 1e-8 early, where g' is not zero
     t = contact_time(0.0, depth + 1e-16, -2e-8, 2.0, 1e-16)
     assert t == pytest.approx(1e-8, rel=1e-15)
+
+
+@pytest.mark.parametrize(("lowest", "touches"), [(2e-16, True), (-2e-16, True), (2e-15, False)])
+def test_a_signal_that_all_but_touches_is_told_from_one_that_crosses(lowest, touches):
+    # g = lowest + (h - 1e-8)^2
+    assert all_but_touches(lowest + 1e-16, -2e-8, 2.0, 1e-15) == touches
+    assert not all_but_touches(1e-16, -1.0, 2.0, 1e-15)
+    assert not all_but_touches(1e-16, -1e-8, -2.0, 1e-15)
+
+
+def test_contact_next_to_a_minimum_is_told_by_its_depth():
+    # g = lowest + (h - 3)^2
+    assert grazing_time(3.0, 2e-16, 2.0, 1e-16) == np.inf
+    assert grazing_time(3.0, 5e-17, 2.0, 1e-16) == 3.0
+    assert grazing_time(3.0, -5e-17, 2.0, 1e-16) == 3.0
+    assert grazing_time(3.0, -1e-8, 2.0, 1e-16) == pytest.approx(3.0 - 1e-4, rel=1e-15)
 
 
 def test_a_signal_that_rests_at_zero_is_in_contact_now():

@@ -49,6 +49,25 @@ def leaving_step(slope: float, curvature: float, bound_3: float, cap: float) -> 
 
 
 @kernel(inline=True)
+def all_but_touches(g: float, slope: float, curvature: float, rounding: float) -> bool:
+    """Whether a signal that falls here reaches its minimum within rounding of zero."""
+    return (
+        curvature > 0.0 and abs(slope * slope - 2.0 * curvature * g) <= 2.0 * curvature * rounding
+    )
+
+
+@kernel(inline=True)
+def grazing_time(t: float, lowest: float, curvature: float, rounding: float) -> float:
+    """Time of contact of a signal whose minimum is `lowest`, at `t`; inf if it stays positive.
+
+    At zero but for `rounding` it is a touch, at `t` itself.
+    """
+    if lowest > rounding:
+        return math.inf
+    return t if lowest >= -rounding else t - math.sqrt(-2.0 * lowest / curvature)
+
+
+@kernel(inline=True)
 def contact_time(t: float, g: float, slope: float, curvature: float, rounding: float) -> float:
     """Time of the contact just ahead of `t`, where a signal falls and is within rounding of zero.
 

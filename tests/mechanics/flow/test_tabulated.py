@@ -34,9 +34,9 @@ def test_a_straight_table_is_viscous_coulomb_friction():
 
 
 @settings(max_examples=15)
-@given(knots=st.lists(st.floats(0.001, 1.2), min_size=1, max_size=6, unique_by=lambda s: s // 1e-3))
+@given(knots=st.sets(st.integers(1, 1200), min_size=1, max_size=6))
 def test_knots_on_a_straight_line_change_nothing(knots):
-    speed = np.array([0.0, *sorted(knots), 50.0])
+    speed = np.array([0.0, *sorted(k / 997 for k in knots), 50.0])
     plain, knotted = (ss.TabulatedFriction(s, 0.2 + 0.1 * s) for s in (speed[[0, -1]], speed))
     f, g = ss.event_map(two_blocks(plain)), ss.event_map(two_blocks(knotted))
     np.testing.assert_allclose(g(D), f(D), rtol=0, atol=ROUNDING)

@@ -33,7 +33,14 @@ from stickslip.mechanics.flow.system import (
     loading_rate,
 )
 from stickslip.mechanics.friction.columns import STATIC_COLUMN
-from stickslip.numerics.roots import EPSILON, contact_time, leaving_step, safe_step
+from stickslip.numerics.roots import (
+    EPSILON,
+    all_but_touches,
+    contact_time,
+    grazing_time,
+    leaving_step,
+    safe_step,
+)
 from stickslip.numerics.rounding import product, quotient, sum_of_two, two_product, two_sum
 from stickslip.numerics.targets import kernel
 from stickslip.status import OK, STEP_FAILED
@@ -43,10 +50,16 @@ from stickslip.status import OK, STEP_FAILED
 LONGEST_STEP = 3.0
 # Steps of a first-root search: some ten are usual, a graze takes a few dozen.
 MAX_SEARCH = 100_000
+# Decisions in doubles: rounding, in units of EPSILON x terms; and the part of its terms below which
+# the square of a landing's rate is taken from sums of two.
+ROUNDING = 8.0 * EPSILON
+NEAR_TOUCH = 2.0**-20
 # What may be left of the time of an event that was located; more is next to a touch.
 LARGEST_REST = 1e-9
 # Rounding of a needed force where a block lands, in units of EPSILON x limit.
 FORCE_ROUNDING = 0.5
+# What doubles say is decided by sums of two where they may be wrong; those err less, by this part.
+SHARPER = 0.125
 # The bound on the third derivative is used over at most this time (measured optimum).
 CAP = 0.85
 
@@ -189,15 +202,32 @@ def time_of_return(
     fall = speed * (level - stiffness * speed)
     square = pull * pull - fall
     scale = pull * pull + speed * (abs(level) + stiffness * speed)
-    if square < -8.0 * EPSILON * scale:
+    if abs(square) <= NEAR_TOUCH * scale and speed > 0.0:
+        square = sharp_square(system, laws, motion, work, slipper)
+    if square < -SHARPER * ROUNDING * scale:
         return math.inf, 0.0
-    slope = math.sqrt(square) if square > 8.0 * EPSILON * scale or speed == 0.0 else 0.0
+    is_touch = square <= SHARPER * ROUNDING * scale and speed > 0.0
+    slope = 0.0 if is_touch else math.sqrt(square)
     if pull < 0.0 or speed == 0.0:
         pull = min(pull, 0.0)
         half_angle = math.atan2(slope - pull, speed * frequency - level / frequency)
     else:
         half_angle = math.atan2(speed * frequency, slope + pull)
     return 2.0 * half_angle / frequency, slope
+
+
+@kernel
+def sharp_square(system: System, laws: Floats, motion: Motion, work: Work, slipper: int) -> float:
+    """Square of the rate at a return, from sums of two: p^2 + w (2 V + (1 + alpha) w)."""
+    pull, pull_low = sharp_pull(system, laws, motion, work, slipper)
+    w, w_low = work.start_w[slipper], work.start_w_low[slipper]
+    stiffness, stiffness_low = two_sum(1.0, system.alpha)
+    level, level_low = product(stiffness, stiffness_low, w, w_low)
+    level, level_low = sum_of_two(2.0 * system.V, level, level_low)
+    fall, fall_low = product(w, w_low, level, level_low)
+    square, square_low = product(pull, pull_low, pull, pull_low)
+    square, square_low = sum_of_two(square, fall, square_low + fall_low)
+    return square + square_low
 
 
 @kernel(inline=True)
@@ -397,18 +427,39 @@ def rider_reaches_either(
             slope = -sign * (system.V - system.alpha * motion.w[slipper])
             pull = friction(system, laws, motion, slipper) - motion.e[slipper]
             curvature = sign * system.alpha * pull
-            if gap <= tolerance and (slope < 0.0 or (slope == 0.0 and curvature <= 0.0)):
+            if all_but_touches(gap, slope, curvature, tolerance) and slope <= 0.0:
+                contact = rider_touch(system, laws, motion, work, slipper, t - slope / curvature)
+                if contact < math.inf:
+                    best, best_side = contact, side
+                    break
+                step = leaving_step(0.0, curvature, bound_3, CAP) - slope / curvature
+            elif gap <= tolerance and (slope < 0.0 or (slope == 0.0 and curvature <= 0.0)):
                 best, best_side = contact_time(t, gap, slope, curvature, tolerance), side
                 break
-            if t >= best:
-                break
-            if gap <= tolerance:
+            elif gap <= tolerance:
                 step = leaving_step(slope, curvature, bound_3, CAP)
             else:
                 step = safe_step(gap, slope, curvature, bound_2, bound_3, CAP)
+            if t >= best:
+                break
             t = min(best, t + max(step, EPSILON * t))
     move_one(system, laws, motion, work, slipper, best)
     return best, best_side
+
+
+@kernel
+def rider_touch(
+    system: System, laws: Floats, motion: Motion, work: Work, slipper: int, t: float
+) -> float:
+    """Time at which a rider, nearest to a limit at `t`, reaches it; inf if it does not.
+
+    Decided by sums of two.
+    """
+    rider = 1 - slipper
+    sharpen_one(system, laws, motion, work, slipper, t)
+    curvature = abs(system.alpha * (friction(system, laws, motion, slipper) - motion.e[slipper]))
+    rounding = SHARPER * rider_tolerance(system, work, rider, t)
+    return grazing_time(t, -excess_force(system, motion, rider), curvature, rounding)
 
 
 @kernel
@@ -570,9 +621,12 @@ def next_event_both(
                     motion.event[block] = LANDING
                     found = True
             elif gap <= tolerance and slope <= 0.0:
-                motion.event[block] = LANDING
-                found = True
-                reach = CAP
+                if landing_time(system, laws, motion, work, block, t, tolerance) < math.inf:
+                    motion.event[block] = LANDING
+                    found = True
+                    reach = CAP
+                else:  # it all but touches the belt
+                    reach = leaving_step(0.0, curvature, bound_3, CAP) - slope / curvature
             else:
                 reach = safe_step(max(gap, 0.0), slope, curvature, bound_2, bound_3, CAP)
             step = min(step, reach)
@@ -630,15 +684,32 @@ def sharpen_both(system: System, laws: Floats, motion: Motion, work: Work, t: fl
 
 @kernel
 def landing_time(
-    system: System, laws: Floats, motion: Motion, block: int, t: float, tolerance: float
+    system: System,
+    laws: Floats,
+    motion: Motion,
+    work: Work,
+    block: int,
+    t: float,
+    tolerance: float,
 ) -> float:
-    """Time at which a block that lands about `t` does so, or inf if it does not."""
-    if motion.event[block] != LANDING:
-        return math.inf
+    """Time at which a block next to the belt lands, just after `t`; inf if it does not.
+
+    Where it all but touches the belt sums of two decide.
+    """
     sign = float(motion.mode[block])
+    gap = sign * motion.w[block]
     slope = sign * (friction(system, laws, motion, block) - motion.e[block])
     curvature = -sign * loading_rate(system, motion.w, block)
-    return contact_time(t, sign * motion.w[block], slope, curvature, tolerance)
+    if not all_but_touches(gap, slope, curvature, tolerance):
+        return contact_time(t, gap, slope, curvature, tolerance)
+    events = motion.event[0], motion.event[1]
+    motion.event[0] = motion.event[1] = 0
+    nearest = t - slope / curvature
+    sharpen_both(system, laws, motion, work, nearest)
+    lowest = sign * (motion.w[block] + motion.w_low[block])
+    move_both(system, laws, motion, work, t)
+    motion.event[0], motion.event[1] = events
+    return grazing_time(nearest, lowest, curvature, SHARPER * tolerance)
 
 
 @kernel(inline=True)
@@ -647,8 +718,11 @@ def finish_both(
 ) -> float:
     """Polish the time of an event of two slipping blocks and carry everything there."""
     if t > 0.0:
-        first = landing_time(system, laws, motion, 0, t, tolerance)
-        second = landing_time(system, laws, motion, 1, t, tolerance)
+        first = second = math.inf
+        if motion.event[0] == LANDING:
+            first = landing_time(system, laws, motion, work, 0, t, tolerance)
+        if motion.event[1] == LANDING:
+            second = landing_time(system, laws, motion, work, 1, t, tolerance)
         t = min(first, second)
         for block in range(2):
             if (first if block == 0 else second) > t * (1.0 + 2.0 * EPSILON):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
 
-from stickslip.checks import real_numbers, whole_number
+from stickslip.checks import real_numbers, shown, whole_number
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model.harmonic import Harmonic
 from stickslip.mechanics.model.structure import Structure
@@ -350,5 +350,5 @@ def laws_of(friction: object, n_blocks: int) -> Friction:
         else "Take Coulomb(mu=), PoppStelter(gamma=) or friction_law(...)."
     )
     raise ValueError(
-        f"friction = {friction!r} is neither a friction law nor a list of laws. {remedy}"
+        f"friction = {shown(friction)} is neither a friction law nor a list of laws. {remedy}"
     )
