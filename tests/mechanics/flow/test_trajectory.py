@@ -108,6 +108,26 @@ def test_friction_is_the_law_or_what_a_rider_needs(motion):
             np.testing.assert_allclose(friction[:, block], expected, rtol=0, atol=tolerance)
 
 
+@pytest.mark.parametrize("law", ["coulomb", "law9"])
+def test_a_rider_is_loaded_at_least_as_fast_as_the_belt_runs(law):
+    """Monotone loading: e' >= V while the other block rides or slips backward."""
+    rng = np.random.default_rng(7)
+    loaded = 0
+    for _ in range(12):
+        model = random_model(rng, law)
+        x, v = rng.uniform(-1.5, 1.5, 2), rng.uniform(-1, 1, 2)
+        motion = ss.simulate(model, x, v, t_end=40, max_events=40)
+        for _, _, modes, t in phases(motion):
+            force = needed_force(model, motion.x(t))
+            tolerance = ROUNDING * scale_of(model, motion.x(t), motion.v(t))
+            for block, mode in enumerate(modes):
+                if mode == 0 and modes[1 - block] <= 0:
+                    gained = np.diff(force[:, block]) - model.V * np.diff(t)
+                    assert gained.min() >= -tolerance
+                    loaded += modes[1 - block] < 0
+    assert loaded > 50  # ... by a block that slips, which makes it faster
+
+
 @settings(max_examples=40)
 @given(motion=motions(COULOMB, LAW_9))
 def test_energy_is_balanced_and_friction_only_takes(motion):
