@@ -53,6 +53,19 @@ def test_a_belt_that_runs_backward_gives_the_mirror_image(kind, n):
     assert returned > 0.8 * n
 
 
+def test_a_long_motion_of_law_9_is_followed_with_smaller_errors():
+    """53 events: what a step errs in the middle grows a hundred times more than the start does."""
+    law = {"delta": 0.4641590898481221, "eta": 0.042846242456074414, "gamma": 3.6850487966796335}
+    system = case(
+        "law9", alpha=2.8727566161451663, beta=0.5587875918420768, V=0.2487218978467824, **law
+    )
+    tally = Tally()
+    d = [-0.20088331504225282]
+    judge(tally, system, d, "adaptive", np.random.default_rng(0), Effort(0.0, 200))
+    assert tally.verdicts[RIGHT] == 1, str(tally)
+    assert tally.worst[0][0] < 0.3 * system.tolerance
+
+
 @pytest.mark.parametrize("engine", ["exact", "adaptive"])
 def test_the_papers_coulomb_map_is_right_everywhere(engine):
     tally = Tally()

@@ -88,8 +88,9 @@ if TYPE_CHECKING:
     )
     from stickslip.mechanics.friction.stub import force
 
-# From this many events on the scalar engine follows a motion, which may be on a cycle.
-LONG = 64
+# From this many events on the scalar engine follows a motion: it may be on a cycle, and errors of
+# steps, which are smaller there, grow more than those of the start.
+LONG = 32
 # Pools by which block rides: one of them, or none.
 BOTH_SLIP = 2
 GLOBAL_STICK = 4

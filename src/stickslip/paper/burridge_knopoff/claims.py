@@ -80,8 +80,8 @@ def _motion() -> Iterator[Claim]:
         findings=(
             Finding(
                 "moments add up to what the belt has left the blocks behind",
-                f"{found.lag:.1f} from the first to the last time at which all blocks ride; the sum "
-                f"of moments differs by {abs(found.moment / found.lag - 1.0):.0e} of itself",
+                f"{found.lag:.1f} from the first to the last time at which all blocks ride; the "
+                f"sum of moments differs by {abs(found.moment / found.lag - 1.0):.0e} of itself",
                 found.lag > 0.9 * BLOCKS * found.travel
                 and abs(found.moment / found.lag - 1.0) < BALANCED,
             ),
