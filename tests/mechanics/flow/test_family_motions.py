@@ -39,6 +39,28 @@ MODELS = {
 }
 
 
+def test_a_reversed_force_reverses_the_motion() -> None:
+    """(X, V) -> -(X, V): forces change sign, functions for slip either way change places."""
+
+    def weak(s, a):
+        return 1 / (1 + a * s)
+
+    def weaker(s, a):
+        return 0.8 / (1 + 2 * a * s)
+
+    def motion(sign: int, backward, forward) -> ss.Trajectory:
+        law = ss.friction_law(backward, forward=forward, parameters={"a": 0.5})
+        forcing = ss.Harmonic(amplitude=(sign * 2.0, sign * 0.3), frequency=0.7, phase=0.4)
+        chain = ss.Chain(static=[1, 1.3], alpha=0.6, V=0.0, friction=law, forcing=forcing)
+        return ss.simulate(chain, [0.3 * sign, 0.1 * sign], [0.2 * sign, 0.0], t_end=60)
+
+    one, mirrored = motion(1, weak, weaker), motion(-1, weaker, weak)
+    np.testing.assert_array_equal(mirrored.modes, -one.modes)
+    assert {-1, 0, 1} == set(one.modes.ravel())
+    t = np.linspace(0, 60, 100)
+    np.testing.assert_allclose(mirrored.x(t), -one.x(t), rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize("name", MODELS)
 def test_energy_is_accounted_for(name: str) -> None:
     model = MODELS[name]
