@@ -1,9 +1,12 @@
 """Random systems, random starts: a fixed sample of what `evidence.py` does at length."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.acceptance.judge import Effort, Tally, judge
 from tests.acceptance.systems import case, paper_case, random_cases, random_points
+from tests.reference.motion import sensitivity
 from tests.reference.settle import GAVE_UP, RIGHT, settle
 
 import stickslip as ss
@@ -28,6 +31,26 @@ def test_no_value_of_law_9_is_wrong():
         judge(tally, system, d, "adaptive", rng, Effort(0.0, 200))
     assert not tally.wrong, str(tally)
     assert tally.verdicts[RIGHT] > 50, str(tally)
+
+
+@pytest.mark.parametrize(("kind", "n"), [("coulomb", 60), ("law9", 4)])
+def test_a_belt_that_runs_backward_gives_the_mirror_image(kind, n):
+    """(X, V) -> -(X, V): the oracle, whose belt may run either way, carries -d to -f(d)."""
+    rng = np.random.default_rng(13)
+    sides, returned = str.maketrans("+-", "-+"), 0
+    for system in random_cases(kind, n, rng):
+        (d,) = random_points(system, 1, rng).tolist()
+        backward = replace(system, V=-system.V).oracle()
+        image = backward.motion(-d, max_events=100)
+        f = ss.event_map(system.model(), threads=1)
+        found = f.evaluate(d)
+        if image.value is None or found.margin < 1e-6:
+            continue
+        _, kappa = sensitivity(backward, -d, image)
+        assert abs(found.value + float(image.value)) <= system.tolerance * kappa
+        assert f.itinerary(d).translate(sides) == image.itinerary
+        returned += 1
+    assert returned > 0.8 * n
 
 
 def test_a_long_motion_of_law_9_is_followed_with_smaller_errors():

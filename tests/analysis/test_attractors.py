@@ -54,7 +54,7 @@ def test_windows_of_the_logistic_map(r, period):
     assert (found.kind, found.period) == ("periodic", period)
     assert found.basin_share == 1
     points = np.sort(found.orbit.points)
-    assert np.allclose(np.sort(logistic(r)(points)), points, atol=1e-14)
+    assert np.allclose(np.sort(logistic(r)(points)), points, rtol=0, atol=1e-14)
     assert float(found.lyapunov) == pytest.approx(np.log(abs(found.orbit.multiplier)) / period)
 
 
@@ -219,7 +219,9 @@ def test_everything_leaves_through_the_gap():
 
 
 def same_place(one, other):
-    return one.bands.shape == other.bands.shape and np.allclose(one.bands, other.bands, atol=EDGE)
+    return one.bands.shape == other.bands.shape and np.allclose(
+        one.bands, other.bands, rtol=0, atol=EDGE
+    )
 
 
 def check_both_ways(f):

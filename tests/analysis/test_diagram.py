@@ -162,7 +162,7 @@ class TestBreakpoints:
         diagram = bifurcation_diagram(f, "mu", np.linspace(0.1, 0.9, 33), max_period=2)
         (line,) = diagram.breakpoints
         assert line.kind == "jump"
-        np.testing.assert_allclose(line.d, 0.0, atol=1e-10)
+        np.testing.assert_allclose(line.d, 0.0, rtol=0, atol=1e-10)
 
     def test_period_adding_in_a_jump(self):
         """Between fixed points only cycles: a x + mu and b x + mu - 1, slopes below 1."""

@@ -12,7 +12,8 @@ from docs.sources import place_of
 import stickslip as ss
 from stickslip.cli import main
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
 SCRIPTS = sorted([*(DOCS / "tutorials").glob("*.py"), *(DOCS / "gallery").glob("*.py")])
 NEEDS_A_GPU = {"gpu.md"}
 PAGES = [
@@ -84,3 +85,31 @@ def test_a_link_to_a_definition_that_is_gone_is_found_out():
     for gone in ("mechanics.model.two_block.TwoBlock.gone", "mechanics.gone", "gone"):
         with pytest.raises(LookupError):
             place_of(gone)
+
+
+EXPLAINED = [
+    page
+    for folder in ("theory", "studies", "tutorials")
+    for page in sorted((DOCS / folder).iterdir())
+    if page.suffix in {".md", ".py"} and page.stem != "index"
+]
+
+
+@pytest.mark.parametrize("page", EXPLAINED, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_a_page_says_how_sure_it_is(page):
+    _, found, answer = page.read_text().partition("How sure is this?")
+    assert found
+    for kind in ("Proved", "Checked", "Fails, or is only evidence"):
+        assert f"**{kind}" in answer, kind
+
+
+def test_tests_that_the_docs_name_exist():
+    texts = [*DOCS.rglob("*.md"), *DOCS.rglob("*.py"), *ROOT.glob("*.md")]
+    text = "\n".join(path.read_text() for path in texts)
+    paths = set(re.findall(r"\btests/[\w/*]*(?:\.py)?", text))
+    assert len(paths) > 50
+    assert {path for path in paths if not any(ROOT.glob(path))} == set()
+    code = {path.name: path.read_text() for path in (ROOT / "tests").rglob("*.py")}
+    names = set(re.findall(r"\btest_\w+\b(?:\.py)?", text))
+    defined = set(re.findall(r"^ *def (test_\w+)", "\n".join(code.values()), re.MULTILINE))
+    assert names - defined - set(code) == set()

@@ -45,7 +45,9 @@ def cycle(period, n, multiplier, seed):
 def test_a_stable_cycle_is_found_with_its_exponent(period, multiplier, seed):
     found = verdict(*cycle(period, 500, multiplier, seed))
     assert (found.kind[0], found.period[0]) == (PERIODIC, period)
-    np.testing.assert_allclose(found.exponent[0], np.log(multiplier) / period, atol=ROUNDING)
+    np.testing.assert_allclose(
+        found.exponent[0], np.log(multiplier) / period, rtol=0, atol=ROUNDING
+    )
     assert found.error[0] == 0.0
 
 

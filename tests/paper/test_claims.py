@@ -139,7 +139,7 @@ def test_the_gap_of_law_9():
 
 def test_the_orbit_beside_p1():
     (orbit,) = (o for o in facts("cusps").orbits.of_period(2) if o.stable)
-    np.testing.assert_allclose(orbit.points, [0.379758, 0.394793], atol=1e-6)
+    np.testing.assert_allclose(orbit.points, [0.379758, 0.394793], rtol=0, atol=1e-6)
 
 
 def test_exponents_of_the_chaotic_attractor():

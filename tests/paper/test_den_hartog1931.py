@@ -25,7 +25,7 @@ def test_the_amplitude_above_the_boundary_is_the_closed_form(
     forcing = excess * stop_boundary(frequency)
     cycle = steady(frequency, forcing)
     assert stops(cycle) == 0
-    assert largest(cycle) == pytest.approx(amplitude(frequency, forcing), abs=1e-10)
+    assert largest(cycle) == pytest.approx(amplitude(frequency, forcing), abs=1e-12)
 
 
 @pytest.mark.parametrize("frequency", FREQUENCIES)
@@ -39,7 +39,7 @@ def test_below_the_boundary_it_stops(frequency: float) -> None:
 def test_one_stop_in_each_half_period(frequency: float, forcing: float) -> None:
     cycle = steady(frequency, forcing)
     assert stops(cycle) == 2
-    assert largest(cycle) == pytest.approx(one_stop_amplitude(frequency, forcing), abs=1e-10)
+    assert largest(cycle) == pytest.approx(one_stop_amplitude(frequency, forcing), abs=1e-12)
 
 
 @pytest.mark.slow

@@ -50,7 +50,7 @@ def test_the_period_without_damping_to_30_digits() -> None:
     with mp.workdps(DIGITS):
         exact = period()
         assert abs(exact - mp.mpf(PERIOD)) < mp.mpf(10) ** (4 - DIGITS)
-    assert abs(undamped().period - float(exact)) < 1e-12
+    assert abs(undamped().period - float(exact)) < 1e-13
 
 
 @pytest.mark.slow
@@ -59,4 +59,4 @@ def test_its_claims_hold() -> None:
     assert [claim.verdict for claim in report.claims] == ["holds"] * 3
     numbers = {value.name: value.computed for value in report.values}
     assert numbers["c of the Hopf point"] == pytest.approx(3 / 1.6**2, abs=1e-12)
-    assert numbers["c of the fold"] == pytest.approx(1.300882299088, abs=1e-10)
+    assert numbers["c of the fold"] == pytest.approx(1.300882299088, abs=2e-12)

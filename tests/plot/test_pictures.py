@@ -161,7 +161,7 @@ class TestMotion:
         t = np.linspace(0, 80, 4001)
         for block, line in enumerate(ax.lines):
             drawn = np.interp(t, *line.get_xydata().T)
-            np.testing.assert_allclose(drawn, motion.friction(t)[:, block], atol=1e-3)
+            np.testing.assert_allclose(drawn, motion.friction(t)[:, block], rtol=0, atol=1e-3)
 
     @pytest.mark.parametrize("block", [1, 2])
     def test_ends_of_the_stick_interval_need_the_static_limit(self, block):

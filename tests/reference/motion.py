@@ -102,10 +102,16 @@ def need(system: System, block: int, x: Pair) -> arb:
     return x[block] + system.alpha * (x[block] - x[1 - block])
 
 
+def direction(system: System) -> int:
+    """Sign of the belt's velocity: the side of the limits that riders are carried to."""
+    return 1 if system.V > 0 else -1
+
+
 def onset(system: System, d: arb) -> Pair:
-    """Where the global stick phase of this d ends (figure 2)."""
-    first, second = 1 + system.alpha * d, system.beta - (1 + system.alpha) * d
-    x1 = first if first < second else second
+    """Where the global stick phase of this d ends (figure 2): at the first limit ahead."""
+    ahead = direction(system)
+    first, second = ahead + system.alpha * d, ahead * system.beta - (1 + system.alpha) * d
+    x1 = first if ahead * first < ahead * second else second
     return (x1.mid(), (x1 + d).mid())
 
 
@@ -153,7 +159,8 @@ def motion(
     """Carry ``d`` from one global stick phase to the next."""
     x, v = onset(system, inside(system, exact(d))), (system.V, system.V)
     time, modes = arb(0), (0, 0)
-    concerned = [i for i in (0, 1) if need(system, i, x) > system.limits[i] - TIE]
+    ahead = direction(system)
+    concerned = [i for i in (0, 1) if ahead * need(system, i, x) > system.limits[i] - TIE]
     events: list[Event] = []
     phases: list[tuple[Phase, arb]] = []
 

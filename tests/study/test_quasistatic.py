@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import stickslip as ss
@@ -69,6 +69,32 @@ def test_a_block_that_slips_alone_goes_through_half_a_period(
     assert sizes.wait >= 0.0
 
 
+@settings(max_examples=50)
+@given(
+    alpha=st.floats(0.0, 3.0),
+    beta=st.floats(0.5, 2.0),
+    mu=st.tuples(st.floats(0.1, 0.9), st.floats(0.1, 0.9)),
+    share=st.floats(-0.999, 0.999),
+)
+def test_friction_is_only_a_scale(
+    alpha: float, beta: float, mu: tuple[float, float], share: float
+) -> None:
+    """Of u = (d - d_0) / (1 - mu), d_0 where both leave together, while no block slips forward."""
+    one, other = (ss.quasistatic_map(ss.TwoBlock(alpha, beta, 1.0, ss.Coulomb(m))) for m in mu)
+    middle = (beta - 1.0) / (1.0 + 2.0 * alpha)
+    d = share * one.domain[1]
+    twin = middle + (d - middle) * (1.0 - mu[1]) / (1.0 - mu[0])
+    assume(abs(twin) < one.domain[1])
+    step, same = one.evaluate(d), other.evaluate(twin)
+    assume(min(step.margin, same.margin) > 1e-6)
+    assume("+" not in one.itinerary(d) + other.itinerary(twin))
+    assert one.itinerary(d) == other.itinerary(twin)
+    scaled = [(f.value - middle) / (1.0 - m) for f, m in zip((step, same), mu, strict=True)]
+    rounding = 1e-13 * max(1.0, abs(step.derivative)) / (1.0 - max(mu))
+    assert scaled[0] == pytest.approx(scaled[1], abs=rounding)
+    assert step.derivative == pytest.approx(same.derivative, rel=1e-9)
+
+
 @settings(max_examples=20)
 @given(mu=st.floats(0.05, 0.9), share=st.floats(-0.999, 0.999))
 def test_friction_takes_the_energy_that_the_springs_give(mu: float, share: float) -> None:
@@ -97,12 +123,42 @@ def test_where_both_leave_together_the_slope_is_infinite() -> None:
     assert np.sign(nearer) == np.sign(slope)
 
 
+def separations(alpha: float, beta: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """How far starts 1e-9 apart come in 300 slips, after 20 000, and whether they repeat."""
+    f = ss.quasistatic_map(ss.TwoBlock(alpha, beta, 1.0, ss.Coulomb(0.8)), threads=1)
+    starts = np.random.default_rng(seed).uniform(*f.domain, 8)
+    d = f.iterate(starts, 20_000)[:, -1]
+    orbits, neighbours = f.iterate(d, 300), f.iterate(d + 1e-9, 300)
+    repeats = (np.abs(orbits[:, -25:-1] - orbits[:, -1:]) < 1e-9).any(axis=1)
+    return np.abs(orbits - neighbours).max(axis=1), repeats
+
+
+@pytest.mark.parametrize("alpha", np.random.default_rng(1).uniform(0.05, 4.0, 6))
+def test_symmetric_pairs_move_periodically(alpha: float) -> None:
+    """A neutral family or an attractor, whatever the coupling: neighbours stay neighbours."""
+    apart, repeats = separations(alpha, 1.0, 2)
+    assert repeats.all()
+    assert apart.max() < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("alpha", "beta", "chaotic"),
+    [(3.05, 1.3, {True}), (1.55, 1.3, {False}), (1.05, 1.7, {True, False})],
+)
+def test_asymmetric_pairs_are_chaotic_or_periodic_or_the_start_decides(
+    alpha: float, beta: float, chaotic: set[bool]
+) -> None:
+    apart, repeats = separations(alpha, beta, 2)
+    assert set((apart > 0.01).tolist()) == chaotic
+    np.testing.assert_array_equal(repeats, apart < 1e-8)
+
+
 def test_the_analysis_takes_it_and_files_keep_it(tmp_path) -> None:
     f = ss.quasistatic_map(COULOMB)
     assert len(ss.branches(f)) > 3
     found = ss.periodic_orbits(f, 2)
     for orbit in found:
-        np.testing.assert_allclose(f(orbit.points), np.roll(orbit.points, -1), atol=1e-10)
+        np.testing.assert_allclose(f(orbit.points), np.roll(orbit.points, -1), rtol=0, atol=1e-10)
     branch = ss.continue_orbit(found[0], f, "mu", (0.2, 0.24))
     path = tmp_path / "branch.json"
     branch.save(path)

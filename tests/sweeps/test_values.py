@@ -160,7 +160,7 @@ def test_maps_with_known_answers(tmp_path, function, parameter, values, kinds, p
     assert found.kind.values.tolist() == kinds
     assert found.period.values.tolist() == periods
     assert found.n_attractors.values.tolist() == [1] * len(values)
-    np.testing.assert_allclose(found.lyapunov_exponent, exponents, atol=0.03)
+    np.testing.assert_allclose(found.lyapunov_exponent, exponents, rtol=0, atol=0.03)
 
 
 def test_parameters_of_the_law_and_damping_vary_too(tmp_path):

@@ -91,10 +91,10 @@ def test_the_shooting_matrix_is_singular_where_the_monodromy_has_the_eigenvalue_
 def test_the_fixed_points_of_the_delayed_logistic_map(a):
     found = periodic_orbits(delayed_logistic(a), 1, n_seeds=32)
     points = np.array([orbit.points[0] for orbit in found])
-    np.testing.assert_allclose(points, [[0, 0], [1 - 1 / a, 1 - 1 / a]], atol=1e-13)
+    np.testing.assert_allclose(points, [[0, 0], [1 - 1 / a, 1 - 1 / a]], rtol=0, atol=1e-13)
     expected = np.roots([1.0, -1.0, a - 1.0])
     got = found[1].multipliers
-    np.testing.assert_allclose(np.sort_complex(got), np.sort_complex(expected), atol=1e-7)
+    np.testing.assert_allclose(np.sort_complex(got), np.sort_complex(expected), rtol=0, atol=1e-7)
 
 
 def test_guesses_without_a_value_are_no_orbits():

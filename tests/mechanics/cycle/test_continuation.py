@@ -78,7 +78,7 @@ def test_bifurcations_are_those_of_the_event_map() -> None:
     assert loss.value == pytest.approx(other.ends[1].value, abs=1e-11)
     assert fold.kind == "fold"
     f = ss.event_map(fold.cycle.model)
-    np.testing.assert_allclose(f(fold.cycle.d), fold.cycle.d, atol=1e-12)
+    np.testing.assert_allclose(f(fold.cycle.d), fold.cycle.d, rtol=0, atol=1e-12)
     assert f.derivative(fold.cycle.d[0]) == pytest.approx(1.0, abs=1e-5)
 
 
@@ -124,7 +124,7 @@ def test_along_the_frequency_of_the_forcing() -> None:
     assert max(cycle.residual for cycle in branch.cycles) < 1e-11
     middle = branch.cycles[0]
     again = ss.find_cycle(middle.model, middle.x, middle.v)
-    np.testing.assert_allclose(again.x, middle.x, atol=1e-10)
+    np.testing.assert_allclose(again.x, middle.x, rtol=0, atol=1e-10)
 
 
 def test_bad_input_is_told() -> None:
@@ -160,7 +160,10 @@ def test_branches_pass_through_the_cycles_found_on_their_way(seed: int) -> None:
             again = ss.find_cycle(end.model, end.x, end.v)
             assert again.period == pytest.approx(end.period, abs=1e-10)
             np.testing.assert_allclose(
-                np.sort(np.abs(again.multipliers)), np.sort(np.abs(end.multipliers)), atol=1e-7
+                np.sort(np.abs(again.multipliers)),
+                np.sort(np.abs(end.multipliers)),
+                rtol=0,
+                atol=1e-7,
             )
 
 

@@ -40,22 +40,22 @@ def test_global_stick_before_the_onset_is_inside_the_locus(alpha, beta, share, b
 def test_corners_stand_at_two_limits_and_project_on_the_domain(alpha, beta):
     corners = locus.corners(alpha, beta)
     force = locus.spring_force(corners, alpha)
-    np.testing.assert_allclose(np.abs(force), np.tile([1.0, beta], (4, 1)), atol=ROUNDING)
+    np.testing.assert_allclose(np.abs(force), np.tile([1.0, beta], (4, 1)), rtol=0, atol=ROUNDING)
     d = corners[:, 1] - corners[:, 0]
     width = locus.half_width(alpha, beta)
     assert d.min() == pytest.approx(-width, abs=ROUNDING)
     assert d.max() == pytest.approx(width, abs=ROUNDING)
     a, b, c, _ = corners
-    np.testing.assert_allclose(locus.onset(-width, alpha, beta), a, atol=ROUNDING)
-    np.testing.assert_allclose(locus.onset(width, alpha, beta), c, atol=ROUNDING)
+    np.testing.assert_allclose(locus.onset(-width, alpha, beta), a, rtol=0, atol=ROUNDING)
+    np.testing.assert_allclose(locus.onset(width, alpha, beta), c, rtol=0, atol=ROUNDING)
     both = (beta - 1.0) / (1.0 + 2.0 * alpha)
-    np.testing.assert_allclose(locus.onset(both, alpha, beta), b, atol=ROUNDING)
+    np.testing.assert_allclose(locus.onset(both, alpha, beta), b, rtol=0, atol=ROUNDING)
 
 
 @given(alpha=ALPHA, x=st.tuples(st.floats(-3, 3), st.floats(-3, 3)))
 def test_displacement_undoes_spring_force(alpha, x):
     force = locus.spring_force(x, alpha)
-    np.testing.assert_allclose(locus.displacement(force, alpha), x, atol=30 * ROUNDING)
+    np.testing.assert_allclose(locus.displacement(force, alpha), x, rtol=0, atol=30 * ROUNDING)
 
 
 def test_spring_force_is_the_papers_equation_6a():

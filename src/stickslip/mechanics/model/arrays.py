@@ -101,7 +101,7 @@ def semidefinite(name: str, matrix: Floats) -> None:
         )
 
 
-def belt_velocity(value: object, *, is_forced: bool) -> float:
+def belt_velocity(value: object, name: str = "V", *, is_forced: bool = False) -> float:
     """Return the belt velocity, which only forced models may have at rest.
 
     Raises
@@ -110,14 +110,15 @@ def belt_velocity(value: object, *, is_forced: bool) -> float:
         Negative, or 0 without forcing.
     """
     remedy = (
-        "A belt that runs backward is the mirror image (X, V) -> -(X, V): take |V| and change "
-        "the sign of all displacements."
+        f"A belt that runs backward is the mirror image (X, V) -> -(X, V): take |{name}| and "
+        "change the sign of all displacements and forces; a law with forward= exchanges its two "
+        "functions."
     )
     if is_forced:
         why = "The belt moves towards positive displacements, or rests."
-        return finite_number("V", value, at_least=0.0, why=why, remedy=remedy)
+        return finite_number(name, value, at_least=0.0, why=why, remedy=remedy)
     why = (
         "The belt loads the springs by moving towards positive displacements (V = 0 makes sense "
         "for forced models only)."
     )
-    return finite_number("V", value, above=0.0, why=why, remedy=remedy)
+    return finite_number(name, value, above=0.0, why=why, remedy=remedy)

@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.checks import finite_number, instance, real_numbers
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
+from stickslip.mechanics.model.arrays import belt_velocity
 from stickslip.mechanics.model.chain import Chain
 from stickslip.mechanics.model.physical import PhysicalTrajectory
 from stickslip.mechanics.model.structure import Structure
@@ -93,7 +94,7 @@ class TwoBlock:
                 above=0.0,
                 why="beta = f_s2 / f_s1 is a ratio of static friction limits.",
             ),
-            "V": _belt_velocity(self.V),
+            "V": belt_velocity(self.V),
             "damping": finite_number(
                 "damping", self.damping, at_least=0.0, why="A damper takes energy."
             ),
@@ -149,7 +150,7 @@ class TwoBlock:
         units = Units(m=m, k=k, fs1=fs1)
         k12 = finite_number("k12", k12, at_least=0.0, why="A spring's stiffness is not negative.")
         fs2 = finite_number("fs2", fs2, above=0.0, why="A static friction limit is positive.")
-        v_dr = _belt_velocity(v_dr, "v_dr")
+        v_dr = belt_velocity(v_dr, "v_dr")
         c = finite_number("c", c, at_least=0.0, why="A damper takes energy.")
         return cls(
             alpha=k12 / units.k,
@@ -405,22 +406,6 @@ class TwoBlock:
         units = "" if self.units is None else f", units={self.units!r}"
         damping = f", damping={self.damping!r}" if self.damping else ""
         return f"TwoBlock({numbers}, friction={self.friction!r}{units}{damping})"
-
-
-def _belt_velocity(value: object, name: str = "V") -> float:
-    return finite_number(
-        name,
-        value,
-        above=0.0,
-        why=(
-            "The belt loads the springs by moving towards positive displacements "
-            "(V = 0 makes sense for forced models only)."
-        ),
-        remedy=(
-            f"A belt that runs backward is the mirror image (X, V) -> -(X, V): take |{name}| "
-            "and change the sign of all displacements."
-        ),
-    )
 
 
 def _one_law_or_pair(friction: object) -> Friction:

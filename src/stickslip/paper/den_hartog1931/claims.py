@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["NO_STOP", "ONE_STOP", "TWO_STOPS", "compute"]
 
 NOT_READ: Final = "1931: source not read; 1930: first page; formulas derived anew"
-CLOSE: Final = 1e-10
+CLOSE: Final = 1e-12
 NO_STOP: Final = (0.7, 2.0)  # frequency and forcing
 ONE_STOP: Final = (0.5, 1.8)
 TWO_STOPS: Final = (0.2, 3.0)

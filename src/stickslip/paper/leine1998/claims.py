@@ -18,7 +18,7 @@ PERIOD: Final = "12.00103129483057864690479954"
 """By Taylor series with 45 digits; `tests/paper/test_leine1998.py` repeats it with 30."""
 
 HOPF: Final = 3.0 / (1.0 + 3.0 * 0.2) ** 2
-CLOSE: Final = 1e-10
+CLOSE: Final = 1e-13
 
 
 def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
