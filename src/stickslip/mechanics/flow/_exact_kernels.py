@@ -57,9 +57,9 @@ NEAR_TOUCH = 2.0**-20
 # What may be left of the time of an event that was located; more is next to a touch.
 LARGEST_REST = 1e-9
 # Rounding of a needed force where a block lands, in units of EPSILON x limit.
-FORCE_ROUNDING = 0.5
+FORCE_ROUNDING = 0.125
 # What doubles say is decided by sums of two where they may be wrong; those err less, by this part.
-SHARPER = 0.125
+SHARPER = 0.0625
 # The bound on the third derivative is used over at most this time (measured optimum).
 CAP = 0.85
 
@@ -204,9 +204,10 @@ def time_of_return(
     scale = pull * pull + speed * (abs(level) + stiffness * speed)
     if abs(square) <= NEAR_TOUCH * scale and speed > 0.0:
         square = sharp_square(system, laws, motion, work, slipper)
-    if square < -SHARPER * ROUNDING * scale:
+    rounding = SHARPER * ROUNDING * scale
+    if square < -rounding:
         return math.inf, 0.0
-    is_touch = square <= SHARPER * ROUNDING * scale and speed > 0.0
+    is_touch = square <= rounding and speed > 0.0
     slope = 0.0 if is_touch else math.sqrt(square)
     if pull < 0.0 or speed == 0.0:
         pull = min(pull, 0.0)
@@ -294,7 +295,7 @@ def sharpen_one(
     rate = (1.0 + system.alpha) * w + system.V
     rest = 0.0
     if motion.event[slipper] == LANDING:
-        rest = rest_of_landing(w + w_low, pull, rate)
+        rest = rest_of_landing(w + w_low, pull + pull_low, rate)
     elif motion.event[rider] != 0:
         side = 1.0 if motion.event[rider] == AT_UPPER_LIMIT else -1.0
         room, low = two_sum(side * limit(system, rider), -work.start_e[rider])
@@ -672,9 +673,9 @@ def sharpen_both(system: System, laws: Floats, motion: Motion, work: Work, t: fl
     rate_1, rate_2 = loading_rate(system, motion.w, 0), loading_rate(system, motion.w, 1)
     rest = 0.0
     if motion.event[0] == LANDING:
-        rest = rest_of_landing(w_1 + w_1_low, p_1, rate_1)
+        rest = rest_of_landing(w_1 + w_1_low, p_1 + p_1_low, rate_1)
     elif motion.event[1] == LANDING:
-        rest = rest_of_landing(w_2 + w_2_low, p_2, rate_2)
+        rest = rest_of_landing(w_2 + w_2_low, p_2 + p_2_low, rate_2)
     p_1_low -= rate_1 * rest
     p_2_low -= rate_2 * rest
     put_slipper(system, laws, motion, 0, w_1, w_1_low + p_1 * rest, p_1, p_1_low)
