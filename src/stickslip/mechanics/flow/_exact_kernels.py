@@ -50,15 +50,15 @@ from stickslip.status import OK, STEP_FAILED
 LONGEST_STEP = 3.0
 # Steps of a first-root search: some ten are usual, a graze takes a few dozen.
 MAX_SEARCH = 100_000
-# Decisions in doubles: rounding, in units of EPSILON x terms; and the part of its terms below which
-# the square of a landing's rate is taken from sums of two.
+# Rounding of the square of a landing's rate, relative to its terms. Nearer zero than NEAR_TOUCH it
+# is taken from sums of two.
 ROUNDING = 8.0 * EPSILON
 NEAR_TOUCH = 2.0**-20
 # What may be left of the time of an event that was located; more is next to a touch.
 LARGEST_REST = 1e-9
 # Rounding of a needed force where a block lands, in units of EPSILON x limit.
 FORCE_ROUNDING = 0.125
-# What doubles say is decided by sums of two where they may be wrong; those err less, by this part.
+# Part of the rounding of doubles within which sums of two call it a touch.
 SHARPER = 0.0625
 # The bound on the third derivative is used over at most this time (measured optimum).
 CAP = 0.85
@@ -262,7 +262,7 @@ def rest_of_landing(w: float, pull: float, rate: float) -> float:
 
     Where it touches the belt, w' = 0 there and the force it needs is its friction.
     """
-    if abs(pull) <= LARGEST_REST * abs(rate):
+    if abs(pull) < LARGEST_REST * abs(rate):
         return pull / rate
     return located(-w / pull)
 
