@@ -34,7 +34,9 @@ SAMPLES: Final = 20_001  # times over one slip
 NEAR_ZERO: Final = 0.05  # of the stick interval's length: "in proximity to X_2 = 0"
 FLOATS: Final = 16  # on each side of a jump, where its two motions are looked for
 APART: Final = 1e-3  # times of first sticks that no rounding moves as far
-ROUNDING: Final = 1e-9  # of a force at a touch: a square root of what doubles tell
+# Of a force next to a touch: the contact of a lobe as deep as a rounding of d comes earlier by the
+# square root of that, some 1e-8.
+ROUNDING: Final = 1e-7
 
 
 @dataclass(frozen=True)
