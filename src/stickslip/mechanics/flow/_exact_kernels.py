@@ -609,6 +609,7 @@ def next_event_both(
     for _ in range(MAX_SEARCH):
         step = longest
         found = False
+        first = second = math.inf
         for block in range(2):
             sign = float(motion.mode[block])
             gap = sign * motion.w[block]
@@ -622,17 +623,22 @@ def next_event_both(
                     motion.event[block] = LANDING
                     found = True
             elif gap <= tolerance and slope <= 0.0:
-                if landing_time(system, laws, motion, work, block, t, tolerance) < math.inf:
+                contact = landing_time(system, laws, motion, work, block, t, tolerance)
+                if contact < math.inf:
                     motion.event[block] = LANDING
                     found = True
                     reach = CAP
                 else:  # it all but touches the belt
                     reach = leaving_step(0.0, curvature, bound_3, CAP) - slope / curvature
+                if block == 0:
+                    first = contact
+                else:
+                    second = contact
             else:
                 reach = safe_step(max(gap, 0.0), slope, curvature, bound_2, bound_3, CAP)
             step = min(step, reach)
         if found:
-            t = finish_both(system, laws, motion, work, t, tolerance)
+            t = finish_both(system, laws, motion, work, t, first, second)
             return t, OK
         if t >= longest:
             if work.watch[0] != 0.0:
@@ -715,15 +721,16 @@ def landing_time(
 
 @kernel(inline=True)
 def finish_both(
-    system: System, laws: Floats, motion: Motion, work: Work, t: float, tolerance: float
+    system: System,
+    laws: Floats,
+    motion: Motion,
+    work: Work,
+    t: float,
+    first: float,
+    second: float,
 ) -> float:
-    """Polish the time of an event of two slipping blocks and carry everything there."""
+    """Carry everything to the earlier of the times at which two slipping blocks land."""
     if t > 0.0:
-        first = second = math.inf
-        if motion.event[0] == LANDING:
-            first = landing_time(system, laws, motion, work, 0, t, tolerance)
-        if motion.event[1] == LANDING:
-            second = landing_time(system, laws, motion, work, 1, t, tolerance)
         t = min(first, second)
         for block in range(2):
             if (first if block == 0 else second) > t * (1.0 + 2.0 * EPSILON):
