@@ -34,9 +34,10 @@ SAMPLES: Final = 20_001  # times over one slip
 NEAR_ZERO: Final = 0.05  # of the stick interval's length: "in proximity to X_2 = 0"
 FLOATS: Final = 16  # on each side of a jump, where its two motions are looked for
 APART: Final = 1e-3  # times of first sticks that no rounding moves as far
+ROUNDING: Final = 1e-9  # of a force
 # Of a force next to a touch: the contact of a lobe as deep as a rounding of d comes earlier by the
-# square root of that, some 1e-8.
-ROUNDING: Final = 1e-7
+# square root of that.
+NEXT_TO_TOUCH: Final = 2.0**-26
 
 
 @dataclass(frozen=True)
@@ -246,7 +247,7 @@ def _tangency(facts: Facts) -> Claim:
             Finding(
                 "at the touch the force in eq. (14) is beta mu_k",
                 f"{listing}; off by {max(off):.0e} at most",
-                max(off) < ROUNDING,
+                max(off) < NEXT_TO_TOUCH,
             ),
         ),
     )
@@ -279,7 +280,7 @@ def _becomes_sticking(facts: Facts) -> Claim:
 def _avoided(facts: Facts) -> Claim:
     rooms = [facts.beta - one.force for one in facts.touches]
     falls = all(
-        abs(room - facts.beta * (1.0 - one.mu)) < ROUNDING
+        abs(room - facts.beta * (1.0 - one.mu)) < NEXT_TO_TOUCH
         for room, one in zip(rooms, facts.touches, strict=True)
     )
     rides = [one.ride for one in facts.touches]
