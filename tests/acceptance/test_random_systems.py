@@ -53,30 +53,33 @@ def test_a_belt_that_runs_backward_gives_the_mirror_image(kind, n):
     assert returned > 0.8 * n
 
 
-def test_a_long_motion_of_law_9_is_followed_with_smaller_errors():
-    """53 events: what a step errs in the middle grows a hundred times more than the start does."""
-    law = {"delta": 0.4641590898481221, "eta": 0.042846242456074414, "gamma": 3.6850487966796335}
-    system = case(
-        "law9", alpha=2.8727566161451663, beta=0.5587875918420768, V=0.2487218978467824, **law
-    )
-    tally = Tally()
-    d = [-0.20088331504225282]
-    judge(tally, system, d, "adaptive", np.random.default_rng(0), Effort(0.0, 200))
-    assert tally.verdicts[RIGHT] == 1, str(tally)
-    assert tally.worst[0][0] < 0.3 * system.tolerance
+# Of law (9): changes of a state on the way grow 100 and 1500 times more than those of the start,
+# by which a value is judged, and rounding is such a change.
+LONG_SMOOTH_MOTIONS = {
+    53: (
+        {"alpha": 2.8727566161451663, "beta": 0.5587875918420768, "V": 0.2487218978467824},
+        {"gamma": 3.6850487966796335, "delta": 0.4641590898481221, "eta": 0.042846242456074414},
+        -0.20088331504225282,
+    ),
+    351: (
+        {"alpha": 1.0879358318367196, "beta": 1.3841131758362284, "V": 0.07528535294069341},
+        {"gamma": 0.6040974765546392, "delta": 0.10990032142622452, "eta": 0.024727645429073963},
+        0.23792923517808345,
+    ),
+}
 
 
-def test_rounding_in_a_long_motion_of_law_9_grows_with_the_motion_and_no_event_is_missed():
-    """351 events: changes of the start grow 24 times, those of states on the way 37 000 times."""
-    law = {"delta": 0.10990032142622452, "eta": 0.024727645429073963, "gamma": 0.6040974765546392}
-    system = case(
-        "law9", alpha=1.0879358318367196, beta=1.3841131758362284, V=0.07528535294069341, **law
-    )
-    d = 0.23792923517808345
+@pytest.mark.parametrize("n_events", LONG_SMOOTH_MOTIONS)
+def test_rounding_does_not_add_up_in_long_motions_of_law_9(n_events):
+    plant, law, d = LONG_SMOOTH_MOTIONS[n_events]
+    system = case("law9", **plant, **law)
     f = ss.event_map(system.model())
-    reference = system.oracle().motion(d, max_events=400, max_time=500.0)
-    assert f.itinerary(d) == reference.itinerary
-    assert abs(f(d) - float(reference.value)) < 37_000 * 2.0**-52 * np.sqrt(351)
+    assert f.evaluate(d).n_events == n_events
+    for value in (f(d), f(np.array([d, d]))[0]):
+        verdict = settle(
+            system.oracle(), d, float(value), "OK", 0.1 * system.tolerance, max_events=400
+        )
+        assert verdict.verdict == RIGHT, f"{system} {verdict}"
 
 
 @pytest.mark.parametrize("engine", ["exact", "adaptive"])

@@ -229,6 +229,28 @@ def test_laws_known_by_values_only_are_differentiated(name, s):
 
 
 @pytest.mark.kernel
+@given(
+    law=TRACED_LAW, s=st.floats(1e-3, 5), low=st.floats(-1, 1), scale=st.sampled_from([-53, -30])
+)
+def test_a_force_as_a_sum_of_two(law, s, low, scale):
+    """Only what elementary functions round stays, of rational laws nothing to speak of."""
+    code = law_code([law])
+    (p,) = code.parameter_rows([law])
+    rational = {node.op for node in law.formula.nodes}.isdisjoint({*ELEMENTARY, "power"})
+    low *= 2.0**scale * s
+    for m in DIRECTIONS:
+        force, rest = code.force_sharp(p, m, s, low)
+        with mpmath.workdps(40):
+            arguments = {name: mpmath.mpf(value) for name, value in law.arguments.items()}
+            wanted = exact(law, mpmath.mpf(s) + mpmath.mpf(low), m, arguments)
+            error = float(abs(mpmath.mpf(force) + mpmath.mpf(rest) - wanted))
+            size = max(1.0, abs(float(wanted)))
+        second_order = 1e3 * low * low
+        assert error <= (1e-28 if rational else ROUNDING) * size + second_order
+        assert code.force_sharp(p, m, 0.0, 0.0) == (code.static_value(p, m), 0.0)
+
+
+@pytest.mark.kernel
 @given(s=st.floats(0, 2))
 def test_each_parameter_of_a_law_known_by_values_has_its_own_place(s):
     def of_two(s, a, b):

@@ -15,6 +15,7 @@ from stickslip.numerics.polynomial import (
     jet,
     lowest_minimum,
     value,
+    value_sharp,
 )
 
 pytestmark = pytest.mark.kernel
@@ -46,6 +47,20 @@ def test_value_and_jet_are_those_of_exact_arithmetic(c, t):
     coefficients = np.array(c)
     assert value(coefficients, t) == pytest.approx(float(sums[0]), abs=scale)
     assert jet(coefficients, t) == pytest.approx([float(x) for x in sums], abs=10 * scale)
+
+
+@given(data=st.data(), t=st.floats(0.0, 0.5))
+def test_a_value_as_a_sum_of_two_is_that_of_exact_arithmetic(data, t):
+    """Rounded are the terms of degree 4 and more, and what the others leave out."""
+    c = data.draw(st.lists(COEFFICIENT, min_size=4, max_size=15))
+    low = [x * 2.0**-54 for x in data.draw(st.lists(COEFFICIENT, min_size=4, max_size=4))]
+    s = Fraction(t)
+    exact = sum(Fraction(x) * s**k for k, x in enumerate(c))
+    exact += sum(Fraction(x) * s**k for k, x in enumerate(low))
+    high, rest = value_sharp(np.array(c), np.array(low), t)
+    assert high == high + rest
+    rounded = sum(abs(x) * t**k for k, x in enumerate(c) if k >= 4)
+    assert abs(Fraction(high) + Fraction(rest) - exact) <= 4e-16 * rounded + 1e-29
 
 
 @given(first=ROOT, gaps=st.tuples(st.floats(0.02, 1), st.floats(0.02, 1)), share=st.floats(0.1, 3))

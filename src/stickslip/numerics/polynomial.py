@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.numerics.roots import EPSILON, contact_time, leaving_step, safe_step
+from stickslip.numerics.rounding import two_product, two_sum
 from stickslip.numerics.targets import kernel
 
 Floats = NDArray[np.float64]
@@ -26,6 +27,21 @@ def value(c: Floats, t: float) -> float:
     for k in range(c.shape[0] - 1, -1, -1):
         total = total * t + c[k]
     return total
+
+
+@kernel(inline=True)
+def value_sharp(c: Floats, low: Floats, t: float) -> tuple[float, float]:
+    """Sum of ``c[k] t^k`` as a sum of two; `low`: what the first coefficients leave out."""
+    n = low.shape[0]
+    total = 0.0
+    for k in range(c.shape[0] - 1, n - 1, -1):
+        total = total * t + c[k]
+    rest = 0.0
+    for k in range(n - 1, -1, -1):
+        total, product_low = two_product(total, t)
+        total, sum_low = two_sum(c[k], total)
+        rest = rest * t + (product_low + sum_low + low[k])
+    return two_sum(total, rest)
 
 
 @kernel(inline=True)

@@ -73,7 +73,7 @@ def value_lines(scalars: Scalars, targets: Mapping[str, int]) -> Lines:
     graph = scalars.graph
     names = _names(scalars, targets.values(), f"{graph.variable}")
     lines = [
-        f"{names[number]} = {_value(graph.nodes[number], names)}"
+        f"{names[number]} = {value_text(graph.nodes[number], names)}"
         for number in reachable(graph, list(targets.values()))
         if graph.varies[number] and graph.nodes[number].args
     ]
@@ -96,7 +96,8 @@ def _names(scalars: Scalars, outputs: Iterable[int], variable: str) -> dict[int,
     return names
 
 
-def _value(node: Node, names: Mapping[int, str]) -> str:
+def value_text(node: Node, names: Mapping[int, str]) -> str:
+    """Write an operation on operands whose text is known."""
     x, y = names[node.args[0]], names[node.args[-1]]
     if node.op in _INFIX:
         return f"{x} {_INFIX[node.op]} {y}"
@@ -278,7 +279,7 @@ class SeriesText:
         lines = self._loads("0")
         for number in self._nodes:
             node = self.scalars.graph.nodes[number]
-            lines += self._assign(number, "0", _value(node, self._names))
+            lines += self._assign(number, "0", value_text(node, self._names))
         return lines + self._stores("0", constant_part=True)
 
     def _advance(self) -> Lines:
@@ -398,4 +399,4 @@ class SeriesText:
                 return self._names[x]
             if not graph.varies[x]:
                 return self._names[y] if node.op == "add" else f"-{self._names[y]}"
-        return _value(node, self._names)
+        return value_text(node, self._names)

@@ -18,12 +18,13 @@ from stickslip.mechanics.flow.dense import (
     stay_on_pieces,
     watch_step,
 )
-from stickslip.mechanics.flow.mode import round_landings
+from stickslip.mechanics.flow.mode import excess_force, round_landings
 from stickslip.mechanics.flow.pieces import piece_row
 from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.system import (
     ALPHA,
     BETA,
+    LANDING,
     LAWS,
     VELOCITY,
     Floats,
@@ -31,10 +32,12 @@ from stickslip.mechanics.flow.system import (
     System,
     law_parameters,
     limit,
+    loading_rate,
 )
 from stickslip.mechanics.flow.work import TaylorWork
-from stickslip.numerics.polynomial import value
+from stickslip.numerics.polynomial import value, value_sharp
 from stickslip.numerics.roots import EPSILON
+from stickslip.numerics.rounding import two_product, two_sum
 from stickslip.numerics.targets import kernel
 from stickslip.status import LAW_FAILED, OK, STEP_FAILED
 
@@ -45,13 +48,21 @@ if TYPE_CHECKING:
         N_ROWS,
         SLOPE_ROW,
         force,
+        force_sharp,
         series,
         series_tangent,
+        slope,
     )
 
-ORDER = 18
+ORDER = 22
 # No step is longer: a Taylor polynomial that happens to end early says nothing beyond.
 LONGEST_STEP = 1.0
+# What is left of a step to its event is a rounding of its length; at a touch it is not.
+LARGEST_REST = 1e-9
+# Of `rtol`, what the last two terms of a series may add: steps would all err to one side.
+SHARE = 0.01
+# Coefficients that are kept as sums of two: with longer steps the next ones matter little.
+N_SHARP = 4
 
 
 def new_work() -> TaylorWork:
@@ -62,6 +73,8 @@ def new_work() -> TaylorWork:
         e=np.zeros((2, n)),
         rows=np.zeros((2, N_ROWS, n)),
         signal=np.zeros(n),
+        w_low=np.zeros((2, N_SHARP)),
+        e_low=np.zeros((2, N_SHARP)),
         d_w=np.zeros((2, n)),
         d_e=np.zeros((2, n)),
         margin=np.full(1, np.inf),
@@ -90,14 +103,117 @@ def advance(
         work.margin[0] = min(work.margin[0], margin)
     if motion.directions.shape[0] > 0:
         tangents(system, laws, motion, work, h)
+    move(system, laws, motion, work, h)
+    if motion.event[0] != 0 or motion.event[1] != 0:
+        rate_1, rate_2 = rate(system, laws, motion, 0), rate(system, laws, motion, 1)
+        move_to_event(system, motion, rate_1, rate_2)
+        round_landings(system, motion, FORCE_ROUNDING)
+        saltation(system, motion, rate_1, rate_2)
+    return h, OK
+
+
+@kernel
+def move(system: System, laws: Floats, motion: Motion, work: TaylorWork, h: float) -> None:
+    """Carry the state over a step, as sums of two doubles."""
+    left_out(system, laws, motion, work)
     for block in range(2):
         if motion.mode[block] != 0:
-            motion.w[block] = value(work.w[block], h)
-        motion.e[block] = value(work.e[block], h)
-    round_landings(system, motion, FORCE_ROUNDING)
-    if motion.directions.shape[0] > 0:
-        saltation(system, motion, rate(system, laws, motion, 0), rate(system, laws, motion, 1))
-    return h, OK
+            motion.w[block], motion.w_low[block] = value_sharp(work.w[block], work.w_low[block], h)
+        motion.e[block], motion.e_low[block] = value_sharp(work.e[block], work.e_low[block], h)
+
+
+@kernel
+def left_out(system: System, laws: Floats, motion: Motion, work: TaylorWork) -> None:
+    """Find what the first coefficients of the series leave out: `expand` in sums of two."""
+    for block in range(2):
+        work.w_low[block] = 0.0
+        work.w_low[block, 0] = motion.w_low[block]
+        work.e_low[block, 0] = motion.e_low[block]
+    for k in range(N_SHARP - 1):
+        for block in range(2):
+            if motion.mode[block] != 0:
+                friction, low = friction_sharp(laws, motion, work, block, k)
+                rest = pull_left_out(system, motion, work, block, k, friction, low)
+                work.w_low[block, k + 1] = rest
+        for block in range(2):
+            work.e_low[block, k + 1] = loading_left_out(system, work, block, k)
+
+
+@kernel(inline=True)
+def friction_sharp(
+    laws: Floats, motion: Motion, work: TaylorWork, block: int, k: int
+) -> tuple[float, float]:
+    """Coefficient k of F as a sum of two; beyond the first only what w leaves out counts."""
+    mode = motion.mode[block]
+    s, low = mode * work.w[block, 0], mode * work.w_low[block, k]
+    law = laws[piece_row(laws, block, s)]
+    if k == 0:
+        return force_sharp(law, mode, s, low)
+    return work.rows[block, FORCE_ROW, k], slope(law, mode, s) * low
+
+
+@kernel(inline=True)
+def pull_left_out(
+    system: System,
+    motion: Motion,
+    work: TaylorWork,
+    block: int,
+    k: int,
+    friction: float,
+    friction_low: float,
+) -> float:
+    """Coefficient k + 1 of w: what it leaves out."""
+    mode, end = motion.mode[block], limit(system, block)
+    w, e = work.w[block], work.e[block]
+    if k == 0 and w[0] == 0.0 and w[1] == 0.0:
+        return 0.0
+    held, held_low = two_product(end, friction)
+    pull, rest = two_sum(-mode * held, -e[k])
+    rest -= mode * (held_low + end * friction_low) + work.e_low[block, k]
+    known, known_low = two_product(k + 1.0, w[k + 1])
+    return ((pull - known) - known_low + rest) / (k + 1)
+
+
+@kernel(inline=True)
+def loading_left_out(system: System, work: TaylorWork, block: int, k: int) -> float:
+    """Coefficient k + 1 of e: what it leaves out."""
+    w, w_low = work.w[block, k], work.w_low[block, k]
+    gap, gap_low = two_sum(w, -work.w[1 - block, k])
+    gap_low += w_low - work.w_low[1 - block, k]
+    coupled, coupled_low = two_product(system.alpha, gap)
+    loading, rest = two_sum(w, coupled)
+    loading, more = two_sum(loading, system.V if k == 0 else 0.0)
+    rest += more + coupled_low + system.alpha * gap_low + w_low
+    known, known_low = two_product(k + 1.0, work.e[block, k + 1])
+    return ((loading - known) - known_low + rest) / (k + 1)
+
+
+@kernel
+def move_to_event(system: System, motion: Motion, rate_1: float, rate_2: float) -> None:
+    """Move the state from where a step ends to the event that ends it, of the first block if two.
+
+    What is left is linear in time; `rate_1`, `rate_2` are w' of each block.
+    """
+    for block in range(2):
+        event = motion.event[block]
+        if event == 0:
+            continue
+        if event == LANDING:
+            gap = motion.w[block] + motion.w_low[block]
+            speed = rate_1 if block == 0 else rate_2
+        else:
+            gap = excess_force(system, motion, block)
+            loading = loading_rate(system, motion.w, block)
+            speed = loading if motion.e[block] > 0.0 else -loading
+        if abs(gap) < LARGEST_REST * abs(speed):
+            rest = -gap / speed
+            loading_1 = loading_rate(system, motion.w, 0)
+            loading_2 = loading_rate(system, motion.w, 1)
+            motion.w_low[0] += rest * rate_1
+            motion.w_low[1] += rest * rate_2
+            motion.e_low[0] += rest * loading_1
+            motion.e_low[1] += rest * loading_2
+        return
 
 
 @kernel
@@ -143,7 +259,7 @@ def expand(system: System, laws: Floats, motion: Motion, work: TaylorWork) -> No
 
 @kernel(inline=True)
 def step_length(motion: Motion, work: TaylorWork, rtol: float) -> float:
-    """Step after which the last two terms of every series are below `rtol`."""
+    """Step after which the last two terms of every series are below their `SHARE` of `rtol`."""
     h = LONGEST_STEP
     for block in range(2):
         if motion.mode[block] == 0:
@@ -153,7 +269,7 @@ def step_length(motion: Motion, work: TaylorWork, rtol: float) -> float:
             if math.isnan(size):
                 return math.nan
             if size > 0.0:
-                h = min(h, math.exp(math.log(rtol / size) / k))
+                h = min(h, math.exp(math.log(SHARE * rtol / size) / k))
     return h
 
 

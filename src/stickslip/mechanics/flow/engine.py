@@ -31,6 +31,7 @@ LAW_KERNELS = (
     "SLOPE_ROW",
     "force",
     "force_continued",
+    "force_sharp",
     "gradient",
     "series",
     "series_tangent",

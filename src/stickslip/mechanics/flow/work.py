@@ -20,14 +20,17 @@ class TaylorWork(NamedTuple):
     """Scratch of the engine.
 
     ``w``, ``e`` (2, ORDER + 1): series of the step; ``rows``: series of each block's law;
-    ``signal``: the polynomial that is searched; ``d_w``, ``d_e``: series of one tangent.
-    ``margin``, ``watch``, ``sliding``: as in the exact engine.
+    ``w_low``, ``e_low``: what their first coefficients leave out; ``signal``: the polynomial that
+    is searched; ``d_w``, ``d_e``: series of one tangent. ``margin``, ``watch``, ``sliding``: as in
+    the exact engine.
     """
 
     w: Floats
     e: Floats
     rows: Rows
     signal: Floats
+    w_low: Floats
+    e_low: Floats
     d_w: Floats
     d_e: Floats
     margin: Floats

@@ -25,6 +25,7 @@ from stickslip.mechanics.friction.formula import (
 )
 from stickslip.numerics.calculus import derivative
 from stickslip.numerics.series import Lines, Scalars, SeriesText, indented, value_lines
+from stickslip.numerics.sharp import EXACT, sharp_lines
 
 SPEED_ROW, FORCE_ROW, SLOPE_ROW, GRADIENT_ROW = range(4)
 
@@ -41,6 +42,7 @@ HEADER = '''\
 import math
 '''
 IMPORTS = """\
+from stickslip.numerics.rounding import product, quotient, sum_of_two
 from stickslip.numerics.targets import kernel
 """
 
@@ -69,6 +71,12 @@ class TracedText:
 
     def force_lines(self) -> Lines:
         return self.values({"value": self.force})
+
+    def sharp_lines(self) -> Lines:
+        graph, columns = self.scalars.graph, self.scalars.parameter_columns
+        symbols = {name: (f"p[{column}]", EXACT) for name, column in columns.items()}
+        symbols["s"] = ("s", "s_low")
+        return sharp_lines(graph, self.force, symbols, ("value", "low"))
 
     def slope_lines(self) -> Lines:
         return self.values({"value": self.slope})
@@ -274,6 +282,13 @@ def _series_kernels(laws: Sequence[LawText]) -> list[str]:
     tangent_start = _chosen(laws, lambda text: text.tangent.start)
     tangent = _chosen(laws, lambda text: text.tangent.advance)
     return [
+        _kernel(
+            "force_sharp(p, m, s, s_low)",
+            "F(s + s_low), s >= 0, and what rounding leaves out of it.",
+            ["if s == 0.0:", "    return static_value(p, m), 0.0"],
+            _chosen(laws, lambda text: text.sharp_lines()),
+            ["return value, low if math.isfinite(low) else 0.0"],
+        ),
         _kernel(
             "series(p, m, rows, k)",
             "Coefficient k of F along the speed in row 0.",

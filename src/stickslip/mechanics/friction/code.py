@@ -42,7 +42,8 @@ class LawCode:
     key : str
         Short hash of the generated text; names cache folders.
     traceable : bool
-        Whether there are Taylor series: `series` and `series_tangent` are None otherwise.
+        Whether there are Taylor series: `force_sharp`, `series` and `series_tangent` are None
+        otherwise.
     formulas : tuple of Formula
         The distinct formulas; column 0 of a parameter row says which of them applies.
     force : kernel (p, m, s) -> float
@@ -55,6 +56,8 @@ class LawCode:
         Writes dF/d(parameter j) to ``out[j]``, j < N_PARAMETERS.
     static_value : kernel (p, m) -> float
         F(0), as `force` gives it.
+    force_sharp : kernel (p, m, s, s_low) -> (float, float)
+        F(s + s_low) as a sum of two doubles.
     series : kernel (p, m, rows, k) -> None
         With the Taylor coefficients 0..k of s(t) in ``rows[0]`` and the kernel called for
         0..k-1 before, writes coefficient k of F(s(t)) to ``rows[FORCE_ROW]``. Other rows
@@ -73,6 +76,7 @@ class LawCode:
     slope: Kernel
     gradient: Kernel
     static_value: Kernel
+    force_sharp: Kernel | None
     series: Kernel | None
     series_tangent: Kernel | None
     N_ROWS: int
@@ -170,6 +174,7 @@ def _generated(formulas: tuple[Formula, ...]) -> LawCode:
         slope=names["slope"],
         gradient=names["gradient"],
         static_value=names["static_value"],
+        force_sharp=names.get("force_sharp"),
         series=names.get("series"),
         series_tangent=names.get("series_tangent"),
         N_ROWS=source.n_rows,

@@ -29,6 +29,11 @@ def force_continued(p: Floats, m: int, s: float) -> float:
     raise NotImplementedError
 
 
+def force_sharp(p: Floats, m: int, s: float, s_low: float) -> tuple[float, float]:
+    """F(s + s_low), and what rounding leaves out of it."""
+    raise NotImplementedError
+
+
 def slope(p: Floats, m: int, s: float) -> float:
     """dF/ds."""
     raise NotImplementedError
