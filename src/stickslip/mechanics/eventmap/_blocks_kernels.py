@@ -18,6 +18,7 @@ from stickslip.mechanics.flow.blocks.mode import settle
 from stickslip.mechanics.flow.blocks.onset import onset
 from stickslip.mechanics.flow.blocks.system import BlockMotion, BlockSystem, Floats
 from stickslip.mechanics.flow.blocks.work import BlockWork
+from stickslip.mechanics.flow.settings import MAX_INSTANT
 from stickslip.mechanics.flow.system import LANDING, STICK
 from stickslip.numerics.targets import kernel
 from stickslip.status import (
@@ -41,8 +42,6 @@ if TYPE_CHECKING:
 LONG = 32
 # A state recurs when it comes back to within this distance (rule 6).
 RECURRENCE = 1e-10
-# Events in zero time, for each block, after which the modes count as undecidable.
-MAX_INSTANT = 4
 # Steps without an event, for each event allowed, before a motion is given up.
 STEPS_PER_EVENT = 200
 # Shifts of the 64-bit hash of itineraries (Marsaglia's xorshift).
@@ -214,6 +213,9 @@ def carry(
         instant = instant + 1 if phase == 0.0 else 0
         phase = 0.0
         if not settle(system, current, work.rates):
+            if instant > MAX_INSTANT * n:
+                status = UNDECIDED
+                break
             continue
         label = hashed(label, current)
         n_events += 1

@@ -16,6 +16,7 @@ from stickslip.mechanics.eventmap._label_kernels import hashed
 from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch
 from stickslip.mechanics.flow.mode import settle
 from stickslip.mechanics.flow.onset import onset
+from stickslip.mechanics.flow.settings import MAX_INSTANT
 from stickslip.mechanics.flow.system import (
     ALPHA,
     BETA,
@@ -52,8 +53,6 @@ if TYPE_CHECKING:
 LONG = 64
 # A state recurs when it comes back to within this distance (rule 6).
 RECURRENCE = 1e-10
-# Events in zero time after which the modes count as undecidable.
-MAX_INSTANT = 8
 # Steps without an event, for each event allowed, before a motion is given up.
 STEPS_PER_EVENT = 200
 # Bit set of an event of both blocks.
@@ -232,6 +231,9 @@ def carry(
         settle(system, current)
         new_code = mode_code(current)
         if new_code == code:
+            if instant > 2 * MAX_INSTANT:
+                status = UNDECIDED
+                break
             continue
         code = new_code
         n_events += 1
@@ -241,7 +243,7 @@ def carry(
         if code == 4:
             status = OK
             break
-        if instant > MAX_INSTANT:
+        if instant > 2 * MAX_INSTANT:
             status = UNDECIDED
             break
         if n_events >= controls.max_events:

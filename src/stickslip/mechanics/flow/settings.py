@@ -6,7 +6,7 @@ import math
 
 from stickslip.checks import finite_number
 
-# Steps in zero time, for each block, after which the modes count as undecidable (rule 5).
+# Steps or events in zero time, for each block, after which the modes count as undecidable (rule 5).
 MAX_INSTANT = 4
 
 
