@@ -104,9 +104,11 @@ def search(c: Floats, h: float, leaving: bool, rounding: float) -> float:
     bound_2 = bound_2 * h + 2.0 * abs(c[2])
     t, g, slope, curvature = 0.0, c[0], c[1], 2.0 * c[2]
     if leaving:
-        t = leaving_step(slope, curvature, bound_3, h)
-        if t == 0.0:
+        if slope < 0.0 or (slope == 0.0 and curvature <= 0.0):
             return 0.0
+        if h == 0.0:
+            return NO_ROOT
+        t = leaving_step(slope, curvature, bound_3, h)
     for _ in range(MAX_SEARCH):
         if t > 0.0:
             g, slope, curvature = jet(c, t)

@@ -65,6 +65,39 @@ def test_derivatives_in_every_parameter(stepper):
     assert checked > 2 * SYSTEMS[stepper]
 
 
+@pytest.mark.parametrize(
+    ("model", "d", "itinerary"),
+    [
+        # slips of both: from rest, after a landing, one forward
+        (
+            ss.TwoBlock(alpha=2.56, beta=0.55, V=0.28, friction=ss.Coulomb(0.51)),
+            0.008,
+            ".- -- .- -- .- ..",
+        ),
+        (
+            ss.TwoBlock(alpha=2.6, beta=1.82, V=0.09, friction=ss.Coulomb(0.81)),
+            0.161,
+            ".- -- -. ..",
+        ),
+        (
+            ss.TwoBlock(alpha=1.78, beta=1.22, V=0.28, friction=ss.Coulomb(0.18)),
+            -0.155,
+            "-. -- +- +. ..",
+        ),
+    ],
+)
+def test_derivatives_through_slips_of_both_blocks(model, d, itinerary):
+    f, step = ss.event_map(model), 3e-5
+    assert f.itinerary(d) == itinerary
+    expected = difference(f(d + step * NODES), step)
+    assert f.derivative(d) == pytest.approx(expected, rel=RELATIVE, abs=RELATIVE)
+    for name, value in f.parameters.items():
+        near = np.array([f.replace(**{name: value + step * k})(d) for k in NODES])
+        expected = difference(near, step)
+        assert abs(expected) > 0.01, "a wrong one would show"
+        assert f.parameter_derivative(d, name) == pytest.approx(expected, rel=RELATIVE)
+
+
 @pytest.mark.parametrize("friction", ["coulomb", "law9"])
 def test_a_pair_of_laws_has_parameters_of_its_own(friction):
     pair = {

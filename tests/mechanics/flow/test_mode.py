@@ -8,6 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import stickslip as ss
+from stickslip.mechanics.flow._exact_kernels import mode_swings, move_both, new_work
+from stickslip.mechanics.flow.dense import find_events
+from stickslip.mechanics.flow.engine import engine_for
 from stickslip.mechanics.flow.mode import mode_on_belt, release, round_landings, settle
 from stickslip.mechanics.flow.onset import onset
 from stickslip.mechanics.flow.oscillator import oscillator, oscillator_sharp, oscillator_tangent
@@ -229,3 +233,34 @@ def test_the_reach_of_energy_is_attained_by_no_velocity_beyond(y, r):
     K = np.array([[1 + alpha, -alpha], [-alpha, 1 + alpha]])
     expected = math.sqrt(y[0] ** 2 + y[1] ** 2 + np.array(r) @ np.linalg.solve(K, r))
     assert energy_reach(SYSTEM, motion, *force) == pytest.approx(expected, rel=1e-12, abs=1e-14)
+
+
+@given(w=st.tuples(SMALL, SMALL), e=st.tuples(SMALL, SMALL), modes=st.sampled_from([1, -1]))
+def test_the_swings_of_two_slipping_blocks_are_the_largest_they_come_to(w, e, modes):
+    # velocities X_1' + X_2' and X_2' - X_1', sampled over a period of each
+    laws = engine_for(ss.TwoBlock(*SYSTEM, friction=ss.Coulomb(0.3))).laws
+    motion, work = motion_at(w, e, mode=(modes, -1)), new_work()
+    swings = mode_swings(SYSTEM, laws, motion, motion.w, motion.e)
+    work.start_w[:], work.start_e[:] = w, e
+    for swing, sign, stiffness in zip(
+        swings, (1.0, -1.0), (1.0, 1 + 2 * SYSTEM.alpha), strict=True
+    ):
+        reached = 0.0
+        for t in np.linspace(0.0, 2 * math.pi / math.sqrt(stiffness), 100):
+            move_both(SYSTEM, laws, motion, work, t)
+            velocity = motion.w + SYSTEM.V
+            reached = max(reached, abs(velocity[1] + sign * velocity[0]))
+        assert 0.999 * swing - 1e-14 <= reached <= swing + 1e-14
+
+
+def test_contacts_at_the_start_of_a_step_are_one_event():
+    # Both blocks slip backward, stand on the belt and are pushed forward: they land together.
+    motion = motion_at([0.0, 0.0], [0.2, 0.3], mode=(BACKWARD, BACKWARD))
+    w, e, signal = np.zeros((2, 4)), np.zeros((2, 4)), np.zeros(4)
+    w[:, 1], w[:, 3], e[:, 0] = 0.5, 0.1, motion.e
+    assert find_events(SYSTEM, motion, w, e, signal, 1.0) == 0.0
+    assert motion.event.tolist() == [LANDING, LANDING]
+    # one of them moves off: the other lands alone, in no time
+    w[1, 1] = -0.5
+    assert find_events(SYSTEM, motion, w, e, signal, 1.0) == 0.0
+    assert motion.event.tolist() == [LANDING, 0]
