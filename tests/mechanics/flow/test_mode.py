@@ -7,9 +7,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import brentq, minimize_scalar
 
 import stickslip as ss
-from stickslip.mechanics.flow._exact_kernels import mode_swings, move_both, new_work
+from stickslip.mechanics.flow._exact_kernels import (
+    mode_swings,
+    move_both,
+    move_one,
+    new_work,
+    rider_touch,
+)
 from stickslip.mechanics.flow.dense import find_events
 from stickslip.mechanics.flow.engine import engine_for
 from stickslip.mechanics.flow.mode import mode_on_belt, release, round_landings, settle
@@ -264,3 +271,29 @@ def test_contacts_at_the_start_of_a_step_are_one_event():
     w[1, 1] = -0.5
     assert find_events(SYSTEM, motion, w, e, signal, 1.0) == 0.0
     assert motion.event.tolist() == [LANDING, 0]
+
+
+def test_a_rider_next_to_a_touch_reaches_its_limit_as_much_earlier_as_it_goes_beyond():
+    # Block 1 slips forward, faster and faster: the force of block 2 grows until w_1 = V / alpha,
+    # and falls after that.
+    beyond = 1e-8
+    laws = engine_for(ss.TwoBlock(*SYSTEM, friction=ss.Coulomb(0.3))).laws
+    motion, work = motion_at([0.0, 0.0], [-1.0, 0.0], mode=(FORWARD, STICK)), new_work()
+    motion.w[0] = work.start_w[0] = 0.05
+    work.start_e[0] = -1.0
+
+    def force(t):
+        move_one(SYSTEM, laws, motion, work, 0, t)
+        return motion.e[1]
+
+    turn = minimize_scalar(lambda t: -force(t), bounds=(0.0, 0.5), options={"xatol": 1e-12}).x
+    assert 0.01 < turn < 0.4
+    work.start_e[1] = SYSTEM.beta + beyond - force(turn)
+    expected = brentq(lambda t: force(t) - SYSTEM.beta, 0.0, turn, xtol=1e-15)
+    motion.event[:] = 0
+    force(turn)
+    found = rider_touch(SYSTEM, laws, motion, work, 0, turn)
+    assert turn - found == pytest.approx(turn - expected, rel=1e-3)
+    work.start_e[1] -= 2 * beyond
+    force(turn)
+    assert rider_touch(SYSTEM, laws, motion, work, 0, turn) == math.inf
