@@ -17,9 +17,11 @@ from stickslip.mechanics.flow import _exact_kernels
 from stickslip.mechanics.flow.settings import MAX_INSTANT
 from stickslip.mechanics.flow.system import (
     ALPHA,
+    AT_LOWER_LIMIT,
     AT_UPPER_LIMIT,
     BACKWARD,
     BETA,
+    FORWARD,
     LANDING,
     STICK,
     System,
@@ -147,6 +149,36 @@ def test_the_order_of_events_is_that_of_the_last_one_of_either_block():
 def test_events_of_both_blocks_at_once_have_no_margin():
     assert margin_of(leaves(), event(LANDING, LANDING)) == 0.0
     assert drive([leaves(), event(LANDING, LANDING)])[5] == OK
+
+
+def test_a_step_without_an_event_ends_no_phase():
+    # two steps up to the event of the other block
+    rows = [event(time=0.02), leaves(time=0.03), lands(), all_ride()]
+    assert margin_of(*rows) == pytest.approx(0.05)
+    assert drive([all_ride()], max_events=1)[5] == OK
+
+
+@pytest.mark.parametrize("block", [0, 1])
+def test_the_margin_of_an_event_is_how_near_others_were(block):
+    other, limits = 1 - block, (1.0, SYSTEM.beta)
+    motion = new_motion(0, 1)
+    motion.e[block], motion.e[other] = -0.4, 0.8
+
+    def margin(mode, of_other, happens, to_other=0):
+        motion.mode[block], motion.mode[other] = mode, of_other
+        motion.event[block], motion.event[other] = happens, to_other
+        return DRIVER.event_margin(SYSTEM, np.zeros((2, COLUMNS)), motion)
+
+    # a landing: from its own limits, and the rider from its own; `fast_landing` is far from a touch
+    rooms = {block: limits[block] - 0.4, other: limits[other] - 0.8}
+    assert margin(BACKWARD, STICK, LANDING) == pytest.approx(min(rooms.values()))
+    assert margin(BACKWARD, BACKWARD, LANDING) == pytest.approx(rooms[block])
+    assert margin(BACKWARD, BACKWARD, LANDING, LANDING) == pytest.approx(min(rooms.values()))
+    # a rider that comes to its limit: of itself, unless the other's forward slip turns its force
+    assert margin(STICK, BACKWARD, AT_UPPER_LIMIT) == math.inf
+    motion.w[other] = 0.3
+    rate = abs(SYSTEM.V - SYSTEM.alpha * 0.3)
+    assert margin(STICK, FORWARD, AT_LOWER_LIMIT) == pytest.approx(rate)
 
 
 # --- motions that do not return ------------------------------------------------------------------
