@@ -29,7 +29,7 @@ def integration(degree: int) -> Matrix:
         chebyshev.chebval(2.0 * nodes(degree) - 1.0, chebyshev.chebint(column, scl=0.5, lbnd=-1))
         for column in to_coefficients(degree).T
     ]
-    matrix = np.column_stack(columns)
+    matrix: Matrix = np.column_stack(columns)
     matrix[0] = 0.0  # a step starts where it starts, and not a rounding away
     return matrix
 
