@@ -14,6 +14,7 @@ import pytest
 
 LONGEST = 1.5  # seconds
 SOON = 0.01
+LOCKING = ("/coverage/", "/numba/", "/llvmlite/")
 seconds: dict[str, float] = {}
 """Of the tests that passed, by node id."""
 
@@ -43,7 +44,16 @@ def pytest_runtest_call(item: pytest.Item) -> object:
 
 
 def _stop(_signal: int, frame: FrameType | None) -> None:
-    if frame is not None and "/coverage/" in frame.f_code.co_filename:  # it may hold its lock
+    if _may_hold_a_lock(frame):
         signal.setitimer(signal.ITIMER_VIRTUAL, SOON)
         return
     raise TooLong
+
+
+def _may_hold_a_lock(frame: FrameType | None) -> bool:
+    """Whether coverage or a compiler is at work: others would wait for what it holds for ever."""
+    while frame is not None:
+        if any(folder in frame.f_code.co_filename for folder in LOCKING):
+            return True
+        frame = frame.f_back
+    return False

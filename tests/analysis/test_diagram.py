@@ -146,7 +146,7 @@ class TestAttractors:
             tent(1.5), "slope", np.linspace(1.5, 1.9, 9), max_period=1, iterates=3
         )
         assert diagram.attractors.points.shape == (9, 3)
-        np.testing.assert_allclose(diagram.attractors.lyapunov, np.log(diagram.values))
+        np.testing.assert_allclose(diagram.attractors.lyapunov, np.log(diagram.values), rtol=1e-14)
 
     def test_the_search_can_be_left_out(self):
         diagram = bifurcation_diagram(

@@ -13,14 +13,14 @@ def called(call):
 
 
 def silent(path):
-    """Comparisons of a file with an absolute tolerance, the relative one left to numpy."""
+    """Comparisons of a file whose relative tolerance is left to numpy."""
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Call) and called(node) in COMPARISONS:
             named = {keyword.arg for keyword in node.keywords}
-            if "atol" in named and "rtol" not in named:
+            if "rtol" not in named and len(node.args) < 3:
                 yield f"{path.relative_to(TESTS)}:{node.lineno}"
 
 
-def test_an_absolute_tolerance_stands_alone_or_beside_one_that_is_named():
+def test_every_comparison_names_its_relative_tolerance():
     found = [place for path in sorted(TESTS.rglob("*.py")) for place in silent(path)]
     assert found == []

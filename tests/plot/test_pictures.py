@@ -86,11 +86,11 @@ class TestLocus:
         stick_locus(model, ax)
         corners = locus.corners(1.2, 1.3)
         polygons = [patch for patch in ax.patches if isinstance(patch, Polygon)]
-        np.testing.assert_allclose(polygons[0].get_xy()[:4], corners)
+        np.testing.assert_allclose(polygons[0].get_xy()[:4], corners, rtol=1e-14)
         drawn = lines(ax)
-        np.testing.assert_allclose(drawn["block 1 slips"], corners[[0, 1]])
-        np.testing.assert_allclose(drawn["block 2 slips"], corners[[1, 2]])
-        np.testing.assert_allclose(drawn["domain $AC$"], corners[[0, 2]])
+        np.testing.assert_allclose(drawn["block 1 slips"], corners[[0, 1]], rtol=1e-14)
+        np.testing.assert_allclose(drawn["block 2 slips"], corners[[1, 2]], rtol=1e-14)
+        np.testing.assert_allclose(drawn["domain $AC$"], corners[[0, 2]], rtol=1e-14)
 
     def test_axis_labels_are_the_papers_symbols(self, ax):
         stick_locus(examples.coulomb(), ax)
@@ -106,7 +106,7 @@ class TestLaw:
         assert np.all(backward[:, 1] > 0)
         assert np.all(forward[:, 1] < 0)
         assert backward[-1, 1] == pytest.approx(0.8 / 7 + 0.2)
-        np.testing.assert_allclose(backward, -forward)
+        np.testing.assert_allclose(backward, -forward, rtol=1e-14)
 
     def test_static_interval_spans_the_limits(self, ax):
         friction_characteristic(Coulomb(mu=0.3), ax)

@@ -62,14 +62,14 @@ def test_orbits_of_a_chain_are_those_of_its_event_map(tmp_path):
             assert here.status != 0
             continue
         motions = f.evaluate(orbit[30:-1])
-        np.testing.assert_allclose(here.mean_events, motions.n_events.mean())
-        np.testing.assert_allclose(here.mean_duration, motions.duration.mean())
+        np.testing.assert_allclose(here.mean_events, motions.n_events.mean(), rtol=1e-14)
+        np.testing.assert_allclose(here.mean_duration, motions.duration.mean(), rtol=1e-14)
         if here.kind == 1:
             p = int(here.period)
             np.testing.assert_allclose(orbit[-1], orbit[-1 - p], rtol=0, atol=1e-8)
             product = np.linalg.multi_dot([*motions.derivative[-p:][::-1], np.eye(2)])
             radius = np.abs(np.linalg.eigvals(product)).max()
-            np.testing.assert_allclose(here.lyapunov_exponent, np.log(radius) / p)
+            np.testing.assert_allclose(here.lyapunov_exponent, np.log(radius) / p, rtol=1e-14)
     # A fast belt leaves all blocks sliding for ever.
     assert found.never_share.values[-1] > found.never_share.values[0]
 

@@ -17,6 +17,7 @@ Pair = tuple[str, str]
 EXACT = "0.0"
 
 _PAIRS: dict[str, Callable[..., str]] = {
+    "negative": lambda a: f"-{a[0]}, -{a[1]}",
     "add": lambda a, b: f"sum_of_two({a[0]}, {b[0]}, {a[1]} + {b[1]})",
     "subtract": lambda a, b: f"sum_of_two({a[0]}, -{b[0]}, {a[1]} - {b[1]})",
     "multiply": lambda a, b: f"product({', '.join(a + b)})",
@@ -68,8 +69,6 @@ def _slope(graph: Graph, number: int, names: dict[int, Pair], lines: Lines) -> s
     """Text of the derivative of a function by its first argument, rounded; may add lines."""
     node = graph.nodes[number]
     x = node.args[0]
-    if node.op == "negative":
-        return "-1.0"
     if node.op == "power":
         (base, _), (exponent, _) = names[x], names[node.args[1]]
         return f"{exponent} * math.pow({base}, {exponent} - 1.0)"

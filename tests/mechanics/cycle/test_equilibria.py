@@ -17,7 +17,9 @@ def test_one_block_in_closed_form() -> None:
     assert found.x[0] == pytest.approx(law.force(0.4), abs=1e-15)
     slope = 0.05 + law.slope(0.4)
     root = np.sqrt(complex(slope**2 / 4 - 1))
-    np.testing.assert_allclose(found.eigenvalues, [-slope / 2 + root, -slope / 2 - root])
+    np.testing.assert_allclose(
+        found.eigenvalues, [-slope / 2 + root, -slope / 2 - root], rtol=1e-14
+    )
     assert not found.stable
     (critical,) = found.critical_speeds
     assert law.slope(critical) == pytest.approx(-0.05, abs=1e-11)
@@ -29,7 +31,7 @@ def test_constant_friction_without_damping_is_neutral() -> None:
     (found,) = ss.equilibria(ss.examples.coulomb())
     assert found.neutral
     assert not found.stable
-    np.testing.assert_allclose(np.sort(found.eigenvalues.imag)[2:], [1.0, np.sqrt(3.4)])
+    np.testing.assert_allclose(np.sort(found.eigenvalues.imag)[2:], [1.0, np.sqrt(3.4)], rtol=1e-14)
     assert found.critical_speeds.size == 0
     assert "neutral" in repr(found)
 

@@ -68,7 +68,7 @@ def test_onset_takes_any_shape():
     d = np.linspace(-0.5, 0.5, 6).reshape(2, 3)
     x = locus.onset(d, 1.2, 1.3)
     assert x.shape == (2, 3, 2)
-    np.testing.assert_allclose(x[1, 2], locus.onset(d[1, 2], 1.2, 1.3))
+    np.testing.assert_allclose(x[1, 2], locus.onset(d[1, 2], 1.2, 1.3), rtol=1e-14)
 
 
 class TestAdmit:

@@ -65,7 +65,7 @@ def test_events_slips_and_d_are_scaled(model, motion):
     assert motion.events[0][1:] == plain.events[0][1:]
     assert motion.slips[0].moment == length * plain.slips[0].moment
     assert motion.slips[0].blocks == plain.slips[0].blocks
-    np.testing.assert_allclose(motion.d, length * plain.d)
+    np.testing.assert_allclose(motion.d, length * plain.d, rtol=1e-14)
     assert motion.status == plain.status
 
 
