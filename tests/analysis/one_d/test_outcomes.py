@@ -242,6 +242,13 @@ def test_a_stable_orbit_is_lost_in_a_gap():
     assert predicted_at_gap(0.5, 1, 1).orbits == "born at a gap"
 
 
+@pytest.mark.parametrize(("left", "right"), [(1.5, -1.2), (-1.2, 1.5)])
+def test_the_number_that_tells_chaos_from_escape_does_not_depend_on_the_side(left, right):
+    # Nusse and Yorke (1992): (a - 1)(|b| - 1) of the rising and the falling slope
+    assert "(|b| - 1)(a - 1) = 0.1, chaos" in predicted_at_corner(left, right, 1).text
+    assert "chaos up to" not in predicted_at_corner(0.9, -1.2, 1).text
+
+
 def test_a_disagreement_names_both():
     predicted = predicted_at_corner(0.5, -1.5, 1)
     other = predicted_at_corner(0.5, -0.5, 1)

@@ -147,6 +147,9 @@ def test_random_affine_maps_against_every_word(inner, slopes, starts, p):
     assert len(through) == len(crossings)
     for found, expected in zip(through, crossings, strict=True):
         assert found == pytest.approx(expected, abs=1e-9)
+    for orbit in got:
+        assert np.all(orbit.interval[:, 0] <= orbit.points)
+        assert np.all(orbit.points <= orbit.interval[:, 1])
 
 
 @given(r=st.floats(3.0, 4.0), p=st.integers(1, 5))
