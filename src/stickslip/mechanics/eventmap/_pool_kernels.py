@@ -90,7 +90,7 @@ if TYPE_CHECKING:
 
 # From this many events on the scalar engine follows a motion: it may be on a cycle, and errors of
 # steps, which are smaller there, grow more than those of the start.
-LONG = 32
+LONG = 16
 # Pools by which block rides: one of them, or none.
 BOTH_SLIP = 2
 GLOBAL_STICK = 4
