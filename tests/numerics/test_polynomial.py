@@ -11,6 +11,7 @@ from numpy.polynomial import Polynomial
 
 from stickslip.numerics.polynomial import (
     NO_ROOT,
+    derivative_bounds,
     first_contact,
     jet,
     lowest_minimum,
@@ -47,6 +48,27 @@ def test_value_and_jet_are_those_of_exact_arithmetic(c, t):
     coefficients = np.array(c)
     assert value(coefficients, t) == pytest.approx(float(sums[0]), abs=scale)
     assert jet(coefficients, t) == pytest.approx([float(x) for x in sums], abs=10 * scale)
+
+
+@given(c=st.lists(COEFFICIENT, min_size=4, max_size=15), h=st.floats(0.0, 1.5))
+def test_bounds_of_derivatives_are_sums_of_sizes(c, h):
+    sizes = Polynomial(np.abs(c))
+    expected = [float(sizes.deriv(2)(h)), float(sizes.deriv(3)(h))]
+    assert derivative_bounds(np.array(c), h) == pytest.approx(expected, rel=1e-13)
+
+
+@given(root=st.floats(0.1, 0.9), data=st.data())
+def test_a_contact_is_where_the_signal_vanishes_but_for_rounding(root, data):
+    """Of a series as a step has it: coefficients that fall, a signal that falls through zero."""
+    terms = data.draw(st.lists(COEFFICIENT, min_size=3, max_size=17))
+    c = [0.0, -1.0, *(x * 0.15**k for k, x in enumerate(terms, 1))]
+    c[0] = -sum(x * root**k for k, x in enumerate(c))
+    slopes = [sum(k * x * t ** (k - 1) for k, x in enumerate(c) if k > 0) for t in (0.0, 0.5, 1.0)]
+    assume(max(slopes) < -0.2)
+    assume(c[0] > 0.0)
+    t = first_contact(np.array(c), 1.0, False, 0.0)
+    left = sum(Fraction(x) * Fraction(t) ** k for k, x in enumerate(c))
+    assert abs(left) <= 2e-16 * sum(abs(x) for x in c)
 
 
 @given(data=st.data(), t=st.floats(0.0, 0.5))

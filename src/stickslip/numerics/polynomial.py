@@ -77,6 +77,31 @@ def tail(c: Floats, h: float) -> float:
 
 
 @kernel(inline=True)
+def derivative_bounds(c: Floats, h: float) -> tuple[float, float]:
+    """Bounds of the second and third derivative on [0, h]; recurrences in h^2, as in `jet`.
+
+    There are at least four coefficients.
+    """
+    u = h * h
+    n = c.shape[0]
+    even_2 = even_3 = odd_2 = odd_3 = 0.0
+    if n % 2 == 1:
+        even_2 = (n - 1.0) * (n - 2.0) * abs(c[n - 1])
+        even_3 = (n - 3.0) * even_2
+    for j in range(n // 2 - 1, 1, -1):
+        k = 2.0 * j
+        even = k * (k - 1.0) * abs(c[2 * j])
+        odd = k * (k + 1.0) * abs(c[2 * j + 1])
+        even_2 = even_2 * u + even
+        even_3 = even_3 * u + (k - 2.0) * even
+        odd_2 = odd_2 * u + odd
+        odd_3 = odd_3 * u + (k - 1.0) * odd
+    odd = 6.0 * abs(c[3])
+    bound_2 = even_2 * u + 2.0 * abs(c[2]) + h * (odd_2 * u + odd)
+    return bound_2, odd_3 * u + odd + h * even_3
+
+
+@kernel(inline=True)
 def first_contact(c: Floats, h: float, leaving: bool, slack: float) -> float:
     """First t in (0, h] at which a signal that is positive before reaches zero.
 
@@ -97,11 +122,7 @@ def first_contact(c: Floats, h: float, leaving: bool, slack: float) -> float:
 @kernel
 def search(c: Floats, h: float, leaving: bool, rounding: float) -> float:
     """Follow a polynomial from 0 to `h` by steps that provably skip no contact."""
-    bound_2 = bound_3 = 0.0
-    for k in range(c.shape[0] - 1, 2, -1):
-        bound_2 = bound_2 * h + k * (k - 1) * abs(c[k])
-        bound_3 = bound_3 * h + k * (k - 1) * (k - 2) * abs(c[k])
-    bound_2 = bound_2 * h + 2.0 * abs(c[2])
+    bound_2, bound_3 = derivative_bounds(c, h)
     t, g, slope, curvature = 0.0, c[0], c[1], 2.0 * c[2]
     if leaving:
         if slope < 0.0 or (slope == 0.0 and curvature <= 0.0):
@@ -112,7 +133,7 @@ def search(c: Floats, h: float, leaving: bool, rounding: float) -> float:
     for _ in range(MAX_SEARCH):
         if t > 0.0:
             g, slope, curvature = jet(c, t)
-        if g <= rounding and slope <= 0.0:
+        if (g <= rounding and slope <= 0.0) or is_near(g, slope, curvature, bound_3, rounding):
             contact = max(contact_time(t, g, slope, curvature, rounding), 0.0)
             if contact > h + 2.0 * EPSILON * h:  # beyond: the next step's
                 return NO_ROOT
@@ -124,6 +145,19 @@ def search(c: Floats, h: float, leaving: bool, rounding: float) -> float:
     return UNFINISHED
 
 
+@kernel(inline=True)
+def is_near(g: float, slope: float, curvature: float, bound_3: float, rounding: float) -> bool:
+    """Whether a contact just ahead is that of the parabola, to a hundredth of `rounding`.
+
+    The parabola crosses zero with at least half of the slope here, so at most 4/3 as far ahead as
+    the tangent; up to there the cubic term is at most a hundredth of `rounding`.
+    """
+    if not slope < 0.0 or 8.0 * g * curvature > 3.0 * slope * slope:
+        return False
+    ahead = -1.3333333333333335 * g / slope
+    return bound_3 * ahead * ahead * ahead <= 0.06 * rounding
+
+
 @kernel
 def lowest_minimum(c: Floats, h: float) -> float:
     """Time of the lowest minimum inside (0, h), or NO_ROOT.
@@ -131,9 +165,7 @@ def lowest_minimum(c: Floats, h: float) -> float:
     The slope is followed by steps that provably skip no change of its sign, unless two lie
     within `SHORTEST` h: such a minimum is no lower than the ends of a step, to 1e-9.
     """
-    bound = 0.0
-    for k in range(c.shape[0] - 1, 2, -1):
-        bound = bound * h + k * (k - 1) * (k - 2) * abs(c[k])
+    _, bound = derivative_bounds(c, h)
     lowest, found = math.inf, NO_ROOT
     t, slope, curvature = 0.0, c[1], 2.0 * c[2]
     falls, low = slope < 0.0, 0.0
