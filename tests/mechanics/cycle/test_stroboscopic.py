@@ -100,3 +100,17 @@ def test_bad_input_is_told() -> None:
     with pytest.raises(ValueError, match="n = "):
         f.iterate([0.0, 0.0], 0)
     assert f.period == pytest.approx(2 * math.pi / 0.7)
+
+
+@pytest.mark.parametrize("start", [0.5, 0.45, -0.6])
+def test_a_cycle_with_multiplier_one_is_found_as_well_as_rounding_lets(start: float) -> None:
+    """Newton's method comes to such a cycle slowly: half of the way in each step.
+
+    Force cos(2t/3) / 0.9 on a block at rest on the ground: it sticks from t = pi/2 to pi.
+    """
+    forcing = ss.Harmonic(amplitude=1 / 0.9, frequency=2 / 3)
+    block = ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=1.0), forcing=forcing)
+    cycle = ss.stroboscopic_map(block).periodic_point([start, 0.0])
+    np.testing.assert_allclose(cycle.multipliers, [1.0, 0.0], rtol=0, atol=1e-4)
+    times = np.sort([event.time for event in cycle.events])
+    np.testing.assert_allclose(times, np.pi * np.array([0.5, 1, 2, 2.5]), rtol=0, atol=1e-4)

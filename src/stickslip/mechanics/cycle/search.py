@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -216,9 +217,13 @@ class _Search:
             last, state = np.abs(off).max(), moved
             leg = self.shooter.leg(state, n_events)
             now = np.abs(leg.state.vector - state.vector).max()
-            if now >= 0.5 * last and now <= 1e3 * CONVERGED * self.size:
+            if self._gains_no_more(last, now):
                 return self._cycle(*self._fewest_freedoms(*self._once(state, leg, n_events)))
         return None
+
+    def _gains_no_more(self, last: float, now: float) -> bool:
+        """Whether Newton's method has come to rounding, which a multiplier near 1 magnifies."""
+        return now >= 0.5 * last and now <= 1e3 * CONVERGED * self.size
 
     def _once(self, state: State, leg: Leg, n_events: int) -> tuple[State, Leg, int]:
         """Go round a cycle once where a return was found after several rounds of it."""
@@ -272,14 +277,16 @@ class _Search:
         # A cycle with multiplier near 1 is 1 / (1 - multiplier) distances away: no less far than
         # from the widest return that is worth an attempt.
         start, allowed, n = state, REACH * CLOSE * self.size, self.plain.n
-        many = 10**9
+        many, last = 10**9, math.inf
         for _ in range(MAX_NEWTON):
             leg = self.shooter.leg(state, many, max_time=period)
             if leg.status != status_codes.OK:
                 return None
             off = leg.state.vector - state.vector
-            if np.abs(off).max() <= 10 * CONVERGED * self.size:
+            now = float(np.abs(off).max())
+            if now <= 10 * CONVERGED * self.size or self._gains_no_more(last, now):
                 return self._cycle(state, self._once_in_time(state, leg, period))
+            last = now
             step = np.linalg.lstsq(np.eye(2 * n) - leg.tangent, off, rcond=1e-12)[0]
             w = np.where(state.mode == 0, 0.0, state.w + step[n:])
             state = state._replace(x=state.x + step[:n], w=w)
