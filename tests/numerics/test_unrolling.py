@@ -4,12 +4,8 @@ import ast
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from stickslip.numerics.targets import kernel
 from stickslip.numerics.unrolling import unrolled
-from stickslip.numerics.vector import bits, from_bits, polynomial, products, select
 
 # The reciprocal of a series, as a law's text has it: sums over j inside a loop over k.
 RECIPROCAL = """
@@ -53,33 +49,18 @@ def test_what_is_left_is_assignments_of_new_names_that_are_read():
     assert max(line.count(",") for line in lines) == 2 * (N - 1) - 1
 
 
+def test_calls_stand_where_they_are_and_keep_what_they_read():
+    text = "a = p[0] * p[0] + 1.0\nb = a + 2.0\nfor k in range(2):\n    put(x, k, a)"
+    assert unrolled(text, {}, (), ("p",)) == [
+        "a_v0 = p_0 * p_0 + 1.0",
+        "put(x, 0, a_v0)",
+        "put(x, 1, a_v0)",
+    ]
+
+
 @pytest.mark.parametrize(
     "text", ["while x[0]:\n    x[0] = 1", "if x[0] > 0:\n    y = 1", "a = u[x[0]]", "a = u[3]"]
 )
 def test_what_cannot_be_written_out_is_refused(text):
     with pytest.raises(ValueError, match=r"cannot write out|not known|used before"):
         unrolled(text, {}, local=("u",))
-
-
-@kernel
-def there_and_back(x):
-    return from_bits(bits(x))
-
-
-@kernel
-def as_single_statements(a, b, c, d):
-    return products(a, b, c, d), polynomial(a, b, c, d), select(a > b, c, d)
-
-
-@pytest.mark.kernel
-@given(x=st.floats(allow_nan=False))
-def test_bits_are_those_of_the_number(x):
-    assert there_and_back(x) == x
-
-
-@pytest.mark.kernel
-def test_sums_and_choices_as_single_statements():
-    for a, b, c, d in np.random.default_rng(2).normal(size=(20, 4)).tolist():
-        expected = (a * b + c * d, (b * a + c) * a + d, c if a > b else d)
-        found = as_single_statements(a, b, c, d)
-        assert found == pytest.approx(expected, rel=1e-14, abs=1e-15)

@@ -1,20 +1,113 @@
-"""What kernels say to the compiler: how long vectors are."""
+"""Lanes give the numbers of NumPy's arrays; vectors are as long as the processor has them."""
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from llvmlite.binding import get_host_cpu_features
 
 from stickslip.mechanics.eventmap import _lane_passes_kernels as passes
 from stickslip.mechanics.flow._lane_kernels import plant_at
 from stickslip.numerics.targets import config, kernel, kernel_uncached
-from stickslip.numerics.vector import wide_vectors
+from stickslip.numerics.vector import (
+    LANES,
+    bits,
+    from_bits,
+    load,
+    polynomial,
+    products,
+    select,
+    store,
+    wide_vectors,
+)
 
-pytestmark = [
-    pytest.mark.skipif(config.DISABLE_JIT, reason="reads machine code"),
-    pytest.mark.skipif(
-        not get_host_cpu_features().get("avx512f"), reason="the processor has no AVX-512"
-    ),
-]
+# --- lanes --------------------------------------------------------------------------------------
+
+ROWS = arrays(np.float64, (3, LANES), elements=st.floats(-1e100, 1e100))
+
+
+@kernel
+def operators(x, out, number):
+    """Every operator on three rows of `x`, with a number on either side too."""
+    a, b, c = load(x, 0), load(x, LANES), load(x, 2 * LANES)
+    store(out, 0 * LANES, a + b)
+    store(out, 1 * LANES, a - b)
+    store(out, 2 * LANES, a * b)
+    store(out, 3 * LANES, a / b)
+    store(out, 4 * LANES, -a)
+    store(out, 5 * LANES, abs(a))
+    store(out, 6 * LANES, number + a)
+    store(out, 7 * LANES, a - number)
+    store(out, 8 * LANES, number / a)
+    store(out, 9 * LANES, select(a < b, a, b))
+    store(out, 10 * LANES, select(a <= number, 1.0, c))
+    store(out, 11 * LANES, select((a > b) & (b >= c), b, 0.0))
+    store(out, 12 * LANES, select(~(a > b) | (number == c), a, 3.0))
+    store(out, 13 * LANES, from_bits(bits(a)))
+    store(out, 14 * LANES, from_bits((bits(a) >> 52 | 2) + 1 << 3 & 255))
+    store(out, 15 * LANES, number)
+
+
+def with_numpy(x, number):
+    a, b, c = x
+    whole = ((a.view(np.int64) >> 52 | 2) + 1 << 3) & 255
+    rows = [a + b, a - b, a * b, a / b, -a, abs(a), number + a, a - number, number / a]
+    rows += [np.where(a < b, a, b), np.where(a <= number, 1.0, c)]
+    rows += [np.where((a > b) & (b >= c), b, 0.0), np.where(~(a > b) | (number == c), a, 3.0)]
+    return np.array([*rows, a, whole.view(np.float64), np.full(LANES, number)])
+
+
+@pytest.mark.kernel
+@given(x=ROWS, number=st.floats(-1e3, 1e3))
+def test_operators_give_the_bits_of_numpy(x, number):
+    out = np.zeros((16, LANES))
+    with np.errstate(all="ignore"):
+        operators(x.ravel(), out.ravel(), number)
+        expected = with_numpy(x, number)
+    np.testing.assert_array_equal(out, expected)
+
+
+@kernel
+def sums(x, out, number):
+    a, b, c = load(x, 0), load(x, LANES), load(x, 2 * LANES)
+    store(out, 0, products(a, b, number, c, c, c))
+    store(out, LANES, polynomial(a, b, number, c))
+
+
+@pytest.mark.kernel
+@given(
+    x=arrays(np.float64, (3, LANES), elements=st.floats(-4.0, 4.0)),
+    number=st.floats(-4.0, 4.0),
+)
+def test_sums_as_single_statements(x, number):
+    out = np.zeros((2, LANES))
+    sums(x.ravel(), out.ravel(), number)
+    a, b, c = x
+    expected = [a * b + number * c + c * c, (b * a + number) * a + c]
+    np.testing.assert_allclose(out, expected, rtol=0, atol=1e-13)
+
+
+@pytest.mark.kernel
+def test_lanes_are_read_and_written_where_they_are_said_to_be():
+    x = np.arange(3.0 * LANES)
+    out = np.zeros_like(x)
+
+    @kernel_uncached
+    def moved(x, out):
+        store(out, 5, load(x, LANES))
+
+    moved(x, out)
+    np.testing.assert_array_equal(out[5 : 5 + LANES], x[LANES : 2 * LANES])
+    assert np.count_nonzero(out) == LANES
+
+
+# --- vectors ------------------------------------------------------------------------------------
+
+reads_code = pytest.mark.skipif(
+    config.DISABLE_JIT or not get_host_cpu_features().get("avx512f"),
+    reason="reads machine code for AVX-512",
+)
 
 
 @kernel(fused=True)
@@ -31,6 +124,7 @@ def assembly_of(function, *arguments):
     return assembly
 
 
+@reads_code
 def test_a_loop_over_an_array_uses_whole_vectors():
     x = np.arange(100.0)
     assembly = assembly_of(scaled, x, 2.0)
@@ -38,6 +132,7 @@ def test_a_loop_over_an_array_uses_whole_vectors():
     np.testing.assert_array_equal(x, 2.0 * np.arange(100.0) + 1.0)
 
 
+@reads_code
 def test_a_pass_over_lanes_uses_whole_vectors():
     plant = plant_at(1.2, 1.3, 0.0366, 0.22, 0.22)
     streams = np.zeros((passes.N_STREAMS + len(passes.PLANT)) * passes.STRIDE)
@@ -45,3 +140,17 @@ def test_a_pass_over_lanes_uses_whole_vectors():
         passes.landing_pass, plant, np.array(plant), streams, np.uint64(passes.LANES)
     )
     assert assembly.count("%zmm") > 10 * assembly.count("%ymm")
+
+
+@reads_code
+def test_lanes_are_whole_vectors():
+    @kernel(fused=True)
+    def fused(x, out):
+        wide_vectors()
+        store(out, 0, load(x, 0) * load(x, LANES) + 1.0)
+
+    x, out = np.arange(2.0 * LANES), np.zeros(LANES)
+    assembly = assembly_of(fused, x, out)
+    assert assembly.count("%zmm") > 4
+    assert "vfmadd" in assembly
+    np.testing.assert_array_equal(out, x[:LANES] * x[LANES:] + 1.0)

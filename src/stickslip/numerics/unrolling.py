@@ -65,8 +65,7 @@ def _needed(lines: list[ast.stmt]) -> list[ast.stmt]:
     kept: list[ast.stmt] = []
     read: set[str] = set()
     for line in reversed(lines):
-        assert isinstance(line, ast.Assign)
-        target = line.targets[0]
+        target = line.targets[0] if isinstance(line, ast.Assign) else None
         if not isinstance(target, ast.Name) or target.id in read:
             kept.append(line)
             read.update(node.id for node in ast.walk(line) if isinstance(node, ast.Name))
@@ -100,6 +99,8 @@ class _Writer(ast.NodeTransformer):
                     self._assign(target, self.visit(value))
                 case ast.AugAssign(target=target, op=operation, value=value):
                     self._change(target, operation, self.visit(value))
+                case ast.Expr(value=ast.Call() as call):
+                    self.lines.append(ast.fix_missing_locations(ast.Expr(self.visit(call))))
                 case _:
                     raise ValueError(f"cannot write out: {ast.unparse(statement)}")
 

@@ -14,9 +14,10 @@ import stickslip as ss
 from stickslip.mechanics.eventmap.carrier import PlainCarrier
 from stickslip.mechanics.eventmap.pool_carrier import PoolCarrier
 from stickslip.mechanics.flow.lanes.kernels import lane_kernels
-from stickslip.mechanics.flow.lanes.layout import ALIGNMENT, LANES, MOTIONS, PLACES
+from stickslip.mechanics.flow.lanes.layout import KEPT, MOTIONS, PLACES
 from stickslip.mechanics.friction.series import law_series
 from stickslip.numerics.targets import kernel_uncached
+from stickslip.numerics.vector import LANES
 from stickslip.status import EVENT_LIMIT, NEVER_CYCLE, NEVER_SLIPPING, OK, TIME_LIMIT
 
 FIELDS = ("value", "derivative", "duration", "n_events", "label", "margin", "status")
@@ -201,9 +202,8 @@ def test_a_step_is_vector_code():
     series = law_series(laws)
     steps = lane_kernels(series)
     step = kernel_uncached(steps.step_one.py_func)
-    store = np.zeros(steps.SIZE + ALIGNMENT)
     p, q = series.rows(laws)
-    step(store, p, q, 1.2, 0.3, 1.0, 1.3, 0.5, 0.5, -50.0)
+    step(np.zeros(KEPT), np.zeros(steps.SIZE), p, q, 1.2, 0.3, 1.0, 1.3, 0.5, 0.5, -50.0)
     (assembly,) = step.inspect_asm().values()
     packed, scalar = (
         len(re.findall(rf"\bv?(?:fn?m(?:add|sub)\w*|mul|add|sub){kind}\b", assembly))

@@ -38,8 +38,7 @@ from stickslip.mechanics.flow.lanes.layout import (
     FORCE_2,
     FORCE_2_BEFORE,
     HANDED_OVER,
-    KEPT_ROWS,
-    LANES,
+    KEPT,
     LENGTH,
     MARGIN,
     MOTIONS,
@@ -49,6 +48,8 @@ from stickslip.mechanics.flow.lanes.layout import (
     SERIES_2,
     SIGN_1,
     SIGN_2,
+    SIZE_1,
+    SIZE_2,
     SPEED_1,
     SPEED_2,
     STEPS,
@@ -67,9 +68,10 @@ from stickslip.mechanics.flow.system import (
     System,
     limit,
 )
-from stickslip.numerics.polynomial import first_contact
+from stickslip.numerics.polynomial import search
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
+from stickslip.numerics.vector import LANES
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -166,25 +168,25 @@ def step(
     tangents = pools.motion.directions.shape[0] > 0
     if pool == BOTH_SLIP:
         p, q = pools.laws[0], pools.laws[1]
-        step_both(x, p, q, alpha, V, 1.0, beta, steady_1, steady_2, log_rtol)
+        step_both(x, pools.taken, p, q, alpha, V, 1.0, beta, steady_1, steady_2, log_rtol)
         if tangents:
-            tangent_both(x, p, q, alpha, V, 1.0, beta, steady_1, steady_2, log_rtol)
+            tangent_both(x, pools.taken, p, q, alpha, V, 1.0, beta, steady_1, steady_2, log_rtol)
         return
     p, q = pools.laws[pool], pools.laws[1 - pool]
     own, other = limit(system, pool), limit(system, 1 - pool)
-    step_one(x, p, q, alpha, V, own, other, steady_1, steady_2, log_rtol)
+    step_one(x, pools.taken, p, q, alpha, V, own, other, steady_1, steady_2, log_rtol)
     if tangents:
-        tangent_one(x, p, q, alpha, V, own, other, steady_1, steady_2, log_rtol)
+        tangent_one(x, pools.taken, p, q, alpha, V, own, other, steady_1, steady_2, log_rtol)
 
 
 @kernel(inline=True)
 def find_flagged(pools: Pools, pool: int) -> int:
     """List the lanes whose step has to be looked at; without a branch for each lane."""
-    x = pools.x[pool]
+    taken = pools.taken
     n = 0
     for lane in range(min(pools.counts[pool], LANES)):
         pools.flagged[n] = lane
-        n += int(x[FLAG + lane] != 0.0)
+        n += int(taken[FLAG + lane] != 0.0)
     return n
 
 
@@ -215,7 +217,7 @@ def begin(
     return 1
 
 
-@kernel
+@kernel(inline=True)
 def enter(pools: Pools, tags: Tags, clock: Clock) -> None:
     """Put ``pools.motion`` into the pool of its modes."""
     motion = pools.motion
@@ -256,8 +258,8 @@ def leave(pools: Pools, pool: int, lane: int) -> None:
     x = pools.x[pool]
     last = pools.counts[pool] - 1
     pools.counts[pool] = last
-    for k in range(KEPT_ROWS):
-        x[k * PLACES + lane] = x[k * PLACES + last]
+    for row in range(0, KEPT, PLACES):
+        x[row + lane] = x[row + last]
     for k in range(4):
         pools.tags[pool, lane, k] = pools.tags[pool, last, k]
     pools.labels[pool, lane] = pools.labels[pool, last]
@@ -280,17 +282,17 @@ def meet(
 
     What happens at an event is what the scalar engine does in `carry`.
     """
-    x, motion = pools.x[pool], pools.motion
+    x, taken, motion = pools.x[pool], pools.taken, pools.motion
     h = first_event(system, pools, pool, lane)
     if h >= 0.0 and watch:
-        polynomials(system, pools, pool, lane)
+        polynomials(system, x, taken, pools.w, pools.e, pool, lane)
         margin = watch_step(system, motion, pools.w, pools.e, pools.signal, h)
         x[MARGIN + lane] = min(x[MARGIN + lane], margin)
     here = blocks_of_event(motion)
     if h >= 0.0 and here == 0:
         return -1
     row, n_events, code, before = pools.tags[pool, lane]
-    phase = x[TIME_BEFORE + lane] + h
+    phase = taken[TIME_BEFORE + lane] + h
     duration = x[DURATION + lane] + phase
     if h < 0.0 or here == 3 or phase == 0.0 or duration > controls.max_time:
         leave(pools, pool, lane)
@@ -354,14 +356,14 @@ def first_event(system: System, pools: Pools, pool: int, lane: int) -> float:
     Without a contact ``motion.event`` stays 0 and the time is the step's length. Only signals
     that the screening could not clear are searched.
     """
-    x, motion = pools.x[pool], pools.motion
-    flag = int(x[FLAG + lane])
+    x, taken, motion = pools.x[pool], pools.taken, pools.motion
+    flag = int(taken[FLAG + lane])
     first = 1 if pool == 1 else 0
     second = 1 - first
     motion.mode[first] = int(x[SIGN_1 + lane])
     motion.mode[second] = int(x[SIGN_2 + lane]) if pool == BOTH_SLIP else 0
     motion.event[0] = motion.event[1] = 0
-    h = -1.0 if flag & DOUBTFUL else x[LENGTH + lane]
+    h = -1.0 if flag & DOUBTFUL else taken[LENGTH + lane]
     for k in range(3):
         if flag & (FIRST_SLIP << k) == 0 or h < 0.0:
             continue
@@ -372,8 +374,11 @@ def first_event(system: System, pools: Pools, pool: int, lane: int) -> float:
         else:
             row = SERIES_1 if k == 0 else SERIES_2
             for j in range(ORDER + 1):
-                pools.signal[j] = x[row + j * PLACES + lane]
-        t = first_contact(pools.signal, h, pools.signal[0] == 0.0, SLACK * EPSILON)
+                pools.signal[j] = taken[row + j * LANES + lane]
+        start = pools.signal[0]
+        size = taken[(SIZE_1 if k == 0 else SIZE_2) + lane]
+        rounding = EPSILON * (SLACK + 2.0 * (abs(start) + size))
+        t = search(pools.signal, h, start == 0.0, rounding)
         h = keep_first(motion, block, event, t, h)
     return h
 
@@ -381,30 +386,31 @@ def first_event(system: System, pools: Pools, pool: int, lane: int) -> float:
 @kernel(inline=True)
 def rider_signal(system: System, pools: Pools, pool: int, lane: int, event: int) -> None:
     """Distance of the rider's force from one of its limits, as `dense.ride_signal`."""
-    x, signal, block = pools.x[pool], pools.signal, 1 - pool
+    x, taken, signal, block = pools.x[pool], pools.taken, pools.signal, 1 - pool
     side = -1.0 if event == AT_UPPER_LIMIT else 1.0
-    signal[0] = limit(system, block) + side * x[FORCE_2_BEFORE + lane]
+    signal[0] = limit(system, block) + side * taken[FORCE_2_BEFORE + lane]
     if abs(signal[0]) <= SLACK * EPSILON * limit(system, block):
         signal[0] = 0.0
     pull = -side * system.alpha * x[SIGN_1 + lane]
     for k in range(1, ORDER + 1):
-        signal[k] = pull * x[SERIES_1 + (k - 1) * PLACES + lane] * pools.reciprocals[k]
+        signal[k] = pull * taken[SERIES_1 + (k - 1) * LANES + lane] * pools.reciprocals[k]
     signal[1] += side * system.V
 
 
 @kernel
-def polynomials(system: System, pools: Pools, pool: int, lane: int) -> None:
+def polynomials(
+    system: System, x: Floats, taken: Floats, w: Floats, e: Floats, pool: int, lane: int
+) -> None:
     """Copy a lane's last step to ``pools.w`` and ``pools.e``, by blocks."""
-    x, w, e = pools.x[pool], pools.w, pools.e
     first = 1 if pool == 1 else 0
     second = 1 - first
     sign_1 = x[SIGN_1 + lane]
     sign_2 = x[SIGN_2 + lane] if pool == BOTH_SLIP else 0.0
     for k in range(ORDER + 1):
-        w[first, k] = sign_1 * x[SERIES_1 + k * PLACES + lane]
-        w[second, k] = sign_2 * x[SERIES_2 + k * PLACES + lane]
-    e[first, 0] = x[FORCE_1_BEFORE + lane]
-    e[second, 0] = x[FORCE_2_BEFORE + lane]
+        w[first, k] = sign_1 * taken[SERIES_1 + k * LANES + lane]
+        w[second, k] = sign_2 * taken[SERIES_2 + k * LANES + lane]
+    e[first, 0] = taken[FORCE_1_BEFORE + lane]
+    e[second, 0] = taken[FORCE_2_BEFORE + lane]
     for k in range(1, ORDER + 1):
         drive = system.V if k == 1 else 0.0
         for block in range(2):
@@ -415,31 +421,31 @@ def polynomials(system: System, pools: Pools, pool: int, lane: int) -> None:
 @kernel(inline=True)
 def state_at(system: System, pools: Pools, pool: int, lane: int, t: float) -> None:
     """Set ``pools.motion`` to the state at a time inside a lane's last step."""
-    x, motion = pools.x[pool], pools.motion
+    x, taken, motion = pools.x[pool], pools.taken, pools.motion
     first = 1 if pool == 1 else 0
     second = 1 - first
     sign_1 = x[SIGN_1 + lane]
     sign_2 = x[SIGN_2 + lane] if pool == BOTH_SLIP else 0.0
-    speed, path = sum_and_integral(pools.reciprocals, x, SERIES_1 + lane, t)
+    speed, path = sum_and_integral(pools.reciprocals, taken, SERIES_1 + lane, t)
     speed_2 = path_2 = 0.0
     if pool == BOTH_SLIP:
-        speed_2, path_2 = sum_and_integral(pools.reciprocals, x, SERIES_2 + lane, t)
+        speed_2, path_2 = sum_and_integral(pools.reciprocals, taken, SERIES_2 + lane, t)
     motion.w[first] = sign_1 * speed
     motion.w[second] = sign_2 * speed_2
     load_1, load_2 = loads(system, sign_1 * path, sign_2 * path_2)
-    motion.e[first] = x[FORCE_1_BEFORE + lane] + (system.V * t + load_1)
-    motion.e[second] = x[FORCE_2_BEFORE + lane] + (system.V * t + load_2)
+    motion.e[first] = taken[FORCE_1_BEFORE + lane] + (system.V * t + load_1)
+    motion.e[second] = taken[FORCE_2_BEFORE + lane] + (system.V * t + load_2)
     if motion.directions.shape[0] == 0:
         return
-    speed, path = sum_and_integral(pools.reciprocals, x, D_SERIES_1 + lane, t)
+    speed, path = sum_and_integral(pools.reciprocals, taken, D_SERIES_1 + lane, t)
     speed_2 = path_2 = 0.0
     if pool == BOTH_SLIP:
-        speed_2, path_2 = sum_and_integral(pools.reciprocals, x, D_SERIES_2 + lane, t)
+        speed_2, path_2 = sum_and_integral(pools.reciprocals, taken, D_SERIES_2 + lane, t)
     motion.tangent_w[first, 0] = sign_1 * speed
     motion.tangent_w[second, 0] = sign_2 * speed_2
     load_1, load_2 = loads(system, sign_1 * path, sign_2 * path_2)
-    motion.tangent_e[first, 0] = x[D_FORCE_1_BEFORE + lane] + load_1
-    motion.tangent_e[second, 0] = x[D_FORCE_2_BEFORE + lane] + load_2
+    motion.tangent_e[first, 0] = taken[D_FORCE_1_BEFORE + lane] + load_1
+    motion.tangent_e[second, 0] = taken[D_FORCE_2_BEFORE + lane] + load_2
 
 
 @kernel(inline=True)
@@ -450,11 +456,17 @@ def loads(system: System, path_1: float, path_2: float) -> tuple[float, float]:
 
 
 @kernel
-def sum_and_integral(reciprocals: Floats, x: Floats, row: int, t: float) -> tuple[float, float]:
+def sum_and_integral(reciprocals: Floats, taken: Floats, row: int, t: float) -> tuple[float, float]:
     """Value of a polynomial and of its integral from 0 to `t`."""
-    total = x[row + ORDER * PLACES]
-    path = 0.0
-    for k in range(ORDER - 1, -1, -1):
-        total = total * t + x[row + k * PLACES]
-        path = path * t + x[row + k * PLACES] * reciprocals[k + 1]
+    u = t * t
+    even = odd = even_path = odd_path = 0.0
+    for k in range(ORDER // 2, 0, -1):
+        c, c_odd = taken[row + 2 * k * LANES], taken[row + (2 * k - 1) * LANES]
+        even = even * u + c
+        odd = odd * u + c_odd
+        even_path = even_path * u + c * reciprocals[2 * k + 1]
+        odd_path = odd_path * u + c_odd * reciprocals[2 * k]
+    c = taken[row]
+    total = even * u + c + t * odd
+    path = even_path * u + c + t * odd_path
     return total, path * t

@@ -14,10 +14,11 @@ import numpy as np
 from stickslip.mechanics.eventmap.records import Controls, Outputs, Pools
 from stickslip.mechanics.flow.engine import Engine
 from stickslip.mechanics.flow.lanes.kernels import lane_kernels
-from stickslip.mechanics.flow.lanes.layout import ALIGNMENT, LANES, ORDER, PLACES
+from stickslip.mechanics.flow.lanes.layout import ALIGNMENT, KEPT, ORDER, PLACES
 from stickslip.mechanics.flow.system import new_motion
 from stickslip.mechanics.friction.series import LawSeries
 from stickslip.numerics.targets import instantiate
+from stickslip.numerics.vector import LANES
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -107,13 +108,11 @@ class MovingPools:
 
 
 def new_pools(n_columns: int, n_law_parameters: int, laws: Floats, size: int) -> Pools:
-    """Arrays of empty pools; the numbers begin where a vector of any machine may."""
-    n_bytes = 3 * size * laws.itemsize
-    store = np.zeros(n_bytes + ALIGNMENT, dtype=np.uint8)
-    start = -store.ctypes.data % ALIGNMENT
+    """Arrays of empty pools."""
     return Pools(
         laws=laws,
-        x=store[start : start + n_bytes].view(np.float64).reshape(3, size),
+        x=aligned(3 * KEPT).reshape(3, KEPT),
+        taken=aligned(size),
         tags=np.zeros((3, PLACES, 4), dtype=np.int64),
         labels=np.zeros((3, PLACES), dtype=np.uint64),
         counts=np.zeros(3, dtype=np.int64),
@@ -125,3 +124,10 @@ def new_pools(n_columns: int, n_law_parameters: int, laws: Floats, size: int) ->
         signal=np.zeros(ORDER + 1),
         reciprocals=1.0 / np.maximum(np.arange(ORDER + 2), 1),
     )
+
+
+def aligned(size: int) -> Floats:
+    """Zeros that begin where a vector of any machine may."""
+    store = np.zeros(size + ALIGNMENT // 8)
+    start = -store.ctypes.data % ALIGNMENT // 8
+    return store[start : start + size]

@@ -54,7 +54,8 @@ class Scratch(NamedTuple):
 class Pools(NamedTuple):
     """Three pools of motions (`flow.lanes.layout`), and arrays for the one at an event.
 
-    ``laws``: parameter rows of `friction.series`; ``x`` (3, size): numbers of the motions;
+    ``laws``: parameter rows of `friction.series`; ``x`` (3, KEPT): numbers of the motions;
+    ``taken`` (SIZE of the law's steps,): the step that was taken last, of one of the pools;
     ``tags`` (3, places, 4), ``labels`` (3, places): `Tags`; ``counts`` (3,): motions in each pool;
     ``flagged``, ``rows``: lanes with an event, rows that may go on; ``w``, ``e``, ``signal``:
     polynomials of the step; ``reciprocals``: 1 / k.
@@ -62,6 +63,7 @@ class Pools(NamedTuple):
 
     laws: Floats
     x: Floats
+    taken: Floats
     tags: NDArray[np.int64]
     labels: NDArray[np.uint64]
     counts: NDArray[np.int64]

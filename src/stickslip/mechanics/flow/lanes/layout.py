@@ -1,15 +1,16 @@
-"""Where a pool of motions keeps its numbers: one array, a row of lanes for each quantity.
+"""Where motions keep their numbers: a row for each quantity, a place in it for each motion.
 
 A pool holds motions whose modes make the same blocks slip. The *first* block of its rows is
 one that slips; the *second* slips too, or rides. Speeds are s = mode w >= 0, tangents
-likewise. Constants are offsets into the array: a row's offset plus the lane.
+likewise. One array holds what the motions of a pool keep from step to step; another what the
+step that was taken last has left, of whichever pool: so all of it stays in the fastest cache.
+Constants are offsets into these arrays: a row's offset plus the place, or the lane.
 """
 
 from __future__ import annotations
 
-# Lanes that step together. Two AVX-512 vectors: a single motion costs half of what it would with
-# 32 lanes, a full pool the same.
-LANES = 16
+from stickslip.numerics.vector import LANES
+
 # With this many motions in three pools at least one pool has its lanes full.
 MOTIONS = 3 * LANES - 2
 # Places in each pool.
@@ -40,7 +41,12 @@ MOST_STEPS = 4000.0
     D_FORCE_2,
     DURATION,
     MARGIN,
-    # the step that was taken last
+    KEPT,  # size of the array
+) = range(0, 15 * PLACES, PLACES)
+
+# The step that was taken last. SIZE_1, SIZE_2: sums of the sizes of all terms but the constant
+# one, of a speed or of a rider's force.
+(
     LENGTH,
     FLAG,
     TIME_BEFORE,
@@ -48,17 +54,16 @@ MOST_STEPS = 4000.0
     FORCE_2_BEFORE,
     D_FORCE_1_BEFORE,
     D_FORCE_2_BEFORE,
-) = range(0, 21 * PLACES, PLACES)
-
-# A motion keeps the rows up to here from step to step.
-KEPT_ROWS = LENGTH // PLACES
+    SIZE_1,
+    SIZE_2,
+    SERIES_1,
+) = range(0, 10 * LANES, LANES)
 
 # Rows of coefficients: of the speeds, of their tangents, and what the tangents need of the law.
-SERIES_1 = 21 * PLACES
-SERIES_2 = SERIES_1 + (ORDER + 1) * PLACES
-D_SERIES_1 = SERIES_2 + (ORDER + 1) * PLACES
-D_SERIES_2 = D_SERIES_1 + (ORDER + 1) * PLACES
-LAW_ROWS = D_SERIES_2 + (ORDER + 1) * PLACES
+SERIES_2 = SERIES_1 + (ORDER + 1) * LANES
+D_SERIES_1 = SERIES_2 + (ORDER + 1) * LANES
+D_SERIES_2 = D_SERIES_1 + (ORDER + 1) * LANES
+LAW_ROWS = D_SERIES_2 + (ORDER + 1) * LANES
 
 # What the screening of a step found: signals that may reach zero, a motion for the scalar
 # engine, an extreme inside the step.

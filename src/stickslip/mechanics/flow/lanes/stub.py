@@ -9,6 +9,7 @@ SIZE: int
 
 def step_one(
     x: Floats,
+    taken: Floats,
     p: Floats,
     q: Floats,
     alpha: float,

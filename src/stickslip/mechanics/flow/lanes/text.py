@@ -1,8 +1,9 @@
 """The text of one step of all lanes, generated from a law's formula.
 
-Recurrences are written below as loops over the order and written out by `unrolling`; the loop
-that stays is that over lanes. `step_one` moves motions of which one block slips, `step_both`
-those of which both do; `tangent_one` and `tangent_both` carry derivatives over the same step.
+Recurrences are written below as loops over the order and written out by `unrolling`; names stand
+for whole rows of lanes (`numerics.vector`). `step_one` moves motions of which one block slips,
+`step_both` those of which both do; `tangent_one` and `tangent_both` carry derivatives over the
+same step.
 Derivation: docs/theory/flow.md, "Lanes".
 """
 
@@ -16,6 +17,7 @@ from stickslip.mechanics.flow.lanes import layout
 from stickslip.mechanics.friction.series import STATIC_COLUMN
 from stickslip.numerics.series import Lines, SeriesText, indented
 from stickslip.numerics.unrolling import unrolled
+from stickslip.numerics.vector import LANES
 
 HEADER = '''\
 """One step of many lanes, generated from a law; see stickslip.mechanics.flow.lanes.text."""
@@ -23,7 +25,7 @@ HEADER = '''\
 import math
 
 from stickslip.numerics.vector import (
-    bits, from_bits, polynomial, products, select, wide_vectors,
+    bits, from_bits, load, polynomial, products, select, store, wide_vectors,
 )
 from stickslip.numerics.targets import kernel
 '''
@@ -47,9 +49,9 @@ NUMBERS |= {
 # --- values -------------------------------------------------------------------------------------
 
 LOAD = """
-sign_{i} = x[SIGN_{n} + lane]
-force_{i} = x[FORCE_{n} + lane]
-rows{i}[0, 0] = x[SPEED_{n} + lane]
+sign_{i} = load(x, SIGN_{n})
+force_{i} = load(x, FORCE_{n})
+rows{i}[0, 0] = load(x, SPEED_{n})
 """
 
 # Coefficient k + 1 of a speed: s' = -limit F(s) - sign e; a slip from rest with F(0) = 1 starts
@@ -101,12 +103,13 @@ SPEED_SIGNAL = """
 tail_{i} = polynomial(h, {sizes}) * h * h * h
 linear = rows{i}[0, 1] * h
 square = rows{i}[0, 2] * h * h
-rounding = SLACK + 2.0 * EPSILON * (abs(rows{i}[0, 0]) + abs(linear) + abs(square) + tail_{i})
+size_{i} = abs(linear) + abs(square) + tail_{i}
+rounding = SLACK + 2.0 * EPSILON * (abs(rows{i}[0, 0]) + size_{i})
 least = select(linear < 0.0, linear, 0.0) + select(square < 0.0, square, 0.0) - tail_{i}
 inside = rows{i}[0, 0] + least > rounding
 leaves = (linear >= 0.0) & (square >= 0.0) & (linear + square > tail_{i})
 at_rest = rows{i}[0, 0] == 0.0
-clear_{i} = (at_rest & leaves) | (not at_rest) & inside
+clear_{i} = (at_rest & leaves) | ~at_rest & inside
 """
 SPEED_END = """
 end_{i} = polynomial(h, {speeds})
@@ -119,7 +122,8 @@ RIDER_SIGNAL = """
 linear = (V - alpha * sign_0 * rows0[0, 0]) * h
 square = -0.5 * alpha * sign_0 * rows0[0, 1] * h * h
 tail = alpha * h * (abs(rows0[0, 2]) * h * h * 0.3333333333333334 + tail_0 * 0.25)
-near = LIMIT_SLACK * (limit_1 + abs(linear) + abs(square) + tail)
+size_1 = abs(linear) + abs(square) + tail
+near = LIMIT_SLACK * (limit_1 + size_1)
 down = select(linear < 0.0, linear, 0.0) + select(square < 0.0, square, 0.0) - tail
 up = select(linear > 0.0, linear, 0.0) + select(square > 0.0, square, 0.0) + tail
 grows = (sign_0 < 0.0) & clear_0
@@ -130,7 +134,7 @@ below = (limit_1 + rider + down > near) | grows
 
 ONE = """
 {load}
-rider = x[FORCE_2 + lane]
+rider = load(x, FORCE_2)
 for k in range(ORDER):
 {coefficients}
 power = 0.0
@@ -175,41 +179,43 @@ sound = sound & ((sign_0 > 0.0) | (sign_1 > 0.0) | (energy >= V * V))
 flag = select(clear_0, 0.0, 1.0) + select(clear_1, 0.0, 2.0)
 """
 FINISH = """
-steps = x[STEPS + lane] + 1.0
+steps = load(x, STEPS) + 1.0
 sound = sound & (power > SHORTEST) & (steps < MOST_STEPS)
-time = x[TIME + lane]
-x[STEPS + lane] = steps
-x[FLAG + lane] = flag + select(sound, 0.0, 8.0)
-x[LENGTH + lane] = h
-x[TIME_BEFORE + lane] = time
-x[TIME + lane] = time + h
-x[FORCE_1_BEFORE + lane] = force_0
-x[FORCE_2_BEFORE + lane] = {second}
-x[FORCE_1 + lane] = force_end
-x[FORCE_2 + lane] = rider_end
+time = load(x, TIME)
+store(x, STEPS, steps)
+store(taken, FLAG, flag + select(sound, 0.0, 8.0))
+store(taken, LENGTH, h)
+store(taken, TIME_BEFORE, time)
+store(taken, SIZE_1, size_0)
+store(taken, SIZE_2, size_1)
+store(x, TIME, time + h)
+store(taken, FORCE_1_BEFORE, force_0)
+store(taken, FORCE_2_BEFORE, {second})
+store(x, FORCE_1, force_end)
+store(x, FORCE_2, rider_end)
 """
 KEEP = """
-x[SPEED_{n} + lane] = end_{i}
+store(x, SPEED_{n}, end_{i})
 for k in range(ORDER + 1):
-    x[SERIES_{n} + k * PLACES + lane] = rows{i}[0, k]
+    store(taken, SERIES_{n} + k * LANES, rows{i}[0, k])
 """
 KEEP_ROW = """
 for k in range(ORDER):
-    x[LAW_ROWS + {place} * PLACES + k * PLACES + lane] = rows{i}[{row}, k]
+    store(taken, LAW_ROWS + {place} * LANES + k * LANES, rows{i}[{row}, k])
 """
 
 # --- tangents -----------------------------------------------------------------------------------
 
 KNOWN = """
-sign_{i} = x[SIGN_{n} + lane]
-d_force_{i} = x[D_FORCE_{n} + lane]
-d{i}[0] = x[D_SPEED_{n} + lane]
+sign_{i} = load(x, SIGN_{n})
+d_force_{i} = load(x, D_FORCE_{n})
+d{i}[0] = load(x, D_SPEED_{n})
 for k in range(ORDER):
-    rows{i}[0, k] = x[SERIES_{n} + k * PLACES + lane]
+    rows{i}[0, k] = load(taken, SERIES_{n} + k * LANES)
 """
 KNOWN_ROW = """
 for k in range(ORDER):
-    rows{i}[{row}, k] = x[LAW_ROWS + {place} * PLACES + k * PLACES + lane]
+    rows{i}[{row}, k] = load(taken, LAW_ROWS + {place} * LANES + k * LANES)
 """
 D_COEFFICIENT = """
 if k == 0:
@@ -233,43 +239,43 @@ D_END = """
 end_{i} = polynomial(h, {tangents})
 integral_{i} = polynomial(h, {tangent_integrals}) * h
 turning_{i} = polynomial(h, {slopes})
-extreme_{i} = (x[SERIES_{n} + PLACES + lane] < 0.0) & (turning_{i} > 0.0)
-x[D_SPEED_{n} + lane] = end_{i}
+extreme_{i} = (load(taken, SERIES_{n} + LANES) < 0.0) & (turning_{i} > 0.0)
+store(x, D_SPEED_{n}, end_{i})
 for k in range(ORDER + 1):
-    x[D_SERIES_{n} + k * PLACES + lane] = d{i}[k]
+    store(taken, D_SERIES_{n} + k * LANES, d{i}[k])
 """
 D_ONE = """
 {known}
-d_rider = x[D_FORCE_2 + lane]
-h = x[LENGTH + lane]
+d_rider = load(x, D_FORCE_2)
+h = load(taken, LENGTH)
 for k in range(ORDER):
 {coefficients}
 {ends}
 rate = V - alpha * sign_0 * rows0[0, 0]
-rate_end = V - alpha * sign_0 * x[SPEED_1 + lane]
+rate_end = V - alpha * sign_0 * load(x, SPEED_1)
 extreme = extreme_0 | (rate * rate_end < 0.0)
-x[D_FORCE_1_BEFORE + lane] = d_force_0
-x[D_FORCE_2_BEFORE + lane] = d_rider
-x[D_FORCE_1 + lane] = d_force_0 + sign_0 * (stiff * integral_0)
-x[D_FORCE_2 + lane] = d_rider - alpha * sign_0 * integral_0
-x[FLAG + lane] = x[FLAG + lane] + select(extreme, 16.0, 0.0)
+store(taken, D_FORCE_1_BEFORE, d_force_0)
+store(taken, D_FORCE_2_BEFORE, d_rider)
+store(x, D_FORCE_1, d_force_0 + sign_0 * (stiff * integral_0))
+store(x, D_FORCE_2, d_rider - alpha * sign_0 * integral_0)
+store(taken, FLAG, load(taken, FLAG) + select(extreme, 16.0, 0.0))
 """
 D_BOTH = """
 {known}
 cross = alpha * sign_0 * sign_1
-h = x[LENGTH + lane]
+h = load(taken, LENGTH)
 for k in range(ORDER):
 {coefficients}
 {ends}
-x[D_FORCE_1_BEFORE + lane] = d_force_0
-x[D_FORCE_2_BEFORE + lane] = d_force_1
-x[D_FORCE_1 + lane] = d_force_0 + sign_0 * (stiff * integral_0) - alpha * sign_1 * integral_1
-x[D_FORCE_2 + lane] = d_force_1 + sign_1 * (stiff * integral_1) - alpha * sign_0 * integral_0
-x[FLAG + lane] = x[FLAG + lane] + select(extreme_0 | extreme_1, 16.0, 0.0)
+store(taken, D_FORCE_1_BEFORE, d_force_0)
+store(taken, D_FORCE_2_BEFORE, d_force_1)
+store(x, D_FORCE_1, d_force_0 + sign_0 * (stiff * integral_0) - alpha * sign_1 * integral_1)
+store(x, D_FORCE_2, d_force_1 + sign_1 * (stiff * integral_1) - alpha * sign_0 * integral_0)
+store(taken, FLAG, load(taken, FLAG) + select(extreme_0 | extreme_1, 16.0, 0.0))
 """
 
 
-ARGUMENTS = "x, p, q, alpha, V, limit_0, limit_1, steady_1, steady_2, log_rtol"
+ARGUMENTS = "x, taken, p, q, alpha, V, limit_0, limit_1, steady_1, steady_2, log_rtol"
 
 
 def lanes_text(series: SeriesText, tangent: SeriesText) -> str:
@@ -289,7 +295,7 @@ class _Writer:
         read = set(re.findall(r"rows\[(\d+), ", text))
         self.kept_rows = sorted(map(int, read - written - {"0"}))
         self.calls = _calls(series.start) + _calls(tangent.start)
-        self.size = layout.LAW_ROWS + layout.PLACES * 2 * (
+        self.size = layout.LAW_ROWS + LANES * 2 * (
             len(self.kept_rows) * layout.ORDER + len(self.calls)
         )
 
@@ -319,7 +325,8 @@ class _Writer:
         body += FINISH.format(second="rider" if n == 1 else "force_1")
         body += _joined(_filled(KEEP, i) for i in blocks)
         body += self._rows(KEEP_ROW, n)
-        return self._kernel(f"step_{'one' if n == 1 else 'both'}", self.law.start, "SPEED", body, n)
+        name = f"step_{'one' if n == 1 else 'both'}"
+        return self._kernel(name, self.law.start, "x[SPEED_{n} + lane]", body, n)
 
     def tangent(self, n: int) -> str:
         """Kernel `tangent_one` or `tangent_both`."""
@@ -340,7 +347,7 @@ class _Writer:
             ends=_joined(_filled(D_END, i) for i in blocks),
         )
         name = f"tangent_{'one' if n == 1 else 'both'}"
-        return self._kernel(name, self.law_tangent.start, "SERIES", body, n)
+        return self._kernel(name, self.law_tangent.start, "taken[SERIES_{n} + lane]", body, n)
 
     def _rows(self, template: str, n: int) -> str:
         """Rows of the law that the tangents look at, of every block."""
@@ -351,32 +358,32 @@ class _Writer:
         )
 
     def _kernel(self, name: str, start: Lines, speed: str, body: str, n: int) -> str:
-        """Write a kernel: constants first, calls that stay scalar in a loop of their own."""
-        loops = [self._call_loop(start, i, speed) for i in range(n) if _calls(start)]
-        loops.append(_written_out(body))
-        columns = sorted({name for loop in loops for line in loop for name in _columns(line)})
+        """Write a kernel: constants, calls that stay scalar in loops of their own, the step."""
+        steps = [self._call_loop(start, i, speed) for i in range(n) if _calls(start)]
+        steps.append(_written_out(body))
+        columns = sorted({name for step in steps for line in step for name in _columns(line)})
         lines = [f"{column} = {column[0]}[{column[2:]}]" for column in columns]
         lines += ["wide_vectors()", "stiff = 1.0 + alpha"]
-        for loop in loops:
-            lines += [f"for lane in range({layout.LANES}):", *indented(loop)]
+        lines += [line for step in steps for line in step]
         return "\n".join(
             ["", "@kernel(fused=True)", f"def {name}({ARGUMENTS}):", *indented(lines), ""]
         )
 
     def _call_loop(self, start: Lines, i: int, speed: str) -> Lines:
-        load = f"rows{i}[0, 0] = x[{speed}_{i + 1} + lane]"
-        stores = [f"x[{self._place(name, i)} + lane] = {name}" for name in _calls(start)]
-        return _written_out("\n".join([load, dedent(_of_block(start, i)), *stores]))
+        load = f"rows{i}[0, 0] = {speed.format(n=i + 1)}"
+        stores = [f"taken[{self._place(name, i)} + lane] = {name}" for name in _calls(start)]
+        body = _written_out("\n".join([load, dedent(_of_block(start, i)), *stores]))
+        return [f"for lane in range({LANES}):", *indented(body)]
 
     def _place(self, name: str, i: int) -> int:
         """Offset where the result of a call is kept."""
         calls = 2 * len(self.kept_rows) * layout.ORDER + i * len(self.calls)
-        return layout.LAW_ROWS + layout.PLACES * (calls + self.calls.index(name))
+        return layout.LAW_ROWS + LANES * (calls + self.calls.index(name))
 
     def _start(self, lines: Lines, i: int) -> str:
         """Coefficient 0, with what a call gave taken from where it is kept."""
         changed = [
-            f"{name} = x[{self._place(name, i)} + lane]"
+            f"{name} = load(taken, {self._place(name, i)})"
             if (name := line.split(" = ")[0]) in self.calls and "math." in line
             else line
             for line in lines
@@ -386,7 +393,7 @@ class _Writer:
 
 def _calls(lines: Lines) -> list[str]:
     """Names that are set by a function which no vector instruction computes."""
-    return [line.split(" = ")[0] for line in lines if re.search(r"= math\.(?!sqrt\b)", line)]
+    return [line.split(" = ")[0] for line in lines if "= math." in line]
 
 
 def _columns(line: str) -> list[str]:
@@ -422,7 +429,7 @@ def _coefficients(i: int) -> dict[str, str]:
         "integrals": falling("y{i}[{k}]", order, 1),
         "tangents": falling("d{i}[{k}]", order, 0),
         "tangent_integrals": falling("z{i}[{k}]", order, 1),
-        "slopes": falling("{k} * x[SERIES_{n} + {k} * PLACES + lane]", order, 1),
+        "slopes": falling("{k} * load(taken, SERIES_{n} + {k} * LANES)", order, 1),
     }
 
 
