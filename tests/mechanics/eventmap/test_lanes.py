@@ -89,6 +89,21 @@ def test_lanes_agree_beside_breakpoints(system):
     assert_agree(system, d[np.abs(d) < system.domain[1]], max_events=100)
 
 
+def test_a_force_that_rounding_puts_on_the_limit_is_no_tie():
+    """Next to a breakpoint, where block 1 lands at its limit."""
+    model = ss.TwoBlock(
+        1.820831307771322, 0.8147891671178327, 0.2779713352211227, ss.Coulomb(0.05575049346768197)
+    )
+    f = ss.event_map(model, threads=1)
+    d = -0.06408996985047997 + np.spacing(0.064) * np.arange(-8, 9)
+    result = f.evaluate(d)
+    np.testing.assert_array_equal(np.isfinite(result.value), result.status == OK)
+    np.testing.assert_array_equal(f(d), result.value)
+    # in 320 bits they return from the eleventh on; the tenth changes within rounding of its start
+    assert list(np.flatnonzero(result.status == OK)[-6:]) == [11, 12, 13, 14, 15, 16]
+    assert not np.any(result.status[:10] == OK)
+
+
 @pytest.mark.parametrize("parameters", [PAPER, LONG, NEVER_RETURNING, PAPER | {"mu": 0.0}])
 def test_a_value_is_the_same_bits_however_it_is_asked(parameters):
     system = model(**parameters)

@@ -222,8 +222,10 @@ def return_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
             lowest = gain - steady
             inside = steady < room - plant.near and rider + lowest > plant.near - limit_b
             rides = gain < room - plant.near if backward else inside
-            # Without kinetic friction a slip from rest ends at the lower limit, moving inward.
-            sticks = pull > plant.near - limit or (backward and pull == -limit)
+            # Without kinetic friction a slip from rest ends at the lower limit, moving inward; else
+            # a force equal to the limit is one that rounding may have put there.
+            tie = backward and friction == 0.0 and gap == 0.0 and pull == -limit
+            sticks = pull > plant.near - limit or tie
             sticks = sticks and pull < limit - plant.near
             crosses = pull < -limit - plant.near
             kind = RETURNED if sticks else (CROSSED if crosses else UNDECIDED)
