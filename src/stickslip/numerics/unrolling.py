@@ -1,10 +1,9 @@
 """Loops with known bounds written out: kernel text without inner loops, arrays or branches.
 
-A compiler turns a loop over lanes into vector instructions only if nothing in its body loops,
-branches or needs memory of its own. Recurrences are written as loops; here they are executed as
-far as their integers are known, and what is left is a list of assignments of new names. A sum of
-products, gathered term by term, becomes one call of `vector.products`: what compiling costs is
-the number of statements.
+Coefficients of lanes (`numerics.vector`) are to stay in registers, not in arrays. Recurrences are
+written as loops; here they are executed as far as their integers are known, and what is left is a
+list of assignments of new names, and of calls. A sum of products, gathered term by term, becomes
+one call of `vector.products`: what compiling costs is the number of statements.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ def unrolled(
     Parameters
     ----------
     text : str
-        Statements: assignments, ``for`` over ranges of known integers, ``if`` with a known
+        Statements: assignments, calls, ``for`` over ranges of known integers, ``if`` with a known
         condition.
     known : mapping of str to number
         Values of names.

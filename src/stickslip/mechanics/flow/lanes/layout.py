@@ -19,7 +19,7 @@ PLACES = 3 * LANES
 # Bytes between places where a vector may lie without crossing a line of the cache.
 ALIGNMENT = 64
 
-# Order of the Taylor series.
+# Order of the Taylor series; even, because sums go by pairs.
 ORDER = 18
 # No step is longer, as in the scalar engine.
 LONGEST_STEP = 1.0
