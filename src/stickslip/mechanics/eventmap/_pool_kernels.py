@@ -401,7 +401,7 @@ def rider_signal(system: System, pools: Pools, pool: int, lane: int, event: int)
 def polynomials(
     system: System, x: Floats, taken: Floats, w: Floats, e: Floats, pool: int, lane: int
 ) -> None:
-    """Copy a lane's last step to ``pools.w`` and ``pools.e``, by blocks."""
+    """Copy a lane's last step to `w` and `e`, by blocks."""
     first = 1 if pool == 1 else 0
     second = 1 - first
     sign_1 = x[SIGN_1 + lane]

@@ -392,7 +392,7 @@ class _Writer:
 
 
 def _calls(lines: Lines) -> list[str]:
-    """Names that are set by a function which no vector instruction computes."""
+    """Names that are set by a function of `math`, which lanes do not have."""
     return [line.split(" = ")[0] for line in lines if "= math." in line]
 
 
