@@ -102,6 +102,12 @@ def derivative_bounds(c: Floats, h: float) -> tuple[float, float]:
 
 
 @kernel(inline=True)
+def signal_rounding(start: float, size: float, slack: float) -> float:
+    """How near zero counts as zero; `size`: of all terms but the first, `start`, in sum."""
+    return slack + 2.0 * EPSILON * (abs(start) + size)
+
+
+@kernel(inline=True)
 def first_contact(c: Floats, h: float, leaving: bool, slack: float) -> float:
     """First t in (0, h] at which a signal that is positive before reaches zero.
 
@@ -110,7 +116,7 @@ def first_contact(c: Floats, h: float, leaving: bool, slack: float) -> float:
     coefficients exclude a contact, which is nearly always.
     """
     higher = tail(c, h)
-    rounding = slack + 2.0 * EPSILON * (abs(c[0]) + abs(c[1]) * h + abs(c[2]) * h * h + higher)
+    rounding = signal_rounding(c[0], abs(c[1]) * h + abs(c[2]) * h * h + higher, slack)
     if leaving:
         if c[1] >= 0.0 and c[2] >= 0.0 and c[1] * h + c[2] * h * h > higher:
             return NO_ROOT

@@ -68,7 +68,7 @@ from stickslip.mechanics.flow.system import (
     System,
     limit,
 )
-from stickslip.numerics.polynomial import search
+from stickslip.numerics.polynomial import search, signal_rounding
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
 from stickslip.numerics.vector import LANES
@@ -377,7 +377,7 @@ def first_event(system: System, pools: Pools, pool: int, lane: int) -> float:
                 pools.signal[j] = taken[row + j * LANES + lane]
         start = pools.signal[0]
         size = taken[(SIZE_1 if k == 0 else SIZE_2) + lane]
-        rounding = EPSILON * (SLACK + 2.0 * (abs(start) + size))
+        rounding = signal_rounding(start, size, SLACK * EPSILON)
         t = search(pools.signal, h, start == 0.0, rounding)
         h = keep_first(motion, block, event, t, h)
     return h
