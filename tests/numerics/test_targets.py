@@ -339,6 +339,65 @@ def test_an_error_in_a_thread_reaches_the_caller(fails_in_the_caller):
     assert len(begun) < 10_000  # the others end soon
 
 
+def test_the_threads_of_one_launch_serve_the_next():
+    before = threading.active_count()
+    for _ in range(20):
+        targets.launch(lambda start, stop: None, 1000, 4, smallest=10)
+    assert threading.active_count() <= before + 3
+
+
+def test_an_error_is_told_when_no_thread_is_at_work_any_more():
+    """Whoever catches it may reuse the arrays."""
+    both_began, slow_ended = threading.Barrier(2, timeout=10), []
+    caller = threading.get_ident()
+
+    def task(start, stop):
+        both_began.wait()
+        if threading.get_ident() == caller:
+            raise ZeroDivisionError
+        time.sleep(0.05)
+        slow_ended.append(stop)
+
+    with pytest.raises(ZeroDivisionError):
+        targets.launch(task, 20, 2, smallest=10)
+    assert slow_ended
+
+
+def test_a_launch_inside_of_launches_ends():
+    """All helpers are at work outside; whoever launches does the tiles alone then."""
+    counts = [0] * 1000
+
+    def inner(start, stop):
+        for i in range(start, stop):
+            counts[i] += 1
+
+    def outer(start, stop):
+        targets.launch(lambda a, b: inner(start + a, start + b), stop - start, 3, smallest=10)
+
+    targets.launch(outer, 1000, 3, smallest=100)
+    assert counts == [1] * 1000
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_fork_has_threads_of_its_own():
+    code = """
+        import os
+        from stickslip.numerics import targets
+        seen = []
+        def task(start, stop):
+            seen.append(stop - start)
+        targets.launch(task, 1000, 3, 10)
+        seen.clear()
+        child = os.fork()
+        targets.launch(task, 1000, 3, 10)
+        assert sum(seen) == 1000
+        if child == 0:
+            os._exit(7)
+        print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+    """
+    assert printed(code) == "7"
+
+
 def test_at_least_one_processor_is_available():
     assert 1 <= targets.available_threads() <= (os.cpu_count() or 1)
 

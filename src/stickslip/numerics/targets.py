@@ -19,7 +19,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -378,11 +378,24 @@ def launch(task: Callable[[int, int], None], size: int, threads: int, smallest: 
             for _ in tiles:
                 pass
 
-    with ThreadPoolExecutor(threads - 1) as pool:
-        others = [pool.submit(work) for _ in range(threads - 1)]
+    others = [_helpers(threads - 1).submit(work) for _ in range(threads - 1)]
+    try:
         work()  # this thread, too: it need not be woken, and has its scratch arrays already
-        for other in others:
-            other.result()
+    finally:  # a helper that is busy elsewhere is not waited for: its share is done
+        begun = [other for other in others if not other.cancel()]
+        wait(begun)
+    for other in begun:
+        other.result()
+
+
+@cache
+def _helpers(threads: int) -> ThreadPoolExecutor:
+    """Threads that wait for the next launch: to start them takes longer than many a tile."""
+    return ThreadPoolExecutor(threads, "stickslip")
+
+
+if hasattr(os, "register_at_fork"):  # a fork has none of its parent's threads
+    os.register_at_fork(after_in_child=_helpers.cache_clear)
 
 
 def _tiles(size: int, threads: int, smallest: int) -> Iterator[tuple[int, int]]:
