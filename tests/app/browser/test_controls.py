@@ -239,6 +239,32 @@ def test_long_work_shows_its_progress_and_can_be_stopped(explorer):
     assert stop.is_hidden()
 
 
+@pytest.mark.parametrize("ranges", [[[0.0366, 0.0367]], [[0.02, 0.2], [0.0366, 0.0367]]])
+def test_what_was_stopped_can_be_asked_again_at_once(explorer, ranges):
+    """Before the server says that it has stopped; also what waited behind an older question."""
+    explorer.page.evaluate(
+        """ranges => {
+            for (const range of ranges) {
+                explorer.store.update({ diagram: { ...explorer.state.diagram, range } }, "test");
+                explorer.ask("diagram");
+            }
+            clearTimeout(explorer.restTimer);
+            explorer.cancel("diagram");
+            explorer.ask("diagram");
+        }""",
+        ranges,
+    )
+    explorer.settle("diagram")
+    done, shown = explorer.page.evaluate(
+        """() => {
+            const { done, question } = explorer.answers.get("diagram");
+            return [done, question.request.range];
+        }"""
+    )
+    assert done
+    assert shown == ranges[-1]
+
+
 def test_the_motion_plays_and_pauses(explorer):
     explorer.page.locator("main").click(position={"x": 2, "y": 2})
     explorer.page.keyboard.press("Space")
