@@ -1,10 +1,12 @@
-"""Time law (9) against scalar C for the same equations, compiled in the same run."""
+"""Time law (9), and laws given as formulas, against scalar C for law (9) of the same run."""
 
 import numpy as np
 import pytest
 from benchmarks.c_code import COMPILER, law9_map
-from benchmarks.cases import law9
+from benchmarks.cases import Case, Floats, law9
 from benchmarks.measure import CPU, in_turns
+
+import stickslip as ss
 
 TABLE = "Law (9) against scalar C (Taylor series, gcc), one core"
 SIZE = 10_000
@@ -12,6 +14,13 @@ CALLS = {
     "f(d)": lambda f: f,
     "f.derivative(d)": lambda f: f.derivative,
     "f.evaluate(d)": lambda f: f.evaluate,
+}
+OWN_TABLE = "Laws of one's own, f(d), against C for law (9), one core"
+OWN_LAWS = {
+    "0.3 + 0.7 exp(-3 s)": lambda s: 0.3 + 0.7 * np.exp(-3.0 * s),
+    "0.4 + 0.6 exp(-4 s^2) + 0.05 s": lambda s: 0.4 + 0.6 * np.exp(-4.0 * s * s) + 0.05 * s,
+    "1 - 0.6 tanh(2 s)": lambda s: 1.0 - 0.6 * np.tanh(2.0 * s),
+    "1 / (1 + 3 s)": lambda s: 1.0 / (1.0 + 3.0 * s),
 }
 
 
@@ -23,10 +32,7 @@ def bench_law9_against_c(benchmark, report, call):
     f = case.map()
     ask = CALLS[call](f)
     d = case.uniform(SIZE)
-    values = f.model.parameters
-    names = ("alpha", "beta", "V", "gamma", "delta", "eta")
-    in_c = [float(values[name]) for name in names]
-    pairs = in_turns(benchmark, lambda: ask(d), lambda: law9_map(d, *in_c))
+    pairs = in_turns(benchmark, lambda: ask(d), lambda: in_c(case, d))
     low, high = pairs.spread()
     report.add(
         TABLE,
@@ -37,6 +43,36 @@ def bench_law9_against_c(benchmark, report, call):
             "C us/map": 1e6 * float(np.median(pairs.other)) / d.size,
             "ratio": pairs.ratio(),
             "pairs": f"{low:.1f} to {high:.1f}",
-            "largest difference of values": float(np.nanmax(abs(f(d) - law9_map(d, *in_c)))),
+            "largest difference of values": float(np.nanmax(abs(f(d) - in_c(case, d)))),
         },
     )
+
+
+@pytest.mark.skipif(COMPILER is None, reason="no C compiler")
+@pytest.mark.parametrize("law", OWN_LAWS)
+@pytest.mark.benchmark(timer=CPU, group="laws of one's own")
+def bench_own_law(benchmark, report, law):
+    case = law9()
+    f = ss.event_map(case.model.replace(friction=ss.friction_law(OWN_LAWS[law])), threads=1)
+    d = case.uniform(SIZE)
+    pairs = in_turns(benchmark, lambda: f(d), lambda: in_c(case, d))
+    low, high = pairs.spread()
+    evidence = f.evaluate(d)
+    assert not evidence.status.any()
+    report.add(
+        OWN_TABLE,
+        law=law,
+        **{
+            "events/map": float(evidence.n_events.mean()),
+            "us/map": 1e6 * float(np.median(pairs.ours)) / SIZE,
+            "C for law (9), us/map": 1e6 * float(np.median(pairs.other)) / SIZE,
+            "times faster": pairs.ratio(),
+            "pairs": f"{low:.1f} to {high:.1f}",
+        },
+    )
+
+
+def in_c(case: Case, d: Floats) -> Floats:
+    """Event map of the system by ``law9.c``."""
+    names = ("alpha", "beta", "V", "gamma", "delta", "eta")
+    return law9_map(d, *(float(case.model.parameters[name]) for name in names))
