@@ -37,18 +37,14 @@ def bench_against_c(benchmark, report, name, asked):
     ours = f if asked == "f(d)" else f.derivative
     d = np.random.default_rng(1).uniform(*f.domain, SIZE.get(name, 20_000))
     pairs = in_turns(benchmark, lambda: ours(d), lambda: coulomb_map(d, *SYSTEMS[name]))
-    low, high = pairs.spread()
     value, other = f(d), coulomb_map(d, *SYSTEMS[name])
     both = ~np.isnan(value) & ~np.isnan(other)
     report.add(
         TABLE,
         system=name,
         asked=asked,
+        **pairs.against_c(d.size),
         **{
-            "us/map": 1e6 * float(np.median(pairs.ours)) / d.size,
-            "C, us/map": 1e6 * float(np.median(pairs.other)) / d.size,
-            "times faster": pairs.ratio(),
-            "pairs": f"{low:.1f} to {high:.1f}",
             "largest difference": float(np.max(np.abs(value - other)[both], initial=0.0)),
             "one ends, one not": int((np.isnan(value) != np.isnan(other)).sum()),
         },

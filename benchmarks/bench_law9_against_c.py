@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from benchmarks.c_code import COMPILER, law9_map
-from benchmarks.cases import Case, Floats, law9
+from benchmarks.c_code import COMPILER, map_in_c
+from benchmarks.cases import law9
 from benchmarks.measure import CPU, in_turns
 
 import stickslip as ss
@@ -32,19 +32,14 @@ def bench_law9_against_c(benchmark, report, call):
     f = case.map()
     ask = CALLS[call](f)
     d = case.uniform(SIZE)
-    pairs = in_turns(benchmark, lambda: ask(d), lambda: in_c(case, d))
-    low, high = pairs.spread()
+    in_c = map_in_c(case.model)
+    pairs = in_turns(benchmark, lambda: ask(d), lambda: in_c(d))
     report.add(
         TABLE,
         call=call,
         maps=d.size,
-        **{
-            "us/map": 1e6 * float(np.median(pairs.ours)) / d.size,
-            "C us/map": 1e6 * float(np.median(pairs.other)) / d.size,
-            "ratio": pairs.ratio(),
-            "pairs": f"{low:.1f} to {high:.1f}",
-            "largest difference of values": float(np.nanmax(abs(f(d) - in_c(case, d)))),
-        },
+        **pairs.against_c(d.size),
+        **{"largest difference of values": float(np.nanmax(abs(f(d) - in_c(d))))},
     )
 
 
@@ -55,24 +50,13 @@ def bench_own_law(benchmark, report, law):
     case = law9()
     f = ss.event_map(case.model.replace(friction=ss.friction_law(OWN_LAWS[law])), threads=1)
     d = case.uniform(SIZE)
-    pairs = in_turns(benchmark, lambda: f(d), lambda: in_c(case, d))
-    low, high = pairs.spread()
     evidence = f.evaluate(d)
     assert not evidence.status.any()
+    in_c = map_in_c(case.model)
+    pairs = in_turns(benchmark, lambda: f(d), lambda: in_c(d))
     report.add(
         OWN_TABLE,
         law=law,
-        **{
-            "events/map": float(evidence.n_events.mean()),
-            "us/map": 1e6 * float(np.median(pairs.ours)) / SIZE,
-            "C for law (9), us/map": 1e6 * float(np.median(pairs.other)) / SIZE,
-            "times faster": pairs.ratio(),
-            "pairs": f"{low:.1f} to {high:.1f}",
-        },
+        **{"events/map": float(evidence.n_events.mean())},
+        **pairs.against_c(d.size),
     )
-
-
-def in_c(case: Case, d: Floats) -> Floats:
-    """Event map of the system by ``law9.c``."""
-    names = ("alpha", "beta", "V", "gamma", "delta", "eta")
-    return law9_map(d, *(float(case.model.parameters[name]) for name in names))

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from benchmarks.c_code import COMPILER, coulomb_map, law9_map
+from benchmarks.c_code import COMPILER, map_in_c
 from benchmarks.cases import CASES
 from benchmarks.measure import CPU, WALL, in_turns
 from benchmarks.peers import PEERS, peer
@@ -67,10 +67,7 @@ def solver(name, case):
     if name == "C":
         if COMPILER is None:
             pytest.skip("no C compiler")
-        p = case.model.parameters
-        names = ("mu", "V") if "mu" in p else ("V", "gamma", "delta", "eta")
-        numbers = [p["alpha"], p["beta"], *(p[name] for name in names)]
-        return lambda d: (coulomb_map if "mu" in p else law9_map)(d, *numbers)
+        return map_in_c(case.model)
     made, reason = peer(name)
     if made is None:
         pytest.skip(f"{name}: {reason}")

@@ -28,6 +28,16 @@ class Pairs:
         """Smallest and largest ratio of a pair."""
         return weight * min(self._ratios()), weight * max(self._ratios())
 
+    def against_c(self, n: int) -> dict[str, Any]:
+        """Columns of a table: `n` maps of ours, as many in C."""
+        low, high = self.spread()
+        return {
+            "us/map": 1e6 * statistics.median(self.ours) / n,
+            "C, us/map": 1e6 * statistics.median(self.other) / n,
+            "times faster": self.ratio(),
+            "pairs": f"{low:.1f} to {high:.1f}",
+        }
+
     def _ratios(self) -> list[float]:
         return [b / a for a, b in zip(self.ours, self.other, strict=True)]
 

@@ -45,7 +45,7 @@ export class App {
     this.store = new Store(state);
     /** @type {View[]} */ this.views = [];
     /** @type {Map<string, Answer>} */ this.answers = new Map();
-    /** Of each slot what was asked last, unless it was stopped. @type {Map<string, Question>} */
+    /** Of each slot what was asked last, unless it was stopped. @type {Map<string, string>} */
     this.asked = new Map();
     /** @type {Map<string, Answer>} */ this.kept = new Map();
     /** @type {Record<string, number>} */ this.widths = {};
@@ -193,10 +193,11 @@ export class App {
 
   /** @param {string} slot */
   ask(slot) {
-    if (this.#isAsked(slot)) return;
     const question = this.question(slot);
-    this.asked.set(slot, question);
-    const kept = this.kept.get(JSON.stringify(question));
+    const text = JSON.stringify(question);
+    if (this.asked.get(slot) === text) return;
+    this.asked.set(slot, text);
+    const kept = this.kept.get(text);
     if (kept) return this.#recall(slot, kept);
     this.#own(slot)?.panel.busy(0);
     this.connection.ask(slot, question, (part) => this.receive(slot, question, part));
@@ -236,7 +237,6 @@ export class App {
     this.answers.set(slot, answer);
     answer.error = part.error;
     answer.cancelled = part.cancelled;
-    if (part.cancelled && this.asked.get(slot) === question) this.asked.delete(slot);
     answer.done = Boolean(part.last && !part.error && !part.cancelled);
     if (part.error) answer.parts = [];
     else if (!part.cancelled && !EMPTY.has(part.data.part_name)) answer.parts.push(part);
@@ -317,17 +317,16 @@ export class App {
     return QUESTIONS[slot](this.state, this.widths, this.limits);
   }
 
-  /** Whether the question of the present state is the one asked. @param {string} slot */
-  #isAsked(slot) {
-    return JSON.stringify(this.asked.get(slot)) === JSON.stringify(this.question(slot));
-  }
-
   /**
    * Whether these slots, by default all, show answers to the present state.
    * @param {string[]} [slots]
    */
   settled(slots = slotsFor(this.state)) {
-    return slots.every((slot) => this.#isAsked(slot) && !this.connection.running.has(slot));
+    return slots.every(
+      (slot) =>
+        this.asked.get(slot) === JSON.stringify(this.question(slot)) &&
+        !this.connection.running.has(slot),
+    );
   }
 
   /**
