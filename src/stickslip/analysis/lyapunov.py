@@ -21,7 +21,7 @@ from stickslip.analysis.protocol import (
     clip_to_domain,
     domain_width,
     iterate,
-    sample,
+    values_and_slopes,
 )
 from stickslip.checks import MOST_STEPS, whole_number
 
@@ -132,8 +132,8 @@ def _mean_of_logs(f: Map1D, values: Floats, slopes: Floats) -> tuple[float, floa
     if not np.all(np.isfinite(values)):
         return np.nan, np.nan
     with np.errstate(divide="ignore"):
-        logs = np.log(np.abs(slopes))
-    if np.any(np.isneginf(logs)):
+        logs = np.log(np.abs(slopes, out=slopes), out=slopes)  # large: no copies
+    if np.any(logs == -np.inf):
         return -np.inf, 0.0
     if period := settled_period(values, SETTLED * domain_width(f)):
         logs = logs[len(logs) % period :]
@@ -216,7 +216,7 @@ def trace(f: Map1D, x: Floats, n: int, skip: int = 0) -> tuple[Floats, Floats]:
         if np.any(stuck):
             again = _shaken_orbit(f, start[stuck], skip + WARM_UP, rng)[:, -1]
             piece[stuck] = _shaken_orbit(f, again, step, rng)
-            slope[stuck] = sample(f, piece[stuck, :-1]).derivative
+            slope[stuck] = values_and_slopes(f, piece[stuck, :-1])[1]
         values[:, done : done + step], slopes[:, done : done + step] = piece[:, :-1], slope
         x, done = piece[:, -1], done + step
         start = x
@@ -244,12 +244,11 @@ def _stretch(f: Map1D, x: Floats, n: int) -> tuple[Floats, Floats]:
         return values, slopes
     if len(x) < TOGETHER:
         piece = advance(f, x, n)
-        return piece, sample(f, piece[:, :-1]).derivative
+        return piece, values_and_slopes(f, piece[:, :-1])[1]
     piece, slope = np.empty((len(x), n + 1)), np.empty((len(x), n))
     piece[:, 0] = x
     for k in range(n):
-        here = sample(f, piece[:, k])
-        piece[:, k + 1], slope[:, k] = here.value, here.derivative
+        piece[:, k + 1], slope[:, k] = values_and_slopes(f, piece[:, k])
     return piece, slope
 
 

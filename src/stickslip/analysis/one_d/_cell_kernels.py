@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 BITS: Final = 5
 FAN: Final = 1 << BITS  # parts into which an entry of the table is cut that is no single cell
-DEGREE: Final = 12
+DEGREE: Final = 12  # as `cell_value` is written
 DIRECT: Final = -1  # entry of a place without polynomial
 COEFFICIENTS: Final = 2  # place in a row, after the centre and 1 / half width of the cell
 ROW: Final = 16  # numbers of a cell, one of them unused: two lines of the cache
@@ -50,19 +50,34 @@ def cell_of(table: CellTable, x: float) -> int:
 
 
 @kernel(inline=True)
+def cubic(c: Floats, k: int, u: float, square: float) -> float:
+    """c[k] + c[k + 1] u + c[k + 2] u^2 + c[k + 3] u^3."""
+    return (c[k] + c[k + 1] * u) + (c[k + 2] + c[k + 3] * u) * square
+
+
+@kernel(inline=True)
+def cubic_slope(c: Floats, k: int, u: float, square: float) -> float:
+    """Terms of c[k + 1] u^(k + 1) to c[k + 4] u^(k + 4), differentiated, over u^k."""
+    first = (k + 1) * c[k + 1] + (k + 2) * c[k + 2] * u
+    return first + ((k + 3) * c[k + 3] + (k + 4) * c[k + 4] * u) * square
+
+
+@kernel(inline=True)
 def cell_value(table: CellTable, row: int, x: float) -> tuple[float, float]:
-    """Value and slope of a cell's polynomial; even and odd powers side by side."""
-    c, u = table.rows[row], (x - table.rows[row, 0]) * table.rows[row, 1]
+    """Value and slope of a cell's polynomial.
+
+    An orbit waits for each value, so that what counts is the longest chain of operations: four
+    terms at a time (Estrin), of which few depend on another.
+    """
+    cell, c = table.rows[row], table.rows[row, COEFFICIENTS:]
+    u = (x - cell[0]) * cell[1]
     square = u * u
-    even, odd = c[COEFFICIENTS + DEGREE], c[COEFFICIENTS + DEGREE - 1]
-    even_slope, odd_slope = DEGREE * even, (DEGREE - 1) * odd
-    for k in range(DEGREE - 2, 0, -2):
-        even = even * square + c[COEFFICIENTS + k]
-        odd = odd * square + c[COEFFICIENTS + k - 1]
-        even_slope = even_slope * square + k * c[COEFFICIENTS + k]
-        odd_slope = odd_slope * square + (k - 1) * c[COEFFICIENTS + k - 1]
-    even = even * square + c[COEFFICIENTS]
-    return even + u * odd, (odd_slope + u * even_slope) * c[1]
+    fourth = square * square
+    low = cubic(c, 0, u, square) + fourth * cubic(c, 4, u, square)
+    high = cubic(c, 8, u, square) + fourth * c[12]
+    slope = cubic_slope(c, 4, u, square) + fourth * cubic_slope(c, 8, u, square)
+    slope = cubic_slope(c, 0, u, square) + fourth * slope
+    return low + (fourth * fourth) * high, slope * cell[1]
 
 
 @kernel

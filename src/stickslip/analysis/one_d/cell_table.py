@@ -25,7 +25,7 @@ from stickslip.analysis.one_d._cell_kernels import (
     CellTable,
     follow_cells,
 )
-from stickslip.analysis.protocol import checked_points, iterate, sample
+from stickslip.analysis.protocol import checked_points, iterate, sample, values_and_slopes
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -117,8 +117,7 @@ class TabulatedMap:
 
     def _step(self, orbit: Floats, slope: Floats, rows: Integers, at: Integers) -> None:
         """Take one step of orbits from columns `at`; NaN leads to NaN."""
-        here = sample(self.f, orbit[rows, at])
-        orbit[rows, at + 1], slope[rows, at] = here.value, here.derivative
+        orbit[rows, at + 1], slope[rows, at] = values_and_slopes(self.f, orbit[rows, at])
 
     def _follow(self, orbit: Floats, slope: Floats, rows: Integers, at: Integers) -> None:
         """Follow orbits to their ends from columns `at`."""
@@ -127,7 +126,7 @@ class TabulatedMap:
                 orbit[row, first:] = _orbit(self.f, orbit[row, first], slope.shape[1] - first)
             else:
                 orbit[row, first:] = np.nan
-            slope[row, first:] = sample(self.f, orbit[row, first:-1]).derivative
+            slope[row, first:] = values_and_slopes(self.f, orbit[row, first:-1])[1]
 
 
 def tabulated(f: Map1D, past: Floats) -> TabulatedMap | None:
@@ -158,6 +157,7 @@ class _Construction:
         self.f, self.past = f, past
         self.low, high = f.domain
         self.width = high - self.low
+        self.been = np.sort((past - self.low) / self.width)
         self.cells: list[tuple[int, Integers, Floats]] = []  # depth, places, rows
         place = self._visited(FIRST, np.arange(1 << FIRST))
         for depth in range(FIRST, DEEPEST + 1):
@@ -167,8 +167,8 @@ class _Construction:
 
     def _visited(self, depth: int, place: Integers) -> Integers:
         """Choose the cells where the orbits have been."""
-        been = np.unique((self.past - self.low) * ((1 << depth) / self.width)).astype(np.int64)
-        return place[np.isin(place, been)]
+        first, last = (np.searchsorted(self.been, (place + k) / (1 << depth)) for k in (0, 1))
+        return place[first < last]
 
     def _refined(self, depth: int, place: Integers) -> Integers:
         """Accept cells; return the halves of the others.
