@@ -7,6 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+import stickslip as ss
 from stickslip.analysis import examples
 from stickslip.analysis.one_d.branches import branches, breakpoints
 from stickslip.analysis.piecewise_map import PiecewiseMap
@@ -184,6 +185,21 @@ def test_accumulating_branches_stop_and_say_so():
     assert max(item.hi for item in table.unresolved) < 0.05
     jumps = [b.d for b in table.breakpoints if b.d > 0.105 and b.kind == "jump"]
     assert jumps == pytest.approx([1 / n for n in range(9, 1, -1)], abs=ROUNDING)
+
+
+def test_what_is_not_followed_overlaps_no_branch(monkeypatch):
+    monkeypatch.setattr("stickslip.analysis.one_d.changes.MAX_CHANGES", 200)
+    friction = ss.Coulomb(mu=0.0625)
+    f = ss.event_map(ss.TwoBlock(alpha=1.875, beta=1.75, V=0.140625, friction=friction))
+    table = branches(f)  # most motions never return; their set is a fractal
+    assert table.unresolved
+    ends = np.array([(b.left, b.right) for b in table.branches])
+    got = f.evaluate(ends)
+    assert (got.status == 0).all()
+    np.testing.assert_array_equal(got.label[:, 0], got.label[:, 1])
+    left, right = ends[:, :1], ends[:, 1:]
+    assert (left[1:] > right[:-1]).all()
+    assert not ((table.gaps[:, 0] < right) & (table.gaps[:, 1] > left)).any()
 
 
 @pytest.mark.parametrize("resolution", [0.0, -1e-9, 0.5, math.nan])

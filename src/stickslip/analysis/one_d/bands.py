@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.protocol import Floats, Map1D
 
 SAME: Final = 1e-12  # of the domain's width: intervals closer than this touch, edges agree
-EXPLAINED: Final = 1e-9  # of the domain's width: how well an image must meet an edge
+APART: Final = 1e-9  # ...: bands closer than this are one; a stand-in of a map knows no better
+EXPLAINED: Final = 1e-9  # ...: how well an image must meet an edge
 MAX_STEPS: Final = 2000
 MAX_INTERVALS: Final = 2048
 MAX_PERIOD: Final = 128
@@ -129,7 +130,7 @@ def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
             reason = f"more than {MAX_INTERVALS} bands"
             break
         if period := _repeats(current, past, slack):
-            union = merged(np.concatenate(list(past)[:period]), slack)
+            union = merged(np.concatenate(list(past)[:period]), APART * domain_width(f))
             return _finish(f, laps, union, period, slack)
     return Bands(current, 0, np.inf, (), reason)
 
@@ -195,6 +196,7 @@ def _described(
     again, lost = image(f, laps, intervals, slack)
     if not len(again):
         return Bands(intervals, period, np.inf, (), "the bands are narrower than can be told")
+    again = merged(again, APART * domain_width(f))
     distance = np.abs(again.ravel()[:, None] - intervals.ravel())
     residual = float(max(distance.min(axis=0).max(), distance.min(axis=1).max()))
     causes = tuple(

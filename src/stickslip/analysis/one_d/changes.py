@@ -11,6 +11,7 @@ from stickslip.analysis.one_d.brackets import (
     MAX_CHANGES,
     LabelBrackets,
     are_apart,
+    have_same_label,
     midpoint,
 )
 from stickslip.analysis.one_d.mesh import Mesh, Nodes
@@ -254,15 +255,23 @@ class _Search:
         return Cuts(left, right, first, last)
 
     def _open_wide(self) -> None:
-        """Turn an interval that was not followed into a gap with a cut at either end."""
-        lower, upper = self.left.take(self.wide), self.right.take(self.wide)
+        """Turn intervals that were not followed into gaps, with a cut where a branch ends.
+
+        Points of the mesh that came to lie inside later tell more: what is not followed ends at
+        the first of them, unless that is still of the branch on the left.
+        """
+        lower, nodes = self.left.take(self.wide), self.mesh.nodes
+        upper = nodes.take(np.searchsorted(nodes.x, lower.x, side="right"))
+        open_ = ~have_same_label(lower, upper)
+        lower, upper = lower.take(open_), upper.take(open_)
         for lo, hi in zip(lower.x, upper.x, strict=True):
             self.unresolved.append(Unresolved(ACCUMULATE, float(lo), float(hi)))
         self.left, self.right = self.left.take(~self.wide), self.right.take(~self.wide)
         inner_left = lower.without_value(np.nextafter(lower.x, upper.x))
         inner_right = upper.without_value(np.nextafter(upper.x, lower.x))
-        self.left = self.left.joined(lower).joined(inner_right)
-        self.right = self.right.joined(inner_left).joined(upper)
+        # Beside a gap it is one with it: no cut.
+        self.left = self.left.joined(lower.take(lower.ok)).joined(inner_right.take(upper.ok))
+        self.right = self.right.joined(inner_left.take(lower.ok)).joined(upper.take(upper.ok))
 
 
 def _more_like_left(left: Nodes, middle: Nodes, right: Nodes) -> Bools:
