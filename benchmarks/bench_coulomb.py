@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from benchmarks.c_code import COMPILER, coulomb_map
+from benchmarks.c_code import COMPILER, map_in_c
 from benchmarks.measure import CPU, in_turns
 
 import stickslip as ss
@@ -36,8 +36,9 @@ def bench_against_c(benchmark, report, name, asked):
     f = ss.event_map(model, threads=1, max_events=MAX_EVENTS)
     ours = f if asked == "f(d)" else f.derivative
     d = np.random.default_rng(1).uniform(*f.domain, SIZE.get(name, 20_000))
-    pairs = in_turns(benchmark, lambda: ours(d), lambda: coulomb_map(d, *SYSTEMS[name]))
-    value, other = f(d), coulomb_map(d, *SYSTEMS[name])
+    in_c = map_in_c(model)
+    pairs = in_turns(benchmark, lambda: ours(d), lambda: in_c(d))
+    value, other = f(d), in_c(d)
     both = ~np.isnan(value) & ~np.isnan(other)
     report.add(
         TABLE,

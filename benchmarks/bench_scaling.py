@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from benchmarks.c_code import COMPILER, coulomb_map
+from benchmarks.c_code import COMPILER, map_in_c
 from benchmarks.cases import CASES
 from benchmarks.measure import CPU, WALL, in_turns
 
@@ -57,7 +57,8 @@ def bench_events(benchmark, report, mu):
     f = ss.event_map(model, threads=1, max_events=MAX_EVENTS)
     d = np.random.default_rng(1).uniform(*f.domain, 20_000)
     events = f.evaluate(d[:4000]).n_events
-    pairs = in_turns(benchmark, lambda: f(d), lambda: coulomb_map(d, alpha, beta, mu, V), rounds=5)
+    in_c = map_in_c(model)
+    pairs = in_turns(benchmark, lambda: f(d), lambda: in_c(d), rounds=5)
     report.add(
         EVENTS,
         system=f"alpha = {alpha}, beta = {beta}, V = {V}, mu = {mu}",

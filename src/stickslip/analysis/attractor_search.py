@@ -28,7 +28,7 @@ from stickslip.analysis.attractor import Attractor, AttractorKind, AttractorList
 from stickslip.analysis.lyapunov import LyapunovExponent, advance, shaken, trace
 from stickslip.analysis.one_d.bands import Bands, grow, on_map
 from stickslip.analysis.one_d.chaos import ChaoticMotion, mean_of_logs, short_interval
-from stickslip.analysis.protocol import domain_width, sample
+from stickslip.analysis.protocol import domain_width, sample, values_and_slopes
 from stickslip.analysis.recurrence import (
     SAME_POINT,
     Cycle,
@@ -390,7 +390,7 @@ def _chaotic(bands: Bands, exponent: LyapunovExponent, point: float) -> Attracto
 def _undecided(f: Map1D, tail: Floats, reason: str) -> Attractor:
     late = tail[len(tail) // 2 :]
     points = np.sort(late)
-    slopes = sample(f, late[None, : max(len(late) - 1, 1)]).derivative
+    _, slopes = values_and_slopes(f, late[None, : max(len(late) - 1, 1)])
     return Attractor(
         kind="undecided",
         period=0,

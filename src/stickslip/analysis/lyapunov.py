@@ -129,10 +129,11 @@ def lyapunov_exponent(
 
 
 def _mean_of_logs(f: Map1D, values: Floats, slopes: Floats) -> tuple[float, float]:
+    """Mean of log |f'| along an orbit, and its error; overwrites the slopes."""
     if not np.all(np.isfinite(values)):
         return np.nan, np.nan
     with np.errstate(divide="ignore"):
-        logs = np.log(np.abs(slopes, out=slopes), out=slopes)  # large: no copies
+        logs = np.log(np.abs(slopes, out=slopes), out=slopes)
     if np.any(logs == -np.inf):
         return -np.inf, 0.0
     if period := settled_period(values, SETTLED * domain_width(f)):

@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.analysis.cyclic import inverse_bound, solve_cyclic, successors
 from stickslip.analysis.orbits import PeriodicOrbit
-from stickslip.analysis.protocol import sample
+from stickslip.analysis.protocol import sample, values_and_slopes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -121,8 +121,7 @@ def solve_orbit(f: Map1D, guess: Floats) -> PeriodicOrbit:
     lo, hi = f.domain
 
     def evaluate(_: NDArray[np.intp], x: Floats) -> tuple[Floats, Floats]:
-        values = sample(f, x)
-        return values.value, values.derivative
+        return values_and_slopes(f, x)
 
     p = len(guess)
     ends = np.full((1, p), lo), np.full((1, p), hi)

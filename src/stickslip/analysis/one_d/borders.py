@@ -20,7 +20,7 @@ from stickslip.analysis.one_d.limits import limits_inside
 from stickslip.analysis.one_d.mesh import Nodes
 from stickslip.analysis.one_d.slope_zeros import slope_zeros
 from stickslip.analysis.one_d.table import RESOLUTION, branch_table
-from stickslip.analysis.protocol import domain_width, sample
+from stickslip.analysis.protocol import domain_width, sample, values_and_slopes
 from stickslip.analysis.window import WindowMap
 
 if TYPE_CHECKING:
@@ -211,7 +211,7 @@ class TurningPoint:
         whole: Map1D = getattr(f, "whole", f)
         scale = domain_width(whole)
         ends, slopes = _slope_bracket(whole, self.x, max(REACH * self.reach, TURN * scale))
-        (x,) = slope_zeros(lambda t: sample(whole, t).derivative, ends, slopes).tolist()
+        (x,) = slope_zeros(lambda t: values_and_slopes(whole, t)[1], ends, slopes).tolist()
         around = sample(whole, np.clip(x + EPS * scale * np.array([-1.0, 0.0, 1.0]), *ends))
         if not np.max(np.abs(around.derivative)) <= CONTINUOUS * np.abs(slopes).sum():
             raise ConditionLost(f"no turning point near {self.x:.12g}: the slope jumps over 0")
@@ -341,7 +341,7 @@ def _slope_bracket(f: Map1D, x: float, reach: float) -> tuple[Floats, Floats]:
     lo, hi = f.domain
     while True:
         ends = np.array([[max(x - reach, lo)], [min(x + reach, hi)]])
-        slopes = sample(f, ends).derivative
+        _, slopes = values_and_slopes(f, ends)
         if slopes[0] * slopes[1] <= 0:
             return ends, slopes
         if not np.isfinite(slopes).all() or (ends[0] == lo and ends[1] == hi):

@@ -14,7 +14,7 @@ from stickslip.analysis.one_d.borders import ConditionLost
 from stickslip.analysis.one_d.conditions import Flip
 from stickslip.analysis.one_d.locate import solve_near
 from stickslip.analysis.one_d.normal_forms import FlipCoefficient, flip_coefficient
-from stickslip.analysis.protocol import sample
+from stickslip.analysis.protocol import values_and_slopes
 from stickslip.analysis.shooting import solve_orbit
 from stickslip.analysis.threads import in_threads
 
@@ -210,7 +210,7 @@ def _doubled(
     last, coefficient = level.flip, level.coefficient.value
     if not coefficient > 0:
         return None
-    slopes = sample(family.whole(last.value), last.points).derivative
+    _, slopes = values_and_slopes(family.whole(last.value), last.points)
     shape = np.cumprod(np.concatenate([[1.0], slopes[:-1]]))
     for share in STARTS:
         q = last.value + share * way

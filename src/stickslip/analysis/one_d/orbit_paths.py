@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.one_d.borders import ConditionLost
-from stickslip.analysis.protocol import domain_width, sample
+from stickslip.analysis.protocol import domain_width, sample, values_and_slopes
 from stickslip.analysis.shooting import polish
 
 if TYPE_CHECKING:
@@ -162,7 +162,7 @@ def multiplier_noise(f: Map1D, orbit: Followed) -> float:
     How much a multiplier depends on the points is seen from their neighbours.
     """
     h = STEP * domain_width(getattr(f, "whole", f))
-    beside = sample(f, np.array(orbit.points) + h).derivative
+    _, beside = values_and_slopes(f, np.array(orbit.points) + h)
     with np.errstate(all="ignore"):
         bends = np.abs(beside / np.array(orbit.slopes) - 1.0) / h
     # Across a break, or beside a slope of zero, this says nothing.

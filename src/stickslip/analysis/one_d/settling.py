@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 import numpy as np
 
 from stickslip.analysis.lyapunov import advance
-from stickslip.analysis.protocol import domain_width, sample
+from stickslip.analysis.protocol import domain_width, sample, values_and_slopes
 from stickslip.analysis.recurrence import confirmed, recurrences
 
 if TYPE_CHECKING:
@@ -290,7 +290,7 @@ class _Look:
     def _exponent(self, points: Floats) -> tuple[float, float]:
         """Mean of log |f'| over points in a row, and its error as if they were independent."""
         with np.errstate(divide="ignore"):
-            logs = np.log(np.abs(sample(self.f, points).derivative))
+            logs = np.log(np.abs(values_and_slopes(self.f, points)[1]))
         return float(logs.mean()), float(logs.std() / np.sqrt(logs.size))
 
     def _settled(self, tail: Floats, near: float) -> bool:
