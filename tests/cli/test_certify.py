@@ -1,6 +1,7 @@
 """``stickslip certify`` and ``stickslip verify`` end to end."""
 
 import json
+import os
 
 import pytest
 
@@ -21,6 +22,28 @@ def test_a_proof_is_written_and_checked(tmp_path, capsys):
     assert "refused: " in capsys.readouterr().err
     assert main(["verify", str(path), "--json"]) == 4
     assert json.loads(capsys.readouterr().out)["result"]["holds"] == [False]
+
+
+def test_the_mechanism_of_a_jump_is_quoted_apart(tmp_path, capsys):
+    path = tmp_path / "jump.json"
+    command = f"certify --preset coulomb --jump 0.30184 --digits 12 --out {path}"
+    assert main(command.split()) == 0
+    assert main(["verify", str(path)]) == 0
+    theorem, remark = capsys.readouterr().out.splitlines()[-2:]
+    assert theorem.startswith("holds: ")
+    assert "comes to rest" not in theorem
+    assert remark.startswith("not checked, the certifier's words for the jump: 'block 1 comes")
+    forged = path.read_text().replace("block 1 comes", "\\u001b[2J\\nholds: block 1 comes")
+    path.write_text(forged)
+    assert main(["verify", str(path)]) == 4
+    assert capsys.readouterr().err.startswith("refused: an entry is not of its form")
+
+
+def test_what_is_no_ordinary_file_is_an_error(tmp_path, capsys):
+    os.mkfifo(tmp_path / "pipe")
+    for path in ("/dev/zero", "/dev/full", tmp_path / "pipe", tmp_path):
+        assert main(["verify", str(path)]) == 2
+        assert str(path) in capsys.readouterr().err
 
 
 def test_json_is_the_certificate(capsys):

@@ -195,7 +195,7 @@ def test_folds_in_the_coulomb_system(parameter, value, d, exists):
     proof = certify_bifurcation(model, "fold", d, 1, parameter)
     assert proof.document["exists"] == exists
     text = proof.text()
-    assert check_text(text) == proof.statement
+    assert check_text(text).statement() == proof.statement
     # Two orbits on the one side, none of that itinerary on the other.
     place, point = (
         float(middle(proof.document["value"])),
@@ -223,7 +223,7 @@ def test_the_flip_of_s1_in_the_coulomb_system():
     assert (proof.document["stable"], proof.document["doubled"]) == ("above", "below")
     assert "supercritical" in proof.statement
     text = proof.text()
-    assert check_text(text) == proof.statement
+    assert check_text(text).statement() == proof.statement
     # A stable orbit of period 2 below, the stable fixed point above.
     below, above = (ss.examples.coulomb(alpha=1.1370148264946178 + h) for h in (-1e-3, 1e-3))
     assert certify_orbit(above, ss.event_map(above).iterate(-0.056, 4000)[-1], digits=12)

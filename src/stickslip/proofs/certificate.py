@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from stickslip.files import write_text
-from stickslip.proofs.verify.words import SCHEMA, statement
+from stickslip.proofs.verify.words import SCHEMA, read
 
 __all__ = ["Certificate", "certificate", "refusal"]
 
@@ -22,7 +22,8 @@ class Certificate:
     ----------
     proven : bool
     statement : str
-        The theorem in words, or the reason why nothing was proven.
+        The theorem in words, each of which ``stickslip verify`` proves again, or the reason why
+        nothing was proven.
     enclosures : dict of str to str
         Decimals with their radius, ``"0.2773... +/- 5e-31"``.
     digits : int
@@ -42,9 +43,12 @@ class Certificate:
         return self.proven
 
     def __repr__(self) -> str:
-        """Verdict and statement, then an enclosure a line."""
+        """Verdict, statement, an enclosure a line, and what no second program proves."""
         lines = [f"Certificate: {'proven' if self.proven else 'not proven'}", self.statement]
-        return "\n".join(lines + [f"  {name} = {text}" for name, text in self.enclosures.items()])
+        lines += [f"  {name} = {text}" for name, text in self.enclosures.items()]
+        if "mechanism" in self.document:
+            lines.append(f"  mechanism (by this program alone): {self.document['mechanism']}")
+        return "\n".join(lines)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the certificate as JSON, which ``stickslip verify`` checks again.
@@ -79,9 +83,15 @@ class Certificate:
 def certificate(
     claim: str, system: dict[str, str], digits: int, entries: dict[str, Any]
 ) -> Certificate:
-    """Make the certificate of a proven claim from its data."""
+    """Make the certificate of a proven claim from its data.
+
+    Raises
+    ------
+    Refused
+        A certificate cannot hold them.
+    """
     document = {"schema": SCHEMA, "claim": claim, "system": system, "digits": digits, **entries}
-    document["statement"] = statement(document)
+    document["statement"] = read(document).statement()
     return Certificate(True, document["statement"], _enclosures(entries), digits, document)
 
 

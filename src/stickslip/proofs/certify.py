@@ -24,6 +24,7 @@ from stickslip.proofs.newton import NoZero
 from stickslip.proofs.orbit import proven_orbit
 from stickslip.proofs.power import Setting, step
 from stickslip.proofs.system import Exact, exact_parameters, fraction, number
+from stickslip.proofs.verify.words import LONGEST_LISTED, LONGEST_PERIOD
 from stickslip.proofs.wave import Undecided
 
 if TYPE_CHECKING:
@@ -330,7 +331,7 @@ def _inside(d: arb, setting: Setting, coordinates: list[arb]) -> None:
 def _checked(
     model: TwoBlock, digits: int, exact: ExactValues, *, period: int = 1, name: str = "period"
 ) -> dict[str, Fraction]:
-    whole_number(name, period)
+    whole_number(name, period, at_most=LONGEST_LISTED if name == "max_period" else LONGEST_PERIOD)
     whole_number("digits", digits, 5, at_most=1000)
     return exact_parameters(model, exact)
 

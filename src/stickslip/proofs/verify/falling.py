@@ -61,8 +61,6 @@ class FallingMotion(Motion):
 
     def __init__(self, values: dict[str, str], **replaced: arb) -> None:
         super().__init__(values, **replaced)
-        if not all(x >= 0 for law in self.laws for x in law):
-            raise Refused("a parameter is out of range")
         self.order = ctx.prec // 4
         self.length = arb(2) ** -4  # of the next step, to begin with
 

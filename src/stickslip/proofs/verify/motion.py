@@ -11,6 +11,16 @@ from stickslip.proofs.verify.words import Refused, ball
 
 __all__ = ["Motion"]
 
+# Of parameters: what is proven must be so of a system with dry friction, and take bounded time.
+RANGES: Final = {
+    "alpha": (0.0, 1e4),
+    "beta": (1e-4, 1e4),
+    "V": (1e-6, 1e4),
+    "mu": (1e-6, 1 - 1e-6),  # at 0 and 1 a slip ends in an equality
+    "gamma": (0.0, 1e4),
+    "delta": (0.0, 1.0),
+    "eta": (0.0, 1e4),
+}
 GLYPHS: Final = {-1: "-", 0: ".", 1: "+"}
 
 
@@ -108,8 +118,10 @@ class Motion:
             raise Refused(f"the system is not given by {', '.join(names)}")
         numbers = {name: ball(text) for name, text in values.items()} | replaced
         self.alpha, self.V = numbers["alpha"], numbers["V"]
-        if not (self.alpha >= 0 and self.V > 0 and numbers["beta"] > 0):
-            raise Refused("a parameter is out of range")
+        for name, number in numbers.items():
+            low, high = RANGES[name.partition("_")[0]]
+            if not low <= number <= high:
+                raise Refused(f"{name} = {number.str(12)} is not from {low} to {high}")
         self.limits = (arb(1), numbers["beta"])
         self.laws = [[numbers[f"{name}_{i}"] for name in self.law] for i in (1, 2)]
         self.strict = False
@@ -229,7 +241,7 @@ class Motion:
 
     def _first(self, signals: list[Signal], sure: bool) -> Iterator[tuple[Signal, Any]]:
         """Yield the signal that reaches zero first and when; all that may, if it is not plain."""
-        t, h = arb(0), arb(2) ** -4
+        t, h, shortest = arb(0), arb(2) ** -4, self.shortest
         while t < 200:
             open_ = [s for s in signals if not s.stays(t, h)]
             if not open_:
@@ -237,22 +249,21 @@ class Motion:
             elif sure and len(open_) == 1 and open_[0].falls(t, h):
                 yield open_[0], open_[0].root(t, h)
                 return
-            elif h > self.shortest:
+            elif h > shortest:
                 h = h / 2
             else:
                 if self.strict:
                     raise _Open
-                clear = yield from self._possible(signals, t)
+                clear = yield from self._possible(signals, t, shortest)
                 if clear is None:
                     return
-                t = clear
+                t, shortest = clear, 2 * shortest  # a long graze is few events
         raise Refused("no event within 200 time units")
 
     def _possible(
-        self, signals: list[Signal], t: arb
+        self, signals: list[Signal], t: arb, h: arb
     ) -> Generator[tuple[Signal, arb], None, arb | None]:
         """Yield all events of a short time; return its end, or None if there must be one."""
-        h = self.shortest
         while h < 0.5:
             ends = [s.range(t + h) for s in signals]
             plain = (

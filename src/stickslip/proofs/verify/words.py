@@ -1,58 +1,304 @@
-"""How a certificate is written: numbers, and the statement that its data make."""
+"""What a certificate may say: typed theorems, the numbers in them, and the statement they make.
+
+Every word of a statement is proven by `check`. What only the certifier knows, the `mechanism` of
+a jump, is no part of it.
+"""
 
 from __future__ import annotations
 
 from fractions import Fraction
 from math import floor, log10
-from typing import Any, Final
+from typing import Annotated, Any, Final, Literal, TypeAlias
 
+import msgspec
 from flint import arb, fmpq
+from msgspec import Meta, Struct
 
-__all__ = ["KEYS", "SCHEMA", "Refused", "ball", "rounded", "statement"]
+__all__ = [
+    "LONGEST_LISTED",
+    "LONGEST_PERIOD",
+    "SCHEMA",
+    "Border",
+    "Certificate",
+    "Flip",
+    "Fold",
+    "Jump",
+    "List",
+    "Orbit",
+    "Refused",
+    "Varied",
+    "ball",
+    "fraction",
+    "read",
+    "rounded",
+]
 
-SCHEMA: Final = "stickslip-certificate-1"
-KEYS: Final = {
-    "orbit": {"period", "points", "itinerary", "multiplier", "stable", "alone"},
-    "jump": {"d", "left", "right", "itinerary_left", "itinerary_right", "mechanism"},
-    "border": {
-        "parameter",
-        "value",
-        "period",
-        "points",
-        "itinerary",
-        "itinerary_beyond",
-        "exists",
-        "mechanism",
-    },
-    "list": {"max_period", "orbits", "undecided"},
-    "fold": {"parameter", "value", "period", "points", "itinerary", "curvature", "exists"},
-    "flip": {
-        "parameter",
-        "value",
-        "period",
-        "points",
-        "itinerary",
-        "rate",
-        "cubic",
-        "stable",
-        "doubled",
-    },
-}
+SCHEMA: Final = "stickslip-certificate-2"
+LONGEST_PERIOD: Final = 1000  # of an orbit
+LONGEST_LISTED: Final = 32  # of a complete list, whose work grows like a power of the period
+LONGEST_REASON: Final = 500
+
+# Numbers are short, so that no text can ask for endless work. (\Z: $ also stands before "\n".)
+Exact = Annotated[str, Meta(pattern=r"^\d{1,1100}([./]\d{1,1100})?\Z")]
+Decimal = Annotated[str, Meta(pattern=r"^-?\d{1,1100}\.\d{1,1100} \+/- 5e-\d{1,4}\Z")]
+Radius = Annotated[str, Meta(pattern=r"^[1-9]e-\d{2,3}\Z")]
+End = Annotated[str, Meta(pattern=r"^-?\d{1,9}\.\d{1,20}(e-\d{2,3})?\Z")]
+Name = Annotated[str, Meta(pattern=r"^[A-Za-z]{1,5}(_[12])?\Z")]
+Word = Annotated[str, Meta(pattern=r"^[-.+]{2}( [-.+]{2}){1,5000}\Z")]
+Remark = Annotated[str, Meta(pattern=r"^[ -~]{1,200}\Z")]
+Period = Annotated[int, Meta(ge=1, le=LONGEST_PERIOD)]
+Several = Meta(max_length=10_000)
+Side = Literal["above", "below"]
 
 
-class Refused(Exception):
-    """The certificate does not hold; the message says what was found."""
+class Refused(ValueError):
+    """The certificate does not hold; the message says what was found.
+
+    It is safe to print: short, and without what a terminal would act on.
+    """
+
+    def __init__(self, reason: str) -> None:
+        plain = "".join(c if " " <= c <= "~" else ascii(c)[1:-1] for c in reason[:LONGEST_REASON])
+        super().__init__(plain + "..." * (len(reason) > LONGEST_REASON))
+
+
+class _Theorem(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="claim"):
+    """What is claimed of a system."""
+
+
+class _OfPeriod(_Theorem, frozen=True, kw_only=True):
+    """About one periodic orbit."""
+
+    period: Period
+    points: Annotated[list[Decimal], Several]
+    itinerary: Annotated[list[Word], Several]
+
+    def __post_init__(self) -> None:
+        """Refuse a point too many or too few."""
+        if not len(self.points) == len(self.itinerary) == self.period:
+            raise ValueError(
+                f"{len(self.points)} points and {len(self.itinerary)} itineraries are given for "
+                f"period {self.period}"
+            )
+
+    def orbit(self) -> str:
+        """Name the orbit; the itinerary is that of a round from its first point."""
+        return (
+            f"periodic orbit of minimal period {self.period} with the itinerary "
+            f"{' | '.join(self.itinerary)}"
+        )
+
+
+class Orbit(_OfPeriod, tag="orbit", frozen=True, kw_only=True):
+    """A periodic orbit."""
+
+    multiplier: Decimal
+    stable: bool
+    alone: Radius
+
+    def words(self) -> str:
+        """Return the theorem."""
+        kind = "asymptotically stable" if self.stable else "unstable"
+        basin = f", and all starts within {self.alone} of it tend to the orbit"
+        return (
+            f"The event map has a {self.orbit()} through d = {self.points[0]}. Within {self.alone} "
+            "of this point there is no other periodic point of that period. The multiplier is "
+            f"{self.multiplier}: the orbit is {kind}{basin if self.stable else ''}."
+        )
+
+
+class Jump(_Theorem, tag="jump", frozen=True, kw_only=True):
+    """A discontinuity of the map."""
+
+    d: Decimal
+    left: Decimal
+    right: Decimal
+    itinerary_left: Word
+    itinerary_right: Word
+    mechanism: Remark
+
+    def words(self) -> str:
+        """Return the theorem."""
+        return (
+            f"The event map jumps at d = {self.d}: it is discontinuous between two points that "
+            f"agree with this one in all digits given. At the left one the itinerary is "
+            f"{self.itinerary_left!r} and f = {self.left}; at the right one it is "
+            f"{self.itinerary_right!r} and f = {self.right}."
+        )
+
+
+class Varied(_OfPeriod, frozen=True, kw_only=True):
+    """What becomes of an orbit as a parameter varies."""
+
+    parameter: Name
+    value: Decimal
+
+
+class Border(Varied, tag="border", frozen=True, kw_only=True):
+    """An orbit that is lost at a jump."""
+
+    itinerary_beyond: Word
+    exists: Side
+    mechanism: Remark
+
+    @property
+    def reach(self) -> str:
+        """How far from the stated point the theorem speaks: ten units of its last digit."""
+        return f"1e-{int(self.points[0].rpartition('-')[2]) - 2}"
+
+    def words(self) -> str:
+        """Return the theorem."""
+        side = {"above": "larger", "below": "smaller"}[self.exists]
+        near = f"within {self.reach} of this point"
+        return (
+            f"As {self.parameter} varies, the {self.orbit()} through d = {self.points[0]} is lost "
+            f"at a jump of the event map, at {self.parameter} = {self.value}: of two values that "
+            f"agree with this one in all digits given, the orbit exists at the {side} one, and at "
+            f"the other one no periodic orbit with this itinerary has a point {near}. At both the "
+            f"event map is discontinuous {near}: its itinerary changes there between "
+            f"{self.itinerary[0]!r} and {self.itinerary_beyond!r}."
+        )
+
+
+class _Critical(Varied, frozen=True, kw_only=True):
+    """An orbit at the end of its stability."""
+
+    def at(self, multiplier: int) -> str:
+        """Begin the theorem."""
+        return (
+            f"As {self.parameter} varies, the {self.orbit()} has the multiplier {multiplier} at "
+            f"{self.parameter} = {self.value}, with the point d = {self.points[0]}"
+        )
+
+
+class Fold(_Critical, tag="fold", frozen=True, kw_only=True):
+    """Two orbits that meet."""
+
+    curvature: Decimal
+    exists: Side
+
+    def words(self) -> str:
+        """Return the theorem."""
+        return (
+            f"{self.at(1)}, where the second derivative of that power of the map is "
+            f"{self.curvature}. It is a fold: near that value and that point two such orbits exist "
+            f"{self.exists} it, which meet there, and none on the other side."
+        )
+
+
+class Flip(_Critical, tag="flip", frozen=True, kw_only=True):
+    """A multiplier that passes -1."""
+
+    rate: Decimal
+    cubic: Decimal
+    stable: Side
+    doubled: Side
+
+    def words(self) -> str:
+        """Return the theorem."""
+        kind, side = (
+            ("a stable", "super") if self.stable != self.doubled else ("an unstable", "sub")
+        )
+        return (
+            f"{self.at(-1)}. It passes -1; its derivative in {self.parameter} is {self.rate} at a "
+            f"value that agrees with this one in all digits given, and the cubic coefficient of "
+            f"the normal form is {self.cubic}: a {side}critical flip. Near that value the orbit is "
+            f"asymptotically stable {self.stable} it and unstable on the other side, and {kind} "
+            f"orbit of twice the period exists {self.doubled} it."
+        )
+
+
+class List(_Theorem, tag="list", frozen=True, kw_only=True):
+    """All orbits up to a period."""
+
+    max_period: Annotated[int, Meta(ge=1, le=LONGEST_LISTED)]
+    orbits: Annotated[list[Orbit], Several]
+    undecided: Annotated[list[tuple[End, End]], Several]
+
+    def __post_init__(self) -> None:
+        """Refuse what no list is."""
+        if any(orbit.period > self.max_period for orbit in self.orbits):
+            raise ValueError(f"an orbit has a period above max_period = {self.max_period}")
+        if any(Fraction(low) > Fraction(high) for low, high in self.undecided):
+            raise ValueError("of an undecided interval the lower end comes first")
+
+    def words(self) -> str:
+        """Return the theorem."""
+        several = "orbit" if len(self.orbits) == 1 else "orbits"
+        count = f"{len(self.orbits)} periodic {several} of period up to {self.max_period}"
+        places = "; ".join(f"period {o.period}, d = {o.points[0]}" for o in self.orbits)
+        listed = f"{count} ({places})" if places else count
+        if not self.undecided:
+            return f"On its whole domain the event map has exactly {listed}."
+        intervals = ", ".join(f"[{low}, {high}]" for low, high in self.undecided)
+        return (
+            f"The event map has {listed}. If it has more, all points of these lie in the undecided "
+            f"intervals {intervals}."
+        )
+
+
+Theorem: TypeAlias = Orbit | Jump | Border | Fold | Flip | List
+
+
+class Certificate(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A theorem and what it is about.
+
+    Attributes
+    ----------
+    system : dict of str to str
+        Exact parameters; one that varies is missing.
+    digits : int
+        Significant digits of the decimals.
+    """
+
+    schema: Literal["stickslip-certificate-2"]
+    system: Annotated[dict[Name, Exact], Meta(max_length=9)]
+    digits: Annotated[int, Meta(ge=5, le=1000)]
+    theorem: Theorem
+
+    @property
+    def remark(self) -> str:
+        """What nothing here proves: the certifier's word for how a jump comes about."""
+        return getattr(self.theorem, "mechanism", "")
+
+    def statement(self) -> str:
+        """Say it in words: made from the data, so that the two cannot differ."""
+        system = ", ".join(f"{name} = {value}" for name, value in self.system.items())
+        falling = {"gamma_1", "delta_1"} & set(self.system)
+        law = "friction law (9)" if falling else "Coulomb friction"
+        return f"Two blocks with {law}, {system} (exact numbers). {self.theorem.words()}"
+
+
+def read(document: Any) -> Certificate:
+    """Read the entries of a certificate, its statement aside.
+
+    Raises
+    ------
+    Refused
+        One is missing, unknown, or not of its form.
+    """
+    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+        raise Refused(f"not a certificate of the schema {SCHEMA}")
+    head = {name: document[name] for name in ("schema", "system", "digits") if name in document}
+    theorem = {name: x for name, x in document.items() if name not in {*head, "statement"}}
+    try:
+        return msgspec.convert({**head, "theorem": theorem}, Certificate)
+    except msgspec.ValidationError as error:
+        raise Refused(f"an entry is not of its form: {error}") from None
+
+
+def fraction(text: str) -> Fraction:
+    """Read a number exactly."""
+    try:
+        return Fraction(text)
+    except (ValueError, ZeroDivisionError):
+        raise Refused(f"{text!r} is not a number") from None
 
 
 def ball(text: str) -> arb:
     """Read ``decimal``, ``p/q`` or ``decimal +/- radius`` exactly."""
-    try:
-        middle, _, radius = text.partition(" +/- ")
-        exact, width = Fraction(middle), Fraction(radius or 0)
-    except (ValueError, AttributeError, ZeroDivisionError):
-        raise Refused(f"{text!r} is not a number") from None
-    if width < 0:
-        raise Refused(f"{text!r} has a negative radius")
+    middle, _, radius = text.partition(" +/- ")
+    exact, width = fraction(middle), fraction(radius or "0")
     ends = [arb(fmpq(x.numerator, x.denominator)) for x in (exact - width, exact + width)]
     return ends[0].union(ends[1]) if width else ends[0]
 
@@ -81,85 +327,3 @@ def rounded(x: arb, digits: int) -> str:
             sign = "-" if nearest < 0 else ""
             return f"{sign}{text[:-places]}.{text[-places:]} +/- 5e-{places + 1}"
     raise ValueError(f"{x} has fewer than {digits} digits")
-
-
-def statement(c: dict[str, Any]) -> str:
-    """Say a certificate in words: made from its data, so that the two cannot differ."""
-    system = ", ".join(f"{name} = {value}" for name, value in c["system"].items())
-    law = "friction law (9)" if {"gamma_1", "delta_1"} & set(c["system"]) else "Coulomb friction"
-    head = f"Two blocks with {law}, {system} (exact numbers). "
-    return head + {
-        "orbit": _orbit_words,
-        "jump": _jump_words,
-        "border": _border_words,
-        "list": _list_words,
-        "fold": _fold_words,
-        "flip": _flip_words,
-    }[c["claim"]](c)
-
-
-def _orbit_words(c: dict[str, Any]) -> str:
-    kind = "asymptotically stable" if c["stable"] else "unstable"
-    basin = f", and all starts within {c['alone']} of this point tend to it" if c["stable"] else ""
-    return (
-        f"The event map has a periodic orbit of minimal period {c['period']} through "
-        f"d = {c['points'][0]}. Within {c['alone']} of this point there is no other periodic point "
-        f"of that period. Its multiplier is {c['multiplier']}: the orbit is {kind}{basin}."
-    )
-
-
-def _jump_words(c: dict[str, Any]) -> str:
-    return (
-        f"The event map jumps at d = {c['d']}: {c['mechanism']}. To the left the itinerary is "
-        f"{c['itinerary_left']!r} and f tends to {c['left']}; to the right it is "
-        f"{c['itinerary_right']!r} and f tends to {c['right']}."
-    )
-
-
-def _border_words(c: dict[str, Any]) -> str:
-    return (
-        f"As {c['parameter']} varies, the periodic orbit of period {c['period']} with the "
-        f"itinerary {' | '.join(c['itinerary'])} reaches a jump of the event map at "
-        f"{c['parameter']} = {c['value']}, with the point d = {c['points'][0]}: {c['mechanism']}. "
-        f"It crosses the jump transversally: near that value the orbit exists "
-        f"{c['exists']} it and not on the other side, where the itinerary of this point would be "
-        f"{c['itinerary_beyond']!r}."
-    )
-
-
-def _list_words(c: dict[str, Any]) -> str:
-    places = ", ".join(f"{o['points'][0]} (period {o['period']})" for o in c["orbits"])
-    tail = f" Undecided: {c['undecided']}." if c["undecided"] else ""
-    outside = ", outside the undecided intervals" if c["undecided"] else ""
-    return (
-        f"The event map has exactly {len(c['orbits'])} periodic orbits of period up to "
-        f"{c['max_period']} on its whole domain{outside}: {places}.{tail}"
-    )
-
-
-def _critical_words(c: dict[str, Any], multiplier: int) -> str:
-    return (
-        f"As {c['parameter']} varies, the periodic orbit of minimal period {c['period']} with the "
-        f"itinerary {' | '.join(c['itinerary'])} has the multiplier {multiplier} at "
-        f"{c['parameter']} = {c['value']}, with the point d = {c['points'][0]}"
-    )
-
-
-def _fold_words(c: dict[str, Any]) -> str:
-    return (
-        f"{_critical_words(c, 1)}, where the second derivative of that power of the map is "
-        f"{c['curvature']}. It is a fold: near that value two such orbits exist {c['exists']} it, "
-        "which meet there, and none on the other side."
-    )
-
-
-def _flip_words(c: dict[str, Any]) -> str:
-    kind = "stable" if c["stable"] != c["doubled"] else "unstable"
-    side = {"stable": "super", "unstable": "sub"}[kind]
-    return (
-        f"{_critical_words(c, -1)}. It passes -1 with the derivative {c['rate']} in "
-        f"{c['parameter']}, and the cubic coefficient of the normal form is {c['cubic']}: a "
-        f"{side}critical flip. Near that value the orbit is asymptotically stable {c['stable']} it "
-        f"and unstable on the other side, and an {kind} orbit of twice the period exists "
-        f"{c['doubled']} it."
-    ).replace("an stable", "a stable")
