@@ -190,7 +190,7 @@ def test_files_of_others_are_refused(path):
             load(path)
         assert str(path) in str(error.value)
     path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ValueError, match="is not a stickslip result"):
+    with pytest.raises(ValueError, match="not UTF-8 text"):
         load(path)
 
 
