@@ -86,8 +86,11 @@ def read_text(path: str | os.PathLike[str], *, limit: int = MOST_BYTES) -> str:
     """
     path = checked_path(path)
     _refuse_special(path)  # before it is opened: a pipe would wait
-    with path.open("rb") as stream:
-        content = stream.read(limit + 1)
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(limit + 1)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
     if len(content) > limit:
         raise ValueError(f"{path}: is too large: more than {limit:,} bytes.")
     try:

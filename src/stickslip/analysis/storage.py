@@ -482,9 +482,10 @@ def _hints(kind: str) -> dict[str, Any]:
     models = importlib.import_module("stickslip.study.model_values")
     conditions = importlib.import_module("stickslip.analysis.one_d.conditions")
     borders = importlib.import_module("stickslip.analysis.one_d.borders")
+    breakpoints = importlib.import_module("stickslip.analysis.one_d.breakpoints")
     known: dict[str, Any] = {name: _class(name) for name in TYPES}
     known |= {"np": np, "NDArray": NDArray, "Floats": Floats, "Labels": Labels}
-    known |= {"MapFamily": MapFamily, "FamilyND": FamilyND, "Kind": borders.Kind}
+    known |= {"MapFamily": MapFamily, "FamilyND": FamilyND, "Kind": breakpoints.Kind}
     known |= {
         "Model": models.Model,
         "Condition": conditions.Condition,
