@@ -112,3 +112,13 @@ def test_a_folder_that_is_not_there_is_said_by_the_files_name(tmp_path):
     with pytest.raises(FileNotFoundError) as error:
         write_text(path, "text")
     assert error.value.filename == str(path)
+
+
+def test_a_link_stays_and_leads_to_what_was_written(tmp_path):
+    link, file = tmp_path / "link", tmp_path / "folder" / "file"
+    file.parent.mkdir()
+    link.symlink_to(file)
+    write_text(link, "one")
+    write_text(link, "two")
+    assert link.is_symlink()
+    assert file.read_text() == "two"

@@ -120,7 +120,8 @@ def _refuse_special(path: Path) -> None:
 def whole_file(path: Path) -> Iterator[Path]:
     """Give a file to write; it becomes `path` when the block ends well.
 
-    A file of that name is replaced. When the block fails or is interrupted nothing is left.
+    A file of that name is replaced; of a link, what it leads to. When the block fails or is
+    interrupted nothing is left.
 
     Parameters
     ----------
@@ -139,12 +140,13 @@ def whole_file(path: Path) -> Iterator[Path]:
         folder or a device.
     """
     _refuse_special(path)
+    target = Path(os.path.realpath(path))  # a link stays one
     beside = f".{path.name[:40]}."  # short: a name of the longest length has no room for more
     try:
-        with TemporaryDirectory(dir=path.parent, prefix=beside, suffix=".partial") as folder:
+        with TemporaryDirectory(dir=target.parent, prefix=beside, suffix=".partial") as folder:
             temporary = Path(folder) / path.name
             yield temporary
-            temporary.replace(path)
+            temporary.replace(target)
     except OSError as error:
         ours = beside in str(error.filename)
         if ours or (error.filename is None and error.errno in FULL):
