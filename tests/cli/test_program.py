@@ -10,6 +10,7 @@ import pytest
 
 from stickslip import __version__
 from stickslip.cli import main, program
+from stickslip.cli.failure import ComputationError
 from stickslip.cli.program import COMMANDS
 
 NAMES = [module.__name__.rpartition(".")[2] for module in COMMANDS]
@@ -84,6 +85,7 @@ def test_with_json_an_error_is_a_document(capsys):
         (ValueError("alpha = -1.0: must be >= 0"), 2, "alpha = -1.0"),
         (PermissionError(13, "Permission denied", "out"), 2, "Permission denied"),
         (RuntimeError("a surprise"), 1, "RuntimeError: a surprise"),
+        (ComputationError("nothing is proven"), 1, "map: nothing is proven\n"),
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
@@ -138,6 +140,8 @@ def test_an_argument_that_is_no_text_is_refused(as_json, capsys):
     captured = capsys.readouterr()
     told = json.loads(captured.out)["error"]["message"] if as_json else captured.err
     assert r"argument 3, '\udcff', is not text" in told
+    assert main(["\udcff", *["--json"] * as_json]) == 2
+    assert "argument 1, " in "".join(capsys.readouterr())
 
 
 @pytest.mark.parametrize(

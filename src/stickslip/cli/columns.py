@@ -29,9 +29,7 @@ def document(command: str, parameters: Mapping[str, Any], result: Mapping[str, A
 
 def error_document(command: str, error: BaseException) -> str:
     """Write the reason for a failure in the same form."""
-    # A file name, or text of a file, may hold what is no character.
-    message = shortened(str(error)).encode(errors="backslashreplace").decode()
-    reason = {"type": type(error).__name__, "message": message}
+    reason = {"type": type(error).__name__, "message": shortened(str(error))}
     content = {"schema": SCHEMA, "command": command, "error": reason}
     return msgspec.json.encode(content).decode() + "\n"
 

@@ -56,7 +56,11 @@ def exit_code_of(error: BaseException) -> int:
 
 
 def shortened(text: str) -> str:
-    """Leave out the middle of a long message: what is wrong stands first, what to do last."""
+    """Leave out the middle of a long message: what is wrong stands first, what to do last.
+
+    What is no character, in arguments and in texts of files, is escaped.
+    """
+    text = text.encode(errors="backslashreplace").decode()
     left_out = len(text) - LONGEST
     if left_out <= 0:
         return text

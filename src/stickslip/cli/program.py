@@ -35,6 +35,7 @@ from stickslip.cli.failure import (
     BAD_USAGE,
     DONE,
     INTERRUPTED,
+    CommandError,
     UsageError,
     exit_code_of,
     shortened,
@@ -132,7 +133,8 @@ def _termination_interrupts() -> Iterator[None]:
 
 def _tell(tokens: list[str], error: BaseException, code: int) -> int:
     """Say what went wrong: a line on stderr or, with ``--json``, a document on stdout."""
-    command = next((token for token in tokens if not token.startswith("-")), "")[:LONGEST_NAME]
+    command = next((token for token in tokens if not token.startswith("-")), "")
+    command = shortened(command[:LONGEST_NAME])
     if {"-v", "--verbose"} & set(tokens):
         traceback.print_exception(error)
     if code == INTERRUPTED:
@@ -153,7 +155,7 @@ def _is_full(error: BaseException) -> bool:
 
 
 def _message(error: BaseException) -> str:
-    expected = isinstance(error, CycloptsError) or exit_code_of(error) != 1
+    expected = isinstance(error, CycloptsError | CommandError) or exit_code_of(error) != 1
     if isinstance(error, OSError) and error.filename is not None:
         return f"cannot use {error.filename}: {error.strerror}"
     if isinstance(error, OSError) and _is_full(error):
