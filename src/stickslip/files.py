@@ -110,7 +110,7 @@ def _refuse_special(path: Path) -> None:
     except FileNotFoundError:
         return
     if stat.S_ISDIR(mode):
-        raise IsADirectoryError(errno.EISDIR, "it is a folder, not a file", str(path))
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if not stat.S_ISREG(mode):
         told = "it is a device or a pipe, not an ordinary file"
         raise OSError(errno.EINVAL, told, str(path))

@@ -144,6 +144,13 @@ def test_an_argument_that_is_no_text_is_refused(as_json, capsys):
     assert "argument 1, " in "".join(capsys.readouterr())
 
 
+def test_what_would_steer_a_terminal_is_escaped(capsys):
+    assert main(["\x1b[2J"]) == main(["explore", "--preset", "\x1b[2J"]) == 2
+    err = capsys.readouterr().err
+    assert err.isascii()
+    assert "\x1b" not in err
+
+
 @pytest.mark.parametrize(
     "arguments",
     [

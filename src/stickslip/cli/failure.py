@@ -58,9 +58,9 @@ def exit_code_of(error: BaseException) -> int:
 def shortened(text: str) -> str:
     """Leave out the middle of a long message: what is wrong stands first, what to do last.
 
-    What is no character, in arguments and in texts of files, is escaped.
+    What cannot be printed is escaped: an argument may hold what clears a terminal, or is no text.
     """
-    text = text.encode(errors="backslashreplace").decode()
+    text = "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
     left_out = len(text) - LONGEST
     if left_out <= 0:
         return text
