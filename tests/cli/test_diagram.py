@@ -129,7 +129,7 @@ def test_the_name_of_the_picture_chooses_its_format(suffix, here, capsys):
     ("options", "fragments"),
     [
         ("--out fig.jpg", ["fig.jpg", ".svg", ".pdf", ".png"]),
-        ("--out = 'fig'", ["--out fig", ".svg"]),
+        ("--out fig", ["--out = 'fig'", ".svg"]),
         ("--out nowhere/fig.svg", ["nowhere"]),
         ("--out fig.svg --csv nowhere/points.csv", ["nowhere"]),
         ("--out fig.svg --values 1", ["--values 1", "at least 2"]),
