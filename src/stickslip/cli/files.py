@@ -31,6 +31,8 @@ def new_files(paths: Sequence[Path], *, force: bool) -> Iterator[list[Path]]:
         Paths to write instead, of the same names.
     """
     for path in paths:
+        if path.is_dir():
+            raise UsageError(f"{path} is a folder; give the name of a file")
         if path.is_file() and not force:
             raise RefusalError(f"{path} exists; --force replaces it")
     with ExitStack() as stack:
