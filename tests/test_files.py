@@ -1,11 +1,14 @@
 """Files are read where they are ordinary, and what is wrong with them is said with their name."""
 
+import errno
 import os
+import resource
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-from stickslip.files import checked_path, read_text
+from stickslip.files import checked_path, read_text, whole_file, write_text
 
 
 def test_text_comes_back_as_it_stands(tmp_path):
@@ -15,11 +18,16 @@ def test_text_comes_back_as_it_stands(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["/dev/zero", "/dev/full", "folder", "pipe"])
-def test_what_may_have_no_end_is_not_opened(tmp_path, name):
+def test_what_is_no_ordinary_file_is_neither_opened_nor_replaced(tmp_path, name):
     (tmp_path / "folder").mkdir()
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(ValueError, match=f"{name}: is a folder, a device or a pipe"):
-        read_text(tmp_path / name)
+    before = list(tmp_path.iterdir())
+    path = tmp_path / name
+    for use in (read_text, lambda path: write_text(path, "text")):
+        with pytest.raises(OSError, match=r"Is a directory|it is a device or a pipe") as error:
+            use(path)
+        assert error.value.filename == str(path)
+    assert list(tmp_path.iterdir()) == before
 
 
 def test_a_file_may_be_as_large_as_the_limit(tmp_path):
@@ -49,3 +57,68 @@ def test_a_path_is_text_or_a_path(path):
         checked_path(path)
     assert len(str(error.value)) < 300
     assert checked_path("file") == checked_path(Path("file")) == Path("file")
+
+
+@contextmanager
+def a_disk_with_room_for(size):
+    """Let no file of this process grow further: the system's own refusal."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_full_disk_names_the_file_and_leaves_nothing(tmp_path):
+    path = tmp_path / "text"
+    path.write_text("old")
+    with a_disk_with_room_for(1000), pytest.raises(OSError, match="too large") as error:
+        write_text(path, "x" * 10_000)
+    assert error.value.errno == errno.EFBIG
+    assert error.value.filename == str(path)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_file_that_is_named_is_the_one_that_did_not_fit(tmp_path):
+    one, two = tmp_path / "one", tmp_path / "two"
+
+    def work():
+        with whole_file(one) as first, whole_file(two) as second:
+            write_text(second, "fits")
+            write_text(first, "x" * 10_000)
+
+    with a_disk_with_room_for(1000), pytest.raises(OSError, match="too large") as error:
+        work()
+    assert error.value.filename == str(one)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_errors_of_other_files_keep_their_names(tmp_path):
+    with pytest.raises(FileNotFoundError) as error, whole_file(tmp_path / "text"):
+        read_text(tmp_path / "none")
+    assert error.value.filename == str(tmp_path / "none")
+
+
+def test_a_name_may_be_as_long_as_the_system_allows(tmp_path):
+    path = tmp_path / ("ä" * 125 + ".txt")
+    write_text(path, "text")
+    assert read_text(path) == "text"
+
+
+def test_a_folder_that_is_not_there_is_said_by_the_files_name(tmp_path):
+    path = tmp_path / "none" / "text"
+    with pytest.raises(FileNotFoundError) as error:
+        write_text(path, "text")
+    assert error.value.filename == str(path)
+
+
+def test_a_link_stays_and_leads_to_what_was_written(tmp_path):
+    link, file = tmp_path / "link", tmp_path / "folder" / "file"
+    file.parent.mkdir()
+    link.symlink_to(file)
+    write_text(link, "one")
+    write_text(link, "two")
+    assert link.is_symlink()
+    assert file.read_text() == "two"

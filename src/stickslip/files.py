@@ -2,20 +2,37 @@
 
 from __future__ import annotations
 
+import csv
+import errno
 import os
 import reprlib
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final
+from typing import Any, Final, TextIO
 
-__all__ = ["PICTURE_FORMATS", "checked_path", "read_text", "whole_file", "write_text"]
+__all__ = [
+    "FULL",
+    "PICTURE_FORMATS",
+    "as_list",
+    "checked_path",
+    "checked_suffix",
+    "columns_of",
+    "flat",
+    "read_text",
+    "whole_file",
+    "write_csv",
+    "write_table",
+    "write_text",
+]
 
 PICTURE_FORMATS: Final = ("svg", "pdf", "png")
-MOST_BYTES: Final = 2**24
+MOST_BYTES: Final = 2**22
 """Of a file that people write by hand."""
+FULL: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""Why a disk takes no more; the system does not say which file that was for."""
 
 
 def checked_path(path: object, name: str = "path") -> Path:
@@ -35,6 +52,22 @@ def checked_path(path: object, name: str = "path") -> Path:
     return Path(text)
 
 
+def checked_suffix(path: Path, suffixes: Collection[str], name: str = "path") -> str:
+    """Return the suffix of a file that is to be written; "" among those allowed stands for none.
+
+    Raises
+    ------
+    ValueError
+        It is none of those that can be written.
+    """
+    if path.suffix in suffixes:
+        return path.suffix
+    raise ValueError(
+        f"{name} = {reprlib.repr(str(path))}: the suffix of a file says what is written into it. "
+        f"Give a name that ends in {' or '.join(filter(None, suffixes))}."
+    )
+
+
 def read_text(path: str | os.PathLike[str], *, limit: int = MOST_BYTES) -> str:
     """Read an ordinary UTF-8 file; a byte-order mark is dropped.
 
@@ -47,18 +80,17 @@ def read_text(path: str | os.PathLike[str], *, limit: int = MOST_BYTES) -> str:
     Raises
     ------
     ValueError
-        It is a folder, a device or a pipe, which may have no end; it is larger, or not UTF-8.
-        The message begins with the file's name.
+        It is larger, or not UTF-8. The message begins with the file's name.
     OSError
-        It cannot be read.
+        It cannot be read, or is a folder, or a device or a pipe, which may have no end.
     """
     path = checked_path(path)
-    if not stat.S_ISREG(path.stat().st_mode):  # before it is opened: a pipe would wait
-        raise ValueError(
-            f"{path}: is a folder, a device or a pipe. Give the name of an ordinary file."
-        )
-    with path.open("rb") as stream:
-        content = stream.read(limit + 1)
+    _refuse_special(path)  # before it is opened: a pipe would wait
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(limit + 1)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
     if len(content) > limit:
         raise ValueError(f"{path}: is too large: more than {limit:,} bytes.")
     try:
@@ -71,11 +103,25 @@ def read_text(path: str | os.PathLike[str], *, limit: int = MOST_BYTES) -> str:
         ) from None
 
 
+def _refuse_special(path: Path) -> None:
+    """Raise OSError, with its name, for what is neither an ordinary file nor missing."""
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(mode):
+        told = "it is a device or a pipe, not an ordinary file"
+        raise OSError(errno.EINVAL, told, str(path))
+
+
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """Give a file to write; it becomes `path` when the block ends well.
 
-    A file of that name is replaced. When the block fails or is interrupted nothing is left.
+    A file of that name is replaced; of a link, what it leads to. When the block fails or is
+    interrupted nothing is left.
 
     Parameters
     ----------
@@ -90,29 +136,89 @@ def whole_file(path: Path) -> Iterator[Path]:
     Raises
     ------
     OSError
-        The folder cannot be written, or `path` is a folder.
+        With the file's name: the folder cannot be written, the disk is full, or `path` is a
+        folder or a device.
     """
-    beside = TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.", suffix=".partial")
-    with beside as folder:
-        temporary = Path(folder) / path.name
-        yield temporary
-        temporary.replace(path)
+    _refuse_special(path)
+    target = Path(os.path.realpath(path))  # a link stays one
+    beside = f".{path.name[:40]}."  # short: a name of the longest length has no room for more
+    try:
+        with TemporaryDirectory(dir=target.parent, prefix=beside, suffix=".partial") as folder:
+            temporary = Path(folder) / path.name
+            yield temporary
+            temporary.replace(target)
+    except OSError as error:
+        ours = beside in str(error.filename)
+        if ours or (error.filename is None and error.errno in FULL):
+            raise OSError(error.errno, error.strerror, str(path)) from error
+        raise
 
 
-def write_text(path: Path, text: str) -> None:
+def write_text(path: str | os.PathLike[str], text: str) -> None:
     """Write a text file, UTF-8 with the line ends it has; see `whole_file`.
 
     Parameters
     ----------
-    path : pathlib.Path
+    path : str or path
         Replaced if it exists.
     text : str
         Its content.
 
     Raises
     ------
+    ValueError
+        The path is none.
     OSError
         The file cannot be written.
     """
-    with whole_file(path) as temporary:
+    with whole_file(checked_path(path)) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="")
+
+
+# ------------------------------------------------------------------ tables
+
+
+def columns_of(result: Any) -> Mapping[str, Any]:
+    """Columns of a result's table by name; of a table of rows those that ``columns`` names."""
+    table: Any = result.table()
+    if isinstance(table, Mapping):
+        return table
+    return {name: [row[name] for row in table] for name in result.columns}
+
+
+def write_table(path: Path, columns: Mapping[str, Any]) -> None:
+    """Write columns as a CSV file; see `whole_file` and `write_csv`."""
+    with whole_file(path) as temporary:
+        with temporary.open("w", encoding="utf-8", newline="") as stream:
+            write_csv(stream, columns)
+
+
+def write_csv(stream: TextIO, columns: Mapping[str, Any]) -> None:
+    """Write a header and one line per row.
+
+    Floats keep every digit, NaN is ``nan``; numbers of a list stand in one cell with spaces
+    between them; None is an empty cell.
+    """
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(columns)
+    cells = ([flat(cell, _exact) for cell in as_list(column)] for column in columns.values())
+    writer.writerows(zip(*cells, strict=True))
+
+
+def as_list(column: Any) -> list[Any]:
+    """Turn an array or any sequence into a list of Python's own numbers and strings."""
+    return list(column.tolist() if hasattr(column, "tolist") else column)
+
+
+def flat(cell: Any, text: Callable[[float], str]) -> Any:
+    """Write floats and lists of them by `text`; leave anything else as it is."""
+    if isinstance(cell, list):
+        return " ".join(text(item) for item in cell)
+    if cell is None:
+        return ""
+    return text(cell) if isinstance(cell, float) else cell
+
+
+def _exact(number: float) -> str:
+    """Write every digit, of a NumPy float as of Python's."""
+    return repr(float(number))

@@ -1,5 +1,6 @@
 """Results written to files and read again."""
 
+import csv
 import dataclasses
 import importlib
 import json
@@ -11,10 +12,11 @@ import pytest
 from stickslip import examples as models
 from stickslip.analysis import examples
 from stickslip.analysis.continuation import continue_orbit
+from stickslip.analysis.one_d.bifurcations import bifurcations
 from stickslip.analysis.one_d.borders import Border
 from stickslip.analysis.one_d.branches import breakpoints
 from stickslip.analysis.one_d.periodic import periodic_orbits
-from stickslip.analysis.storage import TYPES, VERSION, load, save
+from stickslip.analysis.storage import TYPES, VERSION, _hints, load, save
 from stickslip.analysis.window import WindowMap
 from stickslip.mechanics.friction import Coulomb, PoppStelter, Stribeck, friction_law
 from stickslip.mechanics.model.two_block import TwoBlock
@@ -93,9 +95,10 @@ def test_random_floats_come_back_bit_by_bit(path):
     assert np.array_equal(load(path).view(np.uint64), x.view(np.uint64))
 
 
-def test_every_listed_type_exists():
+def test_every_listed_type_exists_and_its_annotations_can_be_read():
     for name, module in TYPES.items():
         cls = getattr(importlib.import_module(f"stickslip.{module}"), name)
+        assert _hints(name)
         assert dataclasses.is_dataclass(cls) or issubclass(cls, tuple)
         assert cls.__module__ == f"stickslip.{module}"
 
@@ -190,7 +193,7 @@ def test_files_of_others_are_refused(path):
             load(path)
         assert str(path) in str(error.value)
     path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ValueError, match="is not a stickslip result"):
+    with pytest.raises(ValueError, match="not UTF-8 text"):
         load(path)
 
 
@@ -217,11 +220,153 @@ def test_newer_files_are_refused(path):
     ids=str,
 )
 def test_damaged_files_are_told(path, result):
+    replace_result(path, result)
+    with pytest.raises(ValueError, match="is damaged: result"):
+        load(path)
+
+
+def replace_result(path, result):
+    """Write a file as 0.1.0 did, without a checksum."""
     save(1.0, path)
     document = json.loads(path.read_text()) | {"result": result}
+    del document["sha256"]
     path.write_text(json.dumps(document))
-    with pytest.raises(ValueError, match="is damaged"):
+
+
+def test_files_of_before_the_checksum_are_read(path):
+    replace_result(path, [1, {"is": "tuple", "of": [2.5]}])
+    assert load(path) == [1, (2.5,)]
+
+
+def test_a_changed_number_is_noticed_and_another_layout_is_not(path):
+    save([1.5, 2.5], path)
+    document = json.loads(path.read_text())
+    path.write_text(json.dumps(document, indent=3))
+    assert load(path) == [1.5, 2.5]
+    path.write_text(json.dumps(document | {"result": [1.5, 2.25]}))
+    with pytest.raises(ValueError, match="is damaged: its content does not fit its sha256"):
         load(path)
+
+
+def deep(levels):
+    """Nest tuples."""
+    value = 1.0
+    for _ in range(levels):
+        value = {"is": "tuple", "of": [value]}
+    return value
+
+
+@pytest.mark.parametrize(
+    ("result", "fragment"),
+    [
+        ({"is": ["list"]}, "result"),
+        ({"is": "k" * 100_000}, "result"),
+        ({"is": "Border", "k" * 100_000: 1}, "result"),
+        ({"is": "part", "kind": "model", "description": 5}, "result"),
+        ({"is": "map", "text": "f", "kind": "event map", "description": [1]}, "result"),
+        ({"is": "dict", "of": [[1]]}, "result"),
+        ({"is": "array", "dtype": "V1000000000", "shape": [1], "of": [1]}, "type of numbers"),
+        ({"is": "array", "dtype": "float64", "shape": [10**9, 10**9], "of": []}, "result"),
+        ({"is": "array", "dtype": "str", "shape": [20_000], "of": ["x" * 10_000] * 20_000}, "long"),
+        ([0.0, [deep(400)]], "nested too deeply"),
+    ],
+    ids=lambda value: repr(value)[:40],
+)
+def test_hostile_files_are_told_shortly(path, result, fragment):
+    replace_result(path, result)
+    with pytest.raises(ValueError, match="is damaged") as error:
+        load(path)
+    assert fragment in str(error.value)
+    assert len(str(error.value)) < 600
+
+
+@pytest.mark.parametrize("text", ["NaN", "1" * 5000, "{" * 10_000], ids=["nan", "digits", "open"])
+def test_what_json_cannot_say_is_told_with_the_files_name(path, text):
+    path.write_text('{"format": "stickslip result", "version": 1, "result": ' + text + "}")
+    with pytest.raises(ValueError, match=r"result\.json is not a stickslip result"):
+        load(path)
+
+
+WRONG = [None, True, "text", 10**400, 0.5, [], {}, {"is": "tuple", "of": [[]]}]
+
+
+def test_every_field_of_a_result_is_checked_by_its_annotation(path):
+    f = examples.tent_with_hole()
+    result = (periodic_orbits(f, 3, infinitely_unstable=True), breakpoints(f))
+    save(result, path)
+    assert same(load(path), result)
+    document = json.loads(path.read_text())
+    del document["sha256"]
+    refused = 0
+    for holder, key in list(fields_of(document["result"])):
+        kept = holder[key]
+        for wrong in WRONG:
+            holder[key] = wrong
+            path.write_text(json.dumps(document))
+            try:
+                load(path)
+            except ValueError as error:
+                assert f".{key}" in str(error)  # noqa: PT017
+                refused += 1
+            else:
+                assert could_be(kept, wrong), (key, kept, wrong)
+        holder[key] = kept
+    assert refused > 100
+
+
+def fields_of(written):
+    """Every field of a class in a document, with what holds it."""
+    children = written if isinstance(written, list) else written.values()
+    for key in written if isinstance(written, dict) and written.get("is") in TYPES else ():
+        if key != "is":
+            yield written, key
+    for child in children:
+        if isinstance(child, dict | list):
+            yield from fields_of(child)
+
+
+def could_be(kept, wrong):
+    """Whether an annotation that allows one value may allow another: `float | None` and such."""
+    if wrong is None:
+        return kept is None or isinstance(kept, dict | int)
+    if kept is None or isinstance(kept, bool) or isinstance(wrong, bool):
+        return type(kept) is type(wrong) or kept is None
+    number = (int, float)
+    if isinstance(kept, number) or (isinstance(kept, dict) and kept.get("is") == "float"):
+        return isinstance(wrong, number)
+    same_kind = type(kept) is type(wrong)
+    return same_kind and (not isinstance(kept, dict) or kept.get("is") == wrong.get("is"))
+
+
+# --- suffixes ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["x.nc", "x.npz", "x.h5", "x.JSON", "x.json.gz", "x.csv"])
+def test_a_suffix_that_cannot_be_written_is_refused_with_those_that_can(tmp_path, name):
+    with pytest.raises(ValueError, match=r"Give a name that ends in \.json\."):
+        save((1.0, 2.0), tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_result_with_a_table_may_be_saved_as_csv(tmp_path):
+    f = examples.logistic(3.0)
+    found = bifurcations(f, "r", (2.9, 3.1), max_period=1)
+    found.save(tmp_path / "found.csv")
+    with (tmp_path / "found.csv").open(newline="") as stream:
+        (row,) = csv.DictReader(stream)
+    assert float(row["value"]) == found[0].value
+    assert row["kind"] == found[0].kind
+    with pytest.raises(ValueError, match=r"ends in \.json or \.csv"):
+        found.save(tmp_path / "found.nc")
+    dataclasses.replace(found, bifurcations=()).save(tmp_path / "found.csv")
+    assert (tmp_path / "found.csv").read_text() == ",".join(row) + "\n"
+
+
+@pytest.mark.parametrize("path", [None, 3, b"x.json", "", ["x.json"]])
+def test_a_path_that_is_none_is_named(path):
+    for use in (lambda path: save(1.0, path), load):
+        with pytest.raises(ValueError, match=r"^path = "):
+            use(path)
 
 
 def test_what_is_no_result_is_refused_and_leaves_the_file_alone(path):

@@ -13,8 +13,9 @@ import time
 import pytest
 
 import stickslip as ss
+from stickslip.analysis.bifurcation import BifurcationList
 from stickslip.cli import main
-from stickslip.cli.bifurcations import CSV, FILES, PICTURES
+from stickslip.cli.bifurcations import FILES, PICTURES
 from stickslip.study.bifurcations import bifurcations
 from stickslip.study.model_file import read_model, write_model
 from stickslip.study.storage import load
@@ -73,7 +74,7 @@ def test_csv_reads_back_exactly(found, report, capsys):
     printed = capsys.readouterr().out
     (row,) = csv.DictReader(io.StringIO(printed))
     (expected,) = found
-    assert tuple(row) == CSV
+    assert tuple(row) == BifurcationList.columns
     assert float(row["value"]) == expected.value == pytest.approx(GRAZE, abs=1e-14)
     assert float(row["error"]) == expected.error
     assert [float(x) for x in row["points"].split()] == expected.points.tolist()

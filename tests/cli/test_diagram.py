@@ -13,7 +13,7 @@ import stickslip as ss
 from stickslip.analysis.diagram import AttractorTable, BreakLine, Diagram, OrbitCurve
 from stickslip.analysis.one_d.strands import StrandEnd
 from stickslip.cli import main
-from stickslip.cli.diagram import TABLE, _rows
+from stickslip.cli.diagram import _rows
 from stickslip.study.diagram import bifurcation_diagram
 from stickslip.study.model_file import write_model
 
@@ -108,7 +108,7 @@ def test_json_has_a_null_where_the_table_has_nan(diagram, capsys):
 def test_without_files_it_prints_where_each_orbit_exists(diagram, capsys):
     assert main(f"diagram --preset coulomb {QUESTION}".split()) == 0
     rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
-    assert tuple(rows[0]) == TABLE
+    assert tuple(rows[0]) == Diagram.columns
     assert [float(row["to"]) for row in rows] == [orbit.ends[1].value for orbit in diagram.orbits]
     (lost,) = (row for row in rows if row["period"] == "4")
     assert lost["ends"] == "border_collision"
@@ -129,7 +129,7 @@ def test_the_name_of_the_picture_chooses_its_format(suffix, here, capsys):
     ("options", "fragments"),
     [
         ("--out fig.jpg", ["fig.jpg", ".svg", ".pdf", ".png"]),
-        ("--out fig", ["--out fig", ".svg"]),
+        ("--out fig", ["--out = 'fig'", ".svg"]),
         ("--out nowhere/fig.svg", ["nowhere"]),
         ("--out fig.svg --csv nowhere/points.csv", ["nowhere"]),
         ("--out fig.svg --values 1", ["--values 1", "at least 2"]),

@@ -2,16 +2,23 @@
 
 import os
 import stat
+from contextlib import contextmanager
 
 import pytest
 
 from stickslip.cli import main
 from stickslip.cli.failure import REFUSED, RefusalError, UsageError
-from stickslip.cli.files import new_file, new_files, new_folder
+from stickslip.cli.files import new_files, new_folder
 
 
 def listing(folder):
     return sorted(path.name for path in folder.iterdir())
+
+
+@contextmanager
+def new_file(path, *, force):
+    with new_files([path], force=force) as (temporary,), temporary.open("w") as stream:
+        yield stream
 
 
 def test_the_file_appears_under_its_name_at_the_end(tmp_path):

@@ -1,6 +1,8 @@
 """How the program ends: exit codes, where messages go, and never with a traceback."""
 
 import json
+import os
+import resource
 import subprocess
 import sys
 
@@ -8,6 +10,7 @@ import pytest
 
 from stickslip import __version__
 from stickslip.cli import main, program
+from stickslip.cli.failure import ComputationError
 from stickslip.cli.program import COMMANDS
 
 NAMES = [module.__name__.rpartition(".")[2] for module in COMMANDS]
@@ -82,6 +85,7 @@ def test_with_json_an_error_is_a_document(capsys):
         (ValueError("alpha = -1.0: must be >= 0"), 2, "alpha = -1.0"),
         (PermissionError(13, "Permission denied", "out"), 2, "Permission denied"),
         (RuntimeError("a surprise"), 1, "RuntimeError: a surprise"),
+        (ComputationError("nothing is proven"), 1, "map: nothing is proven\n"),
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
@@ -128,3 +132,84 @@ def test_doctor_names_the_cache_folder_in_use(tmp_path):
     assert done.returncode == 0, done.stderr
     (line,) = (line for line in done.stdout.splitlines() if line.startswith("kernel cache"))
     assert str(tmp_path) in line
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_argument_that_is_no_text_is_refused(as_json, capsys):
+    assert main(["study", "99", "\udcff", *["--json"] * as_json]) == 2
+    captured = capsys.readouterr()
+    told = json.loads(captured.out)["error"]["message"] if as_json else captured.err
+    assert r"argument 3, '\udcff', is not text" in told
+    assert main(["\udcff", *["--json"] * as_json]) == 2
+    assert "argument 1, " in "".join(capsys.readouterr())
+
+
+def test_what_would_steer_a_terminal_is_escaped(capsys):
+    assert main(["\x1b[2J"]) == main(["explore", "--preset", "\x1b[2J"]) == 2
+    err = capsys.readouterr().err
+    assert err.isascii()
+    assert "\x1b" not in err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["map", "--alpha", "x" * 100_000],
+        ["x" * 100_000],
+        ["map", "--friction", "x" * 100_000, "--alpha", "1", "--beta", "1", "--V", "1", "-d", "0"],
+        ["map", "--preset", "coulomb", "-d", "0.1", "--out", "x" * 100_000],
+        ["map", "--model", "x" * 100_000],
+        ["explore", "--preset", "x" * 100_000],
+        ["study", "x" * 100_000],
+    ],
+    ids=lambda arguments: " ".join(arguments)[:30],
+)
+@pytest.mark.parametrize("as_json", [[], ["--json"]])
+def test_messages_are_short(arguments, as_json, capsys):
+    assert main(arguments + as_json) == 2
+    captured = capsys.readouterr()
+    assert 0 < len(captured.out + captured.err) < 1500
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="the system has no full device")
+@pytest.mark.parametrize(
+    "arguments", [["study", "--list"], ["doctor"], ["study", "--list", "--json"]]
+)
+def test_a_full_standard_output_is_said(arguments):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "stickslip.cli", *arguments],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 2
+    assert done.stderr == (
+        f"stickslip {arguments[0]}: cannot write to the standard output: No space left on device\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("command", "suffix"),
+    [
+        ("map --preset coulomb --grid 100", ".csv"),
+        ("map --preset coulomb --grid 100", ".svg"),
+        ("certify --preset coulomb --orbit -0.0399 --digits 5", ".json"),
+    ],
+)
+def test_a_full_disk_is_said_with_the_file_and_leaves_nothing(command, suffix, tmp_path, capsys):
+    out = tmp_path / f"out{suffix}"
+    assert main([*command.split(), "--out", str(out)]) == 0  # what it caches is kept
+    capsys.readouterr()
+    out.unlink()
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1]))
+    try:
+        code = main([*command.split(), "--out", str(out)])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert code == 2
+    told = capsys.readouterr().err
+    assert told == f"stickslip {command.split()[0]}: cannot use {out}: File too large\n"
+    assert list(tmp_path.iterdir()) == []

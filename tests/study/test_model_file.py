@@ -268,6 +268,14 @@ BAD = {
     "no TOML": ("alpha: 1.2\n", ["not TOML", "line 1"]),
     "not UTF-8": (COULOMB.encode() + b"# caf\xe9\n", ["UTF-8", "0xe9", "line 9"]),
     "nested without end": ("a = " + "[" * 5000, ["nested"]),
+    "a key of many dots": (changed("alpha", "a" + ".a" * 50_000), ["nested", "line 2"]),
+    "a table of many dots": (COULOMB + "[a" + " . 'a'" * 50_000 + "]\n", ["nested", "line 9"]),
+    "tables in tables": (
+        COULOMB.partition("[friction]")[0] + "friction = " + "{a=" * 200 + "1" + "}" * 200,
+        ["nested", "more than 20 levels"],
+    ),
+    "lists in lists": (changed("1.2", "[" * 100 + "]" * 100), ["nested", "more than 20 levels"]),
+    "thousands of digits": (changed("1.2", "1" * 5000), ["not TOML", "digits"]),
     "law missing": (changed('law = "coulomb"\n', ""), ["[friction]", "lacks law", "stribeck"]),
     "law misspelt": (changed("coulomb", "columb"), ["[friction]", "'columb'", "'coulomb'?"]),
     "law as number": (changed('"coulomb"', "8"), ["[friction]", "law = 8", "text"]),
@@ -341,6 +349,33 @@ def test_files_that_cannot_be_read_are_the_systems_errors(tmp_path):
         read_model(tmp_path / "missing.toml")
     with pytest.raises(IsADirectoryError):
         read_model(tmp_path)
+
+
+@pytest.mark.parametrize("path", ["/dev/zero", "pipe"])
+def test_what_has_no_end_is_not_read(tmp_path, path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(OSError, match="device or a pipe"):
+        read_model(tmp_path / path)
+
+
+def test_a_file_larger_than_any_model_is_refused(tmp_path):
+    path = tmp_path / "model.toml"
+    path.write_text("#" * 2**22 + "\n")
+    with pytest.raises(ValueError, match=r"model\.toml: is too large: more than 4,194,304 bytes"):
+        read_model(path)
+
+
+@pytest.mark.parametrize("path", [None, 3, b"model.toml", ""])
+def test_a_path_that_is_none_is_named(path):
+    for use in (read_model, lambda path: write_model(ss.examples.coulomb(), path)):
+        with pytest.raises(ValueError, match=r"^path = "):
+            use(path)
+
+
+def test_a_model_is_written_as_toml_and_nothing_else(tmp_path):
+    with pytest.raises(ValueError, match=r"ends in \.toml"):
+        write_model(ss.examples.coulomb(), tmp_path / "model.json")
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may read all")

@@ -6,7 +6,7 @@ import importlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, get_args, overload
 
 from stickslip.checks import one_of
 
@@ -182,7 +182,7 @@ class Bifurcation:
         return axes
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a file that `stickslip.load` reads."""
+        """Write to a .json file that `stickslip.load` reads."""
         importlib.import_module("stickslip.analysis.storage").save(self, path)
 
 
@@ -263,7 +263,7 @@ class Cascade:
         return "\n".join(lines)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a file that `stickslip.load` reads."""
+        """Write to a .json file that `stickslip.load` reads."""
         importlib.import_module("stickslip.analysis.storage").save(self, path)
 
 
@@ -303,6 +303,12 @@ class BifurcationList(Sequence[Bifurcation]):
     cascades: tuple[Cascade, ...] = ()
     unresolved: tuple[UnresolvedChange, ...] = ()
     n_values: int = 0
+    columns: ClassVar = (
+        *("kind", "criticality", "value", "error", "period", "points", "multipliers"),
+        *("orbits_before", "orbits_after", "attractors_before", "attractors_after"),
+        *("outcome", "predicted_outcome", "mechanism", "block", "quality", "note"),
+    )
+    """Of the table in a CSV file."""
 
     def __len__(self) -> int:
         """Return the number of bifurcations."""
@@ -360,7 +366,7 @@ class BifurcationList(Sequence[Bifurcation]):
         return axes
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a file that `stickslip.load` reads."""
+        """Write to a .json file that `stickslip.load` reads, or the table as .csv."""
         importlib.import_module("stickslip.analysis.storage").save(self, path)
 
 

@@ -226,7 +226,7 @@ class BifurcationCurve:
         return axes
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a file that `stickslip.load` reads."""
+        """Write to a .json file that `stickslip.load` reads."""
         importlib.import_module("stickslip.analysis.storage").save(self, path)
 
 
@@ -310,7 +310,7 @@ class BreakpointCurve:
         return axes
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a file that `stickslip.load` reads."""
+        """Write to a .json file that `stickslip.load` reads."""
         importlib.import_module("stickslip.analysis.storage").save(self, path)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
@@ -121,6 +121,11 @@ class Diagram:
     attractors: AttractorTable
     breakpoints: tuple[BreakLine, ...]
     unresolved: tuple[str, ...] = ()
+    columns: ClassVar = (
+        *("period", "from", "begins", "to", "ends"),
+        *("first_points", "last_points", "stable_share"),
+    )
+    """Of the table in a CSV file."""
 
     def of_period(self, p: int) -> tuple[OrbitCurve, ...]:
         """Return the orbits of minimal period p."""
@@ -216,5 +221,5 @@ class Diagram:
         return xarray.Dataset(variables, coords={name: self.values}, attrs=attributes)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a file that `stickslip.load` reads."""
+        """Write to a .json file that `stickslip.load` reads, or the table as .csv."""
         importlib.import_module("stickslip.analysis.storage").save(self, path)

@@ -286,7 +286,7 @@ class OrbitBranch(AlongParameter):
         return axes
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a file that `stickslip.load` reads."""
+        """Write to a .json file that `stickslip.load` reads."""
         importlib.import_module("stickslip.analysis.storage").save(self, path)
 
 

@@ -1,6 +1,8 @@
 """Results in files: JSON with a version, every float exact, written whole or not at all.
 
-A result is written field by field; `TYPES` lists the classes that a file may hold. Maps are
+A result is written field by field; `TYPES` lists the classes that a file may hold. Fields are
+checked when they are read, by the annotations of their classes, and the whole by a checksum.
+Files of 0.1.0 have no checksum: of them the fields alone are checked. Maps are
 written by a description that whoever makes them supplies (`register_map`): this layer does not
 know what they stand for. A map that has none, such as a Python function, is left out, and
 `load` is given it again.
@@ -9,29 +11,53 @@ know what they stand for. A map that has none, such as a Python function, is lef
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import importlib
 import json
 import math
+import reprlib
 from collections.abc import Callable, Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from functools import cache
+from types import UnionType
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Final,
+    Literal,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip import __version__
 from stickslip.analysis.nd.protocol import FamilyND, MapND
-from stickslip.analysis.protocol import Map1D, MapFamily
+from stickslip.analysis.protocol import Floats, Labels, Map1D, MapFamily
 from stickslip.analysis.window import WindowMap
-from stickslip.files import write_text
+from stickslip.files import (
+    checked_path,
+    checked_suffix,
+    columns_of,
+    read_text,
+    write_table,
+    write_text,
+)
 
 if TYPE_CHECKING:
     import os
+    from pathlib import Path
 
 __all__ = ["FORMAT", "TYPES", "VERSION", "load", "register_map", "save"]
 
 FORMAT: Final = "stickslip result"
 VERSION: Final = 1  # raised when older programs would misread a file
 KIND: Final = "is"  # key that tells what an object stands for
+SUM: Final = "sha256"  # key of the checksum
+MOST_BYTES: Final = 2**30  # of a file
+MOST_TEXT: Final = 2**27  # characters of an array of texts, all as long as the longest
 NOT_FINITE: Final = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
 
 # What a file may hold: class and the module of this package that it is in.
@@ -147,22 +173,40 @@ def save(result: Any, path: str | os.PathLike[str]) -> None:
     result : branch, curve, list of bifurcations, diagram, orbit ...
         Or a tuple, list or dict of such.
     path : str or path
-        A file of that name is replaced; it is whole at any time.
+        Ends in ``.json``, or has no suffix: every digit, for `load`; or, of a result that has a
+        ``table()``, in ``.csv``: the table. A file of that name is replaced; it is whole at any
+        time.
 
     Raises
     ------
     ValueError
-        It holds something that cannot be saved.
+        It holds something that cannot be saved, or the name has another suffix.
     OSError
         The file cannot be written.
     """
+    path = checked_path(path)
+    has_table = not isinstance(result, type) and callable(getattr(result, "table", None))
+    suffixes = ("", ".json", ".csv") if has_table else ("", ".json")
+    if checked_suffix(path, suffixes) == ".csv":
+        write_table(path, columns_of(result))
+        return
     document = {
         "format": FORMAT,
         "version": VERSION,
         "program": __version__,
         "result": _written(result),
     }
-    write_text(Path(path), json.dumps(document, ensure_ascii=False, allow_nan=False) + "\n")
+    write_text(path, _text({**document, SUM: _checksum(document)}) + "\n")
+
+
+def _text(document: dict[str, Any]) -> str:
+    return json.dumps(document, ensure_ascii=False, allow_nan=False)
+
+
+def _checksum(document: dict[str, Any]) -> str:
+    """Checksum of all but itself, of what is said and not of how it is laid out."""
+    rest = {key: value for key, value in document.items() if key != SUM}
+    return hashlib.sha256(_text(rest).encode(errors="surrogatepass")).hexdigest()
 
 
 def load(path: str | os.PathLike[str], system: MapFamily | None = None) -> Any:
@@ -184,17 +228,22 @@ def load(path: str | os.PathLike[str], system: MapFamily | None = None) -> Any:
     Raises
     ------
     ValueError
-        The file is none of this program's, or of a newer version of it; or ``system`` has
-        other parameters than the map in the file.
+        The file is none of this program's, or of a newer version of it, or damaged; or
+        ``system`` has other parameters than the map in the file.
     OSError
         The file cannot be read.
     """
-    path = Path(path)
+    path = checked_path(path)
     document = _document(path)
     try:
-        return _Reader(system).value(document["result"])
+        result = _Reader(system).value(document["result"], "result")
+        if SUM in document and document[SUM] != _checksum(document):
+            raise _DamagedError(f"its content does not fit its {SUM}, so it was changed.")
+        return result
     except _DamagedError as reason:
         raise ValueError(f"{path} is damaged: {reason}") from reason
+    except RecursionError:
+        raise ValueError(f"{path} is damaged: it is nested too deeply.") from None
 
 
 class _DamagedError(Exception):
@@ -203,23 +252,27 @@ class _DamagedError(Exception):
 
 def _document(path: Path) -> dict[str, Any]:
     """Read a file and check that it is one of this program's, of a version known here."""
-    text = path.read_bytes()
+    text = read_text(path, limit=MOST_BYTES)
     try:
-        document = json.loads(text)
-    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as reason:
+        document = json.loads(text, parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as reason:
         raise ValueError(f"{path} is not a {FORMAT}: {reason}") from reason
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise ValueError(f"{path} is not a {FORMAT}, but some other JSON file.")
     version = document.get("version")
-    if not isinstance(version, int) or "result" not in document:
+    if type(version) is not int or version < 1 or "result" not in document:
         raise ValueError(f"{path} is damaged: it says no version, or has no result.")
     if version > VERSION:
         raise ValueError(
-            f"{path} was written by stickslip {document.get('program')} in version {version} of "
-            f"the format; this is stickslip {__version__}, which reads up to version {VERSION}. "
-            "Update stickslip."
+            f"{path} was written by stickslip {document.get('program')!s:.40} in version "
+            f"{version!s:.40} of the format; this is stickslip {__version__}, which reads up to "
+            f"version {VERSION}. Update stickslip."
         )
     return document
+
+
+def _refuse_constant(name: str) -> None:
+    raise ValueError(f"{name} is no number of JSON")
 
 
 # ------------------------------------------------------------------ writing
@@ -307,6 +360,10 @@ def _written_map(f: Map1D | MapND) -> dict[str, Any]:
 # ------------------------------------------------------------------ reading
 
 
+LONGEST: Final = 300  # characters of what is told about damage
+BROKEN: Final = (LookupError, TypeError, AttributeError, ValueError, ArithmeticError, MemoryError)
+
+
 class _Reader:
     """Undoes `_written`; equal maps become one."""
 
@@ -314,59 +371,75 @@ class _Reader:
         self.system = system
         self.maps: dict[str, Any] = {}
 
-    def value(self, written: Any) -> Any:
+    def value(self, written: Any, place: str) -> Any:
         if isinstance(written, list):
-            return [self.value(item) for item in written]
+            return self._items(written, place)
         if not isinstance(written, dict):
             return written
         if KIND not in written:
-            return {key: self.value(item) for key, item in written.items()}
+            return {key: self.value(item, f"{place}.{key}") for key, item in written.items()}
         try:
-            return self._object(written[KIND], written)
-        except (KeyError, TypeError, IndexError, ValueError, OverflowError) as reason:
+            return self._object(written[KIND], written, place)
+        except BROKEN as reason:
             if isinstance(reason, _SystemError):
                 raise
-            raise _DamagedError(f"{written[KIND]}: {reason}") from reason
+            told = f"{place} ({reprlib.repr(written[KIND])}): {type(reason).__name__}, {reason}"
+            raise _DamagedError(told[:LONGEST]) from reason
 
-    def _object(self, kind: str, written: dict[str, Any]) -> Any:
+    def _items(self, written: list[Any], place: str) -> list[Any]:
+        return [self.value(item, f"{place}[{number}]") for number, item in enumerate(written)]
+
+    def _object(self, kind: str, written: dict[str, Any], place: str) -> Any:
         match kind:
             case "float":
                 return NOT_FINITE[written["of"]]
             case "tuple":
-                return tuple(self.value(item) for item in written["of"])
+                return tuple(self._items(written["of"], place))
             case "dict":
-                return {self.value(key): self.value(item) for key, item in written["of"]}
+                return dict(self._items(pair, place) for pair in written["of"])
             case "array":
                 return self._array(written)
             case "window":
-                inner = self.value(written["of"])
+                inner = self.value(written["of"], place)
                 low, high = written["window"]
                 return None if inner is None else WindowMap(inner, (low, high))
             case "map":
-                return self._map(written)
+                return self._map(written, place)
             case "part":
-                return _parts[written["kind"]].rebuild(self.value(written["description"]))
-        module = importlib.import_module(f"stickslip.{TYPES[kind]}")
-        fields = {name: self.value(item) for name, item in written.items() if name != KIND}
-        return getattr(module, kind)(**fields)
+                return _parts[written["kind"]].rebuild(self.value(written["description"], place))
+        hints = _hints(kind)
+        fields = {
+            name: self.value(item, f"{place}.{name}")
+            for name, item in written.items()
+            if name != KIND
+        }
+        for name, value in fields.items():
+            if name in hints and not _fits(value, hints[name]):
+                given = f"{reprlib.repr(value)} ({type(value).__name__})"
+                raise _DamagedError(f"{place}.{name} = {given} is no {_named(hints[name])}.")
+        return _class(kind)(**fields)
 
-    def _array(self, written: dict[str, Any]) -> np.ndarray[Any, Any]:
-        items = [NOT_FINITE.get(x, x) for x in written["of"]]
-        if written["dtype"] == "complex128":
+    def _array(self, written: dict[str, Any]) -> NDArray[Any]:
+        dtype, items = written["dtype"], [NOT_FINITE.get(x, x) for x in written["of"]]
+        if dtype == "complex128":
             pairs = np.array(items, dtype=np.float64).reshape(written["shape"])
             return np.asarray(pairs[..., 0] + 1j * pairs[..., 1])
-        array = np.array(items, dtype=written["dtype"])
-        return array.reshape(written["shape"])
+        if dtype == "str":
+            if len(items) * max(map(len, items), default=0) > MOST_TEXT:
+                raise ValueError("the texts are too long")
+        elif not isinstance(dtype, str) or np.dtype(dtype).kind not in "fiub":
+            raise ValueError(f"{dtype!r} is no type of numbers")
+        return np.array(items, dtype=dtype).reshape(written["shape"])
 
-    def _map(self, written: dict[str, Any]) -> Any:
+    def _map(self, written: dict[str, Any], place: str) -> Any:
         text = json.dumps(written, sort_keys=True)
         if text not in self.maps:
-            self.maps[text] = self._new_map(written)
+            self.maps[text] = self._new_map(written, place)
         return self.maps[text]
 
-    def _new_map(self, written: dict[str, Any]) -> Any:
+    def _new_map(self, written: dict[str, Any], place: str) -> Any:
         if self.system is not None:
-            return self._given(self.value(written.get("parameters", {})))
+            return self._given(self.value(written.get("parameters", {}), place))
         kind = written["kind"]
         if kind is None:
             return None
@@ -375,7 +448,7 @@ class _Reader:
                 f"the result is one of {written['text']}, and how to make that is not known "
                 f"here (kind {kind!r}; known: {', '.join(_kinds) or 'none'}). Give system=."
             )
-        return _kinds[kind].rebuild(self.value(written["description"]))
+        return _kinds[kind].rebuild(self.value(written["description"], place))
 
     def _given(self, parameters: dict[str, float]) -> Any:
         """Use the caller's map at the parameter values of the file."""
@@ -391,3 +464,63 @@ class _Reader:
 
 class _SystemError(ValueError):
     """The map given is not that of the file, or one is missing."""
+
+
+# ------------------------------------------------------------------ types of fields
+
+
+def _class(kind: str) -> type:
+    """Class that a file names; KeyError if it may hold none of that name."""
+    cls: type = getattr(importlib.import_module(f"stickslip.{TYPES[kind]}"), kind)
+    return cls
+
+
+@cache
+def _hints(kind: str) -> dict[str, Any]:
+    """Return what the fields of a class may hold, by its annotations."""
+    # Modules import much of what these name for the type checker only.
+    models = importlib.import_module("stickslip.study.model_values")
+    conditions = importlib.import_module("stickslip.analysis.one_d.conditions")
+    borders = importlib.import_module("stickslip.analysis.one_d.borders")
+    breakpoints = importlib.import_module("stickslip.analysis.one_d.breakpoints")
+    known: dict[str, Any] = {name: _class(name) for name in TYPES}
+    known |= {"np": np, "NDArray": NDArray, "Floats": Floats, "Labels": Labels}
+    known |= {"MapFamily": MapFamily, "FamilyND": FamilyND, "Kind": breakpoints.Kind}
+    known |= {
+        "Model": models.Model,
+        "Condition": conditions.Condition,
+        "Critical": borders.Critical,
+    }
+    return get_type_hints(_class(kind), localns=known)
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    """Whether a value is what an annotation says; a whole number is a float."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if hint is Any:
+        return True
+    if origin in (Union, UnionType):
+        return any(_fits(value, each) for each in inner)
+    if origin is Literal:
+        return value in inner
+    if origin is np.ndarray:
+        kind = np.dtype(get_args(inner[1])[0]).kind
+        return isinstance(value, np.ndarray) and value.dtype.kind == kind
+    if origin is dict:
+        return isinstance(value, dict) and all(
+            _fits(each, kind)
+            for item in value.items()
+            for each, kind in zip(item, inner, strict=True)
+        )
+    if origin is tuple:
+        if not isinstance(value, tuple):
+            return False
+        inner = inner[:1] * len(value) if inner[1:] == (...,) else inner
+        return len(value) == len(inner) and all(map(_fits, value, inner))
+    if hint in (int, float):
+        return isinstance(value, hint | int) and not isinstance(value, bool)
+    return isinstance(value, hint)
+
+
+def _named(hint: Any) -> str:
+    return hint.__name__ if isinstance(hint, type) else str(hint).replace("typing.", "")

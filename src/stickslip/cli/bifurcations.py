@@ -23,6 +23,7 @@ from stickslip.cli.options import (
 )
 from stickslip.cli.progress import notes, shares
 from stickslip.cli.table import SystemOptions
+from stickslip.files import columns_of, write_csv, write_text
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcation import BifurcationList
@@ -46,25 +47,6 @@ FILES: Final = (
     "bifurcations.json",
     "model.toml",
     *PICTURES,
-)
-CSV: Final = (
-    "kind",
-    "criticality",
-    "value",
-    "error",
-    "period",
-    "points",
-    "multipliers",
-    "orbits_before",
-    "orbits_after",
-    "attractors_before",
-    "attractors_after",
-    "outcome",
-    "predicted_outcome",
-    "mechanism",
-    "block",
-    "quality",
-    "note",
 )
 
 
@@ -125,7 +107,7 @@ def command(
         asked = system.described(f.model) | sweep.asked()
         print(columns.document("bifurcations", asked, _result(report)), end="")
     elif csv:
-        columns.write_csv(sys.stdout, _table(found))
+        write_csv(sys.stdout, columns_of(found))
     else:
         if out is not None:
             print("\n".join(str(out / name) for name in FILES), end="\n\n")
@@ -141,11 +123,6 @@ def _report(f: EventMap, found: BifurcationList) -> Report:
     return Report(found, picture=PICTURES[0], title=title)
 
 
-def _table(found: BifurcationList) -> dict[str, Any]:
-    rows = found.table()
-    return {name: [row[name] for row in rows] for name in CSV}
-
-
 def _result(report: Report) -> dict[str, Any]:
     content = json.loads(report.as_json())
     return {name: content[name] for name in ("bifurcations", "cascades", "unresolved")}
@@ -155,10 +132,9 @@ def _write(files: dict[str, Path], report: Report, f: EventMap) -> None:
     """Write everything but the pictures."""
     from stickslip.study.model_file import write_model
 
-    files["report.md"].write_text(report.as_markdown(), encoding="utf-8")
-    files["report.json"].write_text(report.as_json(), encoding="utf-8")
-    with files["bifurcations.csv"].open("w", encoding="utf-8", newline="") as stream:
-        columns.write_csv(stream, _table(report.found))
+    write_text(files["report.md"], report.as_markdown())
+    write_text(files["report.json"], report.as_json())
+    report.found.save(files["bifurcations.csv"])
     report.found.save(files["bifurcations.json"])
     write_model(f.model, files["model.toml"])
 

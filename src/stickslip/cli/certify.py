@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-from typing import TYPE_CHECKING
+from contextlib import ExitStack
 
-from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
-from stickslip.cli.files import new_file
+from stickslip.cli.failure import DONE, ComputationError, UsageError
+from stickslip.cli.files import new_files
 from stickslip.cli.options import FileOptions, ModelOptions, OutputOptions, Whole
-
-if TYPE_CHECKING:
-    from stickslip.proofs.certificate import Certificate
+from stickslip.files import checked_suffix
 
 EXAMPLES = """\
 stickslip certify --preset coulomb --orbit 0.27739 --period 4 --out S4.json
@@ -74,26 +71,24 @@ def command(
     if varied and orbit is None:
         raise UsageError("--border, --flip and --fold need the orbit: --orbit D --period P")
     system = model.two_blocks()
-    if jump is not None:
-        proof = certify.certify_jump(system, jump, digits=digits)
-    elif max_period is not None:
-        proof = certify.certify_orbits(system, max_period, digits=digits)
-    elif orbit is not None and varied:
-        ((kind, name),) = varied.items()
-        proof = certify.certify_bifurcation(system, kind, orbit, period, name, digits=digits)
-    else:
-        assert orbit is not None
-        proof = certify.certify_orbit(system, orbit, period, digits=digits)
-    return _deliver(proof, file, output)
-
-
-def _deliver(proof: Certificate, file: FileOptions, output: OutputOptions) -> int:
-    """Print a proof and write its certificate, if there is one."""
-    if not proof:
-        print(proof.statement, file=sys.stderr)
-        return COMPUTATION_FAILED
-    if file.out is not None:
-        with new_file(file.out, force=file.force) as stream:
-            stream.write(proof.text())
+    with ExitStack() as stack:
+        files = []
+        if file.out is not None:
+            checked_suffix(file.out, ("", ".json"), "--out")
+            files = stack.enter_context(new_files([file.out], force=file.force))
+        if jump is not None:
+            proof = certify.certify_jump(system, jump, digits=digits)
+        elif max_period is not None:
+            proof = certify.certify_orbits(system, max_period, digits=digits)
+        elif orbit is not None and varied:
+            ((kind, name),) = varied.items()
+            proof = certify.certify_bifurcation(system, kind, orbit, period, name, digits=digits)
+        else:
+            assert orbit is not None
+            proof = certify.certify_orbit(system, orbit, period, digits=digits)
+        if not proof:
+            raise ComputationError(proof.statement)
+        for path in files:
+            proof.save(path)
     print(proof.text() if output.json else f"{proof}\n", end="")
     return DONE

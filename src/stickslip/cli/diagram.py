@@ -20,6 +20,7 @@ from stickslip.cli.options import (
 )
 from stickslip.cli.progress import notes, shares
 from stickslip.cli.table import SystemOptions
+from stickslip.files import checked_suffix, columns_of, write_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -35,8 +36,6 @@ stickslip diagram --preset coulomb --parameter V --range 0.0366 0.0372 \\
 stickslip diagram --model mine.toml --parameter alpha --range 1.208 1.21865 \\
     --window 0.379 0.390 --values 2000 --out fig.pdf --csv points.csv
 """
-
-TABLE = ("period", "from", "begins", "to", "ends", "first_points", "last_points", "stable_share")
 
 
 def command(
@@ -73,7 +72,9 @@ def command(
 
     check_equally_spaced("--values", values)
     if out is not None:
-        pictures.check_suffix(out)
+        checked_suffix(out, pictures.SUFFIXES, "--out")
+    if csv is not None:
+        checked_suffix(csv, ("", ".csv"), "--csv")
     grid = np.linspace(*sweep.ends, values)
     f = system.event_map()
     files = [path for path in (out, csv) if path is not None]
@@ -93,8 +94,7 @@ def command(
         if out is not None:
             pictures.draw(diagram.plot, [temporary[out]])
         if csv is not None:
-            with temporary[csv].open("w", encoding="utf-8", newline="") as stream:
-                columns.write_csv(stream, _rows(diagram))
+            write_table(temporary[csv], _rows(diagram))
     notes(diagram.unresolved, "places that could not be settled", quiet=output.quiet)
     asked = system.described(f.model) | sweep.asked() | {"values": values}
     if output.json:
@@ -102,13 +102,7 @@ def command(
     elif files:
         print("\n".join(map(str, files)))
     else:
-        columns.show(_table(diagram))
-
-
-def _table(diagram: Diagram) -> dict[str, Any]:
-    """Lay out where each orbit exists, a row for each."""
-    rows = diagram.table()
-    return {name: [row[name] for row in rows] for name in TABLE}
+        columns.show(columns_of(diagram))
 
 
 def _rows(diagram: Diagram) -> dict[str, Any]:

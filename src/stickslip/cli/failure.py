@@ -13,6 +13,9 @@ REFUSED: Final = 3
 CLAIM_FAILED: Final = 4
 INTERRUPTED: Final = 130
 
+LONGEST: Final = 1000
+"""Characters of a message: it repeats what was given, which may be a whole file."""
+
 USERS: Final = (ValueError, OSError, MissingExtraError)  # what the user can mend
 
 
@@ -50,3 +53,16 @@ def exit_code_of(error: BaseException) -> int:
     if isinstance(error, KeyboardInterrupt):
         return INTERRUPTED
     return BAD_USAGE if isinstance(error, USERS) else COMPUTATION_FAILED
+
+
+def shortened(text: str) -> str:
+    """Leave out the middle of a long message: what is wrong stands first, what to do last.
+
+    What cannot be printed is escaped: an argument may hold what clears a terminal, or is no text.
+    """
+    text = "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
+    left_out = len(text) - LONGEST
+    if left_out <= 0:
+        return text
+    half = LONGEST // 2
+    return f"{text[:half]} ... ({left_out} characters left out) ... {text[-half:]}"

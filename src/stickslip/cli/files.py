@@ -9,18 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import TextIO
 
 from stickslip.cli.failure import RefusalError, UsageError
 from stickslip.files import whole_file
-
-
-@contextmanager
-def new_file(path: Path, *, force: bool) -> Iterator[TextIO]:
-    """Open a text file for writing; see `new_files`."""
-    with new_files([path], force=force) as (temporary,):
-        with temporary.open("w", encoding="utf-8", newline="") as stream:
-            yield stream
 
 
 @contextmanager
@@ -42,7 +33,7 @@ def new_files(paths: Sequence[Path], *, force: bool) -> Iterator[list[Path]]:
     for path in paths:
         if path.is_dir():
             raise UsageError(f"{path} is a folder; give the name of a file")
-        if path.exists() and not force:
+        if path.is_file() and not force:
             raise RefusalError(f"{path} exists; --force replaces it")
     with ExitStack() as stack:
         yield [_entered(stack, path) for path in paths]

@@ -6,25 +6,13 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stickslip.cli.failure import UsageError
 from stickslip.files import PICTURE_FORMATS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 HEIGHT = 4.0  # inches, over the width of two columns
-
-
-def is_picture(path: Path) -> bool:
-    """Whether a file is to hold a picture, by its name."""
-    return path.suffix.removeprefix(".") in PICTURE_FORMATS
-
-
-def check_suffix(path: Path) -> None:
-    """Refuse a picture's file whose format does not exist, before anything is computed."""
-    if not is_picture(path):
-        endings = ", ".join(f".{name}" for name in PICTURE_FORMATS)
-        raise UsageError(f"--out {path}: the name of a picture ends in one of {endings}")
+SUFFIXES = tuple(f".{name}" for name in PICTURE_FORMATS)
 
 
 def draw(plot: Callable[[Axes], Axes], paths: Iterable[Path]) -> None:

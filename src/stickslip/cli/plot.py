@@ -11,6 +11,7 @@ from stickslip.cli import pictures
 from stickslip.cli.failure import UsageError
 from stickslip.cli.files import new_files
 from stickslip.cli.options import OUTPUT, Flag, OutputOptions
+from stickslip.files import checked_suffix
 
 if TYPE_CHECKING:
     import xarray
@@ -57,7 +58,7 @@ def command(
     from stickslip.study.storage import load
     from stickslip.sweeps.sweep import open_sweep
 
-    pictures.check_suffix(out)
+    checked_suffix(out, pictures.SUFFIXES, "--out")
     curves = tuple(map(load, curve))
     picture = SweepMap(_cut(open_sweep(store), at), variable, curves)
     with new_files([out], force=force) as (temporary,):

@@ -31,7 +31,19 @@ from stickslip.cli import (
     verify,
     warmup,
 )
-from stickslip.cli.failure import BAD_USAGE, DONE, INTERRUPTED, exit_code_of
+from stickslip.cli.failure import (
+    BAD_USAGE,
+    DONE,
+    INTERRUPTED,
+    CommandError,
+    UsageError,
+    exit_code_of,
+    shortened,
+)
+from stickslip.files import FULL
+
+LONGEST_NAME = 40
+"""Characters of what stands for a command's name."""
 
 COMMANDS = (
     map,
@@ -78,6 +90,7 @@ def _examples(commands: str) -> str:
 def run(tokens: list[str]) -> int:
     """Parse, run, and turn every ending into an exit code and a message without traceback."""
     try:
+        _refuse_undecoded(tokens)
         with _termination_interrupts():
             code = application()(
                 tokens, exit_on_error=False, print_error=False, result_action="return_value"
@@ -87,9 +100,22 @@ def run(tokens: list[str]) -> int:
     except CycloptsError as error:
         return _tell(tokens, error, BAD_USAGE)
     except BrokenPipeError:
-        return _reader_left()
+        _drop_output()
+        return DONE
     except (Exception, KeyboardInterrupt) as error:
+        if _is_full(error):
+            _drop_output()
         return _tell(tokens, error, exit_code_of(error))
+
+
+def _refuse_undecoded(tokens: list[str]) -> None:
+    """Refuse arguments that are no text: they cannot be told, in JSON or in a picture."""
+    for number, token in enumerate(tokens, start=1):
+        if any("\ud800" <= character <= "\udfff" for character in token):
+            raise UsageError(
+                f"argument {number}, {token!r}, is not text in the encoding of the system, "
+                f"{sys.getfilesystemencoding()}"
+            )
 
 
 @contextmanager
@@ -108,28 +134,36 @@ def _termination_interrupts() -> Iterator[None]:
 def _tell(tokens: list[str], error: BaseException, code: int) -> int:
     """Say what went wrong: a line on stderr or, with ``--json``, a document on stdout."""
     command = next((token for token in tokens if not token.startswith("-")), "")
+    command = shortened(command[:LONGEST_NAME])
     if {"-v", "--verbose"} & set(tokens):
         traceback.print_exception(error)
     if code == INTERRUPTED:
         print("stickslip: interrupted", file=sys.stderr)
-    elif "--json" in tokens:
+    elif "--json" in tokens and not _is_full(error):
         from stickslip.cli.columns import error_document
 
         print(error_document(command, error), end="", flush=True)
     else:
-        print(f"stickslip {command}: {_message(error)}".replace(" :", ":"), file=sys.stderr)
+        name = f"stickslip {command}".rstrip()
+        print(f"{name}: {shortened(_message(error))}", file=sys.stderr)
     return code
 
 
+def _is_full(error: BaseException) -> bool:
+    """Whether the standard output takes no more; an error of any other file names the file."""
+    return isinstance(error, OSError) and error.filename is None and error.errno in FULL
+
+
 def _message(error: BaseException) -> str:
-    expected = isinstance(error, CycloptsError) or exit_code_of(error) != 1
+    expected = isinstance(error, CycloptsError | CommandError) or exit_code_of(error) != 1
     if isinstance(error, OSError) and error.filename is not None:
         return f"cannot use {error.filename}: {error.strerror}"
+    if isinstance(error, OSError) and _is_full(error):
+        return f"cannot write to the standard output: {error.strerror}"
     text = str(error) or type(error).__name__
     return text if expected else f"{type(error).__name__}: {text} (-v shows where)"
 
 
-def _reader_left() -> int:
-    """End quietly when whoever read the pipe, like ``head``, had enough."""
+def _drop_output() -> None:
+    """Let what waits to be printed go nowhere: the reader left, as ``head`` does, or is full."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return DONE

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from cyclopts import Parameter
 
 from stickslip.cli import columns, pictures
-from stickslip.cli.files import new_file, new_files
+from stickslip.cli.files import new_files
 from stickslip.cli.options import (
     EngineOptions,
     FileOptions,
@@ -17,6 +17,7 @@ from stickslip.cli.options import (
     OutputOptions,
     described,
 )
+from stickslip.files import checked_suffix, write_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -88,14 +89,14 @@ class TableOptions(SystemOptions):
         """
         if self.file.out is None:
             table = compute()
-        elif pictures.is_picture(self.file.out):
+        else:
+            suffix = checked_suffix(self.file.out, ("", ".csv", *pictures.SUFFIXES), "--out")
             with new_files([self.file.out], force=self.file.force) as (temporary,):
                 table = compute()
-                pictures.draw(plot, [temporary])
-        else:
-            with new_file(self.file.out, force=self.file.force) as stream:
-                table = compute()
-                columns.write_csv(stream, table)
+                if suffix in ("", ".csv"):
+                    write_table(temporary, table)
+                else:
+                    pictures.draw(plot, [temporary])
         if self.output.json:
             parameters = self.described(model) | asked
             print(columns.document(command, parameters, table), end="")

@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, field
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
-from stickslip.files import write_text
+from stickslip.files import checked_path, checked_suffix, write_text
 from stickslip.proofs.verify.words import SCHEMA, read
 
 __all__ = ["Certificate", "certificate", "refusal"]
@@ -56,16 +55,17 @@ class Certificate:
         Parameters
         ----------
         path : str or path
-            A file of that name is replaced.
+            Ends in ``.json`` or has no suffix; a file of that name is replaced.
 
         Raises
         ------
         ValueError
-            Nothing was proven.
+            Nothing was proven, or the name has another suffix.
         OSError
             The file cannot be written.
         """
-        write_text(Path(path), self.text())
+        checked_suffix(checked_path(path), ("", ".json"))
+        write_text(path, self.text())
 
     def text(self) -> str:
         """Return what `save` writes.

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from stickslip.files import write_text
+from stickslip.files import checked_path, checked_suffix, read_text, write_text
 from stickslip.study.law_values import within
 from stickslip.study.model_values import Model, model_of_values, model_values
 
 if TYPE_CHECKING:
     from os import PathLike
 
-__all__ = ["model_text", "read_model", "toml_table", "write_model"]
+__all__ = ["model_text", "read_model", "read_toml", "write_model"]
+
+MOST_NESTED: Final = 20
+TOO_DEEP: Final = "its keys, arrays or tables are nested too deeply"
+LONG_KEY: Final = re.compile(
+    rf"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{MOST_NESTED + 1}}}"""
+)
+"""Looked for beforehand: reading a key takes a time that grows with the square of its dots."""
 
 
 def read_model(path: str | PathLike[str]) -> Model:
@@ -40,9 +47,9 @@ def read_model(path: str | PathLike[str]) -> Model:
     OSError
         The file cannot be read.
     """
-    path = Path(path)
+    table = read_toml(path)
     with within(f"{path}: "):
-        return model_of_values(toml_table(path.read_bytes()))
+        return model_of_values(table)
 
 
 def write_model(model: Model, path: str | PathLike[str]) -> None:
@@ -62,7 +69,8 @@ def write_model(model: Model, path: str | PathLike[str]) -> None:
     OSError
         The file cannot be written.
     """
-    write_text(Path(path), model_text(model))
+    checked_suffix(checked_path(path), ("", ".toml"))
+    write_text(path, model_text(model))
 
 
 def model_text(model: Model) -> str:
@@ -102,23 +110,36 @@ def _lines(values: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def toml_table(content: bytes) -> dict[str, Any]:
-    """Read TOML.
+def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
+    """Read a TOML file.
 
     Raises
     ------
     ValueError
-        It is none; the message names the line.
+        It is none; the message names file and line.
+    OSError
+        It cannot be read.
     """
-    try:
-        return tomllib.loads(content.decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise ValueError(
-            f"not UTF-8 text: byte {content[error.start]:#x} in line {line}. "
-            "Save the file as UTF-8."
-        ) from None
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"not TOML: {error}") from None
-    except RecursionError:
-        raise ValueError("its arrays or tables are nested too deeply") from None
+    text = read_text(path)
+    with within(f"{path}: "):
+        if found := LONG_KEY.search(text):
+            line = text.count("\n", 0, found.start()) + 1
+            raise ValueError(f"{TOO_DEEP}: more than {MOST_NESTED} dots in a key, line {line}")
+        try:
+            table = tomllib.loads(text)
+        except ValueError as error:  # a whole number of thousands of digits, too
+            raise ValueError(f"not TOML: {error}") from None
+        except RecursionError:
+            raise ValueError(TOO_DEEP) from None
+        _refuse_deep(table)
+        return table
+
+
+def _refuse_deep(table: dict[str, Any]) -> None:
+    """Raise ValueError for what nothing that walks through it could finish."""
+    level: list[Any] = [table]
+    for _ in range(MOST_NESTED):
+        items = [item for each in level for item in (each.values() if type(each) is dict else each)]
+        level = [item for item in items if isinstance(item, dict | list)]
+    if level:
+        raise ValueError(f"{TOO_DEEP}: more than {MOST_NESTED} levels")

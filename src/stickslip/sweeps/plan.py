@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import msgspec
 
+from stickslip.files import checked_path
 from stickslip.study.event_map import event_map
 from stickslip.study.law_values import within
-from stickslip.study.model_file import read_model, toml_table
+from stickslip.study.model_file import read_model, read_toml
 from stickslip.study.model_values import model_of_values
 from stickslip.sweeps.axis import axis
 from stickslip.sweeps.errors import StoreRefused
@@ -124,9 +125,10 @@ def read_plan(path: str | PathLike[str]) -> Plan:
     OSError
         The file cannot be read.
     """
-    path = Path(path)
+    path = checked_path(path)
+    table = read_toml(path)
     with within(f"{path}: "):
-        file = _read(toml_table(path.read_bytes()), _File, "")
+        file = _read(table, _File, "")
         arguments: dict[str, Any] = {
             "system": _system(file, path.parent),
             "axes": {name: _axis(name, given) for name, given in file.axes.items()},

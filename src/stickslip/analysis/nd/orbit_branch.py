@@ -195,5 +195,5 @@ class OrbitBranchND(AlongParameter):
         return "\n".join(lines)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a file that `stickslip.load` reads."""
+        """Write to a .json file that `stickslip.load` reads."""
         importlib.import_module("stickslip.analysis.storage").save(self, path)

@@ -70,7 +70,7 @@ class PeriodicOrbitND:
         return "\n".join(lines)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a file that `stickslip.load` reads."""
+        """Write to a .json file that `stickslip.load` reads."""
         importlib.import_module("stickslip.analysis.storage").save(self, path)
 
 
@@ -198,5 +198,5 @@ class OrbitListND(OrbitSequence[PeriodicOrbitND]):
         return "\n".join(lines)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a file that `stickslip.load` reads."""
+        """Write to a .json file that `stickslip.load` reads."""
         importlib.import_module("stickslip.analysis.storage").save(self, path)

@@ -176,7 +176,7 @@ class CycleBranch(AlongParameter):
         return axes
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a file that `stickslip.load` reads; built-in friction laws only."""
+        """Write to a .json file for `stickslip.load` (built-in laws only), or the table as .csv."""
         importlib.import_module("stickslip.study.storage").save(self, path)
 
     def __repr__(self) -> str:

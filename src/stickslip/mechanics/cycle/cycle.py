@@ -81,7 +81,7 @@ class Cycle:
         return self.trajectory.plot(ax)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a file that `stickslip.load` reads; built-in friction laws only."""
+        """Write to a .json file that `stickslip.load` reads; built-in friction laws only."""
         importlib.import_module("stickslip.study.storage").save(self, path)
 
     def __repr__(self) -> str:
