@@ -2,15 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+import shutil
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Final
 
-__all__ = ["PICTURE_FORMATS", "whole_file", "write_text"]
+__all__ = ["PICTURE_FORMATS", "undo_all", "undone_unless_finished", "whole_file", "write_text"]
 
 PICTURE_FORMATS: Final = ("svg", "pdf", "png")
+
+_undo: list[Callable[[], object]] = []
+
+
+@contextmanager
+def undone_unless_finished(undo: Callable[[], object]) -> Iterator[None]:
+    """Call `undo` when the block fails, or when the program ends within it; see `undo_all`.
+
+    To be entered before the first file is made: an interrupt may come between any two lines.
+    """
+    _undo.append(undo)
+    try:
+        yield
+    except BaseException:
+        undo()
+        raise
+    finally:
+        _undo.remove(undo)
+
+
+def undo_all() -> None:
+    """Remove what is half-written: for a program that ends without leaving its blocks."""
+    while _undo:
+        _undo.pop()()
 
 
 @contextmanager
@@ -34,11 +59,13 @@ def whole_file(path: Path) -> Iterator[Path]:
     OSError
         The folder cannot be written, or `path` is a folder.
     """
-    beside = TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.", suffix=".partial")
-    with beside as folder:
-        temporary = Path(folder) / path.name
+    folder = path.parent / f".{path.name}.{os.urandom(4).hex()}.partial"
+    with undone_unless_finished(lambda: shutil.rmtree(folder, ignore_errors=True)):
+        folder.mkdir(0o700)
+        temporary = folder / path.name
         yield temporary
         temporary.replace(path)
+        folder.rmdir()
 
 
 def write_text(path: Path, text: str) -> None:
