@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
-import threading
 import traceback
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import suppress
 
 from cyclopts import App, CycloptsError
 
@@ -31,7 +28,8 @@ from stickslip.cli import (
     verify,
     warmup,
 )
-from stickslip.cli.failure import BAD_USAGE, DONE, INTERRUPTED, exit_code_of
+from stickslip.cli.failure import BAD_USAGE, DONE, INTERRUPTED, UsageError, exit_code_of
+from stickslip.cli.process import interrupted, say_interrupted
 
 COMMANDS = (
     map,
@@ -78,11 +76,10 @@ def _examples(commands: str) -> str:
 def run(tokens: list[str]) -> int:
     """Parse, run, and turn every ending into an exit code and a message without traceback."""
     try:
-        with _termination_interrupts():
-            code = application()(
-                tokens, exit_on_error=False, print_error=False, result_action="return_value"
-            )
-        sys.stdout.flush()
+        code = application()(
+            tokens, exit_on_error=False, print_error=False, result_action="return_value"
+        )
+        _flush()
         return DONE if code is None else int(code)
     except CycloptsError as error:
         return _tell(tokens, error, BAD_USAGE)
@@ -92,17 +89,14 @@ def run(tokens: list[str]) -> int:
         return _tell(tokens, error, exit_code_of(error))
 
 
-@contextmanager
-def _termination_interrupts() -> Iterator[None]:
-    """Let a termination end the work as an interrupt does: no file stays half-written."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    previous = signal.signal(signal.SIGTERM, signal.default_int_handler)
+def _flush() -> None:
+    """Write what is left of the result."""
     try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, previous)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise UsageError(f"cannot write the result to stdout: {error.strerror}") from error
 
 
 def _tell(tokens: list[str], error: BaseException, code: int) -> int:
@@ -110,14 +104,16 @@ def _tell(tokens: list[str], error: BaseException, code: int) -> int:
     command = next((token for token in tokens if not token.startswith("-")), "")
     if {"-v", "--verbose"} & set(tokens):
         traceback.print_exception(error)
-    if code == INTERRUPTED:
-        print("stickslip: interrupted", file=sys.stderr)
-    elif "--json" in tokens:
+    if code == INTERRUPTED or interrupted():
+        say_interrupted()
+        return INTERRUPTED
+    if "--json" in tokens:
         from stickslip.cli.columns import error_document
 
-        print(error_document(command, error), end="", flush=True)
-    else:
-        print(f"stickslip {command}: {_message(error)}".replace(" :", ":"), file=sys.stderr)
+        with suppress(OSError):
+            print(error_document(command, error), end="", flush=True)
+            return code
+    print(f"stickslip {command}: {_message(error)}".replace(" :", ":"), file=sys.stderr)
     return code
 
 
