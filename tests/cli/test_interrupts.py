@@ -128,6 +128,21 @@ with whole_file(pathlib.Path("result.csv")) as path:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_cleaning_up_after_an_interrupt_is_not_interrupted(tmp_path):
+    script = """
+        from stickslip.cli import process
+        process.AGAIN, process.PATIENCE = 0.001, 60.0
+        try:
+            interrupt()
+        finally:
+            for _ in range(30):
+                time.sleep(0.002)
+            pathlib.Path("clean").touch()
+    """
+    assert ended(script, tmp_path).returncode == 130
+    assert (tmp_path / "clean").exists()
+
+
 def test_files_that_appear_together_are_not_divided(tmp_path):
     script = """
         from stickslip.cli.files import new_files
