@@ -43,5 +43,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _end(number: int, frame: object) -> None:
-    os.write(2, b"stickslip: interrupted\n")
+    with suppress(OSError):
+        os.write(2, b"stickslip: interrupted\n")
     os._exit(130)
