@@ -56,6 +56,7 @@ evidence: $(STAMPS)/dev
 		--share 0 --max-events 400 --jobs $(JOBS)
 	$(PY) -m tests.acceptance.drivers coulomb --systems 10000 --points 1000 --jobs $(JOBS)
 	$(PY) -m tests.acceptance.drivers law9 --systems 100000 --points 100 --jobs $(JOBS)
+	$(PY) -m tests.acceptance.interrupts --n 500
 	$(PY) -m tests.acceptance.mutants
 	$(PY) -m tests.acceptance.covered --jobs $(JOBS)
 

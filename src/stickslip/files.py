@@ -6,11 +6,11 @@ import csv
 import errno
 import os
 import reprlib
+import shutil
 import stat
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Final, TextIO
 
 __all__ = [
@@ -22,6 +22,8 @@ __all__ = [
     "columns_of",
     "flat",
     "read_text",
+    "undo_all",
+    "undone_unless_finished",
     "whole_file",
     "write_csv",
     "write_table",
@@ -116,6 +118,31 @@ def _refuse_special(path: Path) -> None:
         raise OSError(errno.EINVAL, told, str(path))
 
 
+_undo: list[Callable[[], object]] = []
+
+
+@contextmanager
+def undone_unless_finished(undo: Callable[[], object]) -> Iterator[None]:
+    """Call `undo` when the block fails, or when the program ends within it; see `undo_all`.
+
+    To be entered before the first file is made: an interrupt may come between any two lines.
+    """
+    _undo.append(undo)
+    try:
+        yield
+    except BaseException:
+        undo()
+        raise
+    finally:
+        _undo.remove(undo)
+
+
+def undo_all() -> None:
+    """Remove what is half-written: for a program that ends without leaving its blocks."""
+    while _undo:
+        _undo.pop()()
+
+
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """Give a file to write; it becomes `path` when the block ends well.
@@ -142,11 +169,14 @@ def whole_file(path: Path) -> Iterator[Path]:
     _refuse_special(path)
     target = Path(os.path.realpath(path))  # a link stays one
     beside = f".{path.name[:40]}."  # short: a name of the longest length has no room for more
+    folder = target.parent / f"{beside}{os.urandom(4).hex()}.partial"
     try:
-        with TemporaryDirectory(dir=target.parent, prefix=beside, suffix=".partial") as folder:
-            temporary = Path(folder) / path.name
+        with undone_unless_finished(lambda: shutil.rmtree(folder, ignore_errors=True)):
+            folder.mkdir(0o700)
+            temporary = folder / path.name
             yield temporary
             temporary.replace(target)
+            folder.rmdir()
     except OSError as error:
         ours = beside in str(error.filename)
         if ours or (error.filename is None and error.errno in FULL):

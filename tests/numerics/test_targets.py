@@ -87,6 +87,61 @@ def test_a_folder_that_others_can_write_is_passed_over(folders):
     assert choose_folder().is_relative_to(folders["xdg"])
 
 
+@pytest.mark.parametrize("mode", [0o770, 0o707])
+@pytest.mark.parametrize("level", ["own", "own/above", "own/above/numba"])
+def test_no_level_of_the_path_may_be_written_by_others(folders, monkeypatch, level, mode):
+    """Who can write a folder can put another one in the place of what lies in it."""
+    base = folders["own"] / "above"
+    (base / "numba").mkdir(parents=True)
+    monkeypatch.setenv("STICKSLIP_CACHE_DIR", str(base))
+    assert choose_folder().is_relative_to(base)
+    folders["own"].parent.joinpath(level).chmod(mode)
+    assert choose_folder().is_relative_to(folders["xdg"])
+
+
+def test_a_shared_folder_is_no_danger_if_only_owners_can_exchange_what_is_there(folders):
+    folders["own"].chmod(0o1777)  # as /tmp
+    assert choose_folder().is_relative_to(folders["own"])
+    (folders["own"] / "numba").chmod(0o1777)
+    assert choose_folder().is_relative_to(folders["xdg"])
+
+
+@pytest.mark.parametrize("level", ["own", "own/numba"])
+def test_a_folder_of_another_user_is_passed_over(folders, monkeypatch, level):
+    """The temporary folder is shared: whoever comes first makes what is there."""
+    place = folders["own"].parent / level
+    place.mkdir(exist_ok=True)
+    owners = {place.stat().st_ino: os.getuid() + 1}
+    real = Path.lstat
+
+    def lstat(path):
+        found = list(real(path))
+        found[stat.ST_UID] = owners.get(found[stat.ST_INO], found[stat.ST_UID])
+        return os.stat_result(found)
+
+    monkeypatch.setattr(Path, "lstat", lstat)
+    assert choose_folder().is_relative_to(folders["xdg"])
+
+
+def test_a_link_is_followed_once_and_for_all(folders, monkeypatch, tmp_path):
+    place, link = tmp_path / "place", tmp_path / "link"
+    place.mkdir()
+    link.symlink_to(place)
+    monkeypatch.setenv("STICKSLIP_CACHE_DIR", str(link))
+    assert choose_folder().is_relative_to(place)
+
+
+def test_folders_are_made_for_their_owner_alone_whatever_the_umask(folders, monkeypatch):
+    monkeypatch.setenv("STICKSLIP_CACHE_DIR", str(folders["own"] / "new" / "one"))
+    previous = os.umask(0)
+    try:
+        root = choose_folder()
+    finally:
+        os.umask(previous)
+    for made in (root, root.parent, root.parents[1], root.parents[2]):
+        assert stat.S_IMODE(made.stat().st_mode) == 0o700
+
+
 def test_without_any_folder_there_is_no_cache(folders, monkeypatch):
     for place in folders.values():
         place.rmdir()
@@ -147,6 +202,7 @@ def small_package(tmp_path):
         (package / folder / "__init__.py").touch()
     (package / "__init__.py").touch()
     shutil.copy(targets.__file__, package / "numerics" / "targets.py")
+    shutil.copy(targets.PACKAGE / "files.py", package / "files.py")
     (package / "mechanics" / "caller.py").write_text(
         textwrap.dedent("""
             from stickslip.numerics.helper import helper
@@ -186,6 +242,110 @@ def test_an_edit_of_a_helper_in_another_module_reaches_its_caller(small_package,
     assert call(small_package, cache) == ["41.0", "0"]
     write_helper(small_package, "10.0 * x")
     assert call(small_package, cache) == ["21.0", "1"]  # its old folder is still right
+
+
+# --- files that were damaged -------------------------------------------------------------------
+
+DAMAGED = """
+from stickslip.numerics.targets import kernel
+
+@kernel
+def tenth(x):
+    return 0.1 * x
+
+@kernel
+def answer(x):
+    return tenth(x) + 0.5 * x
+"""
+
+
+@pytest.fixture
+def small_cache(tmp_path, monkeypatch, capsys):
+    """Ask a small cache: a function that begins anew, as another process would.
+
+    It returns the answer, how many kernels came from the cache, and the lines on stderr.
+    """
+    monkeypatch.setattr(targets, "cache_root", lambda: tmp_path)
+    monkeypatch.setattr(targets, "ANNOUNCE_AFTER_SECONDS", 1e3)
+
+    def ask():
+        targets._told.clear()
+        for name in [name for name in sys.modules if name.startswith("stickslip_generated_heals")]:
+            del sys.modules[name]
+        module = targets.write_module("heals", DAMAGED)
+        answer = module.answer(3.0), module.tenth(3.0), module.tenth(3)
+        hits = sum(sum(f.stats.cache_hits.values()) for f in (module.answer, module.tenth))
+        return answer, hits, capsys.readouterr().err.splitlines()
+
+    return ask
+
+
+def truncated(path, other):
+    path.write_bytes(path.read_bytes()[:-1])
+
+
+def halved(path, other):
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def flipped(path, other):
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+
+
+def emptied(path, other):
+    path.write_bytes(b"")
+
+
+def deleted(path, other):
+    path.unlink()
+
+
+def exchanged(path, other):
+    first, second = path.read_bytes(), other.read_bytes()
+    path.write_bytes(second)
+    other.write_bytes(first)
+
+
+DAMAGES = [truncated, halved, flipped, emptied, deleted, exchanged]
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_whatever_happens_to_a_file_the_answer_is_right_and_the_cache_heals(
+    damage, small_cache, tmp_path
+):
+    right = (1.8, 3 * 0.1, 3 * 0.1)
+    assert small_cache() == (right, 0, [])
+    assert small_cache() == (right, 3, [])
+    files = sorted(path for path in tmp_path.rglob("*") if path.is_file())
+    assert {path.suffix for path in files} == {".py", ".code", ".nbc"}
+    for path, other in zip(files, [*files[1:], files[0]], strict=True):
+        damage(path, other)
+        answer, _, lines = small_cache()
+        assert answer == right
+        if damage is deleted:
+            assert lines == []
+        else:
+            (line,) = lines
+            assert path.name in line or other.name in line
+        assert small_cache() == (right, 3, [])
+    assert sorted(path for path in tmp_path.rglob("*") if path.is_file()) == files
+
+
+def test_a_cache_that_cannot_be_written_any_more_costs_a_line_and_no_answer(
+    small_cache, tmp_path, monkeypatch
+):
+    def full(path, content):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    for _ in range(2):
+        answer, hits, (line,) = small_cache()
+        assert answer[0] == 1.8
+        assert hits == 0
+        assert "No space left" in line
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
 
 
 # --- binding -----------------------------------------------------------------------------------
@@ -269,7 +429,9 @@ def test_generated_text_becomes_a_module_once():
     assert targets.write_module("test", text.format(1.5)) is one
     two = targets.write_module("test", text.format(2.5))
     assert (two.f(1.0), one.f(1.0)) == (3.5, 2.5)
-    assert Path(one.__file__).read_text() == text.format(1.5)
+    kept, seal = Path(one.__file__).read_text().split("\n# sha256 ")
+    assert kept == text.format(1.5)
+    assert len(seal) == 65
 
 
 def test_long_compilation_is_announced_on_stderr_only(tmp_path):

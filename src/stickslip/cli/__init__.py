@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 
 from stickslip import __version__
 
@@ -14,7 +17,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        What follows the program's name; ``sys.argv[1:]`` if not given.
+        What follows the program's name. If not given this is the program itself: it takes
+        ``sys.argv[1:]``, answers signals, and ends the process with the exit code.
 
     Returns
     -------
@@ -22,10 +26,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 done, 1 a computation failed, 2 bad usage or file, 3 refused to
         overwrite, 4 a checked claim did not hold, 130 interrupted.
     """
-    tokens = list(sys.argv[1:] if arguments is None else arguments)
+    if arguments is None:
+        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            signal.signal(signal.SIGINT, _end)  # until there is more to do: importing takes a while
+        from stickslip.cli.process import run_as_process
+
+        run_as_process(lambda: main(sys.argv[1:]))
+    tokens = list(arguments)
     if tokens == ["--version"]:  # without building the parser: scripts ask this often
-        print(__version__)
-        return 0
+        with suppress(OSError):  # the whole program tells of it
+            print(__version__, flush=True)
+            return 0
     from stickslip.cli.program import run
 
     return run(tokens)
+
+
+def _end(number: int, frame: object) -> None:
+    with suppress(OSError):
+        os.write(2, b"stickslip: interrupted\n")
+    os._exit(130)

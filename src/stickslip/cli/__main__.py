@@ -1,7 +1,5 @@
 """``python -m stickslip.cli``."""
 
-import sys
-
 from stickslip.cli import main
 
-sys.exit(main())
+main()

@@ -84,7 +84,7 @@ def _cache() -> Finding:
 
     folder = cache_root()
     if folder is None:
-        return "kernel cache", "off", "no writable folder: set STICKSLIP_CACHE_DIR"
+        return "kernel cache", "off", "no folder that you alone can write: set STICKSLIP_CACHE_DIR"
     files = [path for path in folder.rglob("*") if path.is_file()]
     compiled = sum(path.suffix == ".nbc" for path in files)
     megabytes = sum(path.stat().st_size for path in files) / 1e6

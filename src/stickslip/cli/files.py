@@ -11,7 +11,8 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from stickslip.cli.failure import RefusalError, UsageError
-from stickslip.files import whole_file
+from stickslip.cli.process import all_or_none
+from stickslip.files import undone_unless_finished, whole_file
 
 
 @contextmanager
@@ -37,6 +38,8 @@ def new_files(paths: Sequence[Path], *, force: bool) -> Iterator[list[Path]]:
             raise RefusalError(f"{path} exists; --force replaces it")
     with ExitStack() as stack:
         yield [_entered(stack, path) for path in paths]
+        with all_or_none():
+            stack.close()
 
 
 def _entered(stack: ExitStack, path: Path) -> Path:
@@ -69,12 +72,13 @@ def new_folder(folder: Path, names: Sequence[str], *, force: bool) -> Iterator[l
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"{folder} is a file; give the name of a folder")
     missing = [each for each in (folder, *folder.parents) if not each.exists()]
-    try:
+    with undone_unless_finished(lambda: _remove_empty(missing)):
         folder.mkdir(parents=True, exist_ok=True)
         with new_files([folder / name for name in names], force=force) as paths:
             yield paths
-    except BaseException:
-        for each in missing:
-            with suppress(OSError):  # not made, or somebody else uses it by now
-                each.rmdir()
-        raise
+
+
+def _remove_empty(folders: Sequence[Path]) -> None:
+    for each in folders:
+        with suppress(OSError):  # not made, or somebody else uses it by now
+            each.rmdir()

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
-import threading
 import traceback
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import suppress
 
 from cyclopts import App, CycloptsError
 
@@ -40,6 +37,7 @@ from stickslip.cli.failure import (
     exit_code_of,
     shortened,
 )
+from stickslip.cli.process import interrupted, say_interrupted
 from stickslip.files import FULL
 
 LONGEST_NAME = 40
@@ -91,11 +89,10 @@ def run(tokens: list[str]) -> int:
     """Parse, run, and turn every ending into an exit code and a message without traceback."""
     try:
         _refuse_undecoded(tokens)
-        with _termination_interrupts():
-            code = application()(
-                tokens, exit_on_error=False, print_error=False, result_action="return_value"
-            )
-        sys.stdout.flush()
+        code = application()(
+            tokens, exit_on_error=False, print_error=False, result_action="return_value"
+        )
+        _flush()
         return DONE if code is None else int(code)
     except CycloptsError as error:
         return _tell(tokens, error, BAD_USAGE)
@@ -118,17 +115,15 @@ def _refuse_undecoded(tokens: list[str]) -> None:
             )
 
 
-@contextmanager
-def _termination_interrupts() -> Iterator[None]:
-    """Let a termination end the work as an interrupt does: no file stays half-written."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    previous = signal.signal(signal.SIGTERM, signal.default_int_handler)
+def _flush() -> None:
+    """Write what is left of the result."""
     try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, previous)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        _drop_output()
+        raise UsageError(f"cannot write to the standard output: {error.strerror}") from error
 
 
 def _tell(tokens: list[str], error: BaseException, code: int) -> int:
@@ -137,15 +132,17 @@ def _tell(tokens: list[str], error: BaseException, code: int) -> int:
     command = shortened(command[:LONGEST_NAME])
     if {"-v", "--verbose"} & set(tokens):
         traceback.print_exception(error)
-    if code == INTERRUPTED:
-        print("stickslip: interrupted", file=sys.stderr)
-    elif "--json" in tokens and not _is_full(error):
+    if code == INTERRUPTED or interrupted():
+        say_interrupted()
+        return INTERRUPTED
+    if "--json" in tokens:
         from stickslip.cli.columns import error_document
 
-        print(error_document(command, error), end="", flush=True)
-    else:
-        name = f"stickslip {command}".rstrip()
-        print(f"{name}: {shortened(_message(error))}", file=sys.stderr)
+        with suppress(OSError):
+            print(error_document(command, error), end="", flush=True)
+            return code
+    name = f"stickslip {command}".rstrip()
+    print(f"{name}: {shortened(_message(error))}", file=sys.stderr)
     return code
 
 

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from stickslip.cli import columns
 from stickslip.cli.failure import ComputationError, RefusalError, UsageError
 from stickslip.cli.options import OUTPUT, Flag, OutputOptions, Whole
+from stickslip.cli.process import advise
 from stickslip.cli.progress import points
 
 if TYPE_CHECKING:
@@ -104,6 +105,7 @@ def _run(
     """Run the sweep, and give each way of ending badly its exit code."""
     from stickslip.sweeps.errors import StoreBusy, StoreFull, StoreRefused, TilesFailed
 
+    advise("--resume goes on with what is done")
     with _client(scheduler) as client, points("grid points", quiet=quiet) as show:
         try:
             plan.run(store=where, threads=threads, client=client, device=device, progress=show)

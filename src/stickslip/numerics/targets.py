@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import marshal
 import os
+import pickle
 import re
 import shutil
 import stat
@@ -24,10 +26,13 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar, overload
+from typing import Any, ClassVar, TypeVar, overload
 
 import numba
-from numba.core import event
+from numba.core import caching, event
+from numba.core.serialize import dumps
+
+from stickslip.files import whole_file
 
 config: Any = numba.config
 
@@ -112,29 +117,42 @@ def _candidate_roots() -> Iterator[Path]:
 
 
 def _private_and_writable(folder: Path) -> bool:
-    """Whether `folder` can hold pickled code: ours alone to write, and writable."""
+    """Make `folder` if need be; whether it can hold code: nobody else can write there.
+
+    No level of the path belongs to another user or can be written by others, so that no folder
+    of it can be exchanged later. In a shared folder with the sticky bit, as /tmp, only the owner
+    can exchange what is there; the next level must then be ours, or the system's.
+    """
     try:
-        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        status = folder.stat()
-        if hasattr(os, "getuid") and status.st_uid != os.getuid():
-            return False
-        if status.st_mode & stat.S_IWOTH:
-            return False
+        for level in reversed((folder, *folder.parents)):
+            if not level.exists():
+                level.mkdir(0o700)
+            if hasattr(os, "getuid") and not _guarded(level.lstat(), last=level == folder):
+                return False
+        folder.chmod(0o700)
         with tempfile.NamedTemporaryFile(dir=folder):
             return True
     except OSError:
         return False
 
 
+def _guarded(level: os.stat_result, *, last: bool) -> bool:
+    owners = {os.getuid()} if last else {0, os.getuid()}
+    shared = level.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+    sticky = not last and level.st_mode & stat.S_ISVTX
+    return level.st_uid in owners and (not shared or bool(sticky))
+
+
 @cache
 def cache_root() -> Path | None:
     """Folder of compiled and generated kernels of this version of the sources, or None.
 
-    The first writable of ``$STICKSLIP_CACHE_DIR``, ``$XDG_CACHE_HOME``, ``~/.cache`` and a
-    private temporary folder. Folders of other versions that nobody used for a month go.
+    The first of ``$STICKSLIP_CACHE_DIR``, ``$XDG_CACHE_HOME``, ``~/.cache`` and the temporary
+    folder that this user alone can write. Folders of other versions that nobody used for a month
+    go.
     """
     for base in _candidate_roots():
-        numba_base = base / "numba"
+        numba_base = Path(os.path.realpath(base)) / "numba"  # a link could be turned elsewhere
         if _private_and_writable(numba_base):
             root = numba_base / source_hash()
             root.mkdir(exist_ok=True, mode=0o700)
@@ -152,6 +170,107 @@ def _prune(base: Path, keep: Path) -> None:
                 shutil.rmtree(folder, ignore_errors=True)
         except OSError:
             continue
+
+
+# --- files of the cache -----------------------------------------------------------------------
+# Each ends in a seal, the hash of its place in the cache and of its content: nothing else is
+# executed or unpickled. A pickle, a code object and the text of a module may all have this tail.
+
+SEAL = b"\n# sha256 %s\n"
+_told: set[str] = set()
+
+
+def _seal(path: Path, content: bytes) -> bytes:
+    root = cache_root()
+    place = path.relative_to(root).as_posix() if root else ""
+    return SEAL % hashlib.sha256(place.encode() + b"\0" + content).hexdigest().encode()
+
+
+def _read(path: Path) -> bytes | None:
+    """Content of a file of the cache; None if there is none, or it is not what was written."""
+    try:
+        sealed = path.read_bytes()
+    except FileNotFoundError:
+        return None
+    except OSError:
+        sealed = b""
+    content = sealed[: -len(SEAL) - 62]
+    if content and sealed == content + _seal(path, content):
+        return content
+    _tell("damaged", f"damaged in the kernel cache, made again: {path.name}")
+    return None
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write a file of the cache, whole."""
+    with _dispensable():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(path) as temporary:
+            temporary.write_bytes(content + _seal(path, content))
+
+
+@contextmanager
+def _dispensable() -> Iterator[None]:
+    """Go on without what cannot be written, and say so."""
+    try:
+        yield
+    except OSError as error:
+        _tell("not kept", f"compiled kernels are not kept for the next run: {error}")
+
+
+def _kept(path: Path, make: Callable[[], bytes]) -> bytes:
+    content = _read(path)
+    if content is None:
+        content = make()
+        _write(path, content)
+    return content
+
+
+def _tell(what: str, text: str) -> None:
+    """Say something about the cache on stderr, once; compiling goes with either of the others."""
+    if what not in _told and not (what == "compiling" and _told):
+        _told.add(what)
+        print(f"stickslip: {text}", file=sys.stderr, flush=True)
+
+
+class _Place(caching.CompileResultCacheImpl):
+    """Where numba would keep a kernel: in our folder, or nowhere."""
+
+    _locator_classes: ClassVar = [caching.UserProvidedCacheLocator]  # type: ignore[misc]
+
+
+class _Files:
+    """A sealed file for each signature of a kernel, in the place of numba's index and data."""
+
+    def __init__(self, base: str, stamp: bytes) -> None:
+        self._base, self._stamp = base, stamp
+
+    def load(self, key: Any) -> Any:
+        content = _read(self._path(key))
+        found, data = (None, None) if content is None else pickle.loads(content)
+        return data if found == key else None
+
+    def save(self, key: Any, data: Any) -> None:
+        _write(self._path(key), dumps((key, data)))
+
+    def _path(self, key: Any) -> Path:
+        name = hashlib.sha256(repr((self._stamp, key)).encode()).hexdigest()[:16]
+        return Path(f"{self._base}.{name}.nbc")
+
+
+class _Cache(caching.FunctionCache):
+    """Numba's cache of a kernel, with files that cannot be mistaken."""
+
+    _impl_class = _Place
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        base = os.path.join(self.cache_path, self._impl.filename_base)
+        self._cache_file: Any = _Files(base, self._impl.locator.get_source_stamp())
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        with _dispensable():
+            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
 
 
 @contextmanager
@@ -216,7 +335,7 @@ def _compiled(func: F, inline: bool, fused: bool) -> F:
     key = getattr(_instance_key, "value", "plain")
     if root is not None and key is not None:
         with _numba_cache_folder(root / key), suppress(RuntimeError):  # no file: typed by hand
-            dispatcher.enable_caching()
+            dispatcher._cache = _Cache(func)
     return dispatcher
 
 
@@ -290,8 +409,8 @@ def generated_module(stem: str, key: str, make_text: Callable[[], str]) -> Modul
     """Import generated kernels, written as a module so that numba can cache them.
 
     The file lies in the cache folder under a name with the `key`, which must identify the text
-    among those that this version of the sources generates; without a writable folder it lives
-    in a temporary one for this process. `make_text` is called if there is no such file.
+    among those that this version of the sources generates; without a private folder it lives in
+    this process alone. `make_text` is called if there is no such file.
     """
     with _making:
         return _generated(f"stickslip_generated_{stem}_{key}", key, make_text)
@@ -300,20 +419,23 @@ def generated_module(stem: str, key: str, make_text: Callable[[], str]) -> Modul
 def _generated(name: str, key: str, make_text: Callable[[], str]) -> ModuleType:
     if name in sys.modules:
         return sys.modules[name]
-    folder = (cache_root() or Path(tempfile.mkdtemp(prefix="stickslip-"))) / "generated"
-    folder.mkdir(exist_ok=True)
-    path = folder / f"{name}.py"
-    if not path.exists():
-        with tempfile.NamedTemporaryFile("w", dir=folder, suffix=".tmp", delete=False) as file:
-            file.write(make_text())
-        Path(file.name).replace(path)
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
+    root = cache_root()
+    path = Path(f"{name}.py") if root is None else root / "generated" / f"{name}.py"
+    kept = _kept if root else lambda _, make: make()
+    text = kept(path, lambda: make_text().encode())
+    code = kept(
+        path.with_suffix(f".{sys.implementation.cache_tag}.code"),
+        lambda: marshal.dumps(compile(text, path, "exec")),
+    )
+    module = ModuleType(name)
+    module.__file__ = str(path)
     sys.modules[name] = module
-    with _instance(key, cached=True):
-        spec.loader.exec_module(module)
+    try:
+        with _instance(key, cached=root is not None):
+            exec(marshal.loads(code), module.__dict__)
+    except BaseException:
+        del sys.modules[name]
+        raise
     return module
 
 
@@ -342,8 +464,8 @@ class _Announcer(event.Listener):
 
 
 def _announce() -> None:
-    kept = "kept for the next run" if cache_root() else "no writable cache folder: not kept"
-    print(f"stickslip: compiling kernels, some seconds ({kept}) ...", file=sys.stderr, flush=True)
+    kept = "kept for the next run" if cache_root() else "no private cache folder: not kept"
+    _tell("compiling", f"compiling kernels, some seconds ({kept}) ...")
 
 
 event.register("numba:compile", _Announcer())

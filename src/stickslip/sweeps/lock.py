@@ -18,6 +18,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from stickslip.files import undone_unless_finished
 from stickslip.sweeps.errors import StoreBusy
 
 if TYPE_CHECKING:
@@ -61,10 +62,11 @@ def _file_lock(place: Place) -> Iterator[Callable[[], None]]:
     except Timeout:
         raise _busy(place, _told(holder)) from None
     try:
-        holder.write_text(json.dumps(_me()))
-        yield lambda: None
+        with undone_unless_finished(lambda: holder.unlink(missing_ok=True)):
+            holder.write_text(json.dumps(_me()))
+            yield lambda: None
+            holder.unlink()
     finally:
-        holder.unlink(missing_ok=True)
         lock.release()
 
 

@@ -178,3 +178,18 @@ def test_models_that_differ_in_parameters_take_turns_in_one_scratch(make):
         assert one._carrier.lanes.scratch() is other._carrier.lanes.scratch()
     else:
         assert one._carrier._moved._pools(()) is other._carrier._moved._pools(())
+
+
+@pytest.mark.parametrize("ask", ["value", "values", "values_and_slopes", "slopes", "evidence"])
+def test_a_start_that_lanes_decline_goes_through_them_once(ask, monkeypatch):
+    carrier = ss.event_map(model(0.5, 1.5, 0.22, 0.1), threads=1)._carrier
+    d = 0.25  # (beta - 1) / (1 + 2 alpha): both blocks slip at once, too close a decision for lanes
+    assert np.isnan(carrier.lanes.value(d))
+    asked = []
+    lanes_carry = carrier.lanes._carry
+    monkeypatch.setattr(
+        carrier.lanes, "_carry", lambda *given: asked.append(given) or lanes_carry(*given)
+    )
+    found = getattr(carrier, ask)(d if ask == "value" else np.array([d]))
+    assert len(asked) == 1
+    assert np.isfinite(found[0] if isinstance(found, tuple) else found).all()

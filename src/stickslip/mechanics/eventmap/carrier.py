@@ -106,9 +106,9 @@ class PlainCarrier:
         outputs = new_outputs(d.shape, len(directions))
 
         def task(start: int, stop: int) -> None:
-            scratch = self._scratch(directions)
+            scratch = self.scratch(directions)
             scratch.work.watch[0] = float(watch)
-            self._run(self._kernels.carry_range, d, start, stop, scratch, outputs)
+            self._run(self.kernels.carry_range, d, start, stop, scratch, outputs)
 
         launch(task, d.size, self.threads, SMALLEST_TILE[self.name])
         return outputs
@@ -117,11 +117,12 @@ class PlainCarrier:
         """Fill rows (n, steps + 1) from their first entries on."""
 
         def task(start: int, stop: int) -> None:
-            self._run(self._kernels.iterate_range, orbits, start, stop, self._scratch(()))
+            self._run(self.kernels.iterate_range, orbits, start, stop, self.scratch(()))
 
-        self._launch_orbits(task, orbits)
+        self.launch_orbits(task, orbits)
 
-    def _launch_orbits(self, task: Callable[[int, int], None], orbits: Floats) -> None:
+    def launch_orbits(self, task: Callable[[int, int], None], orbits: Floats) -> None:
+        """Run a task over rows of `orbits` in threads."""
         steps = max(1, orbits.shape[1] - 1)
         launch(task, len(orbits), self.threads, max(1, SMALLEST_TILE[self.name] // steps))
 
@@ -151,18 +152,19 @@ class PlainCarrier:
         """Modes of each phase, as text."""
         codes = np.zeros(64, dtype=np.int8)
         while True:
-            _, _, n_events, _, _, _ = self._kernels.carry(
-                self.engine.system, self.engine.laws, d, self._scratch(()), self.controls, codes
+            _, _, n_events, _, _, _ = self.kernels.carry(
+                self.engine.system, self.engine.laws, d, self.scratch(()), self.controls, codes
             )
             if n_events < codes.size:
                 return itinerary_text(codes[: n_events + 1])
             codes = np.zeros(n_events + 1, dtype=np.int8)
 
     @cached_property
-    def _kernels(self) -> ModuleType:
+    def kernels(self) -> ModuleType:
+        """The kernels with this engine bound into them."""
         return bind_engine("stickslip.mechanics.eventmap._kernels", self.engine)
 
-    def _scratch(self, directions: Sequence[Floats]) -> Scratch:
+    def scratch(self, directions: Sequence[Floats]) -> Scratch:
         """Work arrays for this thread, with a tangent column for each direction."""
         n_columns = len(directions)
         held: dict[int, Scratch] = self._local.__dict__.setdefault("scratch", {})

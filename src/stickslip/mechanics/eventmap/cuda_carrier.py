@@ -43,7 +43,7 @@ class CudaCarrier(PlainCarrier):
 
     def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
         rows = np.array(directions).reshape(len(directions), self.engine.n_directions)
-        kernels = _kernels(self.engine, self._kernels, len(directions))
+        kernels = _kernels(self.engine, self.kernels, len(directions))
         outputs = new_outputs(d.shape, len(directions))
         for part in batches(d.size, len(outputs)):
             inputs = (*self._parameters, rows, self.controls, float(watch), d[part])
@@ -53,7 +53,7 @@ class CudaCarrier(PlainCarrier):
 
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1) from their first entries on; orbits stay on the device."""
-        kernels = _kernels(self.engine, self._kernels, 0)
+        kernels = _kernels(self.engine, self.kernels, 0)
         for part in batches(*orbits.shape):
             inputs = (*self._parameters, self.controls, orbits[part, 0].copy())
             launch_on_gpu(kernels.iterate_each, len(orbits[part]), inputs, [orbits[part]])

@@ -27,7 +27,7 @@ __all__ = ["LaneCarrier"]
 SMALLEST_TILE = 8192
 
 
-class LaneCarrier(PlainCarrier):
+class LaneCarrier:
     """Constant kinetic friction: values and slopes by lanes, all else by the exact engine.
 
     Where lanes pass (a decision too close, a motion too long) the exact engine gives the
@@ -36,21 +36,22 @@ class LaneCarrier(PlainCarrier):
     """
 
     def __init__(self, model: TwoBlock, engine: Engine, controls: Controls, threads: int) -> None:
-        super().__init__(model, engine, controls, threads)
+        self.exact = PlainCarrier(model, engine, controls, threads)
         self.lanes = Lanes(engine, controls)
+        self.name = self.exact.name
 
     def value(self, d: float) -> float:
         """Value at one d."""
         value = self.lanes.value(d)
         if value == value:
             return value if value < math.inf else math.nan
-        return super().value(d)
+        return self.exact.value(d)
 
     def values(self, d: Floats) -> Floats:
         """Value at each d."""
         values, passed = self._by_lanes(d, NO_SLOPE)
         if passed.size > 0:
-            values[passed] = super().values(d[passed])
+            values[passed] = self.exact.values(d[passed])
         return values
 
     def slopes(self, d: Floats) -> Floats:
@@ -62,18 +63,26 @@ class LaneCarrier(PlainCarrier):
         slopes = np.empty(d.size)
         values, passed = self._by_lanes(d, slopes)
         if passed.size > 0:
-            values[passed], slopes[passed] = super().values_and_slopes(d[passed])
+            values[passed], slopes[passed] = self.exact.values_and_slopes(d[passed])
         return values, slopes
 
     def evidence(self, d: Floats) -> Outputs:
         """Everything of each d, the slope in column 0 of its derivatives."""
-        outputs = super().evidence(d)
+        outputs = self.exact.evidence(d)
         slopes = np.empty(d.size)
         values, _ = self._by_lanes(d, slopes)
         served = ~np.isnan(values)
         outputs.value[served] = values[served]
         outputs.derivative[served, 0] = slopes[served]
         return outputs
+
+    def parameter_slope(self, d: Floats, name: str) -> Floats:
+        """df/d(name) at each d."""
+        return self.exact.parameter_slope(d, name)
+
+    def itinerary(self, d: float) -> str:
+        """Modes of each phase, as text."""
+        return self.exact.itinerary(d)
 
     def _by_lanes(self, d: Floats, slopes: Floats) -> tuple[Floats, NDArray[np.intp]]:
         """Values and, if there is room for them, slopes; indices that the lanes passed on.
@@ -92,14 +101,14 @@ class LaneCarrier(PlainCarrier):
             part[rest] = math.nan
             passed.append(start + rest[unknown])
 
-        launch(task, d.size, self.threads, SMALLEST_TILE)
+        launch(task, d.size, self.exact.threads, SMALLEST_TILE)
         return values, np.concatenate(passed)
 
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1) from their first entries on."""
 
         def task(start: int, stop: int) -> None:
-            lanes, engine = self.lanes, self.engine
+            lanes, engine = self.lanes, self.exact.engine
             streams, index, column = lanes.scratch()
             self._orbits.iterate_lanes(
                 lanes.row,
@@ -112,14 +121,14 @@ class LaneCarrier(PlainCarrier):
                 stop,
                 engine.system,
                 engine.laws,
-                self._scratch(()),
-                self.controls,
+                self.exact.scratch(()),
+                self.exact.controls,
                 NO_ITINERARY,
             )
 
-        self._launch_orbits(task, orbits)
+        self.exact.launch_orbits(task, orbits)
 
     @cached_property
     def _orbits(self) -> ModuleType:
         template = "stickslip.mechanics.eventmap._lane_orbits_kernels"
-        return instantiate(template, self.engine.key, carry=self._kernels.carry)
+        return instantiate(template, self.exact.engine.key, carry=self.exact.kernels.carry)

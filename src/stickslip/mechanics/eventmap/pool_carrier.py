@@ -95,9 +95,7 @@ class PoolCarrier(PlainCarrier):
     @cached_property
     def _moved(self) -> MovingPools:
         pools = _pools_of(self.series.key, self.model.laws)
-        return MovingPools(
-            self.engine, self._kernels, self.series, self.model, self.controls, pools
-        )
+        return MovingPools(self.engine, self.kernels, self.series, self.model, self.controls, pools)
 
 
 @lru_cache(maxsize=16)

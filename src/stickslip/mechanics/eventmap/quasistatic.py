@@ -45,12 +45,12 @@ class QuasistaticCarrier(PlainCarrier):
     def last_forces(self, d: Floats) -> tuple[Floats, Floats]:
         """Needed forces (n, 2) as the slip from each d begins, and as it has ended (or NaN)."""
         first, last = np.full((d.size, 2), np.nan), np.full((d.size, 2), np.nan)
-        scratch, engine = self._scratch(()), self.engine
+        scratch, engine = self.scratch(()), self.engine
         alpha, beta, _ = engine.system
         for k, start in enumerate(d.tolist()):
             lead = min(1.0 + (1.0 + 2.0 * alpha) * start, beta)
             first[k] = lead - (1.0 + 2.0 * alpha) * start, lead
-            value, *_, status = self._kernels.carry(
+            value, *_, status = self.kernels.carry(
                 engine.system, engine.laws, start, scratch, self.controls, NO_ITINERARY
             )
             if status != OK:

@@ -1,0 +1,206 @@
+"""The program as a process: its signals, its standard streams, its end.
+
+Whatever is being done, Ctrl-C or a termination ends it with code 130 within a second. The
+exception KeyboardInterrupt alone does not: raised where C calls back, in ``__del__`` or in a hook
+of a library it is printed and forgotten, and while a kernel runs nothing is raised at all. So the
+signals also wake a thread, which repeats an interrupt that was lost and, when the time is over,
+removes what is half-written and ends the process.
+"""
+
+from __future__ import annotations
+
+import atexit
+import io
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import Any, Final, NoReturn
+
+from stickslip.cli.failure import INTERRUPTED
+from stickslip.files import undo_all
+
+__all__ = ["advise", "all_or_none", "interrupted", "run_as_process", "say_interrupted"]
+
+SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
+AGAIN: Final = 0.05  # seconds after which an interrupt that nobody handles is repeated
+PATIENCE: Final = 0.6  # seconds that work may take to end by itself
+SHOW_CURSOR: Final = "\r\x1b[K\x1b[?25h"
+
+
+class _State:
+    """What there is one of in a process."""
+
+    interrupted = False
+    over = False  # nothing is left to unwind
+    held = 0  # blocks that no interrupt may divide
+    told = False
+    advice = ""
+    code: int | None = None
+
+
+def run_as_process(run: Callable[[], int]) -> NoReturn:
+    """Call `run` and end the process with the code that it returns; 130 after an interrupt."""
+    try:
+        _begin()
+        code = run()
+        _State.over = True
+    except BaseException:  # an interrupt may come out of a library as any error
+        if not _State.interrupted:
+            raise
+        _end()
+    if _State.interrupted:
+        _end()
+    _State.code = code
+    sys.exit(code)
+
+
+def _begin() -> None:
+    for number in SIGNALS:
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as for a job in the background
+            signal.signal(number, _interrupt)
+    atexit.register(_last)  # the first to be registered is the last to be called
+    _open_closed_streams()
+    for name in ("unraisablehook", "excepthook"):
+        place: Any = sys if name == "unraisablehook" else threading
+        setattr(place, name, _unless_interrupted(getattr(place, name)))
+    readable, writable = os.pipe()
+    if hasattr(os, "set_blocking"):
+        os.set_blocking(writable, False)
+    signal.set_wakeup_fd(writable, warn_on_full_buffer=False)
+    with suppress(RuntimeError):  # no thread to be had: the exception must do
+        threading.Thread(target=_watch, args=(readable,), daemon=True).start()
+
+
+# --- interrupts -------------------------------------------------------------------------------
+
+
+def interrupted() -> bool:
+    """Whether a signal asked the process to end."""
+    return _State.interrupted
+
+
+def advise(text: str) -> None:
+    """Add what to do next to the message of an interrupt."""
+    _State.advice = f"; {text}"
+
+
+def say_interrupted() -> None:
+    """Say once on stderr that the work was interrupted."""
+    if not _State.told:
+        _State.told = _State.interrupted
+        restore = SHOW_CURSOR if sys.stderr.isatty() else ""  # a bar of progress hides it
+        print(f"{restore}stickslip: interrupted{_State.advice}", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def all_or_none() -> Iterator[None]:
+    """Let an interrupt wait for the end of the block: a few quick steps that belong together."""
+    _State.held += 1
+    try:
+        yield
+    finally:
+        _State.held -= 1
+    if _State.interrupted and not _State.held:
+        raise KeyboardInterrupt
+
+
+def _interrupt(number: int, frame: object) -> None:
+    _State.interrupted = True
+    if _State.over:
+        _end()
+    if not (_State.held or _being_handled(sys.exception())):
+        raise KeyboardInterrupt
+
+
+def _being_handled(error: BaseException | None) -> bool:
+    """Whether the interrupted code is cleaning up after an interrupt already."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__context__
+    return error is not None
+
+
+def _watch(wakeups: int) -> None:
+    """Wait for a signal, then for the end; neither needs the main thread to run Python."""
+    while (number := os.read(wakeups, 1)[0]) not in SIGNALS:
+        pass
+    _State.interrupted = True
+    until = time.monotonic() + PATIENCE
+    while time.monotonic() < until:
+        time.sleep(AGAIN)
+        if signal.getsignal(number) is _interrupt:  # a server handles its signals itself
+            _repeat(number)
+    _end()
+
+
+def _repeat(number: int) -> None:
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, number)
+    else:
+        signal.raise_signal(number)
+
+
+def _unless_interrupted(hook: Callable[[Any], object]) -> Callable[[Any], None]:
+    """Silence the reports of errors that nobody handles: an interrupt causes them anywhere."""
+
+    def wrapped(arguments: Any) -> None:
+        if not _State.interrupted:
+            hook(arguments)
+
+    return wrapped
+
+
+# --- the end ----------------------------------------------------------------------------------
+
+
+def _end() -> NoReturn:
+    """End at once, from any thread."""
+    undo_all()
+    with suppress(Exception):
+        say_interrupted()
+    os._exit(INTERRUPTED)
+
+
+def _last() -> None:
+    """Leave before Python takes the process apart: signals then kill, and it takes a while."""
+    if _State.code is not None:
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):
+                stream.flush()
+        os._exit(_State.code)
+
+
+# --- streams ----------------------------------------------------------------------------------
+
+
+def _open_closed_streams() -> None:
+    """Put something where the shell left nothing, before a file of ours gets its number.
+
+    Results that cannot be written are an error, which the system tells of a file open for
+    reading; messages that cannot be written are none.
+    """
+    for number, mode in ((0, os.O_RDONLY), (1, os.O_RDONLY), (2, os.O_WRONLY)):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, mode)  # takes the lowest number that is free
+    if sys.stdout is None:
+        sys.stdout = open(1, "w", encoding="utf-8", closefd=False)
+    inner = open(2, "wb", closefd=False) if sys.stderr is None else sys.stderr.buffer
+    sys.stderr = _Forgiving(inner, "utf-8", "backslashreplace", line_buffering=True)
+
+
+class _Forgiving(io.TextIOWrapper):
+    """A stream for messages: where nobody can read them the work goes on."""
+
+    def write(self, text: str) -> int:
+        with suppress(OSError):
+            super().write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        with suppress(OSError):
+            super().flush()
