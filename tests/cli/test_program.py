@@ -56,6 +56,7 @@ def test_every_help_shows_its_examples(module, capsys):
         (["map", "--preset", "columb"], ["columb", "coulomb", "law9"]),
         (["simulate", "--preset", "coulomb", "-d", "0.1"], ["--t-end"]),
         (["reproduce", "five"], ["five"]),
+        (["explore", "--host", ""], ["--host"]),
     ],
 )
 def test_bad_usage_is_said_on_stderr_with_code_2(arguments, fragments, capsys):

@@ -44,6 +44,8 @@ def command(
     """
     if not 0 <= port <= HIGHEST_PORT:
         raise UsageError(f"--port {port}: a port is a number from 0 to {HIGHEST_PORT}")
+    if not host:  # sockets take it for every address
+        raise UsageError("--host: name an address; 0.0.0.0 serves every machine")
     from stickslip.app import EXTRA
     from stickslip.extras import require_extra
 
