@@ -219,3 +219,41 @@ def test_progress_is_told():
     )
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
+
+
+def one_step_or_two(x, r):
+    """Beyond the jump at 1 the map takes two steps for what it does in one below."""
+    return np.where(x < 0, 0.5 * (x + 3) + r, np.where(x < 1, 0.5 * x + r, x - 3.0))
+
+
+def two_steps_or_three(x, r):
+    """The same with a step in between, through the points below -3."""
+    return np.where(x < -3, -x - 3, np.where(x < 1, -one_step_or_two(x, r) - 3, x - 3.0))
+
+
+@pytest.mark.parametrize(
+    ("func", "domain", "breaks", "before", "after"),
+    [
+        (one_step_or_two, (-2.5, 2.5), [0.0, 1.0], [1], [-2, 1]),
+        (two_steps_or_three, (-5.5, 2.6), [-3.0, 0.0, 1.0], [-4, 1], [-4, -2, 1]),
+    ],
+)
+def test_an_orbit_that_meets_a_jump_goes_on_with_another_period(
+    func, domain, breaks, before, after
+):
+    f = ss.PiecewiseMap(func, domain, parameters={"r": 0.45}, breakpoints=breaks)
+    found = bifurcations(f, "r", (0.4, 0.61), max_period=3)
+    (collision,) = found
+    assert collision.value == pytest.approx(0.5, abs=SHARP)
+    assert [o.period for o in collision.orbits_before] == [len(before)]
+    assert [o.period for o in collision.orbits_after] == [len(after)]
+    assert [branch.end_reasons for branch in found.branches] == [
+        ("end of range", "breakpoint"),
+        ("breakpoint", "end of range"),
+    ]
+    assert not found.unresolved
+    diagram = ss.bifurcation_diagram(f, "r", np.linspace(0.4, 0.61, 8), lists=4)
+    assert not diagram.unresolved
+    for one, two in (found.branches, diagram.orbits):
+        assert sorted(one.ends[1].points) == pytest.approx(before, abs=SHARP)
+        assert sorted(two.ends[0].points) == pytest.approx(after, abs=SHARP)
