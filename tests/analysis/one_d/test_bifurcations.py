@@ -257,3 +257,28 @@ def test_an_orbit_that_meets_a_jump_goes_on_with_another_period(
     for one, two in (found.branches, diagram.orbits):
         assert sorted(one.ends[1].points) == pytest.approx(before, abs=SHARP)
         assert sorted(two.ends[0].points) == pytest.approx(after, abs=SHARP)
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "lost"),
+    [
+        ("survey", "join", "the changes of orbits"),
+        ("bifurcations", "explained", "a flip"),
+        ("bifurcations", "orbit_branches", "the branches"),
+        ("bifurcations", "cascades", "the cascades"),
+        ("bifurcations", "crises", "the crises"),
+        ("bifurcations", "parameter_point", "the crises"),
+    ],
+)
+def test_a_fault_costs_its_own_part_and_is_told(monkeypatch, caplog, module, name, lost):
+    def fault(*_, **__):
+        raise IndexError("of no concern to users")
+
+    monkeypatch.setattr(f"stickslip.analysis.one_d.{module}.{name}", fault)
+    found = bifurcations(examples.logistic(3.0), "r", (2.9, 3.2), max_period=2, n_values=4)
+    assert len(found) == (name not in ("join", "explained"))
+    assert "of no concern to users" in caplog.text
+    said = "\n".join(map(str, found.unresolved))
+    assert f"a fault of the program left out {lost}" in said
+    assert said in repr(found).replace("  unresolved: ", "")
+    assert "of no concern" not in said

@@ -267,9 +267,7 @@ def orbit_at(event: Event, near: Floats, family: Family) -> Floats | None:
     found = [] if len(near) % event.period else [turned(event.points, near)]
     border = event.located.reading.critical
     if isinstance(event.condition, Collision) and border is not None and border.kind == "jump":
-        paths = [
-            path_from(family.whole(event.value), border, side, len(near)) for side in (-1, 1)
-        ]
+        paths = [path_from(family.whole(event.value), border, side, len(near)) for side in (-1, 1)]
         found += [
             turned(np.array(path.points[:-1]), near)
             for path in paths

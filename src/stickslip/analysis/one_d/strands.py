@@ -165,9 +165,7 @@ def _born(span: Span, k: int, family: Family) -> _Open:
     return strand
 
 
-def _event_at(
-    span: Span, points: Floats, family: Family
-) -> tuple[Event | None, Floats | None]:
+def _event_at(span: Span, points: Floats, family: Family) -> tuple[Event | None, Floats | None]:
     """Choose the event of a span that an orbit ends at, and the orbit's points there."""
     best, best_gap, best_points = None, CLOSE * span.left.width, None
     for event in span.events:
