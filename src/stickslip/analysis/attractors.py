@@ -20,7 +20,15 @@ from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.orbits import PeriodicOrbit
 from stickslip.analysis.protocol import checked_points
 from stickslip.analysis.recurrence import confirmed
-from stickslip.checks import flag, instance, random_generator, shown, whole_number
+from stickslip.checks import (
+    MOST_KEPT,
+    MOST_STEPS,
+    flag,
+    instance,
+    random_generator,
+    shown,
+    whole_number,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -185,8 +193,10 @@ class _Task:
 
 
 def _check_counts(n_seeds: int, max_period: int, max_steps: int) -> None:
-    for name, count in (("n_seeds", n_seeds), ("max_period", max_period), ("max_steps", max_steps)):
-        whole_number(name, count)
+    most = {"n_seeds": MOST_KEPT, "max_period": MOST_KEPT, "max_steps": MOST_STEPS}
+    counts = {"n_seeds": n_seeds, "max_period": max_period, "max_steps": max_steps}
+    for name, count in counts.items():
+        whole_number(name, count, at_most=most[name])
 
 
 def _orbits(name: str, orbits: Iterable[PeriodicOrbit]) -> tuple[PeriodicOrbit, ...]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stickslip.checks import file_path
 from stickslip.files import write_text
 from stickslip.study.law_values import within
 from stickslip.study.model_values import Model, model_of_values, model_values
@@ -40,9 +40,9 @@ def read_model(path: str | PathLike[str]) -> Model:
     OSError
         The file cannot be read.
     """
-    path = Path(path)
-    with within(f"{path}: "):
-        return model_of_values(toml_table(path.read_bytes()))
+    file = file_path("path", path)
+    with within(f"{file}: "):
+        return model_of_values(toml_table(file.read_bytes()))
 
 
 def write_model(model: Model, path: str | PathLike[str]) -> None:
@@ -62,7 +62,7 @@ def write_model(model: Model, path: str | PathLike[str]) -> None:
     OSError
         The file cannot be written.
     """
-    write_text(Path(path), model_text(model))
+    write_text(file_path("path", path), model_text(model))
 
 
 def model_text(model: Model) -> str:

@@ -30,7 +30,7 @@ from stickslip.analysis.one_d.parameter_point import ParameterPoint, parameter_p
 from stickslip.analysis.one_d.survey import Survey
 from stickslip.analysis.shooting import solve_orbit
 from stickslip.analysis.threads import in_threads
-from stickslip.checks import check_callback, whole_number
+from stickslip.checks import MOST_KEPT, check_callback, whole_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -100,9 +100,14 @@ def bifurcations(
     check_callback("progress", progress, "the share of the work that is done")
     tell = progress if progress is not None else _nobody
     survey = Survey(
-        family, lo, hi, whole_number("max_period", max_period, 1), lambda share: tell(HALF * share)
+        family,
+        lo,
+        hi,
+        whole_number("max_period", max_period, 1, at_most=MOST_KEPT),
+        lambda share: tell(HALF * share),
     )
-    survey.run(whole_number("n_values", N_VALUES if n_values is None else n_values, 3))
+    count = N_VALUES if n_values is None else n_values
+    survey.run(whole_number("n_values", count, 3, at_most=MOST_KEPT))
     return _Report(survey, f, tell).made()
 
 
