@@ -239,14 +239,14 @@ def grid(name: str, given: Any) -> Floats:
         A tuple that is no grid; not one row of finite numbers; none at all.
     """
     if isinstance(given, tuple):
-        if len(given) != 3:
-            raise ValueError(
-                f"{name} = {shown(given)} is not allowed: a tuple is a grid, (lo, hi, n). "
-                "Write values as a list, [...]."
+        if len(given) != 3 or not isinstance(given[2], int | np.integer):
+            raise ValueError(  # three floats look like values
+                f"{name} = {shown(given)} is not allowed: a tuple is a grid (lo, hi, n) of n "
+                "values, a whole number. Write the values themselves as a list, [...]."
             )
         ends = zip(("lo", "hi"), given, strict=False)
         lo, hi = (finite_number(end, value, of=f"the grid {name}") for end, value in ends)
-        what = f"values of the grid {name}; a list gives the values themselves"
+        what = f"values of the grid {name}"
         return np.linspace(lo, hi, whole_number("n", given[2], 2, at_most=MOST_VALUES, what=what))
     values = real_numbers(name, given)
     if values.ndim != 1 or values.size == 0 or not np.isfinite(values).all():
