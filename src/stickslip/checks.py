@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from math import inf, isfinite
+from math import inf, isfinite, log10
 from numbers import Real
+from reprlib import Repr
 from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from stickslip.vocabulary import did_you_mean
 
 __all__ = [
+    "MOST_KEPT",
     "MOST_STEPS",
     "Many",
     "check_callback",
@@ -20,6 +22,7 @@ __all__ = [
     "dimensions",
     "finite_number",
     "flag",
+    "grid",
     "instance",
     "one_of",
     "parameter_name",
@@ -38,6 +41,10 @@ T = TypeVar("T")
 LARGEST_COUNT: Final = 2**63 - 1
 MOST_STEPS: Final = 10**10
 """Of one orbit: what is kept of it would fill a large memory."""
+MOST_KEPT: Final = 10**6
+"""Of points, starts, values, periods: each is kept, and costs a computation of its own."""
+MOST_VALUES: Final = 10**8
+"""Of a grid."""
 LONGEST: Final = 90
 """Characters of a value that a message shows."""
 
@@ -84,7 +91,7 @@ def finite_number(
     whose = f" of {of}" if of else ""
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
         raise ValueError(
-            f"{name} = {value!r} ({type(value).__name__}){whose} is not a real number: "
+            f"{name} = {shown(value)}{whose} is not a real number: "
             f"{name} must be {allowed}. Give one number, not an array or text."
         )
     try:
@@ -93,12 +100,10 @@ def finite_number(
         number = inf
     if isfinite(number) and number > above and at_least <= number <= at_most:
         return number + 0.0  # no negative zero
-    shown = repr(number if hasattr(value, "dtype") else value)
-    if len(shown) > 24:  # an integer beyond the floats
-        shown = f"{shown[:12]}... ({len(shown)} digits)"
+    given = str(value) if hasattr(value, "dtype") else shown(value)
     sentences = [why, remedy or f"Give {name} a value in that range."]
     told = " ".join(filter(None, sentences))
-    raise ValueError(f"{name} = {shown}{whose} is not allowed: {name} must be {allowed}. {told}")
+    raise ValueError(f"{name} = {given}{whose} is not allowed: {name} must be {allowed}. {told}")
 
 
 def _range(name: str, above: float, at_least: float, at_most: float) -> str:
@@ -135,11 +140,19 @@ def whole_number(
         Not a whole number, or out of range.
     """
     is_real = isinstance(value, Real) and not isinstance(value, bool)
-    if is_real and isfinite(value) and value == int(value) and at_least <= value <= at_most:
-        return int(value)
+    try:  # as an int: a short float overflows when it is compared with the bounds
+        number = int(value) if is_real else None
+    except (OverflowError, ValueError):
+        number = None  # infinite, or NaN
+    if number is not None and value % 1 == 0 and at_least <= number <= at_most:
+        return number
     bounds = f">= {at_least}" if at_most == LARGEST_COUNT else f"from {at_least} to {at_most}"
     counted = f" ({what})" if what else ""
-    limit = " that fits into 63 bits" if is_real and value > at_most == LARGEST_COUNT else ""
+    limit = (
+        " that fits into 63 bits"
+        if number is not None and number > at_most == LARGEST_COUNT
+        else ""
+    )
     raise ValueError(
         f"{name} = {shown(value)} is not allowed: {name}{counted} must be a whole number "
         f"{bounds}{limit}."
@@ -170,7 +183,8 @@ def real_numbers(name: str, values: object) -> Floats:
         raise ValueError(_no_numbers(name, values)) from reason
     if array.dtype.kind not in "iuf" or np.ma.is_masked(values):
         raise ValueError(_no_numbers(name, values))
-    return array.astype(np.float64, copy=False)
+    with np.errstate(over="ignore"):  # longer floats may be infinite as floats
+        return array.astype(np.float64, copy=False)
 
 
 def _no_numbers(name: str, values: object) -> str:
@@ -200,6 +214,42 @@ def checked_interval(name: str, ends: Any) -> tuple[float, float]:
             f"{name} = ({low:.12g}, {high:.12g}): finite ends with lo < hi are needed."
         )
     return low, high
+
+
+def grid(name: str, given: Any) -> Floats:
+    """Return values of a parameter: a tuple ``(lo, hi, n)`` is a grid, anything else the values.
+
+    Everywhere else a range is a pair ``(lo, hi)``. Whether the values must ascend, the caller says.
+
+    Parameters
+    ----------
+    name : str
+        What the user called them.
+    given : tuple of (float, float, int) or array_like
+        ``n >= 2`` equally spaced values with both ends, or a list or array of finite numbers.
+
+    Raises
+    ------
+    ValueError
+        A tuple that is no grid; not one row of finite numbers; none at all.
+    """
+    if isinstance(given, tuple):
+        if len(given) != 3 or not isinstance(given[2], int | np.integer):
+            raise ValueError(  # three floats look like values
+                f"{name} = {shown(given)} is not allowed: a tuple is a grid (lo, hi, n) of n "
+                "values, a whole number. Write the values themselves as a list, [...]."
+            )
+        ends = zip(("lo", "hi"), given, strict=False)
+        lo, hi = (finite_number(end, value, of=f"the grid {name}") for end, value in ends)
+        what = f"values of the grid {name}"
+        return np.linspace(lo, hi, whole_number("n", given[2], 2, at_most=MOST_VALUES, what=what))
+    values = real_numbers(name, given)
+    if values.ndim != 1 or values.size == 0 or not np.isfinite(values).all():
+        raise ValueError(
+            f"{name} = {shown(given)} is not allowed: a grid (lo, hi, n) or a list of finite "
+            "numbers is needed."
+        )
+    return values
 
 
 def dimensions(values: object) -> int:
@@ -253,20 +303,27 @@ def instance(name: str, value: Any, kinds: type[T] | tuple[type[Any], ...], what
 
 
 def random_generator(name: str, rng: Any) -> np.random.Generator:
-    """Return what numpy makes of a generator or seed.
+    """Return a generator, that of a seed, or a fresh one for None.
+
+    Other things that numpy takes, or fails on, are no seeds here.
 
     Raises
     ------
+    TypeError
+        Neither None, a whole number nor a generator.
     ValueError
-        Neither a generator nor a seed.
+        A negative number.
     """
-    try:
-        return np.random.default_rng(rng)
-    except (TypeError, ValueError) as reason:
-        raise ValueError(
-            f"{name} = {shown(rng)} is not allowed: {name} must be a numpy.random.Generator or a "
-            "seed, a whole number >= 0."
-        ) from reason
+    allowed = (
+        f"{name} = {shown(rng)} is not allowed: {name} must be None, a seed (a whole number >= 0) "
+        "or a numpy.random.Generator."
+    )
+    is_seed = isinstance(rng, int | np.integer) and not isinstance(rng, bool)
+    if not (rng is None or is_seed or isinstance(rng, np.random.Generator)):
+        raise TypeError(allowed)
+    if is_seed and rng < 0:
+        raise ValueError(allowed)
+    return np.random.default_rng(int(rng) if is_seed else rng)
 
 
 def flag(name: str, value: object) -> bool:
@@ -294,9 +351,29 @@ def check_callback(name: str, value: object, what: str) -> None:
         raise ValueError(f"{name} = {shown(value)} cannot be called: give a function of {what}.")
 
 
+class _Brief(Repr):
+    """The beginning of a repr, however long or deep the whole may be."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxstring = self.maxother = 2 * LONGEST  # `shown` cuts these at their end
+        self.maxtuple = self.maxlist = self.maxarray = self.maxdict = self.maxset = 16
+
+    def repr_int(self, x: int, level: int) -> str:
+        """Show the first digits of a long number: Python does not write very long ones."""
+        if abs(x) < 10**24:
+            return repr(x)
+        if abs(x) < 10**4000:
+            return f"{str(x)[:12]}... ({len(str(abs(x)))} digits)"
+        return f"a whole number of about {x.bit_length() * log10(2):.0f} digits"
+
+
+_brief: Final = _Brief()
+
+
 def shown(value: object) -> str:
     """Repr of what a user gave, short enough for one line of a message."""
-    text = " ".join(repr(value).split())
+    text = " ".join(_brief.repr(value).split())
     if len(text) > LONGEST:
         text = f"{text[: LONGEST - 3]}..."
     kind = type(value).__name__

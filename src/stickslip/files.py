@@ -31,6 +31,7 @@ __all__ = [
 ]
 
 PICTURE_FORMATS: Final = ("svg", "pdf", "png")
+LONGEST_PATH: Final = 4096
 MOST_BYTES: Final = 2**22
 """Of a file that people write by hand."""
 FULL: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
@@ -43,13 +44,13 @@ def checked_path(path: object, name: str = "path") -> Path:
     Raises
     ------
     ValueError
-        It is neither text nor a path, or holds a null character.
+        It is neither text nor a path, holds a null character, or is longer than any.
     """
     text = os.fspath(path) if isinstance(path, os.PathLike) else path
-    if not isinstance(text, str) or not text or "\0" in text:
+    if not isinstance(text, str) or not 0 < len(text) <= LONGEST_PATH or "\0" in text:
         raise ValueError(
             f"{name} = {reprlib.repr(path)} ({type(path).__name__}) is not allowed: {name} must "
-            "be the name of a file, text without null characters or a pathlib.Path."
+            "be a file's name, a text of 1 to 4096 characters without null, or a pathlib.Path."
         )
     return Path(text)
 

@@ -145,7 +145,7 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
         ``"Known: alpha, beta. Did you mean 'alpha'?"``, the question only where
         something is close.
     """
-    name, known = str(name), list(known)
+    name, known = name[:100] if isinstance(name, str) else "", list(known)
     listing = f"Known: {', '.join(known) or 'none'}."
     close = get_close_matches(name, known, n=1) or _close_but_for_case(name, known)
     return f"{listing} Did you mean {close[0]!r}?" if close else listing

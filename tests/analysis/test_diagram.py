@@ -8,6 +8,7 @@ from stickslip.analysis.diagram import Diagram
 from stickslip.analysis.examples import border_collision, logistic, tent
 from stickslip.analysis.one_d.diagrams import bifurcation_diagram
 from stickslip.analysis.storage import load
+from stickslip.study.bifurcations import bifurcations
 from stickslip.study.diagram import bifurcation_diagram as of_a_system
 from stickslip.study.event_map import event_map
 
@@ -273,17 +274,37 @@ class TestResult:
 
 
 class TestErrors:
-    @pytest.mark.parametrize("values", [[3.0], [3.2, 3.1], [3.0, np.nan], 3.0, [[3.0, 3.1]]])
-    def test_values_must_ascend(self, values):
-        with pytest.raises(ValueError, match="ascending"):
+    @pytest.mark.parametrize(
+        "values",
+        [[3.0], [3.2, 3.1], [3.0, np.nan], 3.0, [[3.0, 3.1]], (3.2, 3.1, 2), (3.0, 3.1), (3, 4, 1)],
+    )
+    def test_values_are_a_grid_or_ascending_numbers(self, values):
+        with pytest.raises(ValueError, match="values"):
             bifurcation_diagram(logistic(), "r", values)
+
+    def test_a_tuple_is_a_grid_as_in_a_sweep(self):
+        diagram = bifurcation_diagram(logistic(), "r", (2.8, 2.9, 5), max_period=1, lists=2)
+        assert diagram.values.tolist() == np.linspace(2.8, 2.9, 5).tolist()
+
+    @pytest.mark.parametrize(
+        ("name", "far"), [("V", 100), ("alpha", 1e9), ("damping", 1e3), ("V", -1), ("mu", 2)]
+    )
+    def test_values_far_outside_a_models_range_are_refused(self, name, far):
+        model = examples.coulomb().replace(damping=0.1)
+        ends = sorted([0.0366, far])
+        with pytest.raises(ValueError, match=f"{name} = {far}"):
+            of_a_system(model, name, ends)
+        with pytest.raises(ValueError, match=f"{name} = {far}"):
+            bifurcations(model, name, ends)
 
     def test_the_parameter_must_be_one(self):
         with pytest.raises(ValueError, match=r"'R' is not a parameter.*Did you mean 'r'"):
             bifurcation_diagram(logistic(), "R", [3.0, 3.1])
 
     @pytest.mark.parametrize(
-        "wrong", [{"max_period": 0}, {"iterates": 0}, {"lists": 1}, {"max_period": 1.5}]
+        "wrong",
+        [{"max_period": 0}, {"iterates": 0}, {"lists": 1}, {"max_period": 1.5}]
+        + [{name: 1e16} for name in ("max_period", "iterates", "lists")],
     )
     def test_counts_are_checked(self, wrong):
         with pytest.raises(ValueError, match=next(iter(wrong))):

@@ -36,7 +36,7 @@ SAY: Final = {
     "force": ("friction law",),
     "forward": ("friction law",),
     "slope": ("friction law",),
-    "parameters": ("parameter", "func"),
+    "parameters": ("parameter", "func", "spam"),
     "parameter_derivative": ("parameter",),
     "client": ("threads",),
     "k": ("alpha",),

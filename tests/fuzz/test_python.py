@@ -13,6 +13,8 @@ from tests.fuzz.calls import LEFT, calls, public
 from tests.fuzz.judge import complaint
 from tests.fuzz.values import MAKERS
 
+from stickslip.checks import shown
+
 CALLS: Final = calls()
 OPEN: Final = (
     "bifurcation_diagram",
@@ -100,6 +102,19 @@ anything: Final = st.one_of(
         npst.array_shapes(max_dims=2, max_side=3, min_side=0),
     ),
 )
+FOUND: Final = (
+    "beyond the floats",
+    "beyond what is written",
+    "float16",
+    "beyond the floats, as longdouble",
+    "long text",
+    "nested",
+    "nested in a dict",
+    "long list of texts",
+    "matrix",
+)
+"""Values that once met no check; every public call meets them."""
+
 parameters: Final = [
     (name, parameter) for name, call in CALLS.items() for parameter in call.names()
 ]
@@ -108,7 +123,7 @@ parameters: Final = [
 def check(where: tuple[str, str], value: Any) -> None:
     name, parameter = where
     said = complaint(CALLS[name], parameter, value)
-    assert said is None, f"{name}({parameter}={value!r}): {said}"
+    assert said is None, f"{name}({parameter}={shown(value)}): {said}"
 
 
 def test_a_message_does_not_repeat_a_whole_table():
@@ -133,6 +148,14 @@ def test_every_bad_argument_is_told(name):
         if (words := complaint(call, parameter, make())) is not None
     }
     assert not said, "\n".join(f"{name}({where}): {words}" for where, words in said.items())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CALLS)
+def test_what_was_found_is_told_everywhere(name):
+    for parameter in CALLS[name].names():
+        for kind in FOUND:
+            check((name, parameter), MAKERS[kind]())
 
 
 @pytest.mark.slow

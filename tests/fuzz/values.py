@@ -22,6 +22,14 @@ def _read_only() -> np.ndarray:
     return numbers
 
 
+def _nested() -> list[Any]:
+    """Deeper than Python follows."""
+    inner: list[Any] = [0.1]
+    for _ in range(10**5):
+        inner = [inner]
+    return inner
+
+
 def _answers_nothing(*_: Any, **__: Any) -> None:
     return None
 
@@ -39,6 +47,11 @@ _MAKERS: dict[str, Callable[[], Any]] = {
     "large": lambda: 1e300,
     "huge": lambda: HUGE,
     "minus huge": lambda: -HUGE,
+    "beyond the floats": lambda: 10**400,
+    "beyond what is written": lambda: 10**5000,
+    "a count that no memory holds": lambda: 1e16,
+    "float16": lambda: np.float16(3),
+    "beyond the floats, as longdouble": lambda: np.longdouble("1e4000"),
     "nan": lambda: float("nan"),
     "inf": lambda: float("inf"),
     "minus inf": lambda: float("-inf"),
@@ -54,6 +67,12 @@ _MAKERS: dict[str, Callable[[], Any]] = {
     "text": lambda: "spam",
     "digits": lambda: "0.5",
     "bytes": lambda: b"spam",
+    "long text": lambda: "x" * 10**5,
+    "text with a zero": lambda: "spam\0",
+    "text of a control": lambda: "\x1b[2J\nspam",
+    "nested": _nested,
+    "nested in a dict": lambda: {"spam": _nested()},
+    "long list of texts": lambda: ["spam"] * 10**5,
     "empty list": lambda: [],
     "empty dict": lambda: {},
     "dict": lambda: {"spam": 1.0},
@@ -68,6 +87,8 @@ _MAKERS: dict[str, Callable[[], Any]] = {
     "pair with inf": lambda: (0.0, float("inf")),
     "pair of huge": lambda: (-HUGE, HUGE),
     "triple": lambda: (0.1, 0.2, 0.3),
+    "grid": lambda: (0.1, 0.2, 100),
+    "grid that no memory holds": lambda: (0.1, 0.2, 10**16),
     "ragged": lambda: [[0.1], [0.1, 0.2]],
     "generator": lambda: (x for x in (0.1, 0.2)),
     "range": lambda: range(3),
@@ -86,6 +107,7 @@ _MAKERS: dict[str, Callable[[], Any]] = {
     "2-d array": lambda: np.full((2, 3), 0.1),
     "read-only array": _read_only,
     "strided array": lambda: np.linspace(0.0, 0.3, 7)[::-3],
+    "matrix": lambda: np.array([[0.1, 0.2]]).view(np.matrix),
     "masked array": lambda: np.ma.masked_array([0.1, 0.2], mask=[True, False]),
     # things of another kind
     "object": object,

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.study.bifurcations import _with_mechanisms
 
 SHARP = 1e-10  # of located values, as the issue asks
 V_STAR = 0.036975923520307
@@ -55,6 +56,30 @@ def test_the_orbits_of_figure_4_are_the_branches(coulomb):
     assert s4.ends[1].value == pytest.approx(V_STAR, abs=1e-13)
     assert s4.ends[1].border.kind == "jump"
     assert s4.values[0] == 0.0366
+
+
+@pytest.mark.slow
+def test_where_s4_is_born_an_orbit_of_period_3_meets_the_same_jump():
+    found = ss.bifurcations(ss.examples.coulomb(), "V", (0.03, 0.045), max_period=4)
+    birth = found.of_kind("border_collision")[0]
+    assert birth.value == pytest.approx(0.033214056193872, abs=1e-13)
+    assert [[o.period for o in side] for side in (birth.orbits_before, birth.orbits_after)] == [
+        [3],
+        [4],
+    ]
+    assert [end.value for branch in found.branches for end in branch.ends].count(birth.value) == 2
+    assert not found.unresolved
+
+
+def test_a_mechanism_that_fails_costs_no_bifurcation(coulomb, monkeypatch):
+    def fault(*_):
+        raise IndexError
+
+    monkeypatch.setattr("stickslip.study.bifurcations.explain_border", fault)
+    found = _with_mechanisms(coulomb, ss.event_map(ss.examples.coulomb()))
+    assert [item.value for item in found] == [item.value for item in coulomb]
+    (left_open,) = found.unresolved
+    assert "a mechanism" in left_open.reason
 
 
 def test_a_window_and_a_map_give_the_same(coulomb):

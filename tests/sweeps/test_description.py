@@ -16,7 +16,7 @@ pytest.importorskip("zarr")
 
 def test_axes_are_given_as_a_range_or_as_values():
     axes = as_axes(
-        {"a": (1, 2, 5), "b": ss.axis(1, 100, 3, "log"), "c": [3, 1], "d": (1.0, 2.0, 3.0)}
+        {"a": (1, 2, 5), "b": ss.axis(1, 100, 3, "log"), "c": [3, 1], "d": [1.0, 2.0, 3.0]}
     )
     assert [each.values.tolist() for each in axes.values()] == [
         [1, 1.25, 1.5, 1.75, 2],
@@ -33,9 +33,11 @@ def test_axes_are_given_as_a_range_or_as_values():
         ({"V": (1, 2, 0)}, "axis 'V': n = 0"),
         ({"V": (0.1, np.inf, 3)}, "axis 'V': hi = inf"),
         ({"V": [1, 1]}, "axis 'V': its values must be distinct"),
-        ({"V": [1, np.nan]}, "axis 'V': finite numbers"),
-        ({"V": "text"}, "axis 'V': 'text' is neither"),
-        ({"V": 3.0}, "axis 'V': 3.0 is neither"),
+        ({"V": (1, 2)}, r"axis 'V': .* a tuple is a grid"),
+        ({"V": (1.0, 2.0, 3.0)}, r"axis 'V': .* a tuple is a grid"),
+        ({"V": [1, np.nan]}, r"axis 'V': .* finite numbers"),
+        ({"V": "text"}, r"axis 'V': V = 'text'"),
+        ({"V": 3.0}, r"axis 'V': V = 3\.0"),
     ],
 )
 def test_an_axis_that_is_none_is_named(given_, words):

@@ -20,7 +20,15 @@ from stickslip.analysis.one_d.table import branch_table
 from stickslip.analysis.orbits import PeriodicOrbit
 from stickslip.analysis.protocol import checked_points
 from stickslip.analysis.recurrence import confirmed
-from stickslip.checks import flag, instance, random_generator, shown, whole_number
+from stickslip.checks import (
+    MOST_KEPT,
+    MOST_STEPS,
+    flag,
+    instance,
+    random_generator,
+    shown,
+    whole_number,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -101,7 +109,7 @@ def attractors(
 
     An attractor that no seed reaches stays unseen, unless a stable cycle in `known` points to it.
     """
-    _check_counts(n_seeds, max_period, max_steps)
+    n_seeds, max_period, max_steps = _checked_counts(n_seeds, max_period, max_steps)
     fast = flag("interpolate", interpolate)
     orbits = _orbits("known", known)
     table = branch_table(f)
@@ -149,7 +157,7 @@ def attractors_of(
     ValueError
         A count is below 1.
     """
-    _check_counts(n_seeds, max_period, max_steps)
+    n_seeds, max_period, max_steps = _checked_counts(n_seeds, max_period, max_steps)
     spread, start = _seeds(f, table.laps, n_seeds, None)
     task = _Task(f, table, start, len(spread), max_period, max_steps, tuple(orbits))
     return task.solved(interpolated_map(table) if fast is None else fast)
@@ -184,9 +192,12 @@ class _Task:
         return search, search.result(self.n_spread)
 
 
-def _check_counts(n_seeds: int, max_period: int, max_steps: int) -> None:
-    for name, count in (("n_seeds", n_seeds), ("max_period", max_period), ("max_steps", max_steps)):
-        whole_number(name, count)
+def _checked_counts(n_seeds: int, max_period: int, max_steps: int) -> tuple[int, int, int]:
+    return (
+        whole_number("n_seeds", n_seeds, at_most=MOST_KEPT),
+        whole_number("max_period", max_period, at_most=MOST_KEPT),
+        whole_number("max_steps", max_steps, at_most=MOST_STEPS),
+    )
 
 
 def _orbits(name: str, orbits: Iterable[PeriodicOrbit]) -> tuple[PeriodicOrbit, ...]:

@@ -11,7 +11,7 @@ from stickslip.analysis.arguments import checked_range
 from stickslip.analysis.orbit_branch import BranchEnd, OrbitBranch
 from stickslip.analysis.orbit_follower import Half, OrbitFollower, Row
 from stickslip.analysis.window import WindowMap, windowed
-from stickslip.checks import whole_number
+from stickslip.checks import finite_number, shown, whole_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -85,8 +85,8 @@ def continue_orbit(
     [('fold', 3.828427125), ('flip', 3.841499008)]
     """
     low, high = checked_range(f, name, range)
-    if not 0 < max_step <= 1:
-        raise ValueError(f"max_step = {max_step!r}: a share of the range is needed, 0 to 1.")
+    why = "It is a share of the range."
+    max_step = finite_number("max_step", max_step, above=0.0, at_most=1.0, why=why)
     max_points = whole_number("max_points", max_points, 1)
     if isinstance(orbit, OrbitBranch):
         return _continued(orbit, f, name, low, high, window, max_step, max_points)
@@ -177,7 +177,7 @@ def _same_system(
     """Check that a branch is one of a system, along the parameter; return the map to use."""
     if name != branch.parameter:
         raise ValueError(
-            f"the branch is one along {branch.parameter}, not {name!r}. To follow its orbits "
+            f"the branch is one along {branch.parameter}, not {shown(name)}. To follow its orbits "
             f"along {name}, take branch.at({branch.parameter}=...) at a value of your choice."
         )
     if window is None and isinstance(branch.f, WindowMap):

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.protocol import Floats
 
-__all__ = ["inverse_bound", "solve_cyclic", "successors"]
+__all__ = ["inverse_bound", "solve_cyclic", "successors", "turn_towards", "turned"]
 
 
 def successors(points: Floats) -> Floats:
@@ -20,6 +20,18 @@ def successors(points: Floats) -> Floats:
     `numpy.roll` does the same at several times the cost, which small arrays feel.
     """
     return np.concatenate((points[..., 1:], points[..., :1]), axis=-1)
+
+
+def turn_towards(points: Floats, near: Floats) -> int:
+    """Return by how many places to roll an orbit back so that it comes closest to another."""
+    gaps = [float(np.abs(np.roll(points, -k) - near).max()) for k in range(len(near))]
+    return int(np.argmin(gaps))
+
+
+def turned(points: Floats, near: Floats) -> Floats:
+    """Repeat and turn an orbit so that it comes closest to one of a multiple of its period."""
+    repeated = np.tile(points, len(near) // len(points))
+    return np.roll(repeated, -turn_towards(repeated, near))
 
 
 def solve_cyclic(slopes: Floats, right: Floats, periods: NDArray[np.intp]) -> Floats:

@@ -118,7 +118,11 @@ def lyapunov_exponent(
     repeats its values to 1e-14 (docs/theory/many-maps.md).
     """
     n = whole_number("n", n, 2, at_most=MOST_STEPS, what="steps of a mean")
-    skip = max(1000, n // 10) if transient is None else whole_number("transient", transient, 0)
+    skip = (
+        max(1000, n // 10)
+        if transient is None
+        else whole_number("transient", transient, 0, at_most=MOST_STEPS)
+    )
     start = checked_points(f.domain, d0, "d0")
     values, slopes = trace(f, start.ravel(), n, skip)
     pairs = [_mean_of_logs(f, v, s) for v, s in zip(values, slopes, strict=True)]

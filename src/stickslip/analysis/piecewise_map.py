@@ -299,7 +299,7 @@ class PiecewiseMap(EvaluatedMap):
                 given[name],
                 x,
                 self._parameters,
-                self._takes_arrays(f"parameter_derivative[{name!r}]", given[name]),
+                self._takes_arrays(f"parameter_derivative[{shown(name)}]", given[name]),
             )
         if callable(given):
 
@@ -420,7 +420,7 @@ class PiecewiseMap(EvaluatedMap):
         if isinstance(given, Mapping):
             for name, slope in given.items():
                 self._check_name(name)
-                checked_callable(f"parameter_derivative[{name!r}]", slope)
+                checked_callable(f"parameter_derivative[{shown(name)}]", slope)
         elif given is not None:
             checked_callable("parameter_derivative", given)
 

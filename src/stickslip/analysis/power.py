@@ -16,7 +16,7 @@ from stickslip.analysis.protocol import (
     sample,
     values_and_slopes,
 )
-from stickslip.checks import whole_number
+from stickslip.checks import MOST_KEPT, whole_number
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class LineMap:
         ValueError
             ``p`` is not a whole number >= 1.
         """
-        return PowerMap(cast("Map1D", self), whole_number("p", p))
+        return PowerMap(cast("Map1D", self), whole_number("p", p, at_most=MOST_KEPT))
 
     def preimages(self, x: float) -> Floats:
         """Return all points that the map carries to x, ascending; complete as `branches` is.
@@ -124,7 +124,8 @@ class PowerMap(EvaluatedMap):
 
     def __post_init__(self) -> None:
         """Check the exponent."""
-        whole_number("exponent", self.exponent)
+        n = whole_number("exponent", self.exponent, at_most=MOST_KEPT)
+        object.__setattr__(self, "exponent", n)
 
     @property
     def domain(self) -> tuple[float, float]:
@@ -174,4 +175,4 @@ class PowerMap(EvaluatedMap):
 
     def power(self, p: int) -> PowerMap:
         """Return the map (f^p)^q as a power of the base map itself."""
-        return PowerMap(self.base, self.exponent * whole_number("p", p))
+        return PowerMap(self.base, self.exponent * whole_number("p", p, at_most=MOST_KEPT))

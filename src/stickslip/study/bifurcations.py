@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 from stickslip.analysis.bifurcation import Bifurcation
@@ -18,6 +19,7 @@ from stickslip.analysis.one_d.breakpoint_curves import (
 from stickslip.analysis.one_d.breakpoints import Breakpoint
 from stickslip.analysis.one_d.conditions import Collision, Connection
 from stickslip.analysis.one_d.curves import continue_bifurcation as _continue_bifurcation
+from stickslip.analysis.one_d.faults import attempted
 from stickslip.analysis.orbit_branch import OrbitBranch
 from stickslip.analysis.orbits import PeriodicOrbit
 from stickslip.analysis.protocol import MapFamily
@@ -138,13 +140,22 @@ def bifurcations(
 
 def _with_mechanisms(found: BifurcationList, f: EventMap) -> BifurcationList:
     """Explain all border collisions and crises by the motions at their borders."""
-    new = {id(item): explain_border(item, f) for item in found}
+    unresolved = list(found.unresolved)
+    new = {
+        id(item): attempted(
+            partial(explain_border, item, f), "a mechanism", item.value, item.value, unresolved
+        )
+        or item
+        for item in found
+    }
     cascades = tuple(
         dataclasses.replace(cascade, flips=tuple(new.get(id(item), item) for item in cascade.flips))
         for cascade in found.cascades
     )
     items = tuple(new[id(item)] for item in found)
-    return dataclasses.replace(found, bifurcations=items, cascades=cascades)
+    return dataclasses.replace(
+        found, bifurcations=items, cascades=cascades, unresolved=tuple(unresolved)
+    )
 
 
 def explain_border(item: Bifurcation, f: EventMap) -> Bifurcation:

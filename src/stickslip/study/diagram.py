@@ -37,8 +37,8 @@ def bifurcation_diagram(
         Such as a `TwoBlock`, an event map or a `PiecewiseMap`.
     name : str
         The parameter that varies, as in ``system.parameters``.
-    values : array_like of float, shape (n,)
-        Its values, at least two, strictly ascending.
+    values : tuple of (float, float, int) or array_like of float, shape (n,)
+        A grid ``(lo, hi, n)``, or a list or array of at least two ascending values.
     max_period : int
         All orbits up to this period are followed, stable or not.
     window : tuple of float, optional

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, overload
 
 from stickslip.analysis.power import LineMap
 from stickslip.analysis.storage import register_map
-from stickslip.checks import one_of
+from stickslip.checks import one_of, shown
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
 from stickslip.mechanics.eventmap.carriers import DEVICES
@@ -114,7 +114,7 @@ def event_map(
             )
         if one_of("device", device, DEVICES) != "cpu":
             raise ValueError(
-                f"device = {device!r} is not allowed: of the event maps only that of two "
+                f"device = {shown(device)} is not allowed: of the event maps only that of two "
                 "undamped blocks runs elsewhere. Take device='cpu'."
             )
         return BlocksEventMap(

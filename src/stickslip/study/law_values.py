@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Final
 
+from stickslip.checks import shown
 from stickslip.mechanics.friction import LAWS, FrictionLaw, TabulatedFriction
 from stickslip.vocabulary import did_you_mean
 
@@ -58,7 +59,8 @@ def friction_of(given: Any, n_blocks: int | None) -> FrictionLaw | tuple[Frictio
                 "Write [friction] once for all, or [[friction]] for each block, in their order."
             )
     raise ValueError(
-        f"friction = {given!r} must be a table: a line [friction], under it law and its parameters."
+        f"friction = {shown(given)} must be a table: a line [friction], under it law and its "
+        "parameters."
     )
 
 
@@ -74,13 +76,17 @@ def _law(table: dict[str, Any]) -> FrictionLaw:
     if name is None:
         raise ValueError(f"lacks law. {listed(LAWS_IN_FILES)}")
     if not isinstance(name, str):
-        raise ValueError(f"law = {name!r} must be text in quotation marks. {listed(LAWS_IN_FILES)}")
+        raise ValueError(
+            f"law = {shown(name)} must be text in quotation marks. {listed(LAWS_IN_FILES)}"
+        )
     if name == TabulatedFriction.name:
         refuse_unknown(values, TABLE)
         refuse_missing(values, TABLE)
         return TabulatedFriction(**values)
     if name not in LAWS:
-        raise ValueError(f"law = {name!r} is no friction law. {did_you_mean(name, LAWS_IN_FILES)}")
+        raise ValueError(
+            f"law = {shown(name)} is no friction law. {did_you_mean(name, LAWS_IN_FILES)}"
+        )
     law = LAWS[name]
     refuse_unknown(values, law.fields())
     return law.from_values(values)
@@ -95,7 +101,7 @@ def refuse_unknown(
             hint = did_you_mean(name, known)
             if name in ABOVE_TABLES and not is_whole:
                 hint = "In TOML a key belongs to the table above it: write it before any [table]."
-            raise ValueError(f"unknown key {name!r}. {hint}")
+            raise ValueError(f"unknown key {shown(name)}. {hint}")
 
 
 def refuse_missing(table: Mapping[str, Any], needed: Collection[str]) -> None:

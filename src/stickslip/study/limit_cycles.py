@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 
-from stickslip.checks import random_generator, whole_number
+from stickslip.checks import MOST_KEPT, random_generator, whole_number
 from stickslip.mechanics.cycle.cycle import Cycle, same_cycle
 from stickslip.mechanics.cycle.equilibria import equilibria
 from stickslip.mechanics.cycle.search import NoCycleError, find_cycle
@@ -166,8 +166,8 @@ def limit_cycles(
     (1, True)
     """
     checked_model(model)
-    max_period = whole_number("max_period", max_period)
-    count = whole_number("n_starts", n_starts, what="states that are followed")
+    max_period = whole_number("max_period", max_period, at_most=MOST_KEPT)
+    count = whole_number("n_starts", n_starts, at_most=MOST_KEPT, what="states that are followed")
     generator = random_generator("rng", rng)
     cycles: list[Cycle] = []
     hits: list[int] = []

@@ -161,7 +161,7 @@ def _check_options(options: Mapping[str, Any], known: tuple[str, ...]) -> None:
     for name in options:
         if name not in known:
             raise ValueError(
-                f"{name} is no option of periodic_orbits for such a map. "
+                f"{shown(name)} is no option of periodic_orbits for such a map. "
                 f"{did_you_mean(name, known)}"
             )
 

@@ -9,6 +9,7 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
+from stickslip.checks import shown
 from stickslip.mechanics.model.arguments import checked_model
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.blocks import Blocks
@@ -141,13 +142,13 @@ def model_of_values(table: dict[str, Any]) -> Model:
     """
     if "kind" not in table:
         close = get_close_matches("kind", table, n=1)
-        instead = f" in place of {close[0]!r}" if close else ""
+        instead = f" in place of {shown(close[0])}" if close else ""
         raise ValueError(f'lacks kind: write kind = "two_block"{instead}. {listed(KINDS)}')
     kind = table["kind"]
     if not isinstance(kind, str):
-        raise ValueError(f"kind = {kind!r} must be text in quotation marks. {listed(KINDS)}")
+        raise ValueError(f"kind = {shown(kind)} must be text in quotation marks. {listed(KINDS)}")
     if kind not in KINDS:
-        raise ValueError(f"kind = {kind!r} is no kind of model. {did_you_mean(kind, KINDS)}")
+        raise ValueError(f"kind = {shown(kind)} is no kind of model. {did_you_mean(kind, KINDS)}")
     return KINDS[kind](table)
 
 

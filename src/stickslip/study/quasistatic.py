@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.analysis.power import LineMap
 from stickslip.analysis.storage import register_map
-from stickslip.checks import finite_number, whole_number
+from stickslip.checks import finite_number, shown, whole_number
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.quasistatic import QuasistaticCarrier
 from stickslip.mechanics.flow.trajectory import Trajectory
@@ -94,7 +94,9 @@ class QuasistaticMap(LineMap, mechanics.EventMap):
             As `quasistatic_map`; for ``V``, which the limit does not have.
         """
         if "V" in changes:
-            raise ValueError(f"V = {changes['V']!r}: the quasi-static map is the limit V -> 0.")
+            raise ValueError(
+                f"V = {shown(changes['V'])}: the quasi-static map is the limit V -> 0."
+            )
         return type(self)(_checked(self.model.replace(**changes)), **self.settings)
 
     def slips(self, d: ArrayLike) -> QuasistaticSlips:

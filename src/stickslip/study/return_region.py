@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.checks import checked_interval, whole_number
+from stickslip.checks import MOST_KEPT, checked_interval, whole_number
 from stickslip.mechanics.cycle.branch import CycleBranch
 from stickslip.mechanics.cycle.continuation import continue_cycle
 from stickslip.mechanics.cycle.search import NoCycleError, find_cycle
@@ -201,8 +201,10 @@ def return_region(
     a cell of the grid, and cycles whose basins hold no gap's middle, may be missed.
     """
     low, high = _checked(model, parameter, range)
-    count = whole_number("n_values", n_values, what="values of the parameter")
-    points = whole_number("n_points", n_points, what="differences tried at each value")
+    count = whole_number("n_values", n_values, at_most=MOST_KEPT, what="values of the parameter")
+    points = whole_number(
+        "n_points", n_points, at_most=MOST_KEPT, what="differences tried at each value"
+    )
     values = np.linspace(low, high, count)
     branches: list[CycleBranch] = []
     gaps: list[tuple[Gap, ...]] = []

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import numpy as np
 
-from stickslip.checks import finite_number, instance, one_of, whole_number
+from stickslip.checks import finite_number, grid, instance, one_of, whole_number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -98,12 +98,7 @@ def _as_axis(name: str, given: Any) -> Axis:
     if isinstance(given, Axis):
         return given
     try:
-        # (lo, hi, n) is a tuple whose last entry is a whole number; everything else is values.
-        if isinstance(given, tuple) and len(given) == 3 and type(given[2]) is int:
-            return axis(*given)
-        if isinstance(given, str) or np.ndim(given) != 1:
-            raise ValueError(f"{given!r} is neither (lo, hi, n) nor a list of numbers.")
-        return Axis(_ordered(np.asarray(given, dtype=np.float64)))
+        return Axis(_ordered(grid(name, given)))
     except (TypeError, ValueError) as error:
         raise ValueError(f"axis {name!r}: {error}") from error
 

@@ -219,3 +219,66 @@ def test_progress_is_told():
     )
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
+
+
+def one_step_or_two(x, r):
+    """Beyond the jump at 1 the map takes two steps for what it does in one below."""
+    return np.where(x < 0, 0.5 * (x + 3) + r, np.where(x < 1, 0.5 * x + r, x - 3.0))
+
+
+def two_steps_or_three(x, r):
+    """The same with a step in between, through the points below -3."""
+    return np.where(x < -3, -x - 3, np.where(x < 1, -one_step_or_two(x, r) - 3, x - 3.0))
+
+
+@pytest.mark.parametrize(
+    ("func", "domain", "breaks", "before", "after"),
+    [
+        (one_step_or_two, (-2.5, 2.5), [0.0, 1.0], [1], [-2, 1]),
+        (two_steps_or_three, (-5.5, 2.6), [-3.0, 0.0, 1.0], [-4, 1], [-4, -2, 1]),
+    ],
+)
+def test_an_orbit_that_meets_a_jump_goes_on_with_another_period(
+    func, domain, breaks, before, after
+):
+    f = ss.PiecewiseMap(func, domain, parameters={"r": 0.45}, breakpoints=breaks)
+    found = bifurcations(f, "r", (0.4, 0.61), max_period=3)
+    (collision,) = found
+    assert collision.value == pytest.approx(0.5, abs=SHARP)
+    assert [o.period for o in collision.orbits_before] == [len(before)]
+    assert [o.period for o in collision.orbits_after] == [len(after)]
+    assert [branch.end_reasons for branch in found.branches] == [
+        ("end of range", "breakpoint"),
+        ("breakpoint", "end of range"),
+    ]
+    assert not found.unresolved
+    diagram = ss.bifurcation_diagram(f, "r", np.linspace(0.4, 0.61, 8), lists=4)
+    assert not diagram.unresolved
+    for one, two in (found.branches, diagram.orbits):
+        assert sorted(one.ends[1].points) == pytest.approx(before, abs=SHARP)
+        assert sorted(two.ends[0].points) == pytest.approx(after, abs=SHARP)
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "lost"),
+    [
+        ("survey", "join", "the changes of orbits"),
+        ("bifurcations", "explained", "a flip"),
+        ("bifurcations", "orbit_branches", "the branches"),
+        ("bifurcations", "cascades", "the cascades"),
+        ("bifurcations", "crises", "the crises"),
+        ("bifurcations", "parameter_point", "the crises"),
+    ],
+)
+def test_a_fault_costs_its_own_part_and_is_told(monkeypatch, caplog, module, name, lost):
+    def fault(*_, **__):
+        raise IndexError("of no concern to users")
+
+    monkeypatch.setattr(f"stickslip.analysis.one_d.{module}.{name}", fault)
+    found = bifurcations(examples.logistic(3.0), "r", (2.9, 3.2), max_period=2, n_values=4)
+    assert len(found) == (name not in ("join", "explained"))
+    assert "of no concern to users" in caplog.text
+    said = "\n".join(map(str, found.unresolved))
+    assert f"a fault of the program left out {lost}" in said
+    assert said in repr(found).replace("  unresolved: ", "")
+    assert "of no concern" not in said

@@ -91,7 +91,7 @@ class TestAdmit:
 
     @pytest.mark.parametrize("d", ["0.1", 1j, True, None])
     def test_other_types_are_errors(self, d):
-        with pytest.raises(ValueError, match="d must be real numbers"):
+        with pytest.raises(ValueError, match="not made of real numbers"):
             locus.admit(d, 1.2, 1.3)
 
     def test_shape_and_values_are_kept(self):

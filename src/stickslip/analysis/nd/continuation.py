@@ -17,7 +17,7 @@ from stickslip.analysis.nd.orbit_branch import (
     PassedBifurcationND,
 )
 from stickslip.analysis.nd.protocol import sample
-from stickslip.checks import whole_number
+from stickslip.checks import finite_number, whole_number
 from stickslip.numerics.continuation import (
     Curve,
     CurvePoint,
@@ -101,8 +101,8 @@ def continue_orbit(
     to `error`.
     """
     low, high = checked_range(f, name, range)
-    if not 0 < max_step <= 1:
-        raise ValueError(f"max_step = {max_step!r}: a share of the range is needed, 0 to 1.")
+    why = "It is a share of the range."
+    max_step = finite_number("max_step", max_step, above=0.0, at_most=1.0, why=why)
     max_points = whole_number("max_points", max_points, 1)
     follower = _Follower(f, name, low, high, max_step, max_points)
     start = follower.start(orbit)

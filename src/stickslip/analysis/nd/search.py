@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.analysis.nd.orbits import OrbitListND, Unseen, make_orbit
 from stickslip.analysis.nd.protocol import sample
 from stickslip.analysis.nd.shooting import solve_orbits
-from stickslip.checks import whole_number
+from stickslip.checks import MOST_KEPT, whole_number
 
 if TYPE_CHECKING:
     from stickslip.analysis.nd.orbits import PeriodicOrbitND
@@ -58,10 +58,10 @@ def periodic_orbits(
     Damped Newton steps for all points of the orbit at once, with exact Jacobians. Seeds whose
     iterates leave the domain are dropped.
     """
-    highest = whole_number("max_period", max_period, 1)
+    highest = whole_number("max_period", max_period, at_most=MOST_KEPT)
     if period is not None:
-        highest = period = whole_number("period", period, 1)
-    n_seeds = whole_number("n_seeds", n_seeds, 1)
+        highest = period = whole_number("period", period, at_most=MOST_KEPT)
+    n_seeds = whole_number("n_seeds", n_seeds, at_most=MOST_KEPT)
     wanted = range(1, highest + 1) if period is None else (period,)
     orbits: list[PeriodicOrbitND] = []
     unseen: list[Unseen] = []

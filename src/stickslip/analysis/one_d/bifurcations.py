@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from functools import partial
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
@@ -23,15 +24,16 @@ from stickslip.analysis.one_d.explain import (
     explained,
     with_attractors,
 )
+from stickslip.analysis.one_d.faults import attempted
 from stickslip.analysis.one_d.nodes import Family
 from stickslip.analysis.one_d.parameter_point import ParameterPoint, parameter_point
 from stickslip.analysis.one_d.survey import Survey
 from stickslip.analysis.shooting import solve_orbit
 from stickslip.analysis.threads import in_threads
-from stickslip.checks import check_callback, whole_number
+from stickslip.checks import MOST_KEPT, check_callback, whole_number
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from stickslip.analysis.attractor import Attractor
     from stickslip.analysis.one_d.crises import CrisisEvent
@@ -39,6 +41,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.protocol import MapFamily
 
 __all__ = ["N_VALUES", "bifurcations"]
+
+T = TypeVar("T")
 
 N_VALUES: Final = 24
 HALF: Final = 0.5  # share of the work that the survey is, roughly
@@ -96,9 +100,14 @@ def bifurcations(
     check_callback("progress", progress, "the share of the work that is done")
     tell = progress if progress is not None else _nobody
     survey = Survey(
-        family, lo, hi, whole_number("max_period", max_period, 1), lambda share: tell(HALF * share)
+        family,
+        lo,
+        hi,
+        whole_number("max_period", max_period, 1, at_most=MOST_KEPT),
+        lambda share: tell(HALF * share),
     )
-    survey.run(whole_number("n_values", N_VALUES if n_values is None else n_values, 3))
+    count = N_VALUES if n_values is None else n_values
+    survey.run(whole_number("n_values", count, 3, at_most=MOST_KEPT))
     return _Report(survey, f, tell).made()
 
 
@@ -125,13 +134,18 @@ class _Report:
                 self.unresolved += left_open
         family, whole = survey.family, (survey.lo, survey.hi)
         found = [item for k, shares in concerned.items() for item in self._events(k, shares)]
-        branches = orbit_branches(survey, concerned)
-        chains = cascades(found, branches, family, whole, survey.max_period)
+        branches = self._part(lambda: orbit_branches(survey, concerned), "the branches") or ()
+        chains = (
+            self._part(
+                lambda: cascades(found, branches, family, whole, survey.max_period), "the cascades"
+            )
+            or []
+        )
         later = [flip for chain in chains for flip in chain.flips if flip.in_cascade]
         # Beyond the last flip that was solved for come more, up to there.
         self.accumulations = [chain.accumulation for chain in chains]
         self.tell(0.65)
-        crises_found = [self._crisis(event) for event in self._crises()]
+        crises_found = self._part(self._crises, "the crises") or []
         self.values += [item.value for item in (*later, *crises_found)]
         self.tell(0.8)
         full = self._with_attractors([*found, *later])
@@ -151,12 +165,19 @@ class _Report:
             n_values=survey.n_nodes,
         )
 
-    def _events(self, k: int, shares: list[Concerned]) -> list[Bifurcation]:
+    def _part(self, part: Callable[[], T], what: str, *at: float) -> T | None:
+        """Do a part of the work at a value, or over the range; None, and told, if it fails."""
+        lo, hi = (*at, *at) if at else (self.survey.lo, self.survey.hi)
+        return attempted(part, what, lo, hi, self.unresolved)
+
+    def _events(self, k: int, shares: list[Concerned]) -> Iterator[Bifurcation]:
         span, family = self.survey.spans[k], self.survey.family
-        return [
-            explained(event, span, share, family)
-            for event, share in zip(span.events, shares, strict=True)
-        ]
+        for event, share in zip(span.events, shares, strict=True):
+            item = self._part(
+                partial(explained, event, span, share, family), f"a {event.kind}", event.value
+            )
+            if item is not None:
+                yield item
 
     def _with_attractors(self, items: list[Bifurcation]) -> dict[int, Bifurcation]:
         """Add the attractors on both sides; two neighbours that are close share those between."""
@@ -166,12 +187,16 @@ class _Report:
         full = {}
         for item in items:
             before, after = (found[q] for q in sides[id(item)])
-            full[id(item)] = with_attractors(item, before, after, self.survey.width)
+            full[id(item)] = (
+                item
+                if before is None or after is None
+                else with_attractors(item, before, after, self.survey.width)
+            )
         return full
 
-    def _attractors_at(self, q: float) -> tuple[Attractor, ...]:
-        point = parameter_point(self.survey.family.at, q)
-        return point.attractors.attractors
+    def _attractors_at(self, q: float) -> tuple[Attractor, ...] | None:
+        point = self._part(lambda: parameter_point(self.survey.family.at, q), "attractors", q)
+        return None if point is None else point.attractors.attractors
 
     def _sides(self, value: float) -> tuple[float, float]:
         """Where, just below and above a value, attractors are looked at: clear of other events."""
@@ -186,13 +211,13 @@ class _Report:
 
     # ------------------------------------------------------------------ crises
 
-    def _crises(self) -> list[CrisisEvent]:
+    def _crises(self) -> list[Bifurcation]:
         survey = self.survey
         points: list[ParameterPoint] = []
         for node in survey.grid_nodes:
             points.append(parameter_point(survey.family.at, node.q, node.orbits, node.fast))
         found = crises(survey.family.at, points, breaks=self.values, max_period=survey.max_period)
-        return [event for event in found if not self._explained(event)]
+        return [self._crisis(event) for event in found if not self._explained(event)]
 
     def _explained(self, event: CrisisEvent) -> bool:
         """Whether a collision makes or ends the chaos, and the orbits that it meets there too."""

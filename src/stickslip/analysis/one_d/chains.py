@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.cyclic import successors
+from stickslip.analysis.cyclic import successors, turned
 from stickslip.analysis.one_d.conditions import Collision
+from stickslip.analysis.one_d.events import orbit_at
 from stickslip.analysis.orbit_branch import BranchEnd, OrbitBranch, PassedBifurcation
 from stickslip.analysis.protocol import sample
 from stickslip.analysis.window import windowed
@@ -130,7 +131,7 @@ def _inner_rows(piece: Piece, events: list[Event]) -> tuple[_Row, ...]:
     """Return the samples between both lists; at a flip of the orbit, the flip itself."""
     for event in events:
         if event.kind == "flip" and event.period == piece.period:
-            nearest = _turned(event.points, piece.points[0])
+            nearest = turned(event.points, piece.points[0])
             if np.abs(nearest - piece.points[0]).max() <= 1e-3 * (1 + np.abs(nearest).max()):
                 return (_Row(event.value, nearest, -1.0, event),)
     return _rows(piece)[1:-1]
@@ -138,10 +139,15 @@ def _inner_rows(piece: Piece, events: list[Event]) -> tuple[_Row, ...]:
 
 def _link_event(web: _Web, number: int, event: Event, share: Concerned) -> None:
     """Link both orbits of a fold; let all others that do not cross end at the event."""
-    if event.kind in ("transcritical", "pitchfork") and _link_crossing(web, number, event, share):
-        return
-    for node, places, side in ((number, share.lost, UP), (number + 1, share.born, DOWN)):
-        if event.kind == "fold" and len(places) == 2:
+    sides = ((number, share.lost, UP), (number + 1, share.born, DOWN))
+    own = all(
+        len(web.row(node, k).points) == event.period for node, places, _ in sides for k in places
+    )
+    if event.kind in ("transcritical", "pitchfork") and own:
+        if _link_crossing(web, number, event, share):
+            return
+    for node, places, side in sides:
+        if event.kind == "fold" and own and len(places) == 2:
             row = _Row(event.value, event.points, 1.0, event)
             one, other = ((node, place, side) for place in places)
             web.links[one] = _Link((row,), other)
@@ -180,7 +186,7 @@ def _by_place(
 
     def beside(place: int) -> float:
         points = web.row(number, place).points
-        return float(_turned(points, np.resize(event.points, len(points)))[0])
+        return float(turned(points, event.points)[0])
 
     return [(number, place, side) for place in sorted(places, key=beside)]
 
@@ -226,13 +232,6 @@ def _chain(web: _Web, port: Port, seen: set[tuple[int, int]]) -> Chain:
         port = link.to
 
 
-def _turned(points: Floats, near: Floats) -> Floats:
-    """Repeat and turn an orbit so that it comes closest to another one's points."""
-    repeated = np.tile(points, len(near) // len(points))
-    turns = [np.roll(repeated, k) for k in range(len(points))]
-    return min(turns, key=lambda turn: float(np.abs(turn - near).max()))
-
-
 # ------------------------------------------------------------------ as results
 
 
@@ -240,7 +239,7 @@ def _curve(rows: list[_Row]) -> tuple[Floats, Floats]:
     """Values of the parameter, and the points, each orbit turned to be next to the one before."""
     points = [rows[0].points]
     for row in rows[1:]:
-        points.append(_turned(row.points, points[-1]))
+        points.append(turned(row.points, points[-1]))
     return np.array([row.value for row in rows]), np.array(points)
 
 
@@ -305,14 +304,16 @@ def _labels_and_residuals(
 def _end(survey: Survey, link: _Link | None, row: _Row, points: Floats) -> BranchEnd:
     """Say why a branch ends."""
     if link is None:
-        return BranchEnd("end of range", row.value, points, row.multiplier)
+        at_end = row.value in (survey.lo, survey.hi)
+        why: EndReason = "end of range" if at_end else "step limit"
+        return BranchEnd(why, row.value, points, row.multiplier)
     if link.to is not None:
         return BranchEnd("closed", row.value, points, row.multiplier)
     event = link.event
-    if event is None:
+    there = None if event is None else orbit_at(event, points, survey.family)
+    if event is None or there is None:
         reason: EndReason = "end of domain" if link.reason == "outside" else "step limit"
         return BranchEnd(reason, row.value, points, row.multiplier)
-    there = _turned(event.points, points)
     reading = event.located.reading
     if not isinstance(reading.condition, Collision) or reading.critical is None:
         return BranchEnd(REASONS[event.kind], event.value, there, row.multiplier)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.arguments import checked_parameter
+from stickslip.analysis.arguments import checked_range
 from stickslip.analysis.diagram import AttractorTable, Diagram, OrbitCurve
 from stickslip.analysis.one_d.break_lines import follow_breaks
 from stickslip.analysis.one_d.filling import fill
@@ -18,7 +18,14 @@ from stickslip.analysis.one_d.strands import trace_strands
 from stickslip.analysis.one_d.survey import Survey
 from stickslip.analysis.protocol import domain_width
 from stickslip.analysis.threads import in_threads
-from stickslip.checks import check_callback, flag, real_numbers, whole_number
+from stickslip.checks import (
+    MOST_KEPT,
+    check_callback,
+    flag,
+    grid,
+    shown,
+    whole_number,
+)
 from stickslip.numerics.targets import available_threads
 
 if TYPE_CHECKING:
@@ -60,8 +67,8 @@ def bifurcation_diagram(
         An event map, a `PiecewiseMap`, or anything else that offers `MapFamily`.
     name : str
         The parameter that varies.
-    values : array_like of float, shape (n,)
-        Its values, at least two, strictly ascending.
+    values : tuple of (float, float, int) or array_like of float, shape (n,)
+        A grid ``(lo, hi, n)``, or a list or array of at least two ascending values.
     max_period : int
         All orbits up to this period are followed, stable or not.
     window : tuple of float, optional
@@ -102,53 +109,48 @@ def bifurcation_diagram(
     >>> [(curve.period, curve.ends[0].reason) for curve in diagram.orbits]
     [(1, 'end of range'), (1, 'end of range'), (2, 'flip')]
     """
-    grid = _checked_values(values)
-    checked_parameter(family, name)
-    whole_number("max_period", max_period, 1)
-    whole_number("iterates", iterates, 1)
-    whole_number("lists", lists, 2)
+    values = grid("values", values).copy()
+    if values.size < 2 or (np.diff(values) <= 0).any():
+        raise ValueError(
+            f"values = {shown(values)}: a grid (lo, hi, n) with lo < hi, or at least two numbers "
+            "in ascending order are needed."
+        )
+    checked_range(family, name, (values[0], values[-1]), "values")
+    max_period = whole_number("max_period", max_period, 1, at_most=MOST_KEPT)
+    iterates = whole_number("iterates", iterates, 1, at_most=MOST_KEPT)
+    lists = whole_number("lists", lists, 2, at_most=MOST_KEPT)
     attractors = flag("attractors", attractors)
     check_callback("progress", progress, "the share of the work that is done")
     report = progress or (lambda share: None)
     survey = Survey(
         Family(family, name, window),
-        float(grid[0]),
-        float(grid[-1]),
+        float(values[0]),
+        float(values[-1]),
         max_period,
         lambda share: report(0.4 * share),
     )
     survey.run(lists)
     traced = trace_strands(survey)
-    maps = [survey.family.at(q) for q in grid]
+    maps = [survey.family.at(q) for q in values]
     anchors = _anchors(survey)
-    breaks = follow_breaks(maps, grid, [(node.q, node.table) for node in anchors])
+    breaks = follow_breaks(maps, values, [(node.q, node.table) for node in anchors])
     report(0.5)
-    orbits = _orbit_curves(maps, grid, traced)
-    critical = _critical_points(grid, breaks, anchors)
-    steps = _Steps(report, 0.6, len(grid))
-    table = _attractor_table(maps, grid, orbits, critical, anchors, iterates, attractors, steps)
+    orbits = _orbit_curves(maps, values, traced)
+    critical = _critical_points(values, breaks, anchors)
+    steps = _Steps(report, 0.6, len(values))
+    table = _attractor_table(maps, values, orbits, critical, anchors, iterates, attractors, steps)
     report(1.0)
     return Diagram(
         parameter=name,
-        values=grid,
+        values=values,
         max_period=max_period,
         window=window,
         parameters={key: v for key, v in family.parameters.items() if key != name},
         orbits=orbits,
         attractors=table,
         breakpoints=breaks,
-        unresolved=tuple(map(str, survey.unresolved)) + _missing(grid, traced, orbits),
+        unresolved=tuple(map(str, survey.unresolved)) + _missing(values, traced, orbits),
     )
-
-
-def _checked_values(values: ArrayLike) -> Floats:
-    grid = real_numbers("values", values).copy()
-    if grid.ndim != 1 or grid.size < 2 or not np.isfinite(grid).all() or (np.diff(grid) <= 0).any():
-        raise ValueError(
-            f"values of shape {grid.shape}: at least two finite numbers in ascending order are "
-            "needed, such as np.linspace(low, high, n)."
-        )
-    return grid
 
 
 def _anchors(survey: Survey) -> list[Node]:

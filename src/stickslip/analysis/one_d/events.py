@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.cyclic import turned
 from stickslip.analysis.one_d.borders import Border, ConditionLost
 from stickslip.analysis.one_d.conditions import Collision, Crossing, Flip, Fold
 from stickslip.analysis.one_d.locate import solve, solve_near
 from stickslip.analysis.one_d.normal_forms import CrossingCoefficients, crossing_coefficients
+from stickslip.analysis.one_d.orbit_paths import path_from
 from stickslip.analysis.one_d.table import RESOLUTION, branch_table
 from stickslip.analysis.protocol import domain_width
 from stickslip.analysis.window import WindowMap
@@ -26,7 +28,15 @@ if TYPE_CHECKING:
     from stickslip.analysis.one_d.tracking import Piece, Way
     from stickslip.analysis.protocol import Floats, MapFamily
 
-__all__ = ["Event", "Suspect", "coefficients_at", "flips_on", "located", "suspects_at_end"]
+__all__ = [
+    "Event",
+    "Suspect",
+    "coefficients_at",
+    "flips_on",
+    "located",
+    "orbit_at",
+    "suspects_at_end",
+]
 
 EPS: Final = float(np.finfo(np.float64).eps)
 CLOSED: Final = 64.0  # roundings: f^p(x) - x so small is zero
@@ -246,6 +256,24 @@ def coefficients_at(found: Located, family: Family) -> CrossingCoefficients:
     reading = found.reading
     f = family.whole(found.value)
     return crossing_coefficients(f, reading.points, reading.mixed, found.slope * reading.mixed)
+
+
+def orbit_at(event: Event, near: Floats, family: Family) -> Floats | None:
+    """Return the points at an event of an orbit that ends there, in the order of `near`.
+
+    On the two sides of a jump the ways back to it may take different numbers of steps: an
+    orbit that ends there need not have the event's own period, nor a multiple of it.
+    """
+    found = [] if len(near) % event.period else [turned(event.points, near)]
+    border = event.located.reading.critical
+    if isinstance(event.condition, Collision) and border is not None and border.kind == "jump":
+        paths = [path_from(family.whole(event.value), border, side, len(near)) for side in (-1, 1)]
+        found += [
+            turned(np.array(path.points[:-1]), near)
+            for path in paths
+            if path.complete and abs(path.points[-1] - border.x) <= SAME_PLACE * width_of(family)
+        ]
+    return min(found, key=lambda there: float(np.abs(there - near).max()), default=None)
 
 
 # ------------------------------------------------------------------ what to suspect

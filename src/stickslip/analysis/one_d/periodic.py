@@ -14,7 +14,7 @@ from stickslip.analysis.one_d.pieces import TooManyPiecesError, pieces_of_powers
 from stickslip.analysis.one_d.table import RESOLUTION, branch_table
 from stickslip.analysis.orbits import NearFold, OrbitList, PeriodicOrbit
 from stickslip.analysis.shooting import Polished, polish
-from stickslip.checks import whole_number
+from stickslip.checks import MOST_KEPT, whole_number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -81,10 +81,10 @@ def periodic_orbits(
     [(1, False), (1, False), (2, True)]
     """
     if period is None:
-        highest = whole_number("max_period", max_period)
+        highest = whole_number("max_period", max_period, at_most=MOST_KEPT)
         wanted = range(1, highest + 1)
     else:
-        highest = whole_number("period", period)
+        highest = whole_number("period", period, at_most=MOST_KEPT)
         wanted = range(highest, highest + 1)
     table = branch_table(f, resolution)
     search = _Search(table)

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.cyclic import turn_towards
+from stickslip.analysis.one_d.events import orbit_at
 from stickslip.analysis.one_d.filling import Strand
 
 if TYPE_CHECKING:
     from stickslip.analysis.one_d.events import Event
-    from stickslip.analysis.one_d.nodes import Node
+    from stickslip.analysis.one_d.nodes import Family, Node
     from stickslip.analysis.one_d.survey import Span, Survey
     from stickslip.analysis.one_d.tracking import Piece
     from stickslip.analysis.protocol import Floats
@@ -62,7 +64,7 @@ class _Open:
     def add(self, values: Floats, points: Floats, multipliers: Floats) -> None:
         """Append samples, turned so that each column goes on with the same point."""
         if self.points:
-            points = np.roll(points, -_turn(points[0], self.points[-1]), axis=1)
+            points = np.roll(points, -turn_towards(points[0], self.points[-1]), axis=1)
         for q, x, multiplier in zip(values, points, multipliers, strict=True):
             if not self.values or q > self.values[-1]:
                 self.values.append(float(q))
@@ -81,12 +83,6 @@ class _Open:
                 StrandEnd(float(values[-1]), points[-1], reason),
             ),
         )
-
-
-def _turn(points: Floats, like: Floats) -> int:
-    """By how many places to turn a cycle so that it comes closest to another."""
-    gaps = [np.abs(np.roll(points, -r) - like).max() for r in range(len(like))]
-    return int(np.argmin(gaps))
 
 
 def trace_strands(survey: Survey) -> list[Traced]:
@@ -116,9 +112,9 @@ def trace_strands(survey: Survey) -> list[Traced]:
                 done.append(strand.closed(_reason(span, piece)))
         for k in span.loose_left:
             strand = growing.pop(k) if k in growing else _begun(span.left, k, "unexplained")
-            done.append(_ended(strand, span))
+            done.append(_ended(strand, span, survey.family))
         for k in span.loose_right:
-            arrived[k] = _born(span, k)
+            arrived[k] = _born(span, k, survey.family)
         growing = arrived
     done += [strand.closed("end of range") for strand in growing.values()]
     return sorted(done, key=lambda t: (t.strand.period, t.ends[0].value, t.strand.points[0, 0]))
@@ -146,9 +142,9 @@ def _reason(span: Span, piece: Piece) -> str:
     )
 
 
-def _ended(strand: _Open, span: Span) -> Traced:
+def _ended(strand: _Open, span: Span, family: Family) -> Traced:
     """Lead a strand up to the event in a span, and end it there."""
-    event, points = _event_at(span, strand.points[-1])
+    event, points = _event_at(span, strand.points[-1], family)
     if event is None:
         return strand.closed("unexplained")
     if points is not None:
@@ -157,10 +153,10 @@ def _ended(strand: _Open, span: Span) -> Traced:
     return strand.closed(event.kind)
 
 
-def _born(span: Span, k: int) -> _Open:
+def _born(span: Span, k: int, family: Family) -> _Open:
     """Begin a strand at the event in a span."""
     orbit = span.right.orbits[k]
-    event, points = _event_at(span, orbit.points)
+    event, points = _event_at(span, orbit.points, family)
     strand = _Open("unexplained" if event is None else event.kind)
     if event is not None and points is not None:
         multiplier = _multiplier_at(event, orbit.multiplier)
@@ -169,18 +165,13 @@ def _born(span: Span, k: int) -> _Open:
     return strand
 
 
-def _event_at(span: Span, points: Floats) -> tuple[Event | None, Floats | None]:
-    """Choose the event of a span that an orbit ends at, and the orbit's points there.
-
-    An orbit whose period is a multiple of the event's goes round the orbit there several
-    times; for another one the points at the end are not known.
-    """
+def _event_at(span: Span, points: Floats, family: Family) -> tuple[Event | None, Floats | None]:
+    """Choose the event of a span that an orbit ends at, and the orbit's points there."""
     best, best_gap, best_points = None, CLOSE * span.left.width, None
     for event in span.events:
-        if len(points) % event.period:
+        there = orbit_at(event, points, family)
+        if there is None:
             continue
-        there = np.tile(event.points, len(points) // event.period)
-        there = np.roll(there, -_turn(there, points))
         gap = float(np.abs(there - points).max())
         if gap < best_gap:
             best, best_gap, best_points = event, gap, there

@@ -18,6 +18,7 @@ import numpy as np
 
 from stickslip.analysis.bifurcation import UnresolvedChange
 from stickslip.analysis.one_d.events import Event, flips_on, located, suspects_at_end
+from stickslip.analysis.one_d.faults import attempted
 from stickslip.analysis.one_d.hidden import Sighting, hidden_values, sightings
 from stickslip.analysis.one_d.nodes import Family, Node, Words
 from stickslip.analysis.one_d.tracking import Piece, Way, follow, join
@@ -71,7 +72,7 @@ class Span:
     pieces : list of Piece
         Orbits that cross the span.
     loose_left, loose_right : list of int
-        In a span with events: places of the orbits that do not cross it.
+        In a span with events, or not explained: places of the orbits that do not cross it.
     endings : list of Ending
         In a span between events: orbits that leave the window there, or end unexplained.
     """
@@ -139,7 +140,7 @@ class Survey:
         kept = self.grid_nodes[:1]
         for right in self.grid_nodes[1:]:
             known = len(self.spans), len(self.unresolved), list(self.events)
-            self._explain(kept[-1], right)
+            self._explain_or_tell(kept[-1], right)
             if right is not self.grid_nodes[-1] and self._is_at_event(right):
                 # What a list shows in the very middle of an event is an accident: not this one.
                 del self.spans[known[0] :], self.unresolved[known[1] :]
@@ -182,6 +183,19 @@ class Survey:
         return nodes
 
     # ------------------------------------------------------------------ between events
+
+    def _explain_or_tell(self, left: Node, right: Node) -> None:
+        """Explain what happens between two nodes; if that fails, leave them unconnected."""
+        known = len(self.spans), len(self.unresolved), list(self.events)
+        noted: list[UnresolvedChange] = []
+        what = "the changes of orbits"
+        attempted(lambda: self._explain(left, right), what, left.q, right.q, noted)
+        if noted:
+            del self.spans[known[0] :], self.unresolved[known[1] :]
+            self.events = known[2]
+            ends = [list(range(len(node.orbits))) for node in (left, right)]
+            self.spans.append(Span(left, right, loose_left=ends[0], loose_right=ends[1]))
+            self.unresolved += noted
 
     def _explain(self, left: Node, right: Node) -> None:
         """Explain all that happens between two nodes, by adding nodes if need be."""

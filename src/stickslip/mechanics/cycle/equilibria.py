@@ -118,7 +118,7 @@ def equilibria(
         )
     low, high = checked_interval("speeds", speeds)
     if low <= 0.0:
-        raise ValueError(f"speeds = {speeds!r} is not allowed: belt speeds above 0")
+        raise ValueError(f"speeds = {shown(speeds)} is not allowed: belt speeds above 0")
     values = modes(model, model.V).values
     largest = float(values[0].real)
     neutral = abs(largest) <= NEUTRAL * np.abs(values).max()

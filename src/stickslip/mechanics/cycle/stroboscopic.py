@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.checks import real_numbers, shown, whole_number
+from stickslip.checks import MOST_KEPT, MOST_STEPS, grid, real_numbers, shown, whole_number
 from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.cycle.shooting import Leg, Shooter
@@ -107,7 +107,7 @@ class StroboscopicMap:
     def iterate(self, state: ArrayLike, n: int) -> Floats:
         """Apply the map ``n`` times, keeping every state, shape (..., n + 1, 2 N)."""
         states = self._checked(state)
-        count = whole_number("n", n, what="periods")
+        count = whole_number("n", n, at_most=MOST_STEPS, what="periods")
         shooter = Shooter(self.model, rtol=self.rtol, tangents=False)
         rows = states.reshape(-1, self.n_states)
         orbits = np.full((len(rows), count + 1, self.n_states), np.nan)
@@ -139,7 +139,7 @@ class StroboscopicMap:
         sticking forgets. Benettin et al., Meccanica 15, 9 (1980).
         """
         count = whole_number("n", n, what="periods")
-        settle = whole_number("transient", transient, 0, what="periods")
+        settle = whole_number("transient", transient, 0, at_most=MOST_STEPS, what="periods")
         here = self._one(state)
         if settle:
             here = self.iterate(here, settle)[-1]
@@ -161,16 +161,18 @@ class StroboscopicMap:
     ) -> Floats:
         """States that a motion visits at values of a parameter, shape (values, n, 2 N).
 
+        ``values`` is a grid ``(lo, hi, n)``, or a list or array.
+
         Each value starts where the one before it ended, ``transient`` periods before the first
         of the ``n`` states kept.
         """
         checked_parameter("name", self.model, name)
         here = self._one(state)
-        kept = whole_number("n", n, what="states kept")
-        settle = whole_number("transient", transient, what="periods")
-        grid = real_numbers("values", values).ravel()
-        visited = np.full((len(grid), kept, self.n_states), np.nan)
-        for row, value in zip(visited, grid, strict=True):
+        kept = whole_number("n", n, at_most=MOST_KEPT, what="states kept")
+        settle = whole_number("transient", transient, at_most=MOST_STEPS, what="periods")
+        values = grid("values", values)
+        visited = np.full((len(values), kept, self.n_states), np.nan)
+        for row, value in zip(visited, values, strict=True):
             orbit = self.replace(**{name: float(value)}).iterate(here, settle + kept - 1)
             row[:] = orbit[settle:]
             here = here if np.isnan(row[-1]).any() else row[-1]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.checks import MOST_STEPS, Many, parameter_name, whole_number
+from stickslip.checks import MOST_STEPS, Many, parameter_name, shown, whole_number
 from stickslip.mechanics.eventmap.carrier import Carrier
 from stickslip.mechanics.eventmap.carriers import carrier_for
 from stickslip.mechanics.eventmap.records import Controls
@@ -29,7 +29,14 @@ class EventMap:
 
     Calling it carries relative displacements from one global stick phase to the next:
     ``f(d)`` for a float or an array of any shape. Immutable; equal settings compare equal.
+
+    Attributes
+    ----------
+    searched : dict of str to pair of float
+        Ranges of parameters within which bifurcations and diagrams are searched for.
     """
+
+    searched: ClassVar = {"alpha": (0.0, 1e6), "V": (0.0, 10.0), "damping": (0.0, 50.0)}
 
     def __init__(
         self,
@@ -43,7 +50,7 @@ class EventMap:
         threads: int | None = None,
     ) -> None:
         if not isinstance(model, TwoBlock):
-            raise ValueError(f"model = {model!r} is not a model. Take ss.TwoBlock(...).")
+            raise ValueError(f"model = {shown(model)} is not a model. Take ss.TwoBlock(...).")
         self.model = model
         self.rtol = tolerance(rtol)
         self.max_events = whole_number("max_events", max_events, what="events of one motion")

@@ -60,7 +60,7 @@ class EventMapResult:
             "EventMapResult: "
             + ", ".join(f"{c} {status_codes.NAMES[n]}" for n, c in zip(names, counts, strict=True))
         ]
-        lines += self._rows(statuses.size)
+        lines += self._rows(statuses.size) if statuses.size else []
         if statuses.size > 8:
             lines.append(f"... {statuses.size - 8} more")
         return "\n".join(lines)

@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import one_of
+from stickslip.checks import one_of, shown
 from stickslip.mechanics.flow.system import ALPHA, BETA, LAWS, START, VELOCITY, System
 from stickslip.mechanics.friction import Coulomb
 from stickslip.mechanics.friction.code import LawCode, law_code
@@ -101,7 +101,7 @@ def engine_for(model: TwoBlock, engine: EngineName = "auto") -> Engine:
     if engine == "exact" and not exact:
         raise ValueError(
             f"engine = 'exact' is for constant kinetic friction, Coulomb(mu), and not for "
-            f"{model.friction!r}. Take engine='auto' or 'adaptive'."
+            f"{shown(model.friction)}. Take engine='auto' or 'adaptive'."
         )
     code = law_code(model.laws)
     name = "exact" if exact and engine != "adaptive" else _stepper(code)

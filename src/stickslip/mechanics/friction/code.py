@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.checks import shown
 from stickslip.mechanics.friction import _text
 from stickslip.mechanics.friction.columns import NEXT_PIECE_COLUMN, PARAMETER_COLUMN
 from stickslip.mechanics.friction.formula import (
@@ -133,7 +134,7 @@ class LawCode:
         names = law.formula.parameters
         if name not in names:
             known = did_you_mean(name, names)
-            raise ValueError(f"friction law {law.title} has no parameter {name!r}. {known}")
+            raise ValueError(f"friction law {law.title} has no parameter {shown(name)}. {known}")
         return names.index(name)
 
     def parameter_column(self, law: FrictionLaw, name: str) -> int:

@@ -116,7 +116,7 @@ class FrictionLaw:
         for name in instance("values", values, Mapping, "parameters by name"):
             if name not in known:
                 raise ValueError(
-                    f"friction law {cls.name} has no parameter {name!r}. "
+                    f"friction law {cls.name} has no parameter {shown(name)}. "
                     f"{did_you_mean(name, known)}"
                 )
         for field in dataclasses.fields(cls):
@@ -159,7 +159,7 @@ class FrictionLaw:
         for name in changes:
             if name not in self.names:
                 raise ValueError(
-                    f"friction law {self.title} has no parameter {name!r}. "
+                    f"friction law {self.title} has no parameter {shown(name)}. "
                     f"{did_you_mean(name, self.names)}"
                 )
         return self._replaced(changes) if changes else self

@@ -7,6 +7,7 @@ from collections.abc import Callable, Hashable, Sequence
 from inspect import Parameter
 from typing import Any
 
+from stickslip.checks import shown
 from stickslip.mechanics.friction.formula import UserFunction
 from stickslip.numerics.tracing import plain_function
 
@@ -28,7 +29,7 @@ def user_function(function: Any, given: Sequence[str], owner: str) -> UserFuncti
         It does not; parameters with a default need no value.
     """
     if not isinstance(function, Hashable) or not callable(function):
-        raise ValueError(f"{owner} is no function but {function!r}")
+        raise ValueError(f"{owner} is no function but {shown(function)}")
     taken = _signature(function, owner)
     positional = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
     if not taken or taken.pop(0).kind not in positional:
@@ -38,7 +39,9 @@ def user_function(function: Any, given: Sequence[str], owner: str) -> UserFuncti
             raise ValueError(f"{owner}: parameter {parameter} cannot be passed by name")
         if parameter.default is Parameter.empty and parameter.name not in given:
             name = parameter.name
-            raise ValueError(f"{owner} needs a value for {name!r}: parameters={{{name!r}: ...}}")
+            raise ValueError(
+                f"{owner} needs a value for {shown(name)}: parameters={{{shown(name)}: ...}}"
+            )
     names = [parameter.name for parameter in taken]
     return UserFunction(function, tuple(name for name in given if name in names))
 

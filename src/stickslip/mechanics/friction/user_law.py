@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from stickslip.checks import finite_number, instance
+from stickslip.checks import finite_number, instance, shown
 from stickslip.mechanics.friction.code import pointwise
 from stickslip.mechanics.friction.formula import (
     CallableFormula,
@@ -134,7 +134,8 @@ class UserLaw(FrictionLaw):
     def _value(self, name: str, value: Any) -> float:
         if not str(name).isidentifier():
             raise ValueError(
-                f"{name!r} in parameters cannot name a parameter of the friction law {self.title}"
+                f"{shown(name)} in parameters cannot name a parameter of the friction law "
+                f"{self.title}"
             )
         return finite_number(name, value, of=f"the friction law {self.title}")
 
@@ -164,7 +165,9 @@ class UserLaw(FrictionLaw):
         for name in given:
             if name not in backward.parameters and name not in forward.parameters:
                 known = did_you_mean(name, parameter_names(self.function))
-                raise ValueError(f"friction law {self.title} has no parameter {name!r}. {known}")
+                raise ValueError(
+                    f"friction law {self.title} has no parameter {shown(name)}. {known}"
+                )
         return CallableFormula(given, backward, forward, slope)
 
     # --- checks -------------------------------------------------------------------------------

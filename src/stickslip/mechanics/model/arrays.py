@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.checks import dimensions, finite_number, real_numbers, shown
+from stickslip.checks import dimensions, finite_number, real_numbers, shown, whole_number
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 __all__ = ["belt_velocity", "one_per_block", "positive_definite", "semidefinite", "symmetric"]
+
+MOST_BLOCKS: Final = 2000
+"""Springs and modes of so many fill a small memory, and take a minute."""
 
 ROUNDING = 64 * np.finfo(np.float64).eps
 """Of a matrix' size: asymmetry and negative eigenvalues that rounding explains."""
@@ -29,6 +32,8 @@ def one_per_block(name: str, values: Any, n_blocks: int, *, above: float, why: s
     """
     if dimensions(values) == 0:
         return np.full(n_blocks, finite_number(name, values, above=above, why=why))
+    what = "blocks: a model has a matrix with a row for each"
+    whole_number(f"len({name})", n_blocks, at_most=MOST_BLOCKS, what=what)
     entries = list(values)
     if len(entries) != n_blocks or any(dimensions(entry) for entry in entries):
         raise ValueError(

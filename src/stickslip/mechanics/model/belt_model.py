@@ -82,7 +82,7 @@ class BeltModel(ABC):
         numbers = {**self.numbers, **self._forcing_numbers}
         if not isinstance(name, str) or name not in numbers:
             known = did_you_mean(name, list(self.parameters))
-            raise ValueError(f"{type(self).__name__} has no parameter {name!r}. {known}")
+            raise ValueError(f"{type(self).__name__} has no parameter {shown(name)}. {known}")
         changed = self._structure_with({**numbers, name: numbers[name] + 1.0})
         return self.structure.direction_to(changed)
 
@@ -184,7 +184,7 @@ class BeltModel(ABC):
                 fields[name] = value
             else:
                 known = did_you_mean(name, [*self.parameters, *own])
-                raise ValueError(f"{type(self).__name__} has no parameter {name!r}. {known}")
+                raise ValueError(f"{type(self).__name__} has no parameter {shown(name)}. {known}")
         fields.setdefault("friction", self._changed_friction(for_laws))
         fields.setdefault("forcing", self._changed_forcing(forcing))
         return self._rebuilt(numbers, **fields)

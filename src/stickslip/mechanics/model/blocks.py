@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from stickslip.checks import dimensions
+from stickslip.checks import dimensions, shown
 from stickslip.mechanics.model.arrays import (
     belt_velocity,
     one_per_block,
@@ -183,7 +183,8 @@ def checked_forcing(forcing: object, n_blocks: int) -> Harmonic | None:
         return None
     if not isinstance(forcing, Harmonic):
         raise ValueError(
-            f"forcing = {forcing!r} must be a Harmonic(amplitude=, frequency=, phase=) or None."
+            f"forcing = {shown(forcing)} must be a Harmonic(amplitude=, frequency=, phase=) or "
+            "None."
         )
     forcing.amplitudes(n_blocks)
     return forcing

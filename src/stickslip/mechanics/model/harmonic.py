@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.checks import dimensions, finite_number, real_numbers, whole_number
+from stickslip.checks import MOST_KEPT, dimensions, finite_number, real_numbers, whole_number
 
 __all__ = ["Harmonic"]
 
@@ -64,7 +64,7 @@ class Harmonic:
         ValueError
             As many amplitudes as blocks are needed, or one for all.
         """
-        n_blocks = whole_number("n_blocks", n_blocks)
+        n_blocks = whole_number("n_blocks", n_blocks, at_most=MOST_KEPT)
         if not isinstance(self.amplitude, tuple):
             return (self.amplitude,) * n_blocks
         if len(self.amplitude) != n_blocks:

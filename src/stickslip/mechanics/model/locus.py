@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.checks import real_numbers
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
@@ -166,13 +168,9 @@ def admit(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:
     ValueError
         Some ``d`` is NaN or outside the locus; the first one is named.
     """
-    values = np.asarray(d)
-    if values.dtype.kind not in "fiu":
-        raise ValueError(
-            f"d must be real numbers, got {d!r} ({values.dtype}). "
-            "Give a float, an integer or an array of them."
-        )
-    values = np.require(values, np.float64, ["C", "W"])  # kernels are compiled for such arrays
+    values = np.require(
+        real_numbers("d", d), np.float64, ["C", "W"]
+    )  # kernels are compiled for such arrays
     end = half_width(alpha, beta)
     # Two passes without an array between them: nearly always that is all. NaN fails both.
     if values.size == 0 or (values.max() <= end and values.min() >= -end):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
 
-from stickslip.checks import finite_number, instance, real_numbers
+from stickslip.checks import finite_number, instance, real_numbers, shown
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.arrays import belt_velocity
@@ -101,7 +101,7 @@ class TwoBlock:
             "friction": _one_law_or_pair(self.friction),
         }
         if self.units is not None and not isinstance(self.units, Units):
-            raise ValueError(f"units = {self.units!r} must be a Units(m=, k=, fs1=) or None.")
+            raise ValueError(f"units = {shown(self.units)} must be a Units(m=, k=, fs1=) or None.")
         for name, value in checked.items():
             object.__setattr__(self, name, value)
 
@@ -270,7 +270,7 @@ class TwoBlock:
                 known = did_you_mean(
                     name, ["alpha", "beta", "V", "damping", *names, "friction", "units"]
                 )
-                raise ValueError(f"TwoBlock has no parameter {name!r}. {known}")
+                raise ValueError(f"TwoBlock has no parameter {shown(name)}. {known}")
             block, own_name = names[name]
             per_law[block][own_name] = value
         first, *rest = (law.replace(**some) for law, some in zip(laws, per_law, strict=True))
@@ -417,7 +417,7 @@ def _one_law_or_pair(friction: object) -> Friction:
             case [FrictionLaw() as first, FrictionLaw() as second]:
                 return (first, second)
         raise ValueError(
-            f"friction = {friction!r} must be one law or a pair of laws, one per block: "
+            f"friction = {shown(friction)} must be one law or a pair of laws, one per block: "
             "friction=(law_1, law_2)."
         )
     remedy = (
@@ -425,4 +425,4 @@ def _one_law_or_pair(friction: object) -> Friction:
         if callable(friction) and not isinstance(friction, type)
         else "Take Coulomb(mu=), PoppStelter(gamma=) or friction_law(...)."
     )
-    raise ValueError(f"friction = {friction!r} is not a friction law. {remedy}")
+    raise ValueError(f"friction = {shown(friction)} is not a friction law. {remedy}")
