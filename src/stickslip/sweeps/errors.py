@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-__all__ = ["StoreBusy", "StoreFull", "StoreRefused", "TilesFailed"]
+__all__ = ["StoreAbsent", "StoreBusy", "StoreFull", "StoreRefused", "TilesFailed"]
 
 
 class StoreRefused(ValueError):
     """The store holds something else than what is asked for; nothing was changed."""
+
+
+class StoreAbsent(StoreRefused):
+    """There is no store."""
 
 
 class StoreBusy(RuntimeError):

@@ -17,20 +17,18 @@ from stickslip.numerics.gpu import require_gpu
 from stickslip.numerics.targets import available_threads
 from stickslip.sweeps import engines, target
 from stickslip.sweeps.axis import as_axes
-from stickslip.sweeps.errors import StoreRefused, TilesFailed
+from stickslip.sweeps.errors import StoreAbsent, StoreRefused, TilesFailed
 from stickslip.sweeps.job import D0, Job, compute, default_chunks, tiles
 from stickslip.sweeps.lock import writing
 from stickslip.sweeps.observables import as_observables
-from stickslip.sweeps.place import place_of
+from stickslip.sweeps.place import place_of, room_for
 from stickslip.sweeps.store import (
-    BEING_MADE,
     MARKS,
-    ROOT,
     check_target,
     create_or_open,
-    described,
+    examined,
+    finished,
     read_marks,
-    refuse_foreign,
 )
 from stickslip.sweeps.systems import as_system
 
@@ -49,6 +47,7 @@ if TYPE_CHECKING:
 __all__ = ["Progress", "open_sweep", "sweep"]
 
 LARGEST_SEED = 2**63
+UNVERIFIED = "contents of the chunks, which going on with the sweep reads"
 
 
 @dataclass(frozen=True)
@@ -185,8 +184,8 @@ def sweep(
     job = _job(as_system(system), grid, as_observables(observables), seed, d0, device)
     sizes = _chunks(grid, job, chunks)
     place = place_of(store, storage_options)
-    refuse_foreign(place)
-    with writing(place) as check:
+    examined(place)  # what is no sweep is refused before a lock is put beside it
+    with room_for(place.url), writing(place) as check:
         place.unpack()
         place.clear_remains()
         opened = create_or_open(place, job, grid, sizes, given=chunks is not None)
@@ -231,23 +230,27 @@ def open_sweep(
     import xarray
     import zarr
 
-    if not place.packed and not place.exists(ROOT):
-        raise StoreRefused(f"store = {place.url!r}: there is no sweep.")
+    facts, damaged = examined(place)
+    if facts is None:
+        raise StoreAbsent(f"store = {place.url!r}: there is no sweep.")
+    if damaged:
+        raise StoreRefused(
+            f"{place.of(damaged[0])} is damaged or missing, or the sweep has only begun. Run the "
+            "same sweep again (on the command line with --resume): what depends on the "
+            "description alone is made again."
+        )
     source = place.zarr_store(read_only=True)
-    group = zarr.open_group(source, mode="r")
-    facts = described(place, group)
-    if facts == BEING_MADE:
-        raise StoreRefused(f"store = {place.url!r}: the sweep has only begun.")
-    dataset = xarray.open_zarr(source, chunks=None, consolidated=False)
-    marks = read_marks(group[MARKS])
+    marks = read_marks(zarr.open_group(source, mode="r")[MARKS])
+    dataset = xarray.open_zarr(source, chunks=None, consolidated=True).drop_vars(MARKS)
     dataset.attrs = {
         **{key: facts[key] for key in ("version", "created", "digest")},
         "description": facts["description"],
         "target": facts["target"],
         "chunks": int(marks.size),
-        "done": int(np.count_nonzero(marks)),
+        "done": int(np.count_nonzero(finished(place, marks, map(str, dataset.data_vars)))),
+        "unverified": UNVERIFIED,
     }
-    return dataset.drop_vars(MARKS)
+    return dataset
 
 
 def _job(
