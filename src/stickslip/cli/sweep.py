@@ -110,7 +110,7 @@ def _run(
     quiet: bool,
 ) -> dict[str, Any]:
     """Run the sweep, and give each way of ending badly its exit code."""
-    from stickslip.sweeps.errors import StoreBusy, StoreRefused, TilesFailed
+    from stickslip.sweeps.errors import StoreBusy, StoreRefused, TilesFailed, WorkersLost
 
     with _client(scheduler) as client, points("grid points", quiet=quiet) as show:
         try:
@@ -119,7 +119,7 @@ def _run(
             )
         except (StoreRefused, StoreBusy) as error:
             raise RefusalError(str(error)) from error
-        except TilesFailed as error:
+        except (TilesFailed, WorkersLost) as error:
             raise ComputationError(str(error)) from error
         except KeyboardInterrupt:
             note(f"what was finished is kept in {where}; --resume goes on with it", quiet=False)

@@ -120,5 +120,7 @@ def toml_table(content: bytes) -> dict[str, Any]:
         ) from None
     except tomllib.TOMLDecodeError as error:
         raise ValueError(f"not TOML: {error}") from None
+    except ValueError:
+        raise ValueError("a whole number in it has more than 4300 digits") from None
     except RecursionError:
         raise ValueError("its arrays or tables are nested too deeply") from None

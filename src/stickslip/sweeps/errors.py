@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["StoreAbsent", "StoreBusy", "StoreFull", "StoreRefused", "TilesFailed"]
+__all__ = ["StoreAbsent", "StoreBusy", "StoreFull", "StoreRefused", "TilesFailed", "WorkersLost"]
 
 
 class StoreRefused(ValueError):
@@ -23,3 +23,7 @@ class StoreFull(OSError):
 
 class TilesFailed(RuntimeError):
     """Some chunks could not be computed; the others are stored."""
+
+
+class WorkersLost(RuntimeError):
+    """The scheduler of the workers, or the client to it, is gone; what was finished is stored."""

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from stickslip.sweeps.errors import StoreBusy
+from stickslip.sweeps.place import room_for
 
 if TYPE_CHECKING:
     from stickslip.sweeps.place import Place
@@ -61,7 +62,8 @@ def _file_lock(place: Place) -> Iterator[Callable[[], None]]:
     except Timeout:
         raise _busy(place, _told(holder)) from None
     try:
-        holder.write_text(json.dumps(_me()))
+        with room_for(str(holder)):
+            holder.write_text(json.dumps(_me()))
         yield lambda: None
     finally:
         holder.unlink(missing_ok=True)

@@ -146,7 +146,7 @@ class Place:
         if self.archive is None or self.packed:
             return
         folder = Path(self.path)
-        with whole_file(self.archive) as temporary:
+        with room_for(str(self.archive)), whole_file(self.archive) as temporary:
             with zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
                 for path in sorted(folder.rglob("*")):
                     if path.is_file():
@@ -207,6 +207,13 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
     if "/" not in path.strip("/") and not local:
         raise ValueError(f"store = {url!r}: a name inside the bucket is needed, {url}/name.")
     if not local:
+        try:
+            fs.exists(f"{path}/zarr.json")
+        except Exception as error:  # of a library for each kind of bucket
+            raise ValueError(
+                f"store = {url!r} cannot be reached ({type(error).__name__}: {error}). Give its "
+                "credentials and endpoint in storage_options, or as its library finds them."
+            ) from error
         return Place(url, path.rstrip("/"), fs, local, options=options)
     folder, archive = Path(path), None
     if folder.suffix == ZIP:

@@ -47,6 +47,8 @@ if TYPE_CHECKING:
 __all__ = ["Progress", "open_sweep", "sweep"]
 
 LARGEST_SEED = 2**63
+MOST_CHUNKS = 10**8  # 9 bytes of memory each
+MOST_BYTES = 2**31 - 1  # of a variable in a chunk: what its codec takes
 UNVERIFIED = "contents of the chunks, which going on with the sweep reads"
 
 
@@ -151,6 +153,8 @@ def sweep(
         An OSError: no space is left.
     TilesFailed
         Chunks could not be computed, all others are stored.
+    WorkersLost
+        The scheduler or the client is gone; what was finished is stored.
     ImportError
         The extra is not installed: ``pip install "stickslip[sweep]"``.
 
@@ -278,6 +282,8 @@ def _job(
             if name in axes or name == MARKS:
                 raise ValueError(f"observable {each.name!r}: the name {name!r} is taken.")
     for name, each_axis in axes.items():
+        if name == MARKS:
+            raise ValueError(f"axis {name!r}: stores use that name for themselves.")
         if name != D0:
             _check_values(system, name, each_axis)
     shape = tuple(map(len, axes.values()))
@@ -308,12 +314,39 @@ def _check_values(system: System, name: str, values: Axis) -> None:
 
 def _chunks(axes: Mapping[str, Axis], job: Job, given: Mapping[str, int] | None) -> tuple[int, ...]:
     chosen = dict(zip(job.names, default_chunks(job.shape, job.device), strict=True))
-    sizes = {} if given is None else instance("chunks", given, Mapping, "sizes by axis")
-    for name, size in sizes.items():
+    asked = {} if given is None else instance("chunks", given, Mapping, "sizes by axis")
+    for name, size in asked.items():
         if name not in axes:
             raise ValueError(f"chunks: {name!r} is no axis; the axes are {', '.join(axes)}.")
         chosen[name] = min(whole_number(f"chunks[{name!r}]", size, 1), len(axes[name]))
-    return tuple(chosen[name] for name in job.names)
+    sizes = tuple(chosen[name] for name in job.names)
+    _check_sizes(job, sizes)
+    return sizes
+
+
+def _check_sizes(job: Job, chunks: tuple[int, ...]) -> None:
+    """Refuse more chunks than can be told apart, and chunks larger than can be written."""
+    count = math.prod(-(-n // size) for n, size in zip(job.shape, chunks, strict=True))
+    points = math.prod(chunks)
+    if count > MOST_CHUNKS:
+        raise ValueError(
+            f"axes: {math.prod(job.shape)} grid points in chunks of {points} are {count} chunks, "
+            f"at most {MOST_CHUNKS} are allowed. Take larger chunks, or fewer values."
+        )
+    held = {
+        output.name: math.prod(output.sizes) * np.dtype(output.dtype).itemsize
+        for output in job.outputs
+    }
+    held |= {
+        f"the orbits from {run.n_seeds} starts": 8 * run.n_seeds * tail
+        for run, tail in job.tails.items()
+    }
+    for name, size in held.items():
+        if points * size > MOST_BYTES:
+            raise ValueError(
+                f"observables: {name} would take {points * size} bytes in a chunk of {points} "
+                f"points, at most {MOST_BYTES} are allowed. Take smaller chunks or settings."
+            )
 
 
 def _todo(
