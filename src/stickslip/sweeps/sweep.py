@@ -221,12 +221,14 @@ def open_sweep(
     -------
     xarray.Dataset
         Values that were not computed yet are NaN, or the least number of their type. The
-        attributes tell the description, how many chunks there are and how many are ``done``.
+        attributes tell the description, how many chunks there are and how many are ``done``:
+        marked, with a file of each variable. What was not verified is told in ``unverified``.
 
     Raises
     ------
     StoreRefused
-        A ValueError: there is no sweep.
+        A ValueError: there is no sweep, or a file of its metadata or coordinates is damaged; the
+        message names the file.
     ImportError
         The extra is not installed: ``pip install "stickslip[sweep]"``.
     """
