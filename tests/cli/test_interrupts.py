@@ -253,7 +253,7 @@ main()
         **ways,
     )
     assert done.returncode == 130
-    assert "--resume goes on with what is done" in done.stderr.splitlines()[-1]
+    assert "--resume goes on with it" in done.stderr.splitlines()[-1]
     again = [sys.executable, "-m", "stickslip.cli", "sweep", "plan.toml"]
     status = subprocess.run([*again, "--status"], **ways)
     assert status.stdout == "map.zarr: 3 of 6 chunks done\n"

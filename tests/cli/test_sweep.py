@@ -6,6 +6,11 @@ import os
 import numpy as np
 import pytest
 
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None
+
 import stickslip as ss
 from stickslip.cli import main
 from stickslip.study.model_file import write_model
@@ -36,6 +41,9 @@ alpha = [1.1, 1.2, 1.3]
 V = 4
 alpha = 1
 """
+
+
+LONG = "9" * 300
 
 
 @pytest.fixture
@@ -88,7 +96,7 @@ def test_a_store_that_exists_is_gone_on_with_only_if_asked(plan, capsys):
     assert (result["done"], result["chunks"]) == ([5], [6])
     assert ended(capsys, "sweep", plan, "--resume", "--threads", "1")[0] == 0
     told = ended(capsys, "sweep", plan, "--status")[1]
-    assert told == f"{plan.parent / 'map.zarr'}: 6 of 6 chunks done\n"
+    assert told.startswith(f"{plan.parent / 'map.zarr'}: 6 of 6 chunks done; not verified: content")
 
 
 def test_a_store_of_another_plan_is_refused(plan, capsys):
@@ -116,12 +124,24 @@ def test_a_store_of_another_plan_is_refused(plan, capsys):
         ("alpha = [", "alhpa = [", "axis 'alhpa': TwoBlock has no parameter 'alhpa'"),
         ("mu = 0.22", "mu = 7.0", "[model] [friction] mu = 7.0"),
         ('kind = "two_block"', 'kind = "one_block"', "[model] kind = 'one_block' is no kind"),
-        ('{name = "attractor", ', '{name = "atractor", ', "observables[0].name: 'atractor' is"),
+        ('{name = "attractor", ', '{name = "atractor", ', "observables[0].name = 'atractor' is"),
         ("transient = 40, n = 64},\n]", "trans = 40},\n]", "observables[1].trans: unknown key"),
-        ("n = 64},\n]", "n = 1},\n]", "observables[1]: n = 1 of lyapunov_exponent"),
+        ("n = 64},\n]", "n = 1},\n]", "observables[1]: n of lyapunov_exponent = 1"),
         ("V = 4\nalpha = 1", "beta = 4", "chunks: 'beta' is no axis"),
         ("seed = 3", "seed = = 3", "not TOML"),
         ("[chunks]\nV = 4\nalpha = 1", "[engine]\nrtol = 2.0", "engine: rtol = 2.0"),
+        ("n = 8}", f"n = {LONG}}}", "to 100000000"),
+        ("to = 0.05", f"to = {LONG}{LONG}", "V.to: "),
+        ("[1.1, 1.2, 1.3]", LONG, "a table is needed"),
+        ("V = 4", f"V = {LONG}", "that fits into 63 bits"),
+        ("seed = 3", f"seed = {LONG}", "that fits into 63 bits"),
+        ("seed = 3", f"d0 = {LONG}{LONG}", "d0: "),
+        ("n = 64},\n]", f"n = {LONG}}},\n]", "n of lyapunov_exponent = 9999"),
+        ("n = 64},\n]", f"transient = {LONG}}},\n]", "transient"),
+        ("n = 64},\n]", f"max_period = {LONG}}},\n]", "max_period of lyapunov_exponent = 9999"),
+        ('name = "attractor"', f"name = {LONG}", "observables[0].name = 9999"),
+        ('name = "attractor"', "name = [1]", "observables[0].name = [1]"),
+        ("seed = 3", f"seed = {LONG * 20}", "a whole number in it has more than 4300 digits"),
         ("seed = 3", 'map = "m:f"', "model, map: exactly one of them"),
     ],
 )
@@ -132,6 +152,7 @@ def test_a_bad_plan_is_told_by_file_and_key(plan, capsys, old, new, words):
     assert (code, out) == (2, "")
     assert f"{plan}: " in err
     assert words in err, err
+    assert len(err) < len(str(plan)) + 400
     assert not (plan.parent / "map.zarr").exists()
 
 
@@ -149,6 +170,44 @@ def _logistic(x, r):
 
 
 LOGISTIC = ss.PiecewiseMap(_logistic, (0, 1), parameters={"r": 3.0})
+
+
+def test_an_interrupted_sweep_says_how_to_go_on(plan, capsys, monkeypatch):
+    from stickslip.sweeps import engines
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+        yield
+
+    monkeypatch.setattr(engines, "in_threads", interrupted)
+    code, out, err = ended(capsys, "sweep", plan)
+    assert (code, out) == (130, "")
+    assert "map.zarr; --resume goes on with it" in err
+
+
+@pytest.mark.skipif(resource is None, reason="no limit of a file's size on this system")
+@pytest.mark.parametrize(
+    ("room", "file"),
+    [
+        (10, ".map.zarr.writer"),
+        (600, "map.zarr/checksum/zarr.json"),
+        (20_000, "map.zarr/orbit/c/0/0/0"),
+    ],
+)
+def test_a_file_for_which_there_is_no_room_is_named(plan, capsys, room, file):
+    more = '{name = "orbit_points", transient = 2, n = 2000, count = 2000},\n'
+    plan.write_text(PLAN.replace("observables = [\n", "observables = [\n" + more))
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (room, before[1]))
+    try:
+        code, out, err = ended(capsys, "sweep", plan, "--threads", "1")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert (code, out) == (2, "")
+    assert f"no space is left for {plan.parent}" in err
+    assert file in err
+    assert not list(plan.parent.rglob("*.partial"))
+    assert ended(capsys, "sweep", plan, "--resume")[0] == 0
 
 
 def test_a_scheduler_that_is_not_there_is_told(plan, capsys, monkeypatch):

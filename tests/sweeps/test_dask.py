@@ -9,7 +9,7 @@ from tests.sweeps import small
 from tests.sweeps.test_store import chunks_of
 
 import stickslip as ss
-from stickslip.sweeps.errors import TilesFailed
+from stickslip.sweeps.errors import TilesFailed, WorkersLost
 
 distributed = pytest.importorskip("distributed")
 
@@ -64,8 +64,34 @@ def test_a_map_of_one_s_own_travels_to_workers(cluster, tmp_path):
             )
 
 
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("lose", ["close", "shutdown"])
+def test_a_scheduler_or_client_that_is_lost_is_told_with_what_to_do(tmp_path, lose):
+    def at_half(progress):
+        if progress.done > 40 and not lost:
+            lost.append(progress.done)
+            getattr(client, lose)()
+
+    lost = []
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster) as client,
+        pytest.raises(WorkersLost, match=r"scheduler or its client is lost .*--resume"),
+    ):
+        small.run_slowly(tmp_path / "x", client=client, threads=None, progress=at_half)
+    assert 0 < ss.open_sweep(tmp_path / "x").attrs["done"] < 20
+    small.run_slowly(tmp_path / "x")
+    small.run_slowly(tmp_path / "whole")
+    assert chunks_of(tmp_path / "x") == chunks_of(tmp_path / "whole")
+
+
 def test_a_scheduler_without_workers_is_refused(tmp_path):
     class Client:
+        status = "running"
+
         def ncores(self):
             return {}
 

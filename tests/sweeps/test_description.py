@@ -80,6 +80,24 @@ def test_an_impossible_axis_is_refused(arguments, words):
             "observables: 'atractor' is unknown.* Did you mean 'attractor'",
         ),
         ({"observables": ["attractor", "attractor"]}, "two of them record a variable 'kind'"),
+        (
+            {
+                "observables": [ss.observables.OrbitPoints(n=10**8, count=10**8)],
+                "chunks": {"V": 4},
+            },
+            "orbit would take [0-9]+ bytes in a chunk of .* points, at most 2147483647",
+        ),
+        (
+            {"observables": [ss.observables.CoexistingAttractors(n_seeds=10**8)]},
+            "the orbits from 100000000 starts would take [0-9]+ bytes .* at most 2147483647",
+        ),
+        (
+            {
+                "axes": {"V": (0.1, 0.2, 200), "d0": (0, 0.1, 10**6)},
+                "chunks": {"V": 1, "d0": 1},
+            },
+            "200000000 grid points in chunks of 1 are 200000000 chunks, at most 100000000",
+        ),
         ({"observables": [lambda f, d0: 0.0]}, "one of a module and neither a lambda"),
     ],
 )
@@ -92,7 +110,17 @@ def test_a_bad_description_is_refused_before_anything_is_written(tmp_path, more,
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: ss.observables.Attractor(n=1), "n = 1 of attractor: a whole number >= 2"),
+        (
+            lambda: ss.observables.Attractor(n=1),
+            "n of attractor = 1 is not allowed: .* from 2 to 100000000",
+        ),
+        (
+            lambda: ss.observables.Attractor(n=1e16),
+            "n of attractor = 1e16 .* to 100000000".replace("1e16", r"1e\+16"),
+        ),
+        (lambda: ss.observables.Attractor(transient=10**300), "transient of attractor = 10{86}"),
+        (lambda: ss.observables.NeverReturns(n_seeds=10**16), "n_seeds .* to 100000000"),
+        (lambda: ss.observables.LimitCycles(n_starts=10**16), "n_starts .* to 100000000"),
         (lambda: ss.observables.OrbitPoints(n=8, count=10), r"at most n \+ 1 = 9 points"),
         (lambda: ss.observables.Function(function="nowhere:f"), "'nowhere:f' cannot be imported"),
         (lambda: ss.observables.Function(function="math:nothing"), "cannot be imported"),

@@ -136,6 +136,15 @@ def test_a_bucket_alone_is_no_store(options):
         small.run("s3://maps", storage_options=options)
 
 
+def test_missing_credentials_are_told(tmp_path, monkeypatch):
+    for name in [name for name in os.environ if name.startswith("AWS_")]:
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("AWS_EC2_METADATA_DISABLED", "true")
+    with pytest.raises(ValueError, match=r"maps/x' cannot be reached .*credentials.* in storage_o"):
+        small.run("s3://maps/x", storage_options={"skip_instance_cache": True})
+
+
 def test_an_unknown_kind_of_url_is_refused():
     with pytest.raises(ValueError, match="store = 'gopher://x/y' cannot be reached"):
         small.run("gopher://x/y")

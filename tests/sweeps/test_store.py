@@ -14,7 +14,6 @@ import pytest
 from tests.sweeps import small
 
 import stickslip as ss
-from stickslip.sweeps import store as stores
 from stickslip.sweeps import target
 from stickslip.sweeps.errors import StoreBusy, StoreFull, StoreRefused, TilesFailed
 
@@ -133,7 +132,7 @@ def test_an_unfinished_store_can_be_read(copy, whole):
 def test_xarray_alone_reads_a_store(whole):
     import xarray
 
-    found = xarray.open_zarr(whole, chunks=None, consolidated=False)
+    found = xarray.open_zarr(whole, chunks=None)
     np.testing.assert_array_equal(found.kind, ss.open_sweep(whole).kind)
 
 
@@ -211,7 +210,7 @@ def test_what_is_no_sweep_is_left_alone(tmp_path):
     (tmp_path / "file").write_text("mine")
     for name, words in [
         (".", "is not empty and no sweep"),
-        ("group", "not one of a sweep"),
+        ("group", "group/zarr.json is not of a sweep"),
         ("file", "a file of that name"),
     ]:
         with pytest.raises(StoreRefused, match=words):
@@ -228,21 +227,29 @@ def test_a_place_that_cannot_be_is_told():
         ss.open_sweep("store", storage_options={3: 4})
 
 
-def test_a_store_whose_making_was_interrupted_is_made_again(tmp_path, whole, monkeypatch):
+@pytest.mark.parametrize("written", [0, 1, 2, 9, 10])
+def test_a_store_whose_making_was_interrupted_is_made_again(tmp_path, whole, monkeypatch, written):
     class Killed(BaseException):
         pass
 
-    def killed(identity):
-        raise Killed
+    real, left = Path.replace, [written]
 
+    def killed(self, other):
+        left[0] -= 1
+        if left[0] < 0:
+            raise Killed
+        return real(self, other)
+
+    store = tmp_path / "x"
     with monkeypatch.context() as patch:
-        patch.setattr(stores, "digest", killed)
+        patch.setattr(Path, "replace", killed)
         with pytest.raises(Killed):
-            small.run(tmp_path / "x")
-    with pytest.raises(StoreRefused, match="has only begun"):
-        ss.open_sweep(tmp_path / "x")
-    assert computed_points(tmp_path / "x") == 120
-    assert chunks_of(tmp_path / "x") == chunks_of(whole)
+            small.run(store)
+    assert sum(path.is_file() for path in store.rglob("*")) == written
+    with pytest.raises(StoreRefused, match="has only begun" if written else "there is no sweep"):
+        ss.open_sweep(store)
+    assert computed_points(store) == 120
+    assert chunks_of(store) == chunks_of(whole)
 
 
 def hold(store, held, go):

@@ -14,6 +14,8 @@ from stickslip.cli.process import advise
 from stickslip.cli.progress import points
 
 if TYPE_CHECKING:
+    import xarray
+
     from stickslip.sweeps.plan import Plan
 
 EXAMPLES = """\
@@ -62,13 +64,13 @@ def command(
 
     read = read_plan(plan)
     where = store or read.store
-    known = _known(read, where)
+    if status or not resume:
+        known = _known(read, where)
     if not status:
-        if known is not None and not resume:
+        if not resume and known is not None:
             done = f"{known['done']} of {known['chunks']} chunks done"
             raise RefusalError(f"{where} exists, {done}; --resume goes on with it")
-        _run(read, where, threads, scheduler, device, quiet=output.quiet)
-        known = _known(read, where)
+        known = _run(read, where, threads, scheduler, device, quiet=output.quiet)
     facts: dict[str, Any] = {"store": where, "done": 0, "chunks": None, **(known or {})}
     if output.json:
         row = {name: [fact] for name, fact in facts.items()}
@@ -78,19 +80,25 @@ def command(
     elif known is None:
         print(f"{where}: not begun")
     else:
-        print(f"{where}: {facts['done']} of {facts['chunks']} chunks done")
+        told = f"{facts['done']} of {facts['chunks']} chunks done"
+        print(f"{where}: {told}; not verified: {facts['unverified']}")
 
 
-def _known(plan: Plan, where: str) -> dict[str, int] | None:
-    """Count the chunks of a store, all and done; None if there is no store."""
-    from stickslip.sweeps.errors import StoreRefused
+def _known(plan: Plan, where: str) -> dict[str, Any] | None:
+    """Tell how much of a store is done; None if there is no store."""
+    from stickslip.sweeps.errors import StoreAbsent, StoreRefused
     from stickslip.sweeps.sweep import open_sweep
 
     try:
-        found = open_sweep(where, storage_options=plan.arguments["storage_options"])
-    except StoreRefused:  # what is wrong, if anything is, shows when it is written to
+        return _facts(open_sweep(where, storage_options=plan.arguments["storage_options"]))
+    except StoreAbsent:
         return None
-    return {name: found.attrs[name] for name in ("done", "chunks")}
+    except StoreRefused as error:
+        raise RefusalError(str(error)) from error
+
+
+def _facts(found: xarray.Dataset) -> dict[str, Any]:
+    return {name: found.attrs[name] for name in ("done", "chunks", "unverified")}
 
 
 def _run(
@@ -101,17 +109,19 @@ def _run(
     device: str,
     *,
     quiet: bool,
-) -> None:
+) -> dict[str, Any]:
     """Run the sweep, and give each way of ending badly its exit code."""
-    from stickslip.sweeps.errors import StoreBusy, StoreFull, StoreRefused, TilesFailed
+    from stickslip.sweeps.errors import StoreBusy, StoreRefused, TilesFailed, WorkersLost
 
-    advise("--resume goes on with what is done")
+    advise(f"what was finished is kept in {where}; --resume goes on with it")
     with _client(scheduler) as client, points("grid points", quiet=quiet) as show:
         try:
-            plan.run(store=where, threads=threads, client=client, device=device, progress=show)
+            return _facts(
+                plan.run(store=where, threads=threads, client=client, device=device, progress=show)
+            )
         except (StoreRefused, StoreBusy) as error:
             raise RefusalError(str(error)) from error
-        except (StoreFull, TilesFailed) as error:
+        except (TilesFailed, WorkersLost) as error:
             raise ComputationError(str(error)) from error
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
+from stickslip.checks import MOST_STEPS
 from stickslip.numerics.long_run import CHAOTIC, LEFT, PERIODIC, UNDECIDED
 from stickslip.sweeps.observable import Columns, Observable, Output, whole
 from stickslip.sweeps.orbits import Run
@@ -43,7 +44,7 @@ class CoexistingAttractors(Observable):
     name: ClassVar[str] = "coexisting_attractors"
     needs: ClassVar[tuple[str, ...]] = ("orbits", "line")
     n_seeds: int = whole(16)
-    transient: int = whole(1000, least=0)
+    transient: int = whole(1000, least=0, most=MOST_STEPS)
     n: int = whole(1000, least=2)
     max_period: int = whole(64)
 

@@ -9,10 +9,12 @@ import importlib
 import itertools
 import uuid
 from collections.abc import Callable, Generator, Iterable
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
+from stickslip.sweeps.errors import WorkersLost
 from stickslip.sweeps.job import Computed
 
 if TYPE_CHECKING:
@@ -73,23 +75,34 @@ def in_dask(
         tiles = list(some.values())
         return client.map(partial(compute, job), tiles, key=list(some), pure=False)
 
-    cores = sum(client.ncores().values())
-    if not cores:
-        raise ValueError("client: its scheduler has no workers.")
-    first = submit(max(AHEAD * cores, LEAST_AHEAD))
-    futures = distributed.as_completed(first, with_results=True, raise_errors=False)
+    futures = None
     try:
-        for batch in futures.batches():  # one answer of the scheduler for all that are ready
-            for future, result in batch:
-                if not isinstance(result, Computed):
-                    # An error, or a worker that died before it gave its result away: wait for
-                    # the one that does the work again.
-                    result = _outcome(future.exception(), future.result)
+        cores = sum(client.ncores().values())
+        if not cores:
+            raise ValueError("client: its scheduler has no workers.")
+        futures = distributed.as_completed(submit(max(AHEAD * cores, LEAST_AHEAD)))
+        for batch in futures.batches():
+            ready = [future for future in batch if future.status == "finished"]
+            results = dict(zip(ready, client.gather(ready), strict=True))
+            for future in batch:
+                # Else an error, or a worker that died: wait for the one that does it again.
+                result = results.get(future) or _outcome(future.exception(), future.result)
                 yield running.pop(future.key), result
                 future.release()
             futures.update(submit(len(batch)))
+    except Exception as error:
+        if client.status == "running" and not isinstance(error, CancelledError | OSError):
+            raise
+        told = f"{type(error).__name__}: {error}".splitlines()[0]
+        raise WorkersLost(
+            f"the dask scheduler or its client is lost ({told}). What was finished is kept: run "
+            "the same sweep again, with a scheduler that runs (on the command line with --resume), "
+            "to go on."
+        ) from error
     finally:
-        client.cancel([future for future in list(futures.futures)], force=True)
+        if futures is not None:
+            with suppress(Exception):  # it is lost
+                client.cancel(list(futures.futures), force=True)
 
 
 def connect(address: str) -> Any:

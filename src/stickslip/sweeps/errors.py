@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-__all__ = ["StoreBusy", "StoreFull", "StoreRefused", "TilesFailed"]
+__all__ = ["StoreAbsent", "StoreBusy", "StoreFull", "StoreRefused", "TilesFailed", "WorkersLost"]
 
 
 class StoreRefused(ValueError):
     """The store holds something else than what is asked for; nothing was changed."""
+
+
+class StoreAbsent(StoreRefused):
+    """There is no store."""
 
 
 class StoreBusy(RuntimeError):
@@ -19,3 +23,7 @@ class StoreFull(OSError):
 
 class TilesFailed(RuntimeError):
     """Some chunks could not be computed; the others are stored."""
+
+
+class WorkersLost(RuntimeError):
+    """The scheduler of the workers, or the client to it, is gone; what was finished is stored."""

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from stickslip.files import undone_unless_finished
 from stickslip.sweeps.errors import StoreBusy
+from stickslip.sweeps.place import room_for
 
 if TYPE_CHECKING:
     from stickslip.sweeps.place import Place
@@ -63,7 +64,8 @@ def _file_lock(place: Place) -> Iterator[Callable[[], None]]:
         raise _busy(place, _told(holder)) from None
     try:
         with undone_unless_finished(lambda: holder.unlink(missing_ok=True)):
-            holder.write_text(json.dumps(_me()))
+            with room_for(str(holder)):
+                holder.write_text(json.dumps(_me()))
             yield lambda: None
             holder.unlink()
     finally:

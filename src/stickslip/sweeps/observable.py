@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
+from stickslip.checks import whole_number
+from stickslip.sweeps.axis import MOST_VALUES
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -47,13 +50,10 @@ class Observable:
     def __post_init__(self) -> None:
         """Check that counts are whole numbers in range."""
         for each in fields(self):
-            if least := each.metadata.get("least"):
-                value = getattr(self, each.name)
-                if isinstance(value, bool) or not isinstance(value, int) or value < least[0]:
-                    raise ValueError(
-                        f"{each.name} = {value!r} of {self.name}: a whole number "
-                        f">= {least[0]} is needed."
-                    )
+            if limits := each.metadata.get("limits"):
+                name = f"{each.name} of {self.name}"
+                value = whole_number(name, getattr(self, each.name), limits[0], at_most=limits[1])
+                object.__setattr__(self, each.name, value)
 
     def outputs(self) -> tuple[Output, ...]:
         """Return the variables that `compute` returns."""
@@ -72,6 +72,6 @@ class Observable:
         return {"name": self.name, **asdict(self)}
 
 
-def whole(default: int, least: int = 1) -> Any:
-    """Make a setting that is a whole number, at least so large."""
-    return field(default=default, metadata={"least": (least,)})
+def whole(default: int, least: int = 1, most: int = MOST_VALUES) -> Any:
+    """Make a setting that is a whole number in a range."""
+    return field(default=default, metadata={"limits": (least, most)})

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from stickslip.checks import dimensions, instance, shown, whole_number
+from stickslip.checks import MOST_STEPS, dimensions, instance, shown, whole_number
 from stickslip.numerics.long_run import CHAOTIC, LEFT, PERIODIC, UNDECIDED
 from stickslip.status import NEVER_CYCLE, NEVER_SLIPPING
 from stickslip.sweeps.coexistence import CoexistingAttractors
@@ -47,7 +47,7 @@ class _OfOrbit(Observable):
     """Of one orbit for each grid point."""
 
     needs: ClassVar[tuple[str, ...]] = ("orbits",)
-    transient: int = whole(1000, least=0)
+    transient: int = whole(1000, least=0, most=MOST_STEPS)
     n: int = whole(1000, least=2)
     max_period: int = whole(256)
 

@@ -5,24 +5,27 @@ from __future__ import annotations
 import errno
 import shutil
 import zipfile
-from collections.abc import Mapping
-from contextlib import suppress
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from stickslip.checks import instance, shown
 from stickslip.extras import require_extra
 from stickslip.files import whole_file
-from stickslip.sweeps.errors import StoreRefused
+from stickslip.sweeps.errors import StoreFull, StoreRefused
 
-__all__ = ["Place", "is_full", "place_of"]
+__all__ = ["Place", "place_of", "room_for"]
 
 EXTRA = ("fsspec", "zarr", "xarray", "filelock", "psutil")
 ZIP = ".zip"
 GONE = "gone"  # a work folder that is being removed
-WORKING = ".partial"  # what is added to the name of a zip file while it is being computed
+WORKING = ".partial"  # what the name of that which is not whole ends with
+# Members of an archive: missing, other than their checksum, cut off, or with a broken header.
+UNREADABLE: Final = (KeyError, zipfile.BadZipFile, zlib.error, EOFError, RuntimeError)
 
 
 @dataclass(frozen=True)
@@ -58,10 +61,46 @@ class Place:
         above, _, name = self.path.rpartition("/")
         return f"{above}/.{name}.{what}"
 
-    def exists(self, name: str) -> bool:
-        """Whether there is such an object in the folder."""
+    def read(self, name: str) -> bytes | None:
+        """Return the content of an object, None if there is none that can be read."""
+        try:
+            if self.packed:
+                with self._opened() as archive:
+                    return archive.read(name)
+            content: bytes = self.fs.cat_file(self.of(name))
+        except (FileNotFoundError, NotADirectoryError, IsADirectoryError, *UNREADABLE):
+            return None
+        return content
+
+    def write(self, name: str, content: bytes) -> None:
+        """Write an object, whole or not at all."""
+        path = self.of(name)
+        with room_for(path):
+            if not self.local:
+                self.fs.pipe_file(path, content)
+                return
+            Path(path).parent.mkdir(parents=True, exist_ok=True)
+            with whole_file(Path(path)) as temporary:
+                temporary.write_bytes(content)
+
+    def files(self, folder: str) -> Iterable[str]:
+        """List the paths of the objects below a folder of it."""
+        if self.packed:
+            with self._opened() as archive:
+                return [name for name in archive.namelist() if name.startswith(f"{folder}/")]
         self.fs.invalidate_cache()
-        return bool(self.fs.exists(self.of(name)))
+        found: list[str] = self.fs.find(self.of(folder))
+        return found
+
+    def _opened(self) -> zipfile.ZipFile:
+        assert self.archive is not None
+        try:
+            return zipfile.ZipFile(self.archive)
+        except zipfile.BadZipFile as error:
+            raise StoreRefused(
+                f"{self.archive} is no whole zip file: {error}. Restore it from a copy, or give "
+                "the name of a new store."
+            ) from error
 
     def remove(self, path: str) -> None:
         """Remove an object, if it is there."""
@@ -70,9 +109,10 @@ class Place:
         self.fs.invalidate_cache()
 
     def empty(self) -> bool:
-        """Whether there is nothing in the folder, or no folder."""
+        """Whether there is no object in the folder but what was left half-written."""
         self.fs.invalidate_cache()
-        return not self.fs.exists(self.path) or not self.fs.ls(self.path, detail=False)
+        paths = (f"{at}/{name}" for at, _, names in self.fs.walk(self.path) for name in names)
+        return all(WORKING in path[len(self.path) :] for path in paths)
 
     def zarr_store(self, *, read_only: bool = False) -> Any:
         """Open it as a zarr store; a finished archive only for reading."""
@@ -95,15 +135,18 @@ class Place:
         """Remove what a writer that was killed has left half-written."""
         if self.local:
             shutil.rmtree(self.beside(GONE), ignore_errors=True)
-            for partial in Path(self.path).rglob("*.partial"):
-                partial.unlink(missing_ok=True)
+            for partial in list(Path(self.path).rglob(f"*{WORKING}")):
+                if partial.is_dir():
+                    shutil.rmtree(partial, ignore_errors=True)
+                else:
+                    partial.unlink(missing_ok=True)
 
     def pack(self) -> None:
         """Make the archive of the folder, then remove the folder; nothing for other places."""
         if self.archive is None or self.packed:
             return
         folder = Path(self.path)
-        with whole_file(self.archive) as temporary:
+        with room_for(str(self.archive)), whole_file(self.archive) as temporary:
             with zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
                 for path in sorted(folder.rglob("*")):
                     if path.is_file():
@@ -115,12 +158,13 @@ class Place:
         shutil.rmtree(gone)
 
     def unpack(self) -> None:
-        """Make the folder of a finished archive again, to write to it."""
+        """Make the folder of a finished archive again, to write to it; without what is damaged."""
         if self.packed:
-            assert self.archive is not None
-            with whole_file(Path(self.path)) as temporary:
-                with zipfile.ZipFile(self.archive) as archive:
-                    archive.extractall(temporary)
+            with whole_file(Path(self.path)) as temporary, self._opened() as archive:
+                temporary.mkdir()
+                for member in archive.infolist():
+                    with suppress(*UNREADABLE):
+                        archive.extract(member, temporary)
 
 
 def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) -> Place:
@@ -163,6 +207,13 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
     if "/" not in path.strip("/") and not local:
         raise ValueError(f"store = {url!r}: a name inside the bucket is needed, {url}/name.")
     if not local:
+        try:
+            fs.exists(f"{path}/zarr.json")
+        except Exception as error:  # of a library for each kind of bucket
+            raise ValueError(
+                f"store = {url!r} cannot be reached ({type(error).__name__}: {error}). Give its "
+                "credentials and endpoint in storage_options, or as its library finds them."
+            ) from error
         return Place(url, path.rstrip("/"), fs, local, options=options)
     folder, archive = Path(path), None
     if folder.suffix == ZIP:
@@ -172,7 +223,29 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
     return Place(url, str(folder), fs, local, archive)
 
 
-def is_full(error: BaseException) -> bool:
+@contextmanager
+def room_for(path: str) -> Iterator[None]:
+    """Say for which file no space was left.
+
+    Raises
+    ------
+    StoreFull
+        The system said so, or whatever lies between it and us.
+    """
+    try:
+        yield
+    except StoreFull:
+        raise
+    except Exception as error:
+        if not _is_full(error):
+            raise
+        raise StoreFull(
+            f"no space is left for {path}. What was finished is kept: make room, then run the same "
+            "sweep again (on the command line with --resume) to go on."
+        ) from error
+
+
+def _is_full(error: BaseException) -> bool:
     """Whether an error says that no space is left."""
     seen: BaseException | None = error
     while seen is not None:

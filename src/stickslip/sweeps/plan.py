@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import msgspec
 
+from stickslip.checks import one_of, shown
 from stickslip.files import checked_path
 from stickslip.study.event_map import event_map
 from stickslip.study.law_values import within
@@ -147,7 +148,9 @@ def read_plan(path: str | PathLike[str]) -> Plan:
 def _read(table: Any, kind: type[T], place: str) -> T:
     """Turn a table into one of the structures above; messages begin with the place of the key."""
     if not isinstance(table, dict):
-        raise ValueError(f"{place.rstrip('.')} = {table!r}: a table is needed, {{ key = value }}.")
+        raise ValueError(
+            f"{place.rstrip('.')} = {shown(table)}: a table is needed, {{ key = value }}."
+        )
     fields = msgspec.structs.fields(kind)
     known = [field.encode_name for field in fields]
     for key in table:
@@ -204,8 +207,7 @@ def _observable(number: int, given: Any) -> Observable | str:
         raise ValueError(f"{place}: a name, or a table with name and settings, is needed.")
     settings = dict(given)
     name = settings.pop("name")
-    if name not in OBSERVABLES:
-        raise ValueError(f"{place}.name: {name!r} is unknown. {did_you_mean(name, OBSERVABLES)}")
+    one_of(f"{place}.name", name, OBSERVABLES)
     known = OBSERVABLES[name].__dataclass_fields__
     for key in settings:
         if key not in known:

@@ -1,14 +1,16 @@
 """A sweep on disk: zarr arrays, one chunk a tile, and a mark for each tile that is done.
 
-The mark of a tile is a checksum of all its values, written after them. On resuming every marked
-tile is read back: a chunk that is missing, torn (its own CRC-32C does not fit) or of other
-content (the mark does not fit) makes its tile one to compute again.
+Two rules cover every file. All but the chunks of the variables and of the marks is the layout: a
+function of the description, checked against checksums and made again where it differs. The mark of
+a tile, written last, is a checksum of the description, the tile's place and its values; on resuming
+every marked tile is read back, and one that is missing, torn or of other content computed again.
 """
 
 from __future__ import annotations
 
 import hashlib
 import itertools
+import json
 import math
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -23,7 +25,7 @@ from stickslip import __version__
 from stickslip.sweeps import target as targets
 from stickslip.sweeps.errors import StoreFull, StoreRefused
 from stickslip.sweeps.identity import digest
-from stickslip.sweeps.place import is_full
+from stickslip.sweeps.place import room_for
 from stickslip.vocabulary import TERMS
 
 if TYPE_CHECKING:
@@ -34,12 +36,14 @@ if TYPE_CHECKING:
     from stickslip.sweeps.observable import Output
     from stickslip.sweeps.place import Place
 
-__all__ = ["MARKS", "ROOT", "Store", "create_or_open", "described", "read_marks", "refuse_foreign"]
+__all__ = ["MARKS", "Store", "create_or_open", "examined", "finished", "read_marks"]
 
-ATTRIBUTE: Final = "stickslip"  # of the root group: what the sweep is and who computed it
-BEING_MADE: Final = {"being made": True}  # instead, until all arrays are laid out
-ROOT: Final = "zarr.json"
+ATTRIBUTE: Final = "stickslip"  # of two files: what the sweep is and who computed it
+SEAL: Final = "checksum"  # in it: of all else in that file
+METADATA: Final = "zarr.json"
 MARKS: Final = "checksum"
+INDEX: Final = f"{MARKS}/{METADATA}"
+COPIES: Final = (INDEX, METADATA)  # which say what the sweep is; the first and the last written
 READ_AHEAD: Final = 1024
 READERS: Final = 8  # threads that check marked tiles: they wait for disk or network
 
@@ -56,12 +60,15 @@ class Store:
     outputs : tuple of Output
     chunks : tuple of int
         Points of a tile along each axis.
+    key : str
+        Of the description, which every mark covers.
     """
 
     place: Place
     arrays: dict[str, Any]
     outputs: tuple[Output, ...]
     chunks: tuple[int, ...]
+    key: str
 
     def write(self, tile: Tile, computed: Computed) -> None:
         """Write the values of a tile, then its mark.
@@ -73,47 +80,59 @@ class Store:
         """
         try:
             self._write(tile, computed)
-        except Exception as error:
-            if is_full(error):
-                raise StoreFull(
-                    f"no space is left for {self.place.url}. What was finished is kept: make "
-                    "room, then run the same sweep again to go on."
-                ) from error
+        except StoreFull:
+            raise
+        except Exception:
             # A chunk at the end of an axis is read first: what lies there may be damaged.
             self._forget(tile)
             self._write(tile, computed)
 
     def _write(self, tile: Tile, computed: Computed) -> None:
         for output in self.outputs:
-            self.arrays[output.name][tile.region] = computed.arrays[output.name]
-        self.arrays[MARKS][tile.index] = _checksum(computed.arrays, self.outputs)
+            with room_for(self._file(tile, output)):
+                self.arrays[output.name][tile.region] = computed.arrays[output.name]
+        with room_for(self._file(tile)):
+            self.arrays[MARKS][tile.index] = self._mark(tile, computed.arrays)
 
     def done(self, tiles: Iterable[Tile]) -> NDArray[np.bool_]:
         """Tell which tiles are marked and whole; what is left of others is removed."""
         marks = read_marks(self.arrays[MARKS])
-        done = np.zeros(marks.shape, dtype=bool)
+        done = finished(self.place, marks, [output.name for output in self.outputs])
         marked = (tile for tile in tiles if marks[tile.index])
         with ThreadPoolExecutor(READERS) as pool:
             # Some at a time: there may be millions.
             while some := list(itertools.islice(marked, READ_AHEAD)):
-                for tile, found in zip(some, pool.map(self._checksum_of, some), strict=True):
-                    done[tile.index] = found == marks[tile.index]
+                for tile, found in zip(some, pool.map(self._found, some), strict=True):
+                    done[tile.index] &= found == marks[tile.index]
                     if not done[tile.index]:
                         self._forget(tile)
         return done
 
-    def _checksum_of(self, tile: Tile) -> np.uint64:
+    def _found(self, tile: Tile) -> np.uint64:
         try:
             arrays = {each.name: self.arrays[each.name][tile.region] for each in self.outputs}
         except Exception:  # a codec's complaint of whatever kind: torn
             return np.uint64(0)
-        return _checksum(arrays, self.outputs)
+        return self._mark(tile, arrays)
+
+    def _mark(self, tile: Tile, arrays: Mapping[str, Any]) -> np.uint64:
+        """Return a checksum of a tile's values and of whose they are, never 0."""
+        content = hashlib.blake2b(repr((self.key, self.chunks, tile.index)).encode(), digest_size=8)
+        for output in self.outputs:
+            array = np.ascontiguousarray(arrays[output.name])
+            content.update(output.name.encode())
+            content.update(array.astype(array.dtype.newbyteorder("<"), copy=False).tobytes())
+        return np.uint64(int.from_bytes(content.digest(), "little") | 1)
 
     def _forget(self, tile: Tile) -> None:
-        self.place.remove(self.place.of(f"{MARKS}/c/{'/'.join(map(str, tile.index))}"))
-        for output in self.outputs:
-            key = "/".join(map(str, (*tile.index, *(0 for _ in output.sizes))))
-            self.place.remove(self.place.of(f"{output.name}/c/{key}"))
+        for path in (self._file(tile), *(self._file(tile, output) for output in self.outputs)):
+            self.place.remove(path)
+
+    def _file(self, tile: Tile, output: Output | None = None) -> str:
+        """Path of a chunk of a variable, or of the mark."""
+        name, sizes = (MARKS, ()) if output is None else (output.name, output.sizes)
+        key = "/".join(map(str, (*tile.index, *(0 for _ in sizes))))
+        return self.place.of(f"{name}/c/{key}")
 
 
 def read_marks(array: Any) -> NDArray[np.uint64]:
@@ -128,13 +147,18 @@ def read_marks(array: Any) -> NDArray[np.uint64]:
     return marks
 
 
-def _checksum(arrays: Mapping[str, Any], outputs: tuple[Output, ...]) -> np.uint64:
-    """Return a checksum of a tile's values, never 0."""
-    content = hashlib.blake2b(digest_size=8)
-    for output in outputs:
-        array = np.ascontiguousarray(arrays[output.name])
-        content.update(array.astype(array.dtype.newbyteorder("<"), copy=False).tobytes())
-    return np.uint64(int.from_bytes(content.digest(), "little") | 1)
+def finished(place: Place, marks: NDArray[np.uint64], names: Iterable[str]) -> NDArray[np.bool_]:
+    """Tell which tiles are marked and have a file of each variable, whatever is in it."""
+    done = marks != 0
+    for name in names:
+        present = np.zeros(marks.shape, dtype=bool)
+        for path in place.files(f"{name}/c"):
+            key = path.rpartition("/c/")[2].split("/")[: marks.ndim]
+            if all(map(str.isdigit, key)):
+                with suppress(IndexError):  # of a tile that the grid does not have
+                    present[tuple(map(int, key))] = True
+        done &= present
+    return done
 
 
 def create_or_open(
@@ -156,34 +180,91 @@ def create_or_open(
     """
     import zarr
 
-    if place.exists(ROOT):
-        group = zarr.open_group(place.zarr_store(), mode="r+")
-        stored = described(place, group)
-        if stored != BEING_MADE:
-            here = targets.target(job.device)
-            _compare(place, stored, job.identity(axes), chunks if given else None, here)
-            return Store(place, dict(group.arrays()), job.outputs, tuple(stored["chunks"]))
-    group = _created(place, job, axes, chunks)
-    return Store(place, dict(group.arrays()), job.outputs, chunks)
+    identity, here = job.identity(axes), targets.target(job.device)
+    facts, damaged = examined(place)
+    if facts is None:
+        facts = {
+            "description": identity,
+            "digest": digest(identity),
+            "chunks": list(chunks),
+            "target": here,
+            "version": __version__,
+            "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        }
+    else:
+        _compare(place, facts, identity, chunks if given else None, here)
+        chunks = tuple(facts["chunks"])
+    if damaged:
+        for name, content in _layout(job, axes, chunks, facts).items():
+            if place.read(name) != content:
+                place.write(name, content)
+    # A tile in which no value exists is a result too, and has its files.
+    with zarr.config.set({"array.write_empty_chunks": True}):
+        arrays = dict(zarr.open_group(place.zarr_store(), mode="r+").arrays())
+    return Store(place, arrays, job.outputs, chunks, facts["digest"])
 
 
-def refuse_foreign(place: Place) -> None:
-    """Refuse, before anything is written, a place that holds something else than a sweep."""
-    import zarr
+def examined(place: Place) -> tuple[dict[str, Any] | None, list[str]]:
+    """Return what a store says of itself, and which files of its layout are damaged or missing.
 
-    if place.packed or place.exists(ROOT):
-        described(place, zarr.open_group(place.zarr_store(read_only=True), mode="r"))
-    elif not place.empty():
+    Raises
+    ------
+    StoreRefused
+        There is something that is no sweep, or one that no longer says which.
+    """
+    documents = {name: place.read(name) for name in COPIES}
+    pairs = itertools.product(COPIES, documents.values())  # they may have changed places
+    facts = next(filter(None, itertools.starmap(_unsealed, pairs)), None)
+    if facts is not None:
+        damaged = [name for name in COPIES if _unsealed(name, documents[name]) != facts]
+        for name, checksum in facts["files"].items():
+            content = place.read(name)
+            if content is None or digest(content) != checksum:
+                damaged.append(name)
+        return facts, damaged
+    name = next((name for name in reversed(COPIES) if documents[name] is not None), None)
+    if name is not None and f'"{ATTRIBUTE}"'.encode() in (documents[name] or b""):
+        raise StoreRefused(
+            f"{place.of(name)} does not fit its own checksum: it is damaged, or of an earlier "
+            "version. Restore it from a copy, or give the name of a new store."
+        )
+    if name is not None:
+        raise StoreRefused(f"{place.of(name)} is not of a sweep. Give the name of a new store.")
+    if not place.empty():
         raise StoreRefused(f"{place.url} is not empty and no sweep. Give the name of a new store.")
+    return None, list(COPIES)
 
 
-def _created(place: Place, job: Job, axes: Mapping[str, Axis], chunks: tuple[int, ...]) -> Any:
-    """Lay out the arrays; the description of the group comes last, and makes it a sweep."""
+def _unsealed(name: str, content: bytes | None) -> dict[str, Any] | None:
+    """Return what a file of that name says of the sweep, None if it does not fit its checksum."""
+    try:
+        document = json.loads(content or b"")
+        facts: dict[str, Any] = document["attributes"][ATTRIBUTE]
+        return facts if facts.pop(SEAL) == digest([name, document]) else None
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        return None
+
+
+def _sealed(name: str, document: dict[str, Any], facts: dict[str, Any]) -> bytes:
+    """Write what the sweep is into a file of metadata, with a checksum of the whole."""
+    document["attributes"][ATTRIBUTE] = told = dict(facts)
+    told[SEAL] = digest([name, document])
+    return json.dumps(document, indent=2).encode()
+
+
+def _layout(
+    job: Job, axes: Mapping[str, Axis], chunks: tuple[int, ...], facts: Mapping[str, Any]
+) -> dict[str, bytes]:
+    """Make all files that do not depend on what is computed, in the order to write them.
+
+    The last one makes it a zarr group, and has the metadata of all arrays for those who read.
+    """
     import zarr
     from zarr.codecs import Crc32cCodec, ZstdCodec
 
-    target = place.zarr_store()
-    group = zarr.create_group(target, attributes={ATTRIBUTE: BEING_MADE}, overwrite=True)
+    made: dict[str, Any] = {}
+    target = zarr.storage.MemoryStore(made)
+    zarr.create_group(target)
 
     def array(
         name: str, shape: Any, chunks: Any, dtype: Any, dims: Any, fill: Any, about: Any
@@ -198,8 +279,6 @@ def _created(place: Place, job: Job, axes: Mapping[str, Axis], chunks: tuple[int
             fill_value=fill,
             dimension_names=dims,
             attributes=about,
-            config={"write_empty_chunks": True},  # an all-NaN chunk is a result too
-            overwrite=True,
         )
 
     counts = tuple(-(-n // size) for n, size in zip(job.shape, chunks, strict=True))
@@ -220,16 +299,22 @@ def _created(place: Place, job: Job, axes: Mapping[str, Axis], chunks: tuple[int
             missing(output.dtype),
             {"long_name": output.long_name, **_flags(output)},
         )
-    identity = job.identity(axes)
-    facts = {
-        "description": identity,
-        "digest": digest(identity),
-        "chunks": list(chunks),
-        "target": targets.target(job.device),
-        "version": __version__,
-        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+    files = {name: content.to_bytes() for name, content in made.items()}
+    root = json.loads(files.pop(METADATA))
+    arrays = {
+        name.removesuffix(f"/{METADATA}"): json.loads(content)
+        for name, content in files.items()
+        if name.endswith(METADATA)
     }
-    return group.update_attributes({ATTRIBUTE: facts})
+    root["consolidated_metadata"] = {
+        "kind": "inline",
+        "must_understand": False,
+        "metadata": arrays,
+    }
+    index = json.loads(files.pop(INDEX))
+    facts = {**facts, "files": {name: digest(content) for name, content in files.items()}}
+    last = {METADATA: _sealed(METADATA, root, facts)}
+    return {INDEX: _sealed(INDEX, index, facts), **files, **last}
 
 
 def missing(dtype: str) -> Any:
@@ -251,20 +336,6 @@ def _flags(output: Output) -> dict[str, Any]:
     if not output.flags:
         return {}
     return {"flag_values": list(output.flags), "flag_meanings": " ".join(output.flags.values())}
-
-
-def described(place: Place, group: Any) -> dict[str, Any]:
-    """Return what a store says of itself.
-
-    Raises
-    ------
-    StoreRefused
-        It is not a sweep.
-    """
-    facts = group.attrs.get(ATTRIBUTE)
-    if not isinstance(facts, dict):
-        raise StoreRefused(f"{place.url} is a zarr store, but not one of a sweep.")
-    return facts
 
 
 def _compare(

@@ -17,20 +17,18 @@ from stickslip.numerics.gpu import require_gpu
 from stickslip.numerics.targets import available_threads
 from stickslip.sweeps import engines, target
 from stickslip.sweeps.axis import as_axes
-from stickslip.sweeps.errors import StoreRefused, TilesFailed
+from stickslip.sweeps.errors import StoreAbsent, StoreRefused, TilesFailed
 from stickslip.sweeps.job import D0, Job, compute, default_chunks, tiles
 from stickslip.sweeps.lock import writing
 from stickslip.sweeps.observables import as_observables
-from stickslip.sweeps.place import place_of
+from stickslip.sweeps.place import place_of, room_for
 from stickslip.sweeps.store import (
-    BEING_MADE,
     MARKS,
-    ROOT,
     check_target,
     create_or_open,
-    described,
+    examined,
+    finished,
     read_marks,
-    refuse_foreign,
 )
 from stickslip.sweeps.systems import as_system
 
@@ -49,6 +47,9 @@ if TYPE_CHECKING:
 __all__ = ["Progress", "open_sweep", "sweep"]
 
 LARGEST_SEED = 2**63
+MOST_CHUNKS = 10**8  # 9 bytes of memory each
+MOST_BYTES = 2**31 - 1  # of a variable in a chunk: what its codec takes
+UNVERIFIED = "contents of the chunks, which going on with the sweep reads"
 
 
 @dataclass(frozen=True)
@@ -152,6 +153,8 @@ def sweep(
         An OSError: no space is left.
     TilesFailed
         Chunks could not be computed, all others are stored.
+    WorkersLost
+        The scheduler or the client is gone; what was finished is stored.
     ImportError
         The extra is not installed: ``pip install "stickslip[sweep]"``.
 
@@ -185,8 +188,8 @@ def sweep(
     job = _job(as_system(system), grid, as_observables(observables), seed, d0, device)
     sizes = _chunks(grid, job, chunks)
     place = place_of(store, storage_options)
-    refuse_foreign(place)
-    with writing(place) as check:
+    examined(place)  # what is no sweep is refused before a lock is put beside it
+    with room_for(place.url), writing(place) as check:
         place.unpack()
         place.clear_remains()
         opened = create_or_open(place, job, grid, sizes, given=chunks is not None)
@@ -218,12 +221,14 @@ def open_sweep(
     -------
     xarray.Dataset
         Values that were not computed yet are NaN, or the least number of their type. The
-        attributes tell the description, how many chunks there are and how many are ``done``.
+        attributes tell the description, how many chunks there are and how many are ``done``:
+        marked, with a file of each variable. What was not verified is told in ``unverified``.
 
     Raises
     ------
     StoreRefused
-        A ValueError: there is no sweep.
+        A ValueError: there is no sweep, or a file of its metadata or coordinates is damaged; the
+        message names the file.
     ImportError
         The extra is not installed: ``pip install "stickslip[sweep]"``.
     """
@@ -231,23 +236,27 @@ def open_sweep(
     import xarray
     import zarr
 
-    if not place.packed and not place.exists(ROOT):
-        raise StoreRefused(f"store = {place.url!r}: there is no sweep.")
+    facts, damaged = examined(place)
+    if facts is None:
+        raise StoreAbsent(f"store = {place.url!r}: there is no sweep.")
+    if damaged:
+        raise StoreRefused(
+            f"{place.of(damaged[0])} is damaged or missing, or the sweep has only begun. Run the "
+            "same sweep again (on the command line with --resume): what depends on the "
+            "description alone is made again."
+        )
     source = place.zarr_store(read_only=True)
-    group = zarr.open_group(source, mode="r")
-    facts = described(place, group)
-    if facts == BEING_MADE:
-        raise StoreRefused(f"store = {place.url!r}: the sweep has only begun.")
-    dataset = xarray.open_zarr(source, chunks=None, consolidated=False)
-    marks = read_marks(group[MARKS])
+    marks = read_marks(zarr.open_group(source, mode="r")[MARKS])
+    dataset = xarray.open_zarr(source, chunks=None, consolidated=True).drop_vars(MARKS)
     dataset.attrs = {
         **{key: facts[key] for key in ("version", "created", "digest")},
         "description": facts["description"],
         "target": facts["target"],
         "chunks": int(marks.size),
-        "done": int(np.count_nonzero(marks)),
+        "done": int(np.count_nonzero(finished(place, marks, map(str, dataset.data_vars)))),
+        "unverified": UNVERIFIED,
     }
-    return dataset.drop_vars(MARKS)
+    return dataset
 
 
 def _job(
@@ -275,6 +284,8 @@ def _job(
             if name in axes or name == MARKS:
                 raise ValueError(f"observable {each.name!r}: the name {name!r} is taken.")
     for name, each_axis in axes.items():
+        if name == MARKS:
+            raise ValueError(f"axis {name!r}: stores use that name for themselves.")
         if name != D0:
             _check_values(system, name, each_axis)
     shape = tuple(map(len, axes.values()))
@@ -305,12 +316,39 @@ def _check_values(system: System, name: str, values: Axis) -> None:
 
 def _chunks(axes: Mapping[str, Axis], job: Job, given: Mapping[str, int] | None) -> tuple[int, ...]:
     chosen = dict(zip(job.names, default_chunks(job.shape, job.device), strict=True))
-    sizes = {} if given is None else instance("chunks", given, Mapping, "sizes by axis")
-    for name, size in sizes.items():
+    asked = {} if given is None else instance("chunks", given, Mapping, "sizes by axis")
+    for name, size in asked.items():
         if name not in axes:
             raise ValueError(f"chunks: {name!r} is no axis; the axes are {', '.join(axes)}.")
         chosen[name] = min(whole_number(f"chunks[{name!r}]", size, 1), len(axes[name]))
-    return tuple(chosen[name] for name in job.names)
+    sizes = tuple(chosen[name] for name in job.names)
+    _check_sizes(job, sizes)
+    return sizes
+
+
+def _check_sizes(job: Job, chunks: tuple[int, ...]) -> None:
+    """Refuse more chunks than can be told apart, and chunks larger than can be written."""
+    count = math.prod(-(-n // size) for n, size in zip(job.shape, chunks, strict=True))
+    points = math.prod(chunks)
+    if count > MOST_CHUNKS:
+        raise ValueError(
+            f"axes: {math.prod(job.shape)} grid points in chunks of {points} are {count} chunks, "
+            f"at most {MOST_CHUNKS} are allowed. Take larger chunks, or fewer values."
+        )
+    held = {
+        output.name: math.prod(output.sizes) * np.dtype(output.dtype).itemsize
+        for output in job.outputs
+    }
+    held |= {
+        f"the orbits from {run.n_seeds} starts": 8 * run.n_seeds * tail
+        for run, tail in job.tails.items()
+    }
+    for name, size in held.items():
+        if points * size > MOST_BYTES:
+            raise ValueError(
+                f"observables: {name} would take {points * size} bytes in a chunk of {points} "
+                f"points, at most {MOST_BYTES} are allowed. Take smaller chunks or settings."
+            )
 
 
 def _todo(
