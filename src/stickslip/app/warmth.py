@@ -43,6 +43,12 @@ class Warmth:
                 self._cold_pages.append(session)
             session.send(self._hello())
 
+    def forget(self, session: Session) -> None:
+        """Drop a page that is closed."""
+        with self._lock:
+            if session in self._cold_pages:
+                self._cold_pages.remove(session)
+
     def _hello(self) -> dict[str, Any]:
         data = {"part_name": "hello", "warm": self.is_warm, "version": stickslip.__version__}
         return {"id": 0, "view": "hello", "part": 0, "last": True, "data": data}
