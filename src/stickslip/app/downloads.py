@@ -65,6 +65,7 @@ class Downloads:
         job = Job(self._workers.gate, self, seconds, client=client, patient=True)
 
         def work() -> File:
+            self._workers.compiler.prepare([request])
             with job.running():
                 return export(asked.view, request, asked.format)
 

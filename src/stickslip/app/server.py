@@ -87,7 +87,7 @@ class _Explorer:
         self._limits = limits
         self._warm = warm
         self._workers = Workers(available_threads(), limits)
-        self._warmth = Warmth(self._workers.gate)
+        self._warmth = Warmth(self._workers.gate, self._workers.compiler)
         self._open: set[Session] = set()
         self.downloads = Downloads(self._workers)
 
@@ -96,6 +96,7 @@ class _Explorer:
         if self._warm:
             self._warmth.start()
         yield
+        self._workers.compiler.stop()
         self._workers.pool.shutdown(wait=False, cancel_futures=True)
 
     async def page(self, _: Request) -> Response:

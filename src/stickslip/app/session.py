@@ -17,6 +17,7 @@ import anyio
 from starlette.websockets import WebSocketDisconnect
 
 from stickslip.app.answers import message, plain
+from stickslip.app.compiler import Compiler
 from stickslip.app.jobs import CalledOffError, Gate, Job, TimeIsUpError
 from stickslip.app.requests import BadRequestError, is_ours, message_of, request_of
 from stickslip.app.views import VIEWS, is_slow
@@ -65,6 +66,7 @@ class Workers:
     def __init__(self, slots: int, limits: Limits) -> None:
         self.limits = limits
         self.gate = Gate(slots)
+        self.compiler = Compiler()
         # Most threads wait at the gate.
         self.pool = ThreadPoolExecutor(2 * AT_ONCE * limits.connections + slots, "explorer")
 
@@ -241,6 +243,7 @@ class Session:
     def _answer(self, job: Job, call: _Call) -> None:
         """Compute an answer and send its parts, then why it ends."""
         try:
+            self._workers.compiler.prepare([call.request])
             with job.running():
                 for number, part in enumerate(VIEWS[type(call.request)](call.request)):
                     job.check()
