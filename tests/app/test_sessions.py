@@ -3,18 +3,24 @@
 import json
 import threading
 import time
+from contextlib import ExitStack
 
+import numpy as np
 import pytest
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
-from tests.app.talk import COULOMB, opened, unpack
+from tests.app.talk import CHAIN, COULOMB, opened, unpack
 
+import stickslip as ss
+from stickslip.analysis.threads import in_threads
 from stickslip.app import requests, warmth
 from stickslip.app.answers import Part
 from stickslip.app.jobs import CalledOffError, Gate, Job, TimeIsUpError, checkpoint
+from stickslip.app.pictures import DRAWN
 from stickslip.app.server import application
 from stickslip.app.session import SLOTS, Limits
 from stickslip.app.views import VIEWS
+from stickslip.app.views.common import naming
 
 
 @pytest.fixture
@@ -33,6 +39,8 @@ def endless(monkeypatch):
     return begun
 
 
+RANGE = {"parameter": "V", "range": [0.03, 0.04]}
+FORCED = {"forcing": {"amplitude": 0.1, "frequency": 1e12}}
 BAD = {
     "too many points": ("event_map", {"points": 4001}, "points"),
     "no whole number": ("event_map", {"power": 1.5}, "power"),
@@ -56,6 +64,13 @@ BAD = {
     "no such parameter": ("diagram", {"parameter": "W", "range": [1, 2]}, "parameter"),
     "range upside down": ("diagram", {"parameter": "V", "range": [2, 1]}, "range"),
     "no such view": ("nothing", {}, "view"),
+    "stiff model": ("event_map", {"model": {**COULOMB, "alpha": 1e308}}, "model.alpha"),
+    "stiff damper": ("diagram", {**RANGE, "model": {**COULOMB, "damping": 50.0}}, "model.damping"),
+    "light blocks": ("motion", {"model": {**CHAIN, "mass": 1e-9}}, "model.mass"),
+    "hard force": ("motion", {"model": {**CHAIN, **FORCED}}, "model.frequency"),
+    "strong block": ("motion", {"model": {**CHAIN, "static": [1, 1, 1e9]}}, "model.static"),
+    "range far away": ("diagram", {"parameter": "V", "range": [0.03, 1e300]}, "range"),
+    "start far away": ("motion", {"x": [0, 1e300], "v": [0, 0]}, "x[1]"),
 }
 
 
@@ -66,6 +81,17 @@ def test_a_bad_request_is_answered_with_the_field_at_fault(page, name):
     assert error["field"] == field
     assert error["message"]
     assert "Traceback" not in error["message"]
+
+
+def test_an_impossible_model_is_told_with_value_and_range(page):
+    message = page.error("law", model={**COULOMB, "alpha": 1e308})["message"]
+    assert "alpha = 1e+308" in message
+    assert "0 <= alpha <= 30" in message
+
+
+def test_messages_stay_short(page):
+    message = page.error("law", **{"x" * 20_000: 1})["message"]
+    assert len(message) < 1100
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "null", '{"id": -1}', '{"ids": 1}', "[" * 60_000])
@@ -122,6 +148,7 @@ def test_a_busy_page_does_not_starve_another(client, endless):
         for k in range(SLOTS):
             greedy.ask("locus", slot=f"slot {k}")
         assert greedy.read().name == "begun"
+        modest.parts("cobweb", d=0.1, n=10)  # compiled, if it has to be
         started = time.monotonic()
         for _ in range(5):
             assert "orbit" in modest.parts("cobweb", d=0.1, n=10)
@@ -185,6 +212,51 @@ def test_a_crash_is_logged_and_others_go_on(client, page, monkeypatch, caplog):
     assert "law" in page.parts("law")
 
 
+def broken():
+    list(zip([1], [1, 2], strict=True))
+
+
+def numpys():
+    np.zeros(3) + np.zeros(4)
+
+
+def at_the_end_of_nothing():
+    [][0]
+
+
+@pytest.mark.parametrize("fault", [broken, numpys, at_the_end_of_nothing])
+def test_what_python_and_numpy_say_is_logged_and_not_shown(
+    client, page, monkeypatch, caplog, fault
+):
+    def view(_):
+        with naming("window"):
+            fault()
+        yield
+
+    monkeypatch.setitem(VIEWS, requests.Locus, view)
+    monkeypatch.setitem(DRAWN, requests.Locus, lambda _: fault())
+    with pytest.raises((ValueError, IndexError)) as inside:
+        fault()
+    for kind in ("json", "svg"):
+        body = {"view": "locus", "request": {"model": COULOMB}, "format": kind}
+        reply = client.post("/export", json=body)
+        assert reply.status_code == 500
+        assert "a fault of the program" in reply.json()["error"]["message"]
+    error = page.error("locus")
+    assert "a fault of the program" in error["message"]
+    assert str(inside.value) not in error["message"]
+    assert str(inside.value) in caplog.text
+
+
+def test_what_the_library_says_of_a_value_is_shown(page, monkeypatch):
+    def view(_):
+        ss.examples.coulomb(V=-1.0)
+        yield
+
+    monkeypatch.setitem(VIEWS, requests.Locus, view)
+    assert "V = -1.0" in page.error("locus")["message"]
+
+
 def test_pages_are_bounded():
     limits = Limits(connections=1)
     with (
@@ -195,6 +267,24 @@ def test_pages_are_bounded():
     ):
         second.receive_bytes()
     assert refused.value.code == 1013
+
+
+def test_one_client_does_not_lock_out_another():
+    limits = Limits(connections=4)
+    app = application(host="testserver", warm=False, limits=limits)
+    with TestClient(app, client=("greedy", 1)) as client, ExitStack() as stack:
+        pages = [stack.enter_context(opened(client)) for _ in range(4)]
+        pages[0].parts("law", points=2)  # so that the second has been idle for longest
+        client._transport.client = ("modest", 1)
+        modest = stack.enter_context(opened(client))
+        with pytest.raises(WebSocketDisconnect) as displaced:
+            pages[1].read()
+        assert displaced.value.code == 1013
+        for page in (modest, pages[0], pages[2], pages[3]):
+            assert "law" in page.parts("law", points=2)
+        client._transport.client = ("greedy", 1)
+        with client.websocket_connect("/ws") as again, pytest.raises(WebSocketDisconnect):
+            again.receive_bytes()
 
 
 def test_other_sites_are_refused(client):
@@ -253,6 +343,76 @@ def test_turns_are_shared_by_user_and_not_by_job():
     for thread in threads:
         thread.join(20)
     assert done.index("modest") <= 3  # in fair turns second or so; job by job the last
+
+
+def test_turns_are_shared_by_client_and_not_by_page():
+    gate, done = Gate(1), []
+
+    def work(client, page):
+        left = 0.25
+        with Job(gate, page, 10.0, client=client).running():
+            while left > 0:
+                started = time.monotonic()
+                time.sleep(0.002)
+                left -= time.monotonic() - started
+                checkpoint()
+        done.append(client)
+
+    pages = [("greedy", page) for page in range(6)] + [("modest", 0)]
+    threads = [threading.Thread(target=work, args=page) for page in pages]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(20)
+    assert done.index("modest") <= 3
+
+
+def test_work_without_checkpoints_does_not_keep_others_out():
+    gate, ends, order = Gate(1), threading.Event(), []
+
+    def stubborn():
+        with Job(gate, "page", 10.0, client="greedy").running():
+            order.append("stubborn begins")
+            assert ends.wait(20)
+            order.append("stubborn ends")
+
+    def work(client):
+        with Job(gate, "another page", 10.0, client=client).running():
+            checkpoint()
+            order.append(client)
+
+    first = threading.Thread(target=stubborn)
+    first.start()
+    while not order:
+        time.sleep(0.001)
+    others = [threading.Thread(target=work, args=(client,)) for client in ("greedy", "modest")]
+    for thread in others:
+        thread.start()
+    others[1].join(10)
+    assert order == ["stubborn begins", "modest"]
+    ends.set()
+    for thread in (first, *others):
+        thread.join(10)
+    assert order == ["stubborn begins", "modest", "stubborn ends", "greedy"]
+    spin(Job(gate, "c", 10.0), 0.0)  # there is one slot again, and no more
+    assert gate._free == 1
+
+
+def test_the_threads_of_a_job_are_called_off_with_it():
+    job = Job(Gate(1), "a", 10.0)
+
+    def endless(_):
+        while True:
+            checkpoint()
+            time.sleep(0.001)
+
+    def work():
+        with job.running():
+            in_threads(endless, [1, 2])
+
+    threading.Timer(0.05, job.call_off).start()
+    with pytest.raises(CalledOffError):
+        work()
 
 
 def test_a_job_ends_when_called_off_while_it_waits():

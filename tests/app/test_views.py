@@ -14,6 +14,7 @@ from stickslip.app.pictures import DRAWN
 from stickslip.app.presets import presets
 from stickslip.app.requests import REQUESTS, request_of
 from stickslip.app.views import VIEWS
+from stickslip.app.watched import watched_map
 from stickslip.mechanics.model import locus
 from stickslip.plot.motion import stick_interval
 from stickslip.study.model_values import model_of_values
@@ -42,6 +43,40 @@ def test_the_event_map_comes_with_its_branches_and_orbits(page):
     assert [o["points"] for o in parts["orbits"].data["orbits"]] == [
         orbit.points.tolist() for orbit in orbits
     ]
+
+
+DEAD = {**COULOMB, "damping": 5.0}  # both blocks slip for ever: the map has no value anywhere
+ENDS = {"parameter": "V", "range": [0.03, 0.04], "values": 4, "max_period": 2}
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"view": "event_map", "points": 50},
+        {"view": "event_map", "points": 50, "power": 2, "window": [-0.1, 0.1]},
+        {"view": "cobweb", "d": 0.1, "n": 10},
+        {"view": "motion", "d": 0.1, "t_end": 20.0},
+        {"view": "basins"},
+        {"view": "diagram", **ENDS},
+        {"view": "diagram", **ENDS, "window": [-0.1, 0.1]},
+    ],
+    ids=lambda asked: "-".join(map(str, list(asked.values())[:1] + list(asked)[1:])),
+)
+def test_a_map_without_a_value_has_every_view(client, page, asked):
+    parts = page.parts(model=DEAD, **asked)
+    view, request = asked["view"], {k: v for k, v in asked.items() if k != "view"}
+    match view:
+        case "event_map":
+            assert parts["branches"].arrays["x"].size == 0
+            assert parts["orbits"].data["orbits"] == []
+        case "basins":
+            assert parts["basins"].arrays["label"].tolist() == [-2]
+        case "diagram":
+            assert parts["branches"].data["orbits"] == []
+    for kind in ("svg", "csv", "json"):
+        body = {"view": view, "request": {"model": DEAD, **request}, "format": kind}
+        reply = client.post("/export", json=body)
+        assert reply.status_code == 200, reply.text
 
 
 def test_a_window_and_a_power_are_shown_at_their_own_resolution(page):
@@ -89,6 +124,28 @@ def test_motions_that_are_long_are_missing_only_from_the_first_picture(page):
     exact = parts["branches"].arrays
     inside = (exact["x"] > 0.3) & (exact["x"] < 0.31)
     np.testing.assert_allclose(exact["f"][inside], f(exact["x"][inside]), rtol=0, atol=1e-12)
+
+
+def test_maps_that_can_be_called_off_have_the_numbers_of_the_event_map():
+    for model in (MODEL, ss.examples.coulomb(damping=1.0), ss.examples.law9()):
+        f, g = ss.event_map(model), watched_map(model)
+        d = np.linspace(*f.domain, 41)
+        for ask in (
+            lambda h, d=d: h(d),
+            lambda h, d=d: h.derivative(d),
+            lambda h, d=d: h.value_and_derivative(d),
+            lambda h, d=d: h.parameter_derivative(d, "V"),
+            lambda h, d=d: h.iterate(d, 30),
+            lambda h: h.iterate(0.1, 100),
+            lambda h: h(0.1),
+            lambda h: h([]),
+            lambda h: h.itinerary(0.1),
+        ):
+            np.testing.assert_array_equal(ask(g), ask(f))
+        for name in ("value", "margin", "label", "status"):
+            np.testing.assert_array_equal(
+                getattr(g.evaluate(d), name), getattr(f.evaluate(d), name)
+            )
 
 
 def test_a_cobweb_is_an_orbit_and_tells_how_it_ends(page):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from typing import TYPE_CHECKING, Final, TypeVar
 
 if TYPE_CHECKING:
@@ -19,6 +20,10 @@ Result = TypeVar("Result")
 def in_threads(
     task: Callable[[Item], Result], items: Iterable[Item], threads: int = THREADS
 ) -> list[Result]:
-    """Return ``task(item)`` of each item, in their order, whatever thread worked on which."""
+    """Return ``task(item)`` of each item, in their order, whatever thread worked on which.
+
+    The threads work in the caller's context: what can call it off can call them off.
+    """
+    context = copy_context()
     with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(task, items))
+        return list(pool.map(lambda item: context.copy().run(task, item), items))

@@ -11,8 +11,8 @@ from starlette.responses import Response
 
 from stickslip.app.exports import KNOWN, File, NotHereError, export
 from stickslip.app.jobs import Job, TimeIsUpError
-from stickslip.app.requests import BadRequestError, Export, export_of, request_of
-from stickslip.app.session import told
+from stickslip.app.requests import BadRequestError, Export, export_of, is_ours, request_of
+from stickslip.app.session import client_of, told
 
 if TYPE_CHECKING:
     from starlette.requests import Request
@@ -51,7 +51,7 @@ class Downloads:
             request = request_of(asked.view, asked.request, KNOWN)
         except BadRequestError as error:
             return _refused(BAD, str(error), error.field)
-        client = received.client.host if received.client else ""
+        client = client_of(received)
         if self._busy[client] >= AT_ONCE or self._busy.total() >= IN_ALL:
             return _refused(BUSY, "other files are being made; try again in a moment")
         self._busy[client] += 1
@@ -61,9 +61,11 @@ class Downloads:
             self._busy[client] -= 1
 
     async def _made(self, asked: Export, request: requests.Request, client: str) -> Response:
-        job = Job(self._workers.gate, client, self._workers.limits.slow_seconds, patient=True)
+        seconds = self._workers.limits.slow_seconds
+        job = Job(self._workers.gate, self, seconds, client=client, patient=True)
 
         def work() -> File:
+            self._workers.compiler.prepare([request])
             with job.running():
                 return export(asked.view, request, asked.format)
 
@@ -83,7 +85,7 @@ class Downloads:
 
 def _code_of(error: Exception) -> int:
     match error:
-        case ValueError():
+        case ValueError() if is_ours(error):
             return BAD
         case TimeIsUpError():
             return TOO_LONG

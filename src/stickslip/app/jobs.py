@@ -2,7 +2,8 @@
 
 A job runs in a thread of its own but computes only while it holds one of a few slots. Wherever
 the work calls `checkpoint` it learns that it was called off or has used up its time, and hands
-its slot on if others wait and its slice is over. Slots go to the user who has had least of them.
+its slot on if others wait and its slice is over. Slots go to the client who has had least of them,
+and to the one of its users who has.
 Python runs one thread at a time, so what nobody waits for makes way for what a user waits for.
 """
 
@@ -13,6 +14,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -27,10 +29,10 @@ __all__ = [
 ]
 
 SLICE: Final = 0.02  # seconds of work after which others get their turn
-
+OVERDUE: Final = 0.1  # seconds of work after which a slot that others wait for is taken back
 REPORTED: Final = 0.2  # seconds between two reports of progress
 
-_current = threading.local()
+_current: ContextVar[Job | None] = ContextVar("job", default=None)  # of its helping threads, too
 
 
 class CalledOffError(Exception):
@@ -43,16 +45,26 @@ class TimeIsUpError(Exception):
 
 @dataclass(eq=False)
 class _Ticket:
+    client: object
     user: object
     patient: bool = False
     granted: bool = False
+    since: float = 0.0
+    overdue: bool = False
     event: threading.Event = field(default_factory=threading.Event)
+
+    @property
+    def sharers(self) -> tuple[tuple[object, ...], ...]:
+        """Whose share a turn is taken from: the client's first, then the user's."""
+        return (self.client,), (self.client, self.user)
 
 
 class Gate:
-    """A few slots for computing, shared fairly between users.
+    """A few slots for computing, shared fairly between clients, and between a client's users.
 
-    A user's patient jobs wait while an impatient one of the same user is at work.
+    A user's patient jobs wait while an impatient one of the same user is at work. Work that
+    reaches no checkpoint loses its slot while others wait, and goes on beside them until it does;
+    no client has more jobs at work than there are slots.
 
     Parameters
     ----------
@@ -61,13 +73,14 @@ class Gate:
     """
 
     def __init__(self, slots: int) -> None:
-        self._free = slots
+        self._slots = self._free = slots
         self._is_shut = False
         self._lock = threading.Lock()
         self._waiting: list[_Ticket] = []
-        self._jobs: Counter[object] = Counter()
-        self._impatient: Counter[object] = Counter()
-        self._used: dict[object, float] = {}
+        self._working: set[_Ticket] = set()
+        self._jobs: Counter[tuple[object, ...]] = Counter()
+        self._impatient: Counter[tuple[object, ...]] = Counter()
+        self._used: dict[tuple[object, ...], float] = {}
 
     @property
     def is_crowded(self) -> bool:
@@ -76,7 +89,7 @@ class Gate:
 
     def must_wait(self, ticket: _Ticket) -> bool:
         """Whether it is a patient job, and its user has an impatient one."""
-        return ticket.patient and self._impatient[ticket.user] > 0
+        return ticket.patient and self._impatient[ticket.sharers[-1]] > 0
 
     def shut(self) -> None:
         """Let nobody in until it is opened."""
@@ -89,23 +102,24 @@ class Gate:
             self._grant()
 
     def join(self, ticket: _Ticket) -> None:
-        """Note that a job begins; newcomers start level with the least served user."""
-        user = ticket.user
+        """Note that a job begins; newcomers start level with the least served of their kind."""
         with self._lock:
-            if not self._jobs[user]:
-                others = [used for other, used in self._used.items() if other != user]
-                self._used[user] = min(others, default=0.0)
-            self._jobs[user] += 1
-            self._impatient[user] += not ticket.patient
+            for who in ticket.sharers:
+                if not self._jobs[who]:
+                    kind = len(who), who[:-1]
+                    others = [u for o, u in self._used.items() if (len(o), o[:-1]) == kind]
+                    self._used[who] = min(others, default=0.0)
+                self._jobs[who] += 1
+                self._impatient[who] += not ticket.patient
 
     def part(self, ticket: _Ticket) -> None:
-        """Note that a job has ended; users without jobs are forgotten."""
-        user = ticket.user
+        """Note that a job has ended; who has no jobs is forgotten."""
         with self._lock:
-            self._jobs[user] -= 1
-            self._impatient[user] -= not ticket.patient
-            if not self._jobs[user]:
-                del self._jobs[user], self._impatient[user], self._used[user]
+            for who in ticket.sharers:
+                self._jobs[who] -= 1
+                self._impatient[who] -= not ticket.patient
+                if not self._jobs[who]:
+                    del self._jobs[who], self._impatient[who], self._used[who]
             self._grant()
 
     def enter(self, ticket: _Ticket) -> bool:
@@ -113,28 +127,52 @@ class Gate:
         with self._lock:
             self._waiting.append(ticket)
             self._grant()
-        ticket.event.wait()
+        while not ticket.event.wait(OVERDUE):
+            with self._lock:
+                self._take_back()
+                self._grant()
         with self._lock:
             if not ticket.granted:
                 self._waiting.remove(ticket)
             return ticket.granted
 
-    def leave(self, user: object, seconds: float) -> None:
-        """Give a slot back after so many seconds of work."""
+    def leave(self, ticket: _Ticket) -> float:
+        """Give a slot back; tell for how many seconds it was held."""
         with self._lock:
-            self._used[user] += seconds
-            self._free += 1
+            spent = time.monotonic() - ticket.since
+            for who in ticket.sharers:
+                self._used[who] += spent
+            self._working.remove(ticket)
+            self._free += not ticket.overdue
+            ticket.granted = False
             self._grant()
+            return spent
+
+    def _take_back(self) -> None:
+        """Take the slots of work that ought to have handed them on at a checkpoint long since."""
+        now = time.monotonic()
+        for ticket in self._working:
+            if not ticket.overdue and now - ticket.since > OVERDUE:
+                ticket.overdue = True
+                self._free += 1
 
     def _grant(self) -> None:
         while self._free and not self._is_shut:
-            ready = [ticket for ticket in self._waiting if not self.must_wait(ticket)]
+            at_work = Counter(ticket.client for ticket in self._working)
+            ready = [
+                ticket
+                for ticket in self._waiting
+                if not self.must_wait(ticket) and at_work[ticket.client] < self._slots
+            ]
             if not ready:
                 return
-            ticket = min(ready, key=lambda ticket: self._used[ticket.user])
+            ticket = min(
+                ready, key=lambda t: (at_work[t.client], *(self._used[who] for who in t.sharers))
+            )
             self._waiting.remove(ticket)
+            self._working.add(ticket)
             self._free -= 1
-            ticket.granted = True
+            ticket.granted, ticket.since = True, time.monotonic()
             ticket.event.set()
 
 
@@ -145,8 +183,8 @@ class Job:
     ----------
     gate : Gate
         Where it waits for its turns.
-    user : hashable
-        Whose turns they are.
+    user, client : hashable
+        Whose turns they are: a client's users share what is due to it.
     seconds : float
         How long it may compute, waiting aside.
     patient : bool
@@ -161,15 +199,15 @@ class Job:
         user: object,
         seconds: float,
         *,
+        client: object = "",
         patient: bool = False,
         report: Callable[[float], None] | None = None,
     ) -> None:
         self.report = report
         self._gate = gate
         self._left = seconds
-        self._since = 0.0
         self._called_off = False
-        self._ticket = _Ticket(user, patient)
+        self._ticket = _Ticket(client, user, patient)
         self._turning = threading.Lock()
 
     def call_off(self) -> None:
@@ -187,10 +225,10 @@ class Job:
         with self._turning:  # a job's own threads wait for its turn, too
             if self._called_off:
                 raise CalledOffError
-            spent = time.monotonic() - self._since
+            spent = time.monotonic() - self._ticket.since
             if spent > self._left:
                 raise TimeIsUpError
-            turn_is_over = spent > SLICE and self._gate.is_crowded
+            turn_is_over = spent > SLICE and (self._gate.is_crowded or self._ticket.overdue)
             if turn_is_over or self._gate.must_wait(self._ticket):
                 self._rest()
                 self._compute()
@@ -201,52 +239,47 @@ class Job:
         self._gate.join(self._ticket)
         try:
             self._compute()
-            _current.job = self
+            token = _current.set(self)
             try:
                 yield self
             finally:
-                _current.job = None
+                _current.reset(token)
                 self._rest()
         finally:
             self._gate.part(self._ticket)
 
     def _compute(self) -> None:
         """Wait for a slot."""
-        self._ticket = ticket = _Ticket(self._ticket.user, self._ticket.patient)
-        if self._called_off or not self._gate.enter(ticket):
+        last = self._ticket
+        self._ticket = _Ticket(last.client, last.user, last.patient)
+        if self._called_off or not self._gate.enter(self._ticket):
             raise CalledOffError
-        self._since = time.monotonic()
 
     def _rest(self) -> None:
         """Give the slot back, if it holds one."""
-        if not self._ticket.granted:
-            return
-        self._ticket.granted = False
-        spent = time.monotonic() - self._since
-        self._left -= spent
-        self._gate.leave(self._ticket.user, spent)
+        if self._ticket.granted:
+            self._left -= self._gate.leave(self._ticket)
 
 
 def checkpoint() -> None:
     """Check the job that this thread works on, if it works on one; see `Job.check`."""
-    job: Job | None = getattr(_current, "job", None)
-    if job is not None:
+    if (job := _current.get()) is not None:
         job.check()
 
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
     """Pass over checkpoints: for work that must not wait for a turn."""
-    job, _current.job = getattr(_current, "job", None), None
+    token = _current.set(None)
     try:
         yield
     finally:
-        _current.job = job
+        _current.reset(token)
 
 
 def progress_between(low: float, high: float) -> Callable[[float], None]:
     """Make a ``progress=`` for a part of this thread's job: a checkpoint, and a report."""
-    job: Job | None = getattr(_current, "job", None)
+    job = _current.get()
     told = time.monotonic()
 
     def progress(share: float) -> None:

@@ -12,6 +12,7 @@ from stickslip import examples
 from stickslip.app import requests
 from stickslip.app.exports import KNOWN, formats
 from stickslip.app.presets import CHAIN, OSCILLATOR
+from stickslip.app.ranges import SLIDERS
 from stickslip.mechanics.friction import LAWS
 from stickslip.mechanics.friction.ranges import Choice
 from stickslip.study.model_values import model_values
@@ -21,33 +22,6 @@ __all__ = ["described_limits"]
 
 GREEK: Final = re.compile(r"\\([a-z]+)")
 
-
-def slider(
-    default: float, low: float, high: float, *, step: float = 0.001, scale: str = "linear"
-) -> dict[str, Any]:
-    """Describe a slider; typed values may lie beyond its ends, the models check them."""
-    return {"default": default, "min": low, "max": high, "step": step, "scale": scale}
-
-
-SLIDERS: Final = {
-    "alpha": slider(1.2, 0.0, 3.0),
-    "beta": slider(1.3, 0.5, 2.5),
-    "V": slider(0.0366, 0.001, 1.0, step=0.0001, scale="log"),
-    "damping": slider(0.0, 0.0, 1.0),
-    "static": slider(1.0, 0.2, 3.0, step=0.01),
-    "support": slider(1.0, 0.1, 10.0, step=0.01, scale="log"),
-    "mass": slider(1.0, 0.1, 10.0, step=0.01, scale="log"),
-    "amplitude": slider(0.5, 0.0, 3.0, step=0.01),
-    "frequency": slider(1.0, 0.05, 10.0, step=0.01, scale="log"),
-    "phase": slider(0.0, -3.1416, 3.1416, step=0.01),
-    "mu": slider(0.22, 0.0, 1.0),
-    "gamma": slider(3.0, 0.0, 10.0, step=0.01),
-    "delta": slider(0.0, 0.0, 1.0),
-    "eta": slider(0.0, 0.0, 2.0, step=0.01),
-    "viscous": slider(0.0, 0.0, 1.0),
-    "speed": slider(0.1, 0.01, 10.0, step=0.001, scale="log"),
-}
-"""Where the sliders start and end: what is worth looking at, not what is allowed."""
 
 MEANINGS: Final = {
     "damping": ("c", "damping coefficient of each block"),

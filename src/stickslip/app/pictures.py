@@ -14,7 +14,7 @@ import numpy as np
 from stickslip.app import requests
 from stickslip.app.jobs import progress_between, undisturbed
 from stickslip.app.requests import BadRequestError, model_of
-from stickslip.app.views.common import map_of, naming, two_blocks
+from stickslip.app.views.common import map_of, naming, range_of, two_blocks
 from stickslip.app.views.event_map import window_of
 from stickslip.app.views.motion import found_cycle, simulated
 from stickslip.plot.animation import film
@@ -165,8 +165,8 @@ def _basins(request: requests.Basins) -> Draw:
 def _diagram(request: requests.Diagram) -> Draw:
     f = as_family(map_of(request))
     asked: dict[str, Any] = {"max_period": request.max_period, "window": request.window}
-    with naming("range"):
-        values = np.linspace(*request.range, request.values)
+    values = np.linspace(*range_of(f, request), request.values)
+    with naming("window"):
         watch = progress_between(0.0, 0.5)
         diagram = bifurcation_diagram(f, request.parameter, values, progress=watch, **asked)
         watch = progress_between(0.5, 1.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dis
 import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
@@ -9,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
 import msgspec
 from msgspec import Meta, Raw, Struct
 
+from stickslip.app.ranges import refuse_far
+from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.study.model_values import model_of_values
 from stickslip.vocabulary import did_you_mean
 
@@ -35,6 +38,7 @@ __all__ = [
     "Request",
     "Start",
     "export_of",
+    "is_ours",
     "message_of",
     "model_of",
     "request_of",
@@ -42,11 +46,13 @@ __all__ = [
 
 MOST_BLOCKS: Final = 20
 MOST_KNOTS: Final = 200  # of a tabulated law
+RAISE: Final = dis.opmap["RAISE_VARARGS"]
 PLACE: Final = re.compile(r" - at `\$\.?([^`]*)`$")
-NAMED: Final = re.compile(r"(?:^|[\]:] )(\w+)(?:\[\d+\])? = ")
+NAMED: Final = re.compile(r"(?:^|[\]:] |\.)(\w+?)(?:_\d+|\[\d+\])* = ")
 
 Interval: TypeAlias = tuple[float, float]
-Numbers: TypeAlias = Annotated[tuple[float, ...], Meta(max_length=MOST_BLOCKS)]
+Coordinate: TypeAlias = Annotated[float, Meta(ge=-1000, le=1000)]
+Numbers: TypeAlias = Annotated[tuple[Coordinate, ...], Meta(max_length=MOST_BLOCKS)]
 Word: TypeAlias = Annotated[str, Meta(max_length=40)]
 Period: TypeAlias = Annotated[int, Meta(ge=1, le=8)]
 
@@ -63,6 +69,17 @@ class BadRequestError(ValueError):
     def __init__(self, text: str, field: str = "") -> None:
         super().__init__(text)
         self.field = field
+
+
+def is_ours(error: BaseException) -> bool:
+    """Whether the package itself raised it: what numpy and Python say is not meant for users."""
+    last = error.__traceback__
+    while last is not None and last.tb_next is not None:
+        last = last.tb_next
+    if last is None:
+        return False
+    raised = last.tb_frame.f_code.co_code[last.tb_lasti] == RAISE
+    return raised and last.tb_frame.f_globals["__name__"].startswith("stickslip.")
 
 
 class Request(Struct, frozen=True, forbid_unknown_fields=True):
@@ -246,12 +263,17 @@ def model_of(request: Request) -> Model:
     Raises
     ------
     BadRequestError
-        A table that makes no model, or one larger than the explorer's bounds.
+        A table that makes no model, or one beyond the explorer's bounds.
     """
     _refuse_large(request.model)
     try:
-        return model_of_values(dict(request.model))
+        model = model_of_values(dict(request.model))
+        damping = {"damping": model.damping} if isinstance(model, TwoBlock) else {}
+        refuse_far(model.parameters | damping)
+        return model
     except (ValueError, TypeError, OverflowError, RecursionError) as error:
+        if not is_ours(error):
+            raise
         name = NAMED.search(str(error))
         raise BadRequestError(str(error), f"model.{name[1]}" if name else "model") from None
 

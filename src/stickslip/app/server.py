@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import cache
@@ -19,7 +20,7 @@ from stickslip.app.downloads import Downloads
 from stickslip.app.headers import SafeHeaders, hosts_of
 from stickslip.app.limits import described_limits
 from stickslip.app.presets import presets
-from stickslip.app.session import Limits, Session, Workers
+from stickslip.app.session import TRY_AGAIN, Limits, Session, Workers
 from stickslip.app.warmth import Warmth
 from stickslip.numerics.targets import available_threads
 
@@ -31,7 +32,7 @@ __all__ = ["application"]
 
 STATIC: Final = files("stickslip.app") / "static"
 LIMITS: Final = Limits()
-TRY_AGAIN: Final = 1013
+FULL: Final = "too many pages are open"
 
 
 @cache
@@ -86,7 +87,7 @@ class _Explorer:
         self._limits = limits
         self._warm = warm
         self._workers = Workers(available_threads(), limits)
-        self._warmth = Warmth(self._workers.gate)
+        self._warmth = Warmth(self._workers.gate, self._workers.compiler)
         self._open: set[Session] = set()
         self.downloads = Downloads(self._workers)
 
@@ -95,6 +96,7 @@ class _Explorer:
         if self._warm:
             self._warmth.start()
         yield
+        self._workers.compiler.stop()
         self._workers.pool.shutdown(wait=False, cancel_futures=True)
 
     async def page(self, _: Request) -> Response:
@@ -110,13 +112,28 @@ class _Explorer:
 
     async def talk(self, socket: WebSocket) -> None:
         await socket.accept()
-        if len(self._open) >= self._limits.connections:
-            await socket.close(TRY_AGAIN, "too many pages are open")
-            return
         session = Session(socket, self._workers)
+        if not self._has_room(session.client):
+            await socket.close(TRY_AGAIN, FULL)
+            return
         self._open.add(session)
         try:
             self._warmth.greet(session)
             await session.run()
         finally:
             self._open.discard(session)
+            self._warmth.forget(session)
+
+    def _has_room(self, client: str) -> bool:
+        """Tell whether one more page fits, if need be in place of a greedier client's."""
+        if len(self._open) < self._limits.connections:
+            return True
+        pages = Counter(session.client for session in self._open)
+        ((greedy, most),) = pages.most_common(1)
+        if pages[client] + 1 >= most:
+            return False
+        theirs = [session for session in self._open if session.client == greedy]
+        idlest = min(theirs, key=lambda session: session.heard)
+        self._open.discard(idlest)
+        idlest.dismiss(FULL)
+        return True

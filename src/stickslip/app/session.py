@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 from collections import deque
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -16,22 +17,25 @@ import anyio
 from starlette.websockets import WebSocketDisconnect
 
 from stickslip.app.answers import message, plain
+from stickslip.app.compiler import Compiler
 from stickslip.app.jobs import CalledOffError, Gate, Job, TimeIsUpError
-from stickslip.app.requests import BadRequestError, message_of, request_of
+from stickslip.app.requests import BadRequestError, is_ours, message_of, request_of
 from stickslip.app.views import VIEWS, is_slow
 
 if TYPE_CHECKING:
+    from starlette.requests import HTTPConnection
     from starlette.websockets import WebSocket
 
     from stickslip.app.answers import Part
     from stickslip.app.requests import Message, Request
 
-__all__ = ["Limits", "Session", "Workers"]
+__all__ = ["TRY_AGAIN", "Limits", "Session", "Workers", "client_of", "told"]
 
 LOG: Final = logging.getLogger(__name__)
 
 AT_ONCE: Final = 2  # quick jobs of a page in threads, and slow ones
 SLOTS: Final = 16  # that a page may ask in
+TRY_AGAIN: Final = 1013  # code with which a page is closed for want of room
 PAUSE: Final = 1e-3  # seconds after each message of a page: others are heard, too
 
 
@@ -42,7 +46,8 @@ class Limits:
     Attributes
     ----------
     connections : int
-        Pages open at a time.
+        Pages open at a time. When all are, a newcomer takes the place of a page of the client
+        that has most of them, if that has more than the newcomer's would then.
     seconds, slow_seconds : float
         Time for which a quick and a slow request may compute, waiting aside.
     unsent : int
@@ -61,6 +66,7 @@ class Workers:
     def __init__(self, slots: int, limits: Limits) -> None:
         self.limits = limits
         self.gate = Gate(slots)
+        self.compiler = Compiler()
         # Most threads wait at the gate.
         self.pool = ThreadPoolExecutor(2 * AT_ONCE * limits.connections + slots, "explorer")
 
@@ -90,10 +96,20 @@ class Session:
     socket : WebSocket
         Accepted.
     workers : Workers
+
+    Attributes
+    ----------
+    client : str
+        Address that the page is open at: its pages share what is due to one client.
+    heard : float
+        When it last asked for something.
     """
 
     def __init__(self, socket: WebSocket, workers: Workers) -> None:
+        self.client = client_of(socket)
+        self.heard = time.monotonic()
         self._socket = socket
+        self._farewell = ""
         self._workers = workers
         self._lanes: dict[str, _Lane] = {}
         self._turns = {slow: asyncio.Semaphore(AT_ONCE) for slow in (False, True)}
@@ -107,11 +123,22 @@ class Session:
         async with anyio.create_task_group() as self._tasks:
             self._tasks.start_soon(self._until_closed, self._read)
             self._tasks.start_soon(self._until_closed, self._write)
+        if self._farewell:
+            with suppress(RuntimeError):  # it has gone meanwhile
+                await self._socket.close(TRY_AGAIN, self._farewell)
+
+    def dismiss(self, reason: str) -> None:
+        """End it from this side."""
+        self._farewell = reason
+        self._end()
 
     async def _until_closed(self, task: Callable[[], Awaitable[None]]) -> None:
         """Do one of the two; whichever ends first ends the other, and all work."""
         with suppress(WebSocketDisconnect):
             await task()
+        self._end()
+
+    def _end(self) -> None:
         for lane in self._lanes.values():
             self._call_off(lane)
         self._tasks.cancel_scope.cancel()
@@ -130,7 +157,7 @@ class Session:
         self._news.set()
         if self._unsent_size > self._workers.limits.unsent:
             LOG.warning("a page that does not read its answers is closed")
-            self._tasks.cancel_scope.cancel()
+            self._end()
 
     async def _write(self) -> None:
         while True:
@@ -148,6 +175,7 @@ class Session:
             received = await self._socket.receive()
             if received["type"] == "websocket.disconnect":
                 raise WebSocketDisconnect(received.get("code", 1005))
+            self.heard = time.monotonic()
             try:
                 self._take(message_of(received.get("text") or received.get("bytes") or b""))
             except BadRequestError as error:
@@ -203,7 +231,8 @@ class Session:
         limits = self._workers.limits
         seconds = limits.slow_seconds if slow else limits.seconds
         report = partial(self._report, call)
-        return Job(self._workers.gate, id(self), seconds, patient=slow, report=report)
+        gate = self._workers.gate
+        return Job(gate, id(self), seconds, client=self.client, patient=slow, report=report)
 
     # --- in a thread --------------------------------------------------------------------------
 
@@ -214,6 +243,7 @@ class Session:
     def _answer(self, job: Job, call: _Call) -> None:
         """Compute an answer and send its parts, then why it ends."""
         try:
+            self._workers.compiler.prepare([call.request])
             with job.running():
                 for number, part in enumerate(VIEWS[type(call.request)](call.request)):
                     job.check()
@@ -233,14 +263,20 @@ def told(error: Exception, request: Request) -> dict[str, str]:
             return _told(error)
         case TimeIsUpError():
             return {"message": TOO_LONG, "field": ""}
-        case ValueError():  # what models and maps say of values that they cannot use
-            return {"message": str(error), "field": ""}
+        case ValueError() if is_ours(error):  # what models and maps say of what they cannot use
+            return _told(BadRequestError(str(error)))
     LOG.error("%s failed for %r", type(request).__name__, request, exc_info=error)
     return {"message": FAILED, "field": ""}
 
 
 TOO_LONG: Final = "took too long. Ask for a smaller window, fewer points or shorter periods."
-FAILED: Final = "this view failed; the log of the server tells why"
+FAILED: Final = "a fault of the program: this view failed. The log of the server tells why."
+LONGEST: Final = 1000  # characters of a message
+
+
+def client_of(connection: HTTPConnection) -> str:
+    """Address that a request comes from."""
+    return connection.client.host if connection.client else ""
 
 
 def described(part: Part, number: int) -> dict[str, Any]:
@@ -254,4 +290,6 @@ def _header(asked: Message) -> dict[str, Any]:
 
 
 def _told(error: BadRequestError) -> dict[str, str]:
-    return {"message": str(error), "field": error.field}
+    text = str(error)
+    short = text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+    return {"message": short, "field": error.field[:LONGEST]}

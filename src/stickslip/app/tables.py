@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
@@ -63,6 +64,6 @@ def _rows(part: Part) -> Mapping[str, NDArray[Any]]:
 def _columns(arrays: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, list[Any]]]:
     """Name a column for each block, or for each end of an interval of each block."""
     for name, array in arrays.items():
-        flat = array.reshape(len(array), -1)
+        flat = array.reshape(len(array), math.prod(array.shape[1:]))
         for k, column in enumerate(flat.T, start=1):
             yield name if array.ndim == 1 else f"{name}_{k}", column.tolist()

@@ -17,6 +17,7 @@ from stickslip.study.model_values import model_values
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from stickslip.app.compiler import Compiler
     from stickslip.app.jobs import Gate
     from stickslip.app.session import Session
 
@@ -30,8 +31,9 @@ WINDOW: Final = (0.38, 0.39)  # of law (9), where every motion soon returns
 class Warmth:
     """Whether the kernels are compiled, and who wants to know."""
 
-    def __init__(self, gate: Gate) -> None:
+    def __init__(self, gate: Gate, compiler: Compiler) -> None:
         self._gate = gate
+        self._compiler = compiler
         self._lock = threading.Lock()
         self._cold_pages: list[Session] = []
         self.is_warm = False
@@ -42,6 +44,12 @@ class Warmth:
             if not self.is_warm:
                 self._cold_pages.append(session)
             session.send(self._hello())
+
+    def forget(self, session: Session) -> None:
+        """Drop a page that is closed."""
+        with self._lock:
+            if session in self._cold_pages:
+                self._cold_pages.remove(session)
 
     def _hello(self) -> dict[str, Any]:
         data = {"part_name": "hello", "warm": self.is_warm, "version": stickslip.__version__}
@@ -55,6 +63,7 @@ class Warmth:
     def _warm_up(self) -> None:
         started = time.perf_counter()
         try:
+            self._compiler.prepare(_asked())
             for request in _asked():
                 for _ in VIEWS[type(request)](request):
                     pass

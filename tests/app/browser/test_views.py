@@ -199,3 +199,20 @@ def test_models_without_a_map_of_the_line(explorer, kind):
     rows = explorer.panel("cycle").locator("th").all_text_contents()
     message = explorer.panel("cycle").locator(".quiet")
     assert rows[:2] == ["period", "stability"] or "cycle" in message.text_content()
+
+
+def test_a_map_without_a_value_is_told_in_every_panel(explorer):
+    """Both blocks slip for ever: no branch, no attractor, and no fault of the program."""
+    explorer.type_into("damping", 5)
+    explorer.settle("map", "basins")
+    assert explorer.state["model"]["damping"] == 5
+    assert explorer.view("map", "view.plot !== undefined")
+    explorer.shoot("no value anywhere")
+
+
+def test_a_damping_beyond_the_explorer_is_told_at_its_control(explorer):
+    field = explorer.page.locator(".controls input[name='damping']:visible")
+    field.fill("50")
+    field.press("Enter")
+    told = explorer.page.get_by_text("0 <= damping <= 10").first
+    told.wait_for(timeout=20_000)

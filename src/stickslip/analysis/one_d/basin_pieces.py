@@ -113,9 +113,10 @@ def first_pieces(f: Map1D, table: Laps, known: Sequence[Attractor]) -> Pieces:
 def _one_sided(f: Map1D, table: Laps, x: Floats, lap: Integers) -> Floats:
     """Values at ends of pieces, from inside where those are ends of laps."""
     values, _ = values_and_slopes(f, x)
-    at_left, at_right = x == table.left[lap], x == table.right[lap]
-    values[at_left] = table.value_left[lap[at_left]]
-    values[at_right] = table.value_right[lap[at_right]]
+    held = np.flatnonzero(lap >= 0)
+    for ends, limits in ((table.left, table.value_left), (table.right, table.value_right)):
+        at_end = held[x[held] == ends[lap[held]]]
+        values[at_end] = limits[lap[at_end]]
     return values
 
 

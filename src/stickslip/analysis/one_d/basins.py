@@ -101,7 +101,7 @@ class Basins:
     def __repr__(self) -> str:
         """Shares and intervals."""
         shares = ", ".join(f"{k}: {self.share(k):.6f}" for k in range(len(self.attractors)))
-        head = f"Basins: {len(self.index)} intervals; {shares}"
+        head = f"Basins: {len(self.index)} intervals; {shares or 'no attractor'}"
         head += f"; left {self.left:.6f}; undecided {self.undecided:.2e}"
         rows = [
             f"  {low: .12f} .. {high: .12f}  {k: d}   left edge: {cause}"

@@ -122,7 +122,8 @@ class InterpolatedMap:
         cell = np.empty(flat.shape, dtype=np.int64)
         evaluate_cells(self.polynomials, flat, value, slope, cell)
         known = cell >= 0
-        label = np.where(known, self.cell_labels[cell], np.uint64(0))
+        label = np.zeros(flat.shape, dtype=np.uint64)
+        label[known] = self.cell_labels[cell[known]]
         status = np.full(flat.shape, OK, dtype=np.int64)
         if not known.all():
             status[~known] = self._statuses(flat[~known])
@@ -395,6 +396,10 @@ def _coefficients(cells: Cells, kind: Integers) -> Floats:
 
 
 def _polynomials(cells: Cells, kind: Integers) -> CellPolynomials:
+    if not len(kind):  # a map without any value: one cell that no point lies in
+        none = np.full(1, np.nan)
+        nowhere = np.zeros(1, dtype=np.int64)
+        return CellPolynomials(none, none, np.zeros((1, 5)), nowhere, nowhere, np.nan)
     n = GUIDE * len(kind)
     lo, hi = float(cells.x0[0]), float(cells.x1[-1])
     guides = np.linspace(lo, hi, n + 1)

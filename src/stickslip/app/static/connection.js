@@ -71,7 +71,6 @@ export class Connection {
     this.socket = new WebSocket(this.url);
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => {
-      this.failures = 0;
       this.onchange(true, true);
       for (const asked of [...this.running.values()]) this.#send(asked);
     };
@@ -98,7 +97,10 @@ export class Connection {
 
   /** @param {Part} part */
   #receive(part) {
-    if (part.view === "hello") return this.onchange(true, part.data.warm);
+    if (part.view === "hello") {
+      this.failures = 0; // not before: a full server opens the socket to say so
+      return this.onchange(true, part.data.warm);
+    }
     const running = [...this.running.values()].find(({ id }) => id === part.id);
     if (!running) return;
     const { slot } = running;

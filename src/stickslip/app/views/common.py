@@ -6,14 +6,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from stickslip.app.requests import BadRequestError, model_of
+from stickslip.analysis.arguments import checked_range
+from stickslip.app.ranges import refuse_far
+from stickslip.app.requests import BadRequestError, is_ours, model_of
 from stickslip.app.watched import WatchedMap, watched_map
 from stickslip.mechanics.model.two_block import TwoBlock
 
 if TYPE_CHECKING:
-    from stickslip.app.requests import Request
+    from stickslip.analysis.protocol import MapFamily
+    from stickslip.app.requests import Diagram, Request
 
-__all__ = ["map_of", "naming", "two_blocks"]
+__all__ = ["map_of", "naming", "range_of", "two_blocks"]
 
 
 def two_blocks(request: Request) -> TwoBlock:
@@ -46,6 +49,20 @@ def map_of(request: Request) -> WatchedMap:
         return watched_map(two_blocks(request))
 
 
+def range_of(f: MapFamily, request: Diagram) -> tuple[float, float]:
+    """Return the ends of the range that a diagram is asked for.
+
+    Raises
+    ------
+    BadRequestError
+        No such parameter, or an end that the model or the explorer does not take.
+    """
+    with naming("range" if request.parameter in f.parameters else "parameter"):
+        for end in request.range:
+            refuse_far({request.parameter: end})
+        return checked_range(f, request.parameter, request.range)
+
+
 @contextmanager
 def naming(field: str) -> Iterator[None]:
     """Say of a ValueError which field of the request it is about."""
@@ -54,4 +71,6 @@ def naming(field: str) -> Iterator[None]:
     except BadRequestError:
         raise
     except ValueError as error:
+        if not is_ours(error):
+            raise
         raise BadRequestError(str(error), field) from error

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.arguments import checked_range
 from stickslip.analysis.window import windowed
 from stickslip.app.answers import Part
 from stickslip.app.jobs import checkpoint, progress_between
-from stickslip.app.views.common import map_of, naming
+from stickslip.app.views.common import map_of, naming, range_of
 from stickslip.study.bifurcations import as_family, bifurcations
 from stickslip.study.diagram import bifurcation_diagram
 from stickslip.study.maps import periodic_orbits
@@ -52,8 +51,7 @@ SHORT: Final = {
 def diagram(request: requests.Diagram) -> Iterator[Part]:
     """Iterate for first dots; then follow all orbits; then find and explain their bifurcations."""
     f = as_family(map_of(request))
-    with naming("parameter" if request.parameter not in f.parameters else "range"):
-        low, high = checked_range(f, request.parameter, request.range)
+    low, high = range_of(f, request)
     yield from _dots(f, request, low, high)
     asked: dict[str, Any] = {"max_period": request.max_period, "window": request.window}
     with naming("window"):

@@ -125,14 +125,15 @@ def _branches(g: Any, x: Floats, table: BranchTable, name: str, progress: float)
 def _lines(g: Any, table: BranchTable, x: Floats) -> list[tuple[Floats, Floats]]:
     """Sample all branches in one go: the even points inside each, and some more of narrow ones."""
     inner = [_inner(branch, x) for branch in table]
-    values = g.evaluate(np.concatenate(inner or [np.empty(0)])).value
-    ends = np.cumsum([len(points) for points in inner])[:-1]
+    values = g.evaluate(np.concatenate([*inner, np.empty(0)])).value
+    ends = np.cumsum([len(points) for points in inner], dtype=np.intp)
+    *by_branch, _ = np.split(values, ends)  # nothing lies behind the last
     return [
         (
             np.concatenate([[b.left], points, [b.right]]),
             np.concatenate([[b.value_left], y, [b.value_right]]),
         )
-        for b, points, y in zip(table, inner, np.split(values, ends), strict=True)
+        for b, points, y in zip(table, inner, by_branch, strict=True)
     ]
 
 

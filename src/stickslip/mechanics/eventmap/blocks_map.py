@@ -227,6 +227,11 @@ class BlocksEventMap:
         rows = points.reshape(-1, self.dimension)
         orbits = np.empty((len(rows), n + 1, self.dimension))
         orbits[:, 0] = rows
+        self.follow(orbits)
+        return orbits.reshape(*points.shape[:-1], n + 1, self.dimension)
+
+    def follow(self, orbits: Floats) -> None:
+        """Fill orbits (m, steps + 1, n_blocks - 1) from their first points on, not checked."""
         engine = self._engine
 
         def task(start: int, stop: int) -> None:
@@ -242,8 +247,8 @@ class BlocksEventMap:
                 self._no_itinerary,
             )
 
-        launch(task, len(rows), self.threads, max(1, SMALLEST_TILE // max(1, int(n))))
-        return orbits.reshape(*points.shape[:-1], n + 1, self.dimension)
+        steps = max(1, orbits.shape[1] - 1)
+        launch(task, len(orbits), self.threads, max(1, SMALLEST_TILE // steps))
 
     # --- kernels --------------------------------------------------------------------------
 

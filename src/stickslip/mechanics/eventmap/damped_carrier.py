@@ -60,7 +60,7 @@ class DampedCarrier:
 
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1) from their first entries on."""
-        orbits[:] = self.inner.iterate(orbits[:, :1], orbits.shape[1] - 1)[..., 0]
+        self.inner.follow(orbits[..., None])
 
     def itinerary(self, d: float) -> str:
         """Modes of each phase, as text."""

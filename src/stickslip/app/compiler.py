@@ -1,0 +1,159 @@
+"""Kernels compiled by a process of its own: the memory that a compiler takes ends with it.
+
+The server loads what lies in the cache then. To compile in the server would also hold up all of its
+threads, as the compiler is Python.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import subprocess
+import sys
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final
+
+import msgspec
+
+from stickslip import examples
+from stickslip.app import requests
+from stickslip.app.requests import model_of
+from stickslip.app.views import VIEWS
+from stickslip.mechanics.friction import FrictionLaw, TabulatedFriction
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.targets import cache_root
+from stickslip.study.model_values import model_values
+
+if TYPE_CHECKING:
+    from stickslip.study.model_values import Model
+
+__all__ = ["Compiler", "typical"]
+
+LOG: Final = logging.getLogger(__name__)
+
+WINDOW: Final = (0.38, 0.39)  # of law (9), where every motion soon returns
+NAMES: Final = {kind: view for view, kind in requests.REQUESTS.items()}
+LONGEST: Final = 1200.0  # seconds for one process
+NUMBERS: Final = {"mu": 0.22, "gamma": 3.0}  # of typical laws; of the others 0.1, and 0 is kept
+
+
+class Compiler:
+    """Sees to it that the kernels of a request are in the cache before it is answered."""
+
+    def __init__(self) -> None:
+        self._done: set[str] = set()
+        self._lock = threading.Lock()
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def prepare(self, asked: Iterable[requests.Request]) -> None:
+        """Compile what these requests need, unless that was done before."""
+        keyed = {_key(small): small for request in asked if (small := typical(request))}
+        if keyed.keys() <= self._done or (root := cache_root()) is None:
+            return
+        with self._lock:
+            marks = root / "explorer"
+            marks.mkdir(exist_ok=True)
+            todo = [keyed[key] for key in keyed if not (marks / key).exists()]
+            if not todo or self._run(todo):
+                for key in keyed:
+                    (marks / key).touch()
+            self._done |= keyed.keys()  # what failed is not tried again, but compiled when needed
+
+    def _run(self, todo: list[requests.Request]) -> bool:
+        command = [sys.executable, "-m", "stickslip.app.compiler"]
+        content = msgspec.json.encode([(NAMES[type(request)], request) for request in todo])
+        self._process = subprocess.Popen(command, stdin=-1, stdout=subprocess.DEVNULL)
+        try:
+            self._process.communicate(content, timeout=LONGEST)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+        code = self._process.wait()
+        if code:
+            LOG.warning(
+                "kernels are compiled in the server: the process for it ended with %d", code
+            )
+        return code == 0
+
+    def stop(self) -> None:
+        """End the process that compiles, if one does."""
+        if self._process is not None:
+            self._process.terminate()
+
+
+def _key(small: requests.Request) -> str:
+    return hashlib.sha256(msgspec.json.encode((NAMES[type(small)], small))).hexdigest()[:16]
+
+
+def typical(request: requests.Request) -> requests.Request | None:
+    """Return a small request that needs the same kernels, None if it needs none.
+
+    Raises
+    ------
+    BadRequestError
+        It is about no model.
+    """
+    model = model_of(request)
+    values = _typical_model(model)
+    rest = (0.0,) * (2 if isinstance(model, TwoBlock) else len(values["static"]))
+    match request:
+        case requests.Motion():
+            return requests.Motion(values, x=rest, v=rest, t_end=20.0)
+        case requests.Cycle():
+            return requests.Cycle(values, x=rest, v=rest, max_events=400)
+    if not isinstance(model, TwoBlock):
+        return None
+    match request:
+        case requests.EventMap():
+            power = min(request.power, 2)
+            return requests.EventMap(values, window=WINDOW, points=50, power=power, max_period=2)
+        case requests.Cobweb():
+            return requests.Cobweb(values, d=0.1, n=5)
+        case requests.Basins():
+            return requests.Basins(values)
+        case requests.Diagram():
+            ends, window = (0.0369, 0.037), (-0.1, 0.05)
+            return requests.Diagram(
+                values, parameter="V", range=ends, window=window, values=2, max_period=1
+            )
+    return None
+
+
+def _typical_model(model: Model) -> dict[str, Any]:
+    """Return a harmless model of the same kind and laws."""
+    laws = sorted({msgspec.json.encode(law): law for law in map(_typical_law, model.laws)}.items())
+    friction = [law for _, law in laws]
+    if isinstance(model, TwoBlock):
+        of_two = model_values(examples.coulomb(damping=0.05 if model.damping > 0 else 0.0))
+        return of_two | {"friction": friction if len(friction) == 2 else friction[0]}
+    blocks = max(2, len(friction))
+    values: dict[str, Any] = {"kind": "chain", "static": [1.0] * blocks, "alpha": 1.2, "V": 0.1}
+    if model.forcing is not None:
+        values["forcing"] = {"amplitude": 0.1, "frequency": 1.0}
+    return values | {"friction": friction if len(friction) > 1 else friction[0]}
+
+
+def _typical_law(law: FrictionLaw) -> dict[str, Any]:
+    if isinstance(law, TabulatedFriction):
+        return {"law": law.name, "speed": [0.0, 1.0, 2.0], "force": [1.0, 0.5, 0.4]}
+    given = law.parameters.items()
+    numbers = {name: NUMBERS.get(name, 0.1) if value else 0.0 for name, value in given}
+    return {"law": law.name, **numbers, **law.options}
+
+
+def _asked(content: bytes) -> Iterator[requests.Request]:
+    for view, request in msgspec.json.decode(content, type=list[tuple[str, msgspec.Raw]]):
+        yield requests.request_of(view, request)
+
+
+def main() -> None:
+    """Answer requests, for what is left in the cache."""
+    for request in _asked(sys.stdin.buffer.read()):
+        with suppress(ValueError):  # such as a motion without a cycle
+            for _ in VIEWS[type(request)](request):
+                pass
+
+
+if __name__ == "__main__":
+    main()

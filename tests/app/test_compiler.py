@@ -1,0 +1,48 @@
+"""Kernels are compiled outside the server."""
+
+import json
+
+import pytest
+from tests.app.talk import CHAIN, COULOMB
+
+from stickslip.app import compiler
+from stickslip.app.compiler import Compiler, typical
+from stickslip.app.exports import KNOWN
+from stickslip.app.requests import request_of
+
+LAW9 = {**COULOMB, "friction": {"law": "popp-stelter", "gamma": 3.0}}
+MIXED = {**COULOMB, "friction": [COULOMB["friction"], LAW9["friction"]]}
+FORCED = {**CHAIN, "forcing": {"amplitude": 0.3, "frequency": 2.0}}
+TABLE = {**CHAIN, "friction": {"law": "tabulated", "speed": [0, 2], "force": [1, 0.3]}}
+
+
+def asked(view, model=COULOMB, **request):
+    return request_of(view, json.dumps({"model": model, **request}).encode(), KNOWN)
+
+
+@pytest.mark.parametrize("model", [COULOMB, LAW9, MIXED, CHAIN, FORCED, TABLE])
+@pytest.mark.parametrize("view", ["event_map", "basins", "motion", "cycle", "portrait"])
+def test_numbers_do_not_matter_for_what_is_compiled(view, model):
+    first = typical(asked(view, model))
+    assert typical(asked(view, {**model, "V": 0.2})) == first
+    assert (first is None) == (model["kind"] == "chain" and view in ("event_map", "basins"))
+    if first is not None:
+        assert typical(first) == first
+
+
+def test_kinds_of_model_do():
+    small = [typical(asked("motion", model)).model for model in (COULOMB, LAW9, MIXED, CHAIN)]
+    small.append(typical(asked("motion", {**COULOMB, "damping": 0.3})).model)
+    assert all(one != other for k, one in enumerate(small) for other in small[:k])
+    assert typical(asked("law")) is None
+
+
+def test_a_process_compiles_once(tmp_path, monkeypatch):
+    monkeypatch.setattr(compiler, "cache_root", lambda: tmp_path)  # of the marks alone
+    Compiler().prepare([asked("motion", d=0.1), asked("law")])
+    (mark,) = (tmp_path / "explorer").iterdir()
+    monkeypatch.setattr(compiler.sys, "executable", "/nonexistent")
+    Compiler().prepare([asked("motion", d=0.2)])
+    mark.unlink()
+    with pytest.raises(FileNotFoundError):
+        Compiler().prepare([asked("motion", d=0.2)])
