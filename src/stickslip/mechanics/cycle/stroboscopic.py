@@ -138,7 +138,7 @@ class StroboscopicMap:
         Mean over ``n`` periods after ``transient``, per unit of time; -inf for directions that
         sticking forgets. Benettin et al., Meccanica 15, 9 (1980).
         """
-        count = whole_number("n", n, what="periods")
+        count = whole_number("n", n, at_most=MOST_STEPS, what="periods")
         settle = whole_number("transient", transient, 0, at_most=MOST_STEPS, what="periods")
         here = self._one(state)
         if settle:

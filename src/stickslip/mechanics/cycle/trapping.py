@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
 from stickslip import status as status_codes
-from stickslip.checks import instance, whole_number
+from stickslip.checks import MOST_STEPS, instance, whole_number
 from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.section import Word, word_of
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
@@ -84,7 +84,9 @@ class TrappingBall:
         ValueError
             A count that is not allowed.
         """
-        count = whole_number("max_events", max_events, what="events that are followed")
+        count = whole_number(
+            "max_events", max_events, at_most=MOST_STEPS, what="events that are followed"
+        )
         shooter = Shooter(self.cycle.model, tangents=False)
         model = self.cycle.model
         state = shooter.start(state_vector("x", x, model), state_vector("v", v, model))
