@@ -80,8 +80,8 @@ curve.plot(ax=ax)
 # (:doc:`/theory/bifurcations`); that the paper's S4 meets its jump (:doc:`/theorems`).
 #
 # **Checked.** Predictions for random slopes against orbits followed by brute force
-# (``tests/analysis/one_d/test_skew_tent.py``); mechanisms against the motions on both sides
-# (``tests/study/test_mechanism.py``).
+# (``tests/analysis/bifurcations/border_collision/test_skew_tent.py``); mechanisms against the
+# motions on both sides (``tests/study/test_mechanism.py``).
 #
 # **Fails, or is only evidence.** The prediction holds close to the collision, how close it does
 # not say: hence `outcome` beside it. At a jump the local slopes are not enough.

@@ -1,7 +1,7 @@
 # The public names, listed once: `__init__.py` serves them from here, each when first used.
 from . import examples as examples
 from . import status as status
-from .analysis.piecewise_map import PiecewiseMap as PiecewiseMap
+from .analysis.maps.piecewise_map import PiecewiseMap as PiecewiseMap
 from .app.widget import explore as explore
 from .mechanics.cycle.continuation import continue_cycle as continue_cycle
 from .mechanics.cycle.equilibria import equilibria as equilibria

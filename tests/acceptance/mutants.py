@@ -97,7 +97,7 @@ LAYERS = {
         ("mechanics/eventmap/_kernels.py", "mechanics/eventmap/_label_kernels.py"),
         MECHANICS,
     ),
-    "maps of a line": Layer(("analysis/one_d/[!_]*.py",), ("tests/analysis/one_d",), compiled=True),
+    "maps of a line": Layer(("analysis/**/[!_]*.py",), ("tests/analysis",), compiled=True),
 }
 
 

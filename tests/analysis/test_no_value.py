@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analysis.one_d.interpolated import interpolated_map
+from stickslip.analysis.interpolation.interpolated import interpolated_map
 
 MODEL = ss.examples.coulomb(damping=5.0)  # both blocks slip for ever
 USERS = ss.PiecewiseMap(lambda x, r: np.where(x < r, x, np.nan), (0, 1), parameters={"r": -1.0})

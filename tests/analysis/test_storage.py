@@ -11,13 +11,13 @@ import pytest
 
 from stickslip import examples as models
 from stickslip.analysis import examples
-from stickslip.analysis.continuation import continue_orbit
-from stickslip.analysis.one_d.bifurcations import bifurcations
-from stickslip.analysis.one_d.borders import Border
-from stickslip.analysis.one_d.branches import breakpoints
-from stickslip.analysis.one_d.periodic import periodic_orbits
+from stickslip.analysis.bifurcations.bifurcations import bifurcations
+from stickslip.analysis.branches.along.borders import Border
+from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.continuation.continuation import continue_orbit
+from stickslip.analysis.maps.window import WindowMap
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.analysis.storage import TYPES, VERSION, _hints, load, save
-from stickslip.analysis.window import WindowMap
 from stickslip.mechanics.friction import Coulomb, PoppStelter, Stribeck, friction_law
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.units import Units

@@ -13,7 +13,7 @@ import time
 import pytest
 
 import stickslip as ss
-from stickslip.analysis.bifurcation import BifurcationList
+from stickslip.analysis.bifurcations.bifurcation import BifurcationList
 from stickslip.cli import main
 from stickslip.cli.bifurcations import FILES, PICTURES
 from stickslip.study.bifurcations import bifurcations

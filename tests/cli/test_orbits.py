@@ -68,8 +68,8 @@ def test_a_list_that_is_not_complete_fails_and_says_what_is_open(found, capsys):
     """Few maps come here within seconds, so the ending is asked alone."""
     from dataclasses import replace
 
-    from stickslip.analysis.one_d.changes import Unresolved
-    from stickslip.analysis.orbits import NearFold
+    from stickslip.analysis.branches.discontinuities import Unresolved
+    from stickslip.analysis.orbits.orbit import NearFold
 
     near = NearFold(3, 0.25, 1e-17, resolved=False)
     reason = Unresolved("more than 1000 pieces:", -0.6, 0.6, 4)

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 import stickslip as ss
-from stickslip.analysis.orbits import OrbitList, PeriodicOrbit
+from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
 from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
 from stickslip.study.event_map import EventMap

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from stickslip.analysis.diagram import AttractorTable, BreakLine, Diagram, OrbitCurve
-from stickslip.analysis.one_d.strands import StrandEnd
+from stickslip.analysis.diagrams.assemble import StrandEnd
+from stickslip.analysis.diagrams.diagram import AttractorTable, BreakLine, Diagram, OrbitCurve
 from stickslip.plot.bifurcations import (
     BREAK,
     MARKS,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analysis.bifurcation_curve import BifurcationCurve
+from stickslip.analysis.bifurcations.curves.bifurcation_curve import BifurcationCurve
 from stickslip.plot.style import PALETTE, new_figure
 from stickslip.plot.sweep_map import draw_sweep
 

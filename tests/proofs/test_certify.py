@@ -10,7 +10,7 @@ pytest.importorskip("flint", reason="needs the extra 'certify'")
 from tests.reference.values import COULOMB, COULOMB_JUMPS, COULOMB_ORBITS
 
 import stickslip as ss
-from stickslip.analysis.bifurcation import Bifurcation
+from stickslip.analysis.bifurcations.bifurcation import Bifurcation
 from stickslip.proofs.certify import certify_bifurcation, certify_jump, certify_orbit
 
 BINARY = {name: Fraction(value) for name, value in COULOMB.items()}

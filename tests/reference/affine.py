@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from stickslip.analysis.piecewise_map import PiecewiseMap
+from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 
 
 @dataclass(frozen=True)

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analysis.attractor import Attractor
-from stickslip.analysis.bifurcation import (
+from stickslip.analysis.attractors.attractor import Attractor
+from stickslip.analysis.attractors.lyapunov import LyapunovExponent
+from stickslip.analysis.bifurcations.bifurcation import (
     Bifurcation,
     BifurcationList,
     Cascade,
     UnresolvedChange,
 )
-from stickslip.analysis.lyapunov import LyapunovExponent
-from stickslip.analysis.outcome import LocalAttractor, Outcome
+from stickslip.analysis.bifurcations.outcome import LocalAttractor, Outcome
 from stickslip.study.bifurcations import bifurcations
 from stickslip.study.digits import digits, with_error
 from stickslip.study.report import Report

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.analysis.piecewise_map import PiecewiseMap
+from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 
 if TYPE_CHECKING:
-    from stickslip.analysis.protocol import Floats
+    from stickslip.analysis.maps.protocol import Floats
 
 __all__ = [
     "border_collision",

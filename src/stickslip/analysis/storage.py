@@ -34,9 +34,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import __version__
-from stickslip.analysis.nd.protocol import FamilyND, MapND
-from stickslip.analysis.protocol import Floats, Labels, Map1D, MapFamily
-from stickslip.analysis.window import WindowMap
+from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapFamily
+from stickslip.analysis.maps.protocol_nd import FamilyND, MapND
+from stickslip.analysis.maps.window import WindowMap
 from stickslip.files import (
     checked_path,
     checked_suffix,
@@ -62,58 +62,58 @@ NOT_FINITE: Final = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
 
 # What a file may hold: class and the module of this package that it is in.
 TYPES: Final[dict[str, str]] = {
-    "Attractor": "analysis.attractor",
-    "AttractorList": "analysis.attractor",
-    "AttractorTable": "analysis.diagram",
-    "Bifurcation": "analysis.bifurcation",
-    "BifurcationCurve": "analysis.bifurcation_curve",
-    "BifurcationList": "analysis.bifurcation",
-    "Border": "analysis.one_d.borders",
-    "BorderReading": "analysis.one_d.borders",
-    "BranchEnd": "analysis.orbit_branch",
-    "BreakLine": "analysis.one_d.break_lines",
-    "Breakpoint": "analysis.one_d.breakpoints",
-    "BreakpointCurve": "analysis.bifurcation_curve",
-    "BreakpointList": "analysis.one_d.branches",
-    "Cascade": "analysis.bifurcation",
-    "CodimensionTwo": "analysis.bifurcation_curve",
+    "Attractor": "analysis.attractors.attractor",
+    "AttractorList": "analysis.attractors.attractor",
+    "AttractorTable": "analysis.diagrams.diagram",
+    "Bifurcation": "analysis.bifurcations.bifurcation",
+    "BifurcationCurve": "analysis.bifurcations.curves.bifurcation_curve",
+    "BifurcationList": "analysis.bifurcations.bifurcation",
+    "Border": "analysis.branches.along.borders",
+    "BorderReading": "analysis.branches.along.borders",
+    "BranchEnd": "analysis.continuation.orbit_branch",
+    "BreakLine": "analysis.branches.along.break_lines",
+    "Breakpoint": "analysis.branches.breakpoints",
+    "BreakpointCurve": "analysis.bifurcations.curves.bifurcation_curve",
+    "BreakpointList": "analysis.branches.branches",
+    "Cascade": "analysis.bifurcations.bifurcation",
+    "CodimensionTwo": "analysis.bifurcations.curves.bifurcation_curve",
     "Cycle": "mechanics.cycle.cycle",
     "CycleBifurcation": "mechanics.cycle.branch",
     "CycleBranch": "mechanics.cycle.branch",
     "CycleEnd": "mechanics.cycle.branch",
     "CycleList": "study.limit_cycles",
-    "Collision": "analysis.one_d.conditions",
-    "Connection": "analysis.one_d.conditions",
-    "Crossing": "analysis.one_d.conditions",
-    "Diagram": "analysis.diagram",
+    "Collision": "analysis.bifurcations.conditions.conditions",
+    "Connection": "analysis.bifurcations.conditions.conditions",
+    "Crossing": "analysis.bifurcations.conditions.conditions",
+    "Diagram": "analysis.diagrams.diagram",
     "Event": "mechanics.flow.trajectory",
-    "Flip": "analysis.one_d.conditions",
-    "Fold": "analysis.one_d.conditions",
+    "Flip": "analysis.bifurcations.conditions.conditions",
+    "Fold": "analysis.bifurcations.conditions.conditions",
     "Gap": "study.return_region",
-    "JumpCrossing": "analysis.orbits",
-    "LocalAttractor": "analysis.outcome",
-    "LyapunovExponent": "analysis.lyapunov",
-    "NearFold": "analysis.orbits",
+    "JumpCrossing": "analysis.orbits.orbit",
+    "LocalAttractor": "analysis.bifurcations.outcome",
+    "LyapunovExponent": "analysis.attractors.lyapunov",
+    "NearFold": "analysis.orbits.orbit",
     "NeutralFamily": "mechanics.cycle.neutral",
-    "OrbitBranch": "analysis.orbit_branch",
-    "OrbitBranchND": "analysis.nd.orbit_branch",
-    "OrbitCurve": "analysis.diagram",
-    "OrbitEndND": "analysis.nd.orbit_branch",
-    "OrbitList": "analysis.orbits",
-    "OrbitListND": "analysis.nd.orbits",
-    "Outcome": "analysis.outcome",
-    "PassedBifurcation": "analysis.orbit_branch",
-    "PassedBifurcationND": "analysis.nd.orbit_branch",
-    "PeriodicOrbit": "analysis.orbits",
-    "PeriodicOrbitND": "analysis.nd.orbits",
-    "Reading": "analysis.one_d.conditions",
+    "OrbitBranch": "analysis.continuation.orbit_branch",
+    "OrbitBranchND": "analysis.continuation.orbit_branch_nd",
+    "OrbitCurve": "analysis.diagrams.diagram",
+    "OrbitEndND": "analysis.continuation.orbit_branch_nd",
+    "OrbitList": "analysis.orbits.orbit",
+    "OrbitListND": "analysis.orbits.orbits_nd",
+    "Outcome": "analysis.bifurcations.outcome",
+    "PassedBifurcation": "analysis.continuation.orbit_branch",
+    "PassedBifurcationND": "analysis.continuation.orbit_branch_nd",
+    "PeriodicOrbit": "analysis.orbits.orbit",
+    "PeriodicOrbitND": "analysis.orbits.orbits_nd",
+    "Reading": "analysis.bifurcations.conditions.conditions",
     "ReturnRegion": "study.return_region",
-    "StrandEnd": "analysis.one_d.strands",
+    "StrandEnd": "analysis.diagrams.assemble",
     "TrappingBall": "mechanics.cycle.trapping",
-    "TurningPoint": "analysis.one_d.borders",
-    "Unseen": "analysis.nd.orbits",
-    "Unresolved": "analysis.one_d.changes",
-    "UnresolvedChange": "analysis.bifurcation",
+    "TurningPoint": "analysis.branches.along.borders",
+    "Unseen": "analysis.orbits.orbits_nd",
+    "Unresolved": "analysis.branches.discontinuities",
+    "UnresolvedChange": "analysis.bifurcations.bifurcation",
 }
 
 
@@ -480,9 +480,9 @@ def _hints(kind: str) -> dict[str, Any]:
     """Return what the fields of a class may hold, by its annotations."""
     # Modules import much of what these name for the type checker only.
     models = importlib.import_module("stickslip.study.model_values")
-    conditions = importlib.import_module("stickslip.analysis.one_d.conditions")
-    borders = importlib.import_module("stickslip.analysis.one_d.borders")
-    breakpoints = importlib.import_module("stickslip.analysis.one_d.breakpoints")
+    conditions = importlib.import_module("stickslip.analysis.bifurcations.conditions.conditions")
+    borders = importlib.import_module("stickslip.analysis.branches.along.borders")
+    breakpoints = importlib.import_module("stickslip.analysis.branches.breakpoints")
     known: dict[str, Any] = {name: _class(name) for name in TYPES}
     known |= {"np": np, "NDArray": NDArray, "Floats": Floats, "Labels": Labels}
     known |= {"MapFamily": MapFamily, "FamilyND": FamilyND, "Kind": breakpoints.Kind}

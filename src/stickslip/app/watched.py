@@ -14,7 +14,7 @@ from stickslip.study.event_map import EventMap
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.protocol import Floats
+    from stickslip.analysis.maps.protocol import Floats
     from stickslip.mechanics.eventmap.carrier import Carrier
     from stickslip.mechanics.eventmap.records import Controls
     from stickslip.mechanics.model.two_block import TwoBlock

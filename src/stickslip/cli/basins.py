@@ -9,7 +9,7 @@ from stickslip.cli.progress import note
 from stickslip.cli.table import TableOptions
 
 if TYPE_CHECKING:
-    from stickslip.analysis.one_d.basins import Basins
+    from stickslip.analysis.attractors.basins import Basins
 
 EXAMPLES = """\
 stickslip basins --preset coulomb

@@ -26,8 +26,8 @@ from stickslip.cli.table import SystemOptions
 from stickslip.files import columns_of, write_csv, write_text
 
 if TYPE_CHECKING:
-    from stickslip.analysis.bifurcation import BifurcationList
-    from stickslip.analysis.protocol import MapFamily
+    from stickslip.analysis.bifurcations.bifurcation import BifurcationList
+    from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.study.event_map import EventMap
     from stickslip.study.report import Report
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from stickslip.analysis.diagram import Diagram
+    from stickslip.analysis.diagrams.diagram import Diagram
 
 EXAMPLES = """\
 stickslip diagram --preset coulomb --parameter V --range 0.0366 0.0372 \\

@@ -12,7 +12,7 @@ from stickslip.cli.table import TableOptions
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from stickslip.analysis.orbits import OrbitList
+    from stickslip.analysis.orbits.orbit import OrbitList
     from stickslip.study.event_map import EventMap
 
 EXAMPLES = """\

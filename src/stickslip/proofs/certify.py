@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from flint import arb
 
-from stickslip.analysis.bifurcation import Bifurcation
-from stickslip.analysis.one_d.breakpoints import Breakpoint
-from stickslip.analysis.orbits import PeriodicOrbit
+from stickslip.analysis.bifurcations.bifurcation import Bifurcation
+from stickslip.analysis.branches.breakpoints import Breakpoint
+from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.checks import shown, whole_number
 from stickslip.proofs.border import proven_border
 from stickslip.proofs.certificate import Certificate, certificate, refusal

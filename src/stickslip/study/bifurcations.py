@@ -6,23 +6,25 @@ import dataclasses
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
-from stickslip.analysis.bifurcation import Bifurcation
-from stickslip.analysis.continuation import continue_orbit as _continue_orbit
-from stickslip.analysis.nd.continuation import continue_orbit as _continue_orbit_nd
-from stickslip.analysis.nd.orbits import PeriodicOrbitND
-from stickslip.analysis.nd.protocol import FamilyND
-from stickslip.analysis.one_d.bifurcations import bifurcations as _bifurcations
-from stickslip.analysis.one_d.borders import Border, ConditionLost
-from stickslip.analysis.one_d.breakpoint_curves import (
+from stickslip.analysis.bifurcations.bifurcation import Bifurcation
+from stickslip.analysis.bifurcations.bifurcations import bifurcations as _bifurcations
+from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection
+from stickslip.analysis.bifurcations.curves.breakpoint_curves import (
     continue_breakpoint as _continue_breakpoint,
 )
-from stickslip.analysis.one_d.breakpoints import Breakpoint
-from stickslip.analysis.one_d.conditions import Collision, Connection
-from stickslip.analysis.one_d.curves import continue_bifurcation as _continue_bifurcation
-from stickslip.analysis.one_d.faults import attempted
-from stickslip.analysis.orbit_branch import OrbitBranch
-from stickslip.analysis.orbits import PeriodicOrbit
-from stickslip.analysis.protocol import MapFamily
+from stickslip.analysis.bifurcations.curves.curves import (
+    continue_bifurcation as _continue_bifurcation,
+)
+from stickslip.analysis.bifurcations.faults import attempted
+from stickslip.analysis.branches.along.borders import Border, ConditionLost
+from stickslip.analysis.branches.breakpoints import Breakpoint
+from stickslip.analysis.continuation.continuation import continue_orbit as _continue_orbit
+from stickslip.analysis.continuation.continuation_nd import continue_orbit as _continue_orbit_nd
+from stickslip.analysis.continuation.orbit_branch import OrbitBranch
+from stickslip.analysis.maps.protocol import MapFamily
+from stickslip.analysis.maps.protocol_nd import FamilyND
+from stickslip.analysis.orbits.orbit import PeriodicOrbit
+from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
 from stickslip.checks import instance, shown
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.model.belt_model import BeltModel
@@ -34,9 +36,12 @@ from stickslip.study.mechanism import mechanism_between
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.analysis.bifurcation import BifurcationList
-    from stickslip.analysis.bifurcation_curve import BifurcationCurve, BreakpointCurve
-    from stickslip.analysis.nd.orbit_branch import OrbitBranchND
+    from stickslip.analysis.bifurcations.bifurcation import BifurcationList
+    from stickslip.analysis.bifurcations.curves.bifurcation_curve import (
+        BifurcationCurve,
+        BreakpointCurve,
+    )
+    from stickslip.analysis.continuation.orbit_branch_nd import OrbitBranchND
 
 __all__ = [
     "as_family",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stickslip.analysis.one_d.diagrams import bifurcation_diagram as _bifurcation_diagram
+from stickslip.analysis.diagrams.diagrams import bifurcation_diagram as _bifurcation_diagram
 from stickslip.study.bifurcations import as_family
 
 if TYPE_CHECKING:
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from stickslip.analysis.diagram import Diagram
+    from stickslip.analysis.diagrams.diagram import Diagram
 
 __all__ = ["bifurcation_diagram"]
 

@@ -7,21 +7,21 @@ import functools
 from collections.abc import Callable, Mapping
 from typing import Any, Concatenate, Final, ParamSpec, TypeAlias, TypeVar, overload
 
-from stickslip.analysis.attractors import attractors as _attractors
-from stickslip.analysis.lyapunov import lyapunov_exponent as _lyapunov_exponent
-from stickslip.analysis.nd.orbits import OrbitListND
-from stickslip.analysis.nd.protocol import MapND
-from stickslip.analysis.nd.search import periodic_orbits as _orbits_nd
-from stickslip.analysis.one_d.basins import basins as _basins
-from stickslip.analysis.one_d.branches import BreakpointList
-from stickslip.analysis.one_d.branches import branches as _branches
-from stickslip.analysis.one_d.branches import breakpoints as _breakpoints
-from stickslip.analysis.one_d.breakpoints import Breakpoint
-from stickslip.analysis.one_d.density import invariant_density as _invariant_density
-from stickslip.analysis.one_d.periodic import periodic_orbits as _periodic_orbits
-from stickslip.analysis.one_d.table import RESOLUTION, BranchTable
-from stickslip.analysis.orbits import OrbitList
-from stickslip.analysis.protocol import Map1D, base_and_exponent, sample
+from stickslip.analysis.attractors.attractors import attractors as _attractors
+from stickslip.analysis.attractors.basins import basins as _basins
+from stickslip.analysis.attractors.density import invariant_density as _invariant_density
+from stickslip.analysis.attractors.lyapunov import lyapunov_exponent as _lyapunov_exponent
+from stickslip.analysis.branches.branches import BreakpointList
+from stickslip.analysis.branches.branches import branches as _branches
+from stickslip.analysis.branches.branches import breakpoints as _breakpoints
+from stickslip.analysis.branches.breakpoints import Breakpoint
+from stickslip.analysis.branches.table import RESOLUTION, BranchTable
+from stickslip.analysis.maps.protocol import Map1D, base_and_exponent, sample
+from stickslip.analysis.maps.protocol_nd import MapND
+from stickslip.analysis.orbits.orbit import OrbitList
+from stickslip.analysis.orbits.orbits_nd import OrbitListND
+from stickslip.analysis.orbits.periodic import periodic_orbits as _periodic_orbits
+from stickslip.analysis.orbits.search_nd import periodic_orbits as _orbits_nd
 from stickslip.checks import shown
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.model.belt_model import BeltModel

@@ -8,15 +8,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from stickslip.analysis.outcome import disagreement
+from stickslip.analysis.bifurcations.outcome import disagreement
 from stickslip.study.digits import digits, with_error
 from stickslip.study.report_data import agrees, document
 
 if TYPE_CHECKING:
-    from stickslip.analysis.attractor import Attractor
-    from stickslip.analysis.bifurcation import Bifurcation, BifurcationList, Cascade
-    from stickslip.analysis.orbits import PeriodicOrbit
-    from stickslip.analysis.outcome import Outcome
+    from stickslip.analysis.attractors.attractor import Attractor
+    from stickslip.analysis.bifurcations.bifurcation import Bifurcation, BifurcationList, Cascade
+    from stickslip.analysis.bifurcations.outcome import Outcome
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 __all__ = ["Report"]
 

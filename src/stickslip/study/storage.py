@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stickslip.analysis.nd.protocol import MapND
+from stickslip.analysis.maps.protocol_nd import MapND
 from stickslip.analysis.storage import load as _load
 from stickslip.analysis.storage import register_part, save
 from stickslip.mechanics.model.belt_model import BeltModel

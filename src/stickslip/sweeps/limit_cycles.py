@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from stickslip.analysis.protocol import mix_labels
+from stickslip.analysis.maps.protocol import mix_labels
 from stickslip.study.limit_cycles import limit_cycles
 from stickslip.sweeps.observable import Columns, Observable, Output, whole
 

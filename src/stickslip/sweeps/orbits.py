@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stickslip.analysis.protocol import OUTSIDE, clip_to_domain
+from stickslip.analysis.maps.protocol import OUTSIDE, clip_to_domain
 from stickslip.mechanics.eventmap.follow_records import Followed, new_followed
 from stickslip.numerics.long_run import LongRun, Path, new_long_run, read_off
 from stickslip.status import OK
@@ -14,7 +14,7 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.protocol import Map1D
+    from stickslip.analysis.maps.protocol import Map1D
 
     Floats = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stickslip.analysis.protocol import OUTSIDE
+from stickslip.analysis.maps.protocol import OUTSIDE
 from stickslip.sweeps.system import rows
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.analysis.protocol import mix_labels
+from stickslip.analysis.maps.protocol import mix_labels
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

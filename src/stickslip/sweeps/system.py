@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.protocol import clip_to_domain
+from stickslip.analysis.maps.protocol import clip_to_domain
 from stickslip.sweeps.seeds import spread_starts
 
 if TYPE_CHECKING:

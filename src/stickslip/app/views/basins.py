@@ -11,7 +11,7 @@ from stickslip.study.maps import attractors
 from stickslip.study.maps import basins as divided
 
 if TYPE_CHECKING:
-    from stickslip.analysis.attractor import Attractor
+    from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.app import requests
 
 __all__ = ["basins"]

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from stickslip.analysis.arguments import checked_range
+from stickslip.analysis.maps.arguments import checked_range
 from stickslip.app.ranges import refuse_far
 from stickslip.app.requests import BadRequestError, is_ours, model_of
 from stickslip.app.watched import WatchedMap, watched_map
 from stickslip.mechanics.model.two_block import TwoBlock
 
 if TYPE_CHECKING:
-    from stickslip.analysis.protocol import MapFamily
+    from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.app.requests import Diagram, Request
 
 __all__ = ["map_of", "naming", "range_of", "two_blocks"]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.window import windowed
+from stickslip.analysis.maps.window import windowed
 from stickslip.app.answers import Part
 from stickslip.app.jobs import checkpoint, progress_between
 from stickslip.app.views.common import map_of, naming, range_of
@@ -18,9 +18,9 @@ from stickslip.study.maps import periodic_orbits
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.bifurcation import Bifurcation
-    from stickslip.analysis.diagram import Diagram
-    from stickslip.analysis.protocol import MapFamily
+    from stickslip.analysis.bifurcations.bifurcation import Bifurcation
+    from stickslip.analysis.diagrams.diagram import Diagram
+    from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.app import requests
 
     Floats = NDArray[np.float64]

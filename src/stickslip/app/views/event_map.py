@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import status
-from stickslip.analysis.one_d.table import branch_table
-from stickslip.analysis.window import windowed
+from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.maps.window import windowed
 from stickslip.app.answers import Part
 from stickslip.app.views.common import map_of, naming
 from stickslip.app.views.followed import Known
@@ -18,10 +18,10 @@ from stickslip.study.maps import branches, periodic_orbits
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.one_d.breakpoints import Breakpoint
-    from stickslip.analysis.one_d.table import Branch, BranchTable
-    from stickslip.analysis.orbits import PeriodicOrbit
-    from stickslip.analysis.protocol import Map1D
+    from stickslip.analysis.branches.breakpoints import Breakpoint
+    from stickslip.analysis.branches.table import Branch, BranchTable
+    from stickslip.analysis.maps.protocol import Map1D
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.app import requests
     from stickslip.app.watched import WatchedMap
     from stickslip.mechanics.model.two_block import TwoBlock

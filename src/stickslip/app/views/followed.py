@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.protocol import domain_width, sample
-from stickslip.analysis.shooting import polish
+from stickslip.analysis.maps.protocol import domain_width, sample
+from stickslip.analysis.orbits.shooting import polish
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.orbits import PeriodicOrbit
-    from stickslip.analysis.protocol import Map1D
+    from stickslip.analysis.maps.protocol import Map1D
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.mechanics.model.two_block import TwoBlock
 
     Floats = NDArray[np.float64]

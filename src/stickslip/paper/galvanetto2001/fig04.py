@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from stickslip.analysis.diagram import BreakLine, Diagram, OrbitCurve
+    from stickslip.analysis.diagrams.diagram import BreakLine, Diagram, OrbitCurve
     from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Steady motions of the Coulomb system over the driving velocity"

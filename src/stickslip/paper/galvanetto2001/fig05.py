@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from stickslip.analysis.orbits import PeriodicOrbit
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Event map of the Coulomb system"

@@ -14,7 +14,7 @@ from stickslip.study.event_map import event_map
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stickslip.analysis.orbits import PeriodicOrbit
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Event map of the Coulomb system, V = 0.0370"

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from stickslip.analysis.diagram import Diagram, OrbitCurve
+    from stickslip.analysis.diagrams.diagram import Diagram, OrbitCurve
     from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Bifurcation diagram with friction law (9)"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.analysis.window import WindowMap
+from stickslip.analysis.maps.window import WindowMap
 from stickslip.paper.galvanetto2001.orbits import WINDOW, cusp_of
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from stickslip.analysis.orbits import PeriodicOrbit
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Second iterated map, alpha = 1.20915"

@@ -18,7 +18,7 @@ from stickslip.study.maps import attractors
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stickslip.analysis.attractors import Attractor
+    from stickslip.analysis.attractors.attractors import Attractor
     from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "First and second iterated map, alpha = 1.211"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from stickslip.analysis.diagram import Diagram, OrbitCurve
+    from stickslip.analysis.diagrams.diagram import Diagram, OrbitCurve
     from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Collision of the chaotic attractor with U1"

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.analysis.window import WindowMap
+from stickslip.analysis.maps.window import WindowMap
 from stickslip.study.event_map import event_map
 from stickslip.study.maps import attractors, breakpoints, periodic_orbits
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.one_d.breakpoints import Breakpoint
-    from stickslip.analysis.orbits import PeriodicOrbit
+    from stickslip.analysis.branches.breakpoints import Breakpoint
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.study.event_map import EventMap
 
 __all__ = [

@@ -1,6 +1,6 @@
 """The numbers that the paper prints, computed: one function per number or family of numbers.
 
-Bifurcations are zeros of conditions on the map (`stickslip.analysis.one_d.conditions`); their
+Bifurcations are zeros of conditions on the map (`analysis.bifurcations.conditions`); their
 brackets come from the paper's figures or text.
 """
 
@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.analysis.one_d.borders import Border
-from stickslip.analysis.one_d.conditions import Collision, Connection, Flip, Fold
-from stickslip.analysis.one_d.locate import solve
+from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
+from stickslip.analysis.bifurcations.conditions.locate import solve
+from stickslip.analysis.branches.along.borders import Border
 from stickslip.paper.galvanetto2001.orbits import (
     coulomb_orbits,
     cusp_of,
@@ -31,9 +31,9 @@ from stickslip.study.event_map import event_map
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from stickslip.analysis.one_d.conditions import Condition
-    from stickslip.analysis.one_d.locate import MapAt
-    from stickslip.analysis.orbits import PeriodicOrbit
+    from stickslip.analysis.bifurcations.conditions.conditions import Condition
+    from stickslip.analysis.bifurcations.conditions.locate import MapAt
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.study.event_map import EventMap
 
 EXACT: Final = 1e-14

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.analysis.one_d.branches import breakpoints
+from stickslip.analysis.branches.branches import breakpoints
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.study.event_map import event_map

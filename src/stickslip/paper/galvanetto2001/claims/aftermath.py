@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.analysis.one_d.outcomes import predicted_at_jump
+from stickslip.analysis.bifurcations.border_collision.outcomes import predicted_at_jump
 from stickslip.paper.claim import Claim, Finding
 from stickslip.paper.galvanetto2001 import printed
 from stickslip.paper.galvanetto2001.claims.side import BESIDE, COLLISION, Side, side
@@ -19,8 +19,8 @@ from stickslip.study.maps import attractors
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.attractors import Attractor, AttractorList
-    from stickslip.analysis.outcome import LocalAttractor, Outcome
+    from stickslip.analysis.attractors.attractors import Attractor, AttractorList
+    from stickslip.analysis.bifurcations.outcome import LocalAttractor, Outcome
 
 FIGURES: Final = (6, 10)
 

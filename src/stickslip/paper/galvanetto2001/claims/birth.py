@@ -17,7 +17,7 @@ from stickslip.study.maps import attractors
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.attractors import Attractor
+    from stickslip.analysis.attractors.attractors import Attractor
 
 FIGURES: Final = (11, 13, 14)
 

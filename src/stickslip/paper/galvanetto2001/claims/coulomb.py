@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.analysis.one_d.basins import Basins, basins
+from stickslip.analysis.attractors.basins import Basins, basins
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.paper.claim import Claim, Finding
 from stickslip.paper.galvanetto2001 import printed
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stickslip.analysis.one_d.breakpoints import Breakpoint
-    from stickslip.analysis.orbits import PeriodicOrbit
+    from stickslip.analysis.branches.breakpoints import Breakpoint
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.paper.values import Value
     from stickslip.study.event_map import EventMap
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.one_d.conditions import Flip
-from stickslip.analysis.one_d.locate import solve_near
-from stickslip.analysis.one_d.normal_forms import flip_coefficient, fold_coefficient
+from stickslip.analysis.bifurcations.conditions.conditions import Flip
+from stickslip.analysis.bifurcations.conditions.locate import solve_near
+from stickslip.analysis.bifurcations.normal_forms import flip_coefficient, fold_coefficient
 from stickslip.paper.claim import Claim, Finding
 from stickslip.paper.galvanetto2001 import printed
 from stickslip.paper.galvanetto2001.orbits import cusp_of, in_window
@@ -20,9 +20,9 @@ from stickslip.study.maps import attractors, breakpoints, periodic_orbits
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.attractors import Attractor
-    from stickslip.analysis.one_d.normal_forms import FoldCoefficient
-    from stickslip.analysis.orbits import PeriodicOrbit
+    from stickslip.analysis.attractors.attractors import Attractor
+    from stickslip.analysis.bifurcations.normal_forms import FoldCoefficient
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 FIGURES: Final = (11, 14, 15)
 

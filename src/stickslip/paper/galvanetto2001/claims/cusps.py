@@ -16,9 +16,9 @@ from stickslip.study.maps import attractors, breakpoints, periodic_orbits
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.attractors import AttractorList
-    from stickslip.analysis.one_d.breakpoints import Breakpoint
-    from stickslip.analysis.orbits import OrbitList
+    from stickslip.analysis.attractors.attractors import AttractorList
+    from stickslip.analysis.branches.breakpoints import Breakpoint
+    from stickslip.analysis.orbits.orbit import OrbitList
     from stickslip.paper.values import Value
 
 FIGURES: Final = (11, 12, 17)

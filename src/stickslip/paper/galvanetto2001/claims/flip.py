@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.one_d.normal_forms import flip_coefficient
+from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
 from stickslip.paper.claim import Claim, Finding
 from stickslip.paper.galvanetto2001 import printed
 from stickslip.paper.galvanetto2001.claims.moment import Moment, moment
@@ -17,7 +17,7 @@ from stickslip.paper.galvanetto2001.orbits import in_window
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.one_d.normal_forms import FlipCoefficient
+    from stickslip.analysis.bifurcations.normal_forms import FlipCoefficient
     from stickslip.paper.values import Value
 
 FIGURES: Final = (11,)

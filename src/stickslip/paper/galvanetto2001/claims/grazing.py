@@ -20,7 +20,7 @@ from stickslip.study.maps import attractors, breakpoints
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.one_d.breakpoints import Breakpoint
+    from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.mechanics.flow.trajectory import Event
     from stickslip.mechanics.model.two_block import TwoBlock
 

@@ -13,7 +13,7 @@ from stickslip.study.maps import periodic_orbits
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.orbits import PeriodicOrbit
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 __all__ = ["Moment", "moment"]
 

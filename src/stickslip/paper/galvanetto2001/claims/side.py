@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.analysis.one_d.basins import Basins, basins
+from stickslip.analysis.attractors.basins import Basins, basins
 from stickslip.paper.galvanetto2001.orbits import from_point_1, jump_of_s4
 from stickslip.study.event_map import event_map
 from stickslip.study.maps import periodic_orbits
@@ -17,7 +17,7 @@ from stickslip.study.maps import periodic_orbits
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.attractors import Attractor
+    from stickslip.analysis.attractors.attractors import Attractor
 
 __all__ = ["BESIDE", "COLLISION", "Side", "side"]
 

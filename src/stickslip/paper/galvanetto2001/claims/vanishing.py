@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.one_d.skew_tent import attractor_of_skew_tent, paired_side
+from stickslip.analysis.bifurcations.border_collision.skew_tent import (
+    attractor_of_skew_tent,
+    paired_side,
+)
 from stickslip.paper.claim import Claim, Finding
 from stickslip.paper.galvanetto2001 import printed
 from stickslip.paper.galvanetto2001.orbits import cusp_of, in_window
@@ -17,9 +20,9 @@ from stickslip.study.maps import periodic_orbits
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.orbits import OrbitList, PeriodicOrbit
-    from stickslip.analysis.outcome import LocalAttractor
-    from stickslip.analysis.window import WindowMap
+    from stickslip.analysis.bifurcations.outcome import LocalAttractor
+    from stickslip.analysis.maps.window import WindowMap
+    from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
     from stickslip.paper.values import Value
 
 FIGURES: Final = (11, 16)

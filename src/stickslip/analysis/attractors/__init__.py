@@ -1,0 +1,1 @@
+"""Attractors, their basins, exponents and densities."""

@@ -1,0 +1,322 @@
+"""Attractors of a family of maps at many parameter values, from a few orbits each.
+
+`attractors` proves what it finds; for thousands of maps that is too slow. Here an attractor is
+handed on from value to value: a cycle by Newton's method, other motions by iterating their last
+point. At every value the images of breaks and turning points are followed, too; in a map of the
+line they lead to the attractors that folds and jumps make. They also tell when an attractor is
+lost: as long as the orbits of all critical points inside a motion stay with it, it is a trap, and
+once one of them escapes, so will the rest, however long that takes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import numpy as np
+
+from stickslip.analysis.attractors.lyapunov import advance
+from stickslip.analysis.attractors.recurrence import confirmed, recurrences
+from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.maps.protocol import Floats, Map1D
+
+__all__ = ["Motion", "Settler"]
+
+Kind: TypeAlias = Literal["periodic", "chaotic", "undecided"]
+
+SHORT_BLOCK: Final = 16  # steps that lead back to an attractor that has changed a little
+FIRST_BLOCKS: Final = (24, 48)  # steps after which orbits of critical points are looked at
+WITH: Final = 16  # last steps of an orbit, most of them inside a motion: it is with that
+SECOND_BLOCK: Final = 256  # ... and the transient of those that were not captured then
+LONG: Final = (1024, 4096)  # steps in which a contracting motion must show its period
+NEAR: Final = 5e-3  # of the domain's width: an orbit this close to a cycle that comes closer ...
+ROUNDS: Final = 6  # ... in each of so many rounds is captured
+RECURRING: Final = 0.02  # of the domain's width: a recurrence this close proposes a period ...
+SETTLED: Final = 1e-6  # ... this close, if slopes speak against it
+CREEPING: Final = 48  # last steps of an orbit, all in one direction: it is still on its way ...
+SHORT_PERIODS: Final = 4  # ... for a period up to this
+SLOPES: Final = 48  # at least, in the mean of log |f'|
+SIGMAS: Final = 3.0  # errors by which the mean of log |f'| must exceed 0 at first
+FLAT: Final = 1e-3  # a smaller mean is none
+LONGEST: Final = 512  # period that is recognised
+TRIES: Final = 6  # periods proposed by an orbit that Newton's method tries
+MOST_MOTIONS: Final = 8  # at one value
+SPARSE: Final = 12.0  # mean gaps between iterates: wider ones are gaps between bands
+MOVING, CYCLE, LEFT = -1, -2, -3  # fates of orbits, beside the number of an attractor found
+BESIDE: Final = 1e-9  # of the domain's width: where a side of a break is evaluated
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Where orbits settle at one parameter value.
+
+    Attributes
+    ----------
+    kind : {"periodic", "chaotic", "undecided"}
+        "chaotic" means a positive mean of log |f'|, without proof.
+    points : ndarray of float, shape (k,)
+        The cycle, or successive iterates.
+    lyapunov : float
+        Mean of log |f'| over the points.
+    """
+
+    kind: Kind
+    points: Floats
+    lyapunov: float
+
+    @property
+    def period(self) -> int:
+        """Of a cycle, else 0."""
+        return len(self.points) if self.kind == "periodic" else 0
+
+    def holds(self, x: Floats) -> NDArray[np.bool_]:
+        """Tell which points lie between iterates that are as close as iterates usually are."""
+        places = np.sort(self.points)
+        gap = SPARSE * (places[-1] - places[0]) / len(places)
+        k = np.searchsorted(places, x)
+        inside = (k > 0) & (k < len(places))
+        k = np.clip(k, 1, len(places) - 1)
+        return np.asarray(inside & (places[k] - places[k - 1] <= gap))
+
+
+@dataclass
+class Settler:
+    """Follows the attractors of a family along ascending parameter values.
+
+    Attributes
+    ----------
+    iterates : int
+        Points kept of a motion that is no cycle.
+    motions : list of Motion
+        At the last value, without the cycles that were given.
+    """
+
+    iterates: int
+    motions: list[Motion] = field(default_factory=list)
+
+    def at(
+        self, f: Map1D, cycles: Sequence[Floats], critical: Floats, spread: Floats
+    ) -> list[Motion]:
+        """Find the attractors of the next map, besides known stable cycles.
+
+        Parameters
+        ----------
+        f : Map1D
+        cycles : sequence of ndarray
+            Points of stable cycles that are known, in their order.
+        critical : ndarray of float
+            Breaks and turning points.
+        spread : ndarray of float
+            Other starting points.
+
+        Returns
+        -------
+        list of Motion
+        """
+        look = _Look(f, self.iterates, list(cycles))
+        look.go_on([motion for motion in self.motions if not look.hand_on(motion)])
+        owner, seeds = _images(f, critical)
+        fates = look.follow(np.concatenate([seeds, spread]))[: len(seeds)]
+        self.motions = [
+            motion
+            for number, motion in enumerate(look.found)
+            if motion.kind == "periodic" or not _leaks(motion, number, critical[owner], fates)
+        ]
+        return self.motions
+
+
+def _images(f: Map1D, critical: Floats) -> tuple[NDArray[np.intp], Floats]:
+    """Values on both sides of critical points, once where they agree, and whose they are."""
+    step = BESIDE * domain_width(f)
+    sides = np.concatenate([critical - step, critical + step])
+    owner = np.tile(np.arange(len(critical)), 2)
+    value = sample(f, sides).value
+    same = np.abs(value[len(critical) :] - value[: len(critical)]) <= 1e3 * step
+    keep = np.isfinite(value) & ~np.concatenate([np.zeros(len(critical), dtype=bool), same])
+    return owner[keep], value[keep]
+
+
+def _leaks(motion: Motion, number: int, critical: Floats, fates: NDArray[np.intp]) -> bool:
+    """Tell whether the orbit of a critical point inside a motion has ended elsewhere."""
+    inside = motion.holds(critical)
+    return bool(np.any(inside & (fates != number) & (fates != MOVING)))
+
+
+def _creeps(tail: Floats) -> bool:
+    """Tell whether every p-th point of an orbit's end moves on in one direction, for a small p.
+
+    So does a slow passage past a weakly unstable cycle, where slopes look like chaos.
+    """
+    end = tail[-CREEPING:]
+    for p in range(1, SHORT_PERIODS + 1):
+        forward = end[p:] > end[:-p]
+        classes = [forward[k::p] for k in range(p)]
+        if all(one.all() or not one.any() for one in classes):
+            return True
+    return False
+
+
+class _Look:
+    """The search for attractors of one map."""
+
+    def __init__(self, f: Map1D, iterates: int, cycles: list[Floats]) -> None:
+        self.f, self.iterates, self.cycles = f, iterates, cycles
+        self.width = domain_width(f)
+        self.found: list[Motion] = []
+
+    def hand_on(self, motion: Motion) -> bool:
+        """Find a cycle of the last map in this one; False if it must be iterated."""
+        return motion.kind == "periodic" and self._add_cycle(motion.points, RECURRING)
+
+    def go_on(self, motions: Sequence[Motion]) -> None:
+        """Identify what became of other attractors of the last map."""
+        for motion in motions:
+            tail = advance(self.f, motion.points[-1:], SHORT_BLOCK)
+            if np.isfinite(tail[0, -1]):
+                self._identify(tail, self.iterates, was_chaotic=motion.kind == "chaotic")
+
+    def follow(self, start: Floats) -> NDArray[np.intp]:
+        """Follow orbits until each has left, or is with an attractor; return which."""
+        fates = np.full(len(start), MOVING)
+        moving, tails = np.arange(len(start)), start[:, None]
+        for steps in FIRST_BLOCKS:
+            tails = np.hstack([tails, advance(self.f, tails[:, -1], steps)[:, 1:]])
+            moving, tails = self._drop(moving, tails, fates)
+        while moving.size:
+            moving, tails = self._drop(moving, tails, fates)
+            if moving.size:
+                if len(self.found) == MOST_MOTIONS:
+                    break
+                fate = self._identify(tails[:1], SECOND_BLOCK + self.iterates)
+                same = self._beside_cycles(tails) if fate == CYCLE else np.zeros(len(tails), bool)
+                same[0] = True
+                fates[moving[same]] = fate
+                moving, tails = moving[~same], tails[~same]
+        return fates
+
+    def _beside_cycles(self, tails: Floats) -> NDArray[np.bool_]:
+        """Tell which orbits have lately been close to a known cycle, where some only crawl."""
+        beside = np.zeros(len(tails), dtype=bool)
+        for cycle in (*self.cycles, *(m.points for m in self.found if m.kind == "periodic")):
+            gaps = np.abs(tails[:, -WITH:, None] - cycle).min(axis=2)
+            beside |= gaps.max(axis=1) <= RECURRING * self.width
+        return beside
+
+    def _drop(
+        self, moving: NDArray[np.intp], tails: Floats, fates: NDArray[np.intp]
+    ) -> tuple[NDArray[np.intp], Floats]:
+        """Enter the fates of orbits; return those that are still moving."""
+        fates[moving] = self._fates(tails)
+        rest = fates[moving] == MOVING
+        return moving[rest], tails[rest]
+
+    def _fates(self, tails: Floats) -> NDArray[np.intp]:
+        """Tell which orbits have left, or been captured."""
+        fate = np.full(len(tails), MOVING)
+        fate[~np.isfinite(tails[:, -1])] = LEFT
+        for cycle in self.cycles:
+            fate[(fate == MOVING) & self._captured(tails, cycle)] = CYCLE
+        for number, motion in enumerate(self.found):
+            if motion.kind == "periodic":
+                caught = self._captured(tails, motion.points)
+            else:
+                caught = motion.holds(tails[:, -WITH:]).mean(axis=1) >= 0.5
+            fate[(fate == MOVING) & caught] = number
+        return fate
+
+    def _captured(self, tails: Floats, cycle: Floats) -> NDArray[np.bool_]:
+        """Tell which orbits are near a stable cycle and come closer.
+
+        Orbits that are shorter than a round must have gone along with it for half their way.
+        """
+        p, n = len(cycle), tails.shape[1]
+        gaps = np.abs(tails[:, -1, None] - cycle)
+        nearest = gaps.argmin(axis=1)
+        rounds = min(ROUNDS, (n - 1) // p)
+        with np.errstate(invalid="ignore"):
+            if rounds:
+                before = tails[:, [-1 - j * p for j in range(rounds, -1, -1)]]
+                distance = np.abs(before - cycle[nearest][:, None])
+                closer = np.diff(distance, axis=1) <= 1e-12 * self.width
+                return np.asarray((distance[:, -1] <= NEAR * self.width) & closer.all(axis=1))
+            back = np.arange(n // 2)
+            beside = cycle[(nearest[:, None] - back) % p]
+            return np.asarray((np.abs(tails[:, n - 1 - back] - beside) <= NEAR * self.width).all(1))
+
+    def _identify(self, tail: Floats, steps: int, *, was_chaotic: bool = False) -> int:
+        """Find out where an orbit, shape (1, n), settles; add that if it is new.
+
+        Returns the orbit's fate.
+        """
+        number = len(self.found)
+        for more in (steps, *LONG):
+            tail = np.hstack([tail, advance(self.f, tail[:, -1], more)[:, 1:]])
+            fate = int(self._fates(tail)[0])
+            if fate != MOVING:
+                return fate
+            exponent, error = self._exponent(tail[0, -max(SLOPES, more // 4) :])
+            near = RECURRING if exponent <= 0.0 else SETTLED
+            if self._settled(tail[0], near * self.width):
+                return number if len(self.found) > number else CYCLE
+            least = FLAT if was_chaotic else max(FLAT, SIGMAS * error)
+            if exponent > least and not _creeps(tail[0]):
+                kind: Kind = "chaotic"
+                break
+            if more in LONG and exponent <= FLAT and self._crawls(tail[0]):
+                return CYCLE
+        else:
+            kind = "undecided"
+        self.found.append(Motion(kind, tail[0, -self.iterates :], exponent))
+        return number
+
+    def _crawls(self, tail: Floats) -> bool:
+        """Tell whether an orbit comes closer to a known cycle, if too slowly to settle on it."""
+        quarter = len(tail) // 4
+        for cycle in (*self.cycles, *(m.points for m in self.found if m.kind == "periodic")):
+            early, late = (
+                np.abs(part[:, None] - cycle).min(axis=1).mean()
+                for part in (tail[quarter : 2 * quarter], tail[-quarter:])
+            )
+            if late < min(early, RECURRING * self.width):
+                return True
+        return False
+
+    def _exponent(self, points: Floats) -> tuple[float, float]:
+        """Mean of log |f'| over points in a row, and its error as if they were independent."""
+        with np.errstate(divide="ignore"):
+            logs = np.log(np.abs(values_and_slopes(self.f, points)[1]))
+        return float(logs.mean()), float(logs.std() / np.sqrt(logs.size))
+
+    def _settled(self, tail: Floats, near: float) -> bool:
+        """Look for a stable cycle that the end of an orbit has come close to."""
+        change = recurrences(tail[None, :], LONGEST)[0]
+        proposed = np.flatnonzero(change <= near) + 1
+        # The first periods, and the best: a multiple recurs more closely than the period itself.
+        best = proposed[np.argsort(change[proposed - 1], kind="stable")][:TRIES]
+        for period in sorted({*proposed[:TRIES].tolist(), *best.tolist()}):
+            if self._add_cycle(tail[-period:], RECURRING):
+                return True
+        return False
+
+    def _add_cycle(self, points: Floats, moved: float) -> bool:
+        """Polish a cycle; add it if it is stable and new. False if there is none."""
+        cycle = confirmed(self.f, points, moved)
+        if cycle is None or not cycle.stable:
+            return False
+        known = [*self.cycles, *(m.points for m in self.found if m.kind == "periodic")]
+        if not any(self._same(cycle.points, other) for other in known):
+            with np.errstate(divide="ignore"):
+                exponent = float(np.log(np.abs(cycle.multiplier))) / cycle.period
+            self.found.append(Motion("periodic", cycle.points, exponent))
+        return True
+
+    def _same(self, one: Floats, other: Floats) -> bool:
+        if len(one) != len(other):
+            return False
+        return bool(np.abs(np.sort(one) - np.sort(other)).max() <= 1e-7 * self.width)

@@ -1,0 +1,233 @@
+"""Attractors of a map of the line: found from many seeds, accepted only on evidence.
+
+Seeds are the one-sided values at breakpoints and turning points, which in a map of the line find
+every attractor that folds or jumps make, and dozens of others. What becomes of their orbits is
+decided in `attractor_search`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.attractors.attractor import Attractor, AttractorList
+from stickslip.analysis.attractors.recurrence import confirmed
+from stickslip.analysis.attractors.search import AttractorSearch
+from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.interpolation.interpolated import InterpolatedMap, interpolated_map
+from stickslip.analysis.maps.protocol import checked_points
+from stickslip.analysis.orbits.orbit import PeriodicOrbit
+from stickslip.checks import (
+    MOST_KEPT,
+    MOST_STEPS,
+    flag,
+    instance,
+    random_generator,
+    shown,
+    whole_number,
+)
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from stickslip.analysis.branches.laps import Laps
+    from stickslip.analysis.branches.table import BranchTable
+    from stickslip.analysis.maps.protocol import Floats, Map1D
+
+__all__ = ["Attractor", "AttractorList", "attractors", "attractors_of"]
+
+N_SEEDS: Final = 64
+MAX_PERIOD: Final = 64
+LONGEST: Final = 128  # period that `attractors_of` recognises: costs next to nothing there
+MAX_STEPS: Final = 20_000
+
+
+def attractors(
+    f: Map1D,
+    *,
+    seeds: ArrayLike | None = None,
+    rng: np.random.Generator | int | None = None,
+    n_seeds: int = N_SEEDS,
+    max_period: int = MAX_PERIOD,
+    max_steps: int = MAX_STEPS,
+    known: Iterable[PeriodicOrbit] = (),
+    interpolate: bool = True,
+) -> AttractorList:
+    """Find the attractors of a map of the line.
+
+    Parameters
+    ----------
+    f : map of the line
+        An event map, a `PiecewiseMap`, or anything else that offers `domain` and `evaluate`.
+    seeds : array_like of float, optional
+        Starting points. By default the one-sided values at all breakpoints and turning points
+        and `n_seeds` points spread over the domain, one at random in each of equal cells.
+    rng : Generator or int, optional
+        For the spread seeds; by default a fixed one, so that results repeat.
+    n_seeds : int
+        Spread seeds.
+    max_period : int
+        Longest cycle that is recognised.
+    max_steps : int
+        Steps after which an orbit counts as undecided.
+    known : iterable of PeriodicOrbit
+        Orbits known from elsewhere, as from `periodic_orbits`. The stable ones are attractors
+        even if no seed reaches them.
+    interpolate : bool
+        Whether orbits may be followed on the interpolated table of the map instead of the map
+        itself; see Notes.
+
+    Returns
+    -------
+    AttractorList
+        Coexisting attractors, largest share of seeds first.
+
+    Raises
+    ------
+    ValueError
+        A seed outside the domain, or a count below 1.
+
+    Notes
+    -----
+    *Periodic*: values recur and labels repeat over ten periods, Newton's method starts and ends
+    in the same word and hardly moves, the period is minimal and the multiplier lies inside the
+    unit circle by more than 1e-6. *Chaotic*: the exponent exceeds zero by five error bars, a
+    short interval grows into bands that map into themselves to 1e-9 of the domain, and no stable
+    cycle up to `max_period` is found behind the orbit's contracting passages. Everything else is
+    *undecided*, with a reason.
+
+    Orbits are followed on the map's table of branches, interpolated so that values err by less
+    than 1e-9 of their range (`interpolated_map`): a hundredfold gain for a slow map. What they
+    show is confirmed on the map itself: cycles are solved on it, and the edges of chaotic bands
+    are its images and must trap it. The exponent of a chaotic motion is that of the
+    interpolation; its error includes the difference of both maps' slopes along the motion. Where
+    the table cannot be interpolated so well, or the map does not confirm a finding, the whole
+    search is repeated on the map.
+
+    An attractor that no seed reaches stays unseen, unless a stable cycle in `known` points to it.
+    """
+    n_seeds, max_period, max_steps = _checked_counts(n_seeds, max_period, max_steps)
+    fast = flag("interpolate", interpolate)
+    orbits = _orbits("known", known)
+    table = branch_table(f)
+    if seeds is None:
+        spread, start = _seeds(f, table.laps, n_seeds, rng)
+    else:
+        spread = start = np.atleast_1d(checked_points(f.domain, seeds, "seeds")).ravel()
+        if not start.size:
+            raise ValueError(f"seeds = {shown(seeds)} is empty: at least one point is needed.")
+    task = _Task(f, table, start, len(spread), max_period, max_steps, orbits)
+    return task.solved(interpolated_map(table) if fast else None)
+
+
+def attractors_of(
+    f: Map1D,
+    table: BranchTable,
+    orbits: Iterable[PeriodicOrbit] = (),
+    *,
+    n_seeds: int = N_SEEDS,
+    max_period: int = LONGEST,
+    max_steps: int = MAX_STEPS,
+    fast: InterpolatedMap | None = None,
+) -> AttractorList:
+    """Find the attractors of a map whose table is at hand; see `attractors`.
+
+    Parameters
+    ----------
+    f : Map1D
+    table : BranchTable
+        Of `f`.
+    orbits : iterable of PeriodicOrbit
+        Orbits known from elsewhere. The stable ones are attractors even if no seed reaches
+        them.
+    n_seeds, max_period, max_steps
+        As in `attractors`.
+    fast : InterpolatedMap, optional
+        Of `table`; made if it is not given.
+
+    Returns
+    -------
+    AttractorList
+
+    Raises
+    ------
+    ValueError
+        A count is below 1.
+    """
+    n_seeds, max_period, max_steps = _checked_counts(n_seeds, max_period, max_steps)
+    spread, start = _seeds(f, table.laps, n_seeds, None)
+    task = _Task(f, table, start, len(spread), max_period, max_steps, tuple(orbits))
+    return task.solved(interpolated_map(table) if fast is None else fast)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What is searched for attractors, and from where; the first `n_spread` seeds count."""
+
+    f: Map1D
+    table: BranchTable
+    start: Floats
+    n_spread: int
+    max_period: int
+    max_steps: int
+    known: tuple[PeriodicOrbit, ...]
+
+    def solved(self, fast: InterpolatedMap | None) -> AttractorList:
+        """Search on the interpolated table if it is good enough and proves right."""
+        if fast is not None and np.isfinite(fast.error):
+            search, found = self._searched(fast)
+            if not search.doubts:
+                return found
+        return self._searched(self.f)[1]
+
+    def _searched(self, fast: Map1D) -> tuple[AttractorSearch, AttractorList]:
+        search = AttractorSearch(self.f, self.table, self.max_period, self.max_steps, fast)
+        for orbit in self.known:
+            if orbit.stable and (cycle := confirmed(self.f, np.asarray(orbit.points))):
+                search.add_cycle(cycle)
+        search.run(self.start)
+        return search, search.result(self.n_spread)
+
+
+def _checked_counts(n_seeds: int, max_period: int, max_steps: int) -> tuple[int, int, int]:
+    return (
+        whole_number("n_seeds", n_seeds, at_most=MOST_KEPT),
+        whole_number("max_period", max_period, at_most=MOST_KEPT),
+        whole_number("max_steps", max_steps, at_most=MOST_STEPS),
+    )
+
+
+def _orbits(name: str, orbits: Iterable[PeriodicOrbit]) -> tuple[PeriodicOrbit, ...]:
+    known = "a list of orbits, as from ss.periodic_orbits(f)"
+    try:
+        listed = tuple(orbits)
+    except TypeError as reason:
+        raise ValueError(f"{name} = {shown(orbits)} is not {known}.") from reason
+    return tuple(
+        instance(f"{name}[{i}]", orbit, PeriodicOrbit, "an orbit, as from ss.periodic_orbits(f)")
+        for i, orbit in enumerate(listed)
+    )
+
+
+def _seeds(
+    f: Map1D, laps: Laps, n_seeds: int, rng: np.random.Generator | int | None
+) -> tuple[Floats, Floats]:
+    """Points spread over the domain; the same and the one-sided values at all ends of laps."""
+    spread = _spread(f, n_seeds, rng)
+    ends = np.concatenate([laps.value_left, laps.value_right])
+    return spread, np.concatenate([spread, _inside_domain(f, np.unique(ends))])
+
+
+def _spread(f: Map1D, n: int, rng: np.random.Generator | int | None) -> Floats:
+    """One random point in each of n equal cells: even cover without landing on special points."""
+    generator = random_generator("rng", 0 if rng is None else rng)
+    low, high = f.domain
+    return np.asarray(low + (high - low) * (np.arange(n) + generator.random(n)) / n)
+
+
+def _inside_domain(f: Map1D, x: Floats) -> Floats:
+    low, high = f.domain
+    return x[np.isfinite(x) & (x >= low) & (x <= high)]

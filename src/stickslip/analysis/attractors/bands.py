@@ -1,0 +1,238 @@
+"""Images of intervals under a piecewise-monotone map, and the bands of chaotic attractors.
+
+A map of the line is monotone on each of its *laps*, so the image of an interval is known exactly
+from the map's values at the interval's ends and at the ends of laps inside it. A short interval
+inside a chaotic attractor grows under the map until it fills the attractor's bands. That gives
+
+* the edges: images of breakpoints and turning points, hence good to rounding, where the extremes
+  of a long orbit are approached slowly and only from inside;
+* how many bands the attractor visits in turn (its period);
+* a trapping region: the union of the bands is mapped into itself, so no orbit can leave it. A
+  long chaotic transient fails here: its interval grows across a basin boundary or into a gap.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.attractors.lyapunov import advance
+from stickslip.analysis.maps.protocol import domain_width, values_and_slopes
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.branches.laps import Laps
+    from stickslip.analysis.maps.protocol import Floats, Map1D
+
+SAME: Final = 1e-12  # of the domain's width: intervals closer than this touch, edges agree
+APART: Final = 1e-9  # ...: bands closer than this are one; a stand-in of a map knows no better
+EXPLAINED: Final = 1e-9  # ...: how well an image must meet an edge
+MAX_STEPS: Final = 2000
+MAX_INTERVALS: Final = 2048
+MAX_PERIOD: Final = 128
+MIN_IMAGES: Final = 64  # of breakpoints and turning points that are tried on each edge
+UNEXPLAINED: Final = "not an early image of a breakpoint or turning point"
+
+
+@dataclass(frozen=True)
+class Bands:
+    """The set that a short interval grows into.
+
+    Attributes
+    ----------
+    intervals : ndarray (k, 2)
+        Disjoint bands from left to right.
+    period : int
+        Number of sets of bands that are visited in turn; 0 if the growth did not end.
+    residual : float
+        Largest distance between an edge of the bands and the nearest edge of their image.
+    causes : tuple of str
+        For each edge, in the order of ``intervals.ravel()``, what it is an image of.
+    reason : str
+        Empty for a trapping region, else why there is none.
+    sources : tuple of (float, int, int)
+        For each edge the end of a lap, the side it is approached from (-1 left, 1 right) and
+        the number of maps after which its image is the edge, 0 if none is known.
+    """
+
+    intervals: Floats
+    period: int
+    residual: float
+    causes: tuple[str, ...]
+    reason: str = ""
+    sources: tuple[tuple[float, int, int], ...] = ()
+
+    def contain(self, x: Floats, slack: float = 0.0) -> NDArray[np.bool_]:
+        """Tell which points lie in a band, with `slack` on both sides."""
+        return inside(self.intervals, x, slack)
+
+
+def inside(intervals: Floats, x: Floats, slack: float = 0.0) -> NDArray[np.bool_]:
+    """Tell which points lie in one of the sorted disjoint intervals (k, 2)."""
+    if len(intervals) == 0:
+        return np.zeros(np.shape(x), dtype=np.bool_)
+    k = np.clip(np.searchsorted(intervals[:, 0] - slack, x, side="right") - 1, 0, None)
+    return np.asarray((x >= intervals[k, 0] - slack) & (x <= intervals[k, 1] + slack))
+
+
+def merged(intervals: Floats, slack: float) -> Floats:
+    """Sort intervals and join those that overlap or come closer than `slack`."""
+    rows = intervals[np.argsort(intervals[:, 0], kind="stable")]
+    reach = np.maximum.accumulate(rows[:, 1])
+    starts = np.flatnonzero(np.concatenate([[True], rows[1:, 0] > reach[:-1] + slack]))
+    ends = np.concatenate([starts[1:] - 1, [len(rows) - 1]])
+    return np.column_stack([rows[starts, 0], reach[ends]])
+
+
+def image(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> tuple[Floats, bool]:
+    """Map a union of intervals forward; tell also whether part of it has no image.
+
+    Parts narrower than `slack` are dropped: they are one point of contact with a lap.
+    """
+    which, lap = np.nonzero(
+        (np.minimum(intervals[:, 1:], laps.right) - np.maximum(intervals[:, :1], laps.left)) > slack
+    )
+    low = np.maximum(intervals[which, 0], laps.left[lap])
+    high = np.minimum(intervals[which, 1], laps.right[lap])
+    at_low, at_high = laps.value_left[lap].copy(), laps.value_right[lap].copy()
+    inner_low, inner_high = low > laps.left[lap], high < laps.right[lap]
+    inner = np.concatenate([low[inner_low], high[inner_high]])
+    if inner.size:
+        values, _ = values_and_slopes(f, inner)
+        at_low[inner_low] = values[: inner_low.sum()]
+        at_high[inner_high] = values[inner_low.sum() :]
+    covered = np.bincount(which, weights=high - low, minlength=len(intervals))
+    lost = bool(np.any(intervals[:, 1] - intervals[:, 0] - covered > slack * (1 + len(laps))))
+    ends = np.column_stack([np.minimum(at_low, at_high), np.maximum(at_low, at_high)])
+    known = np.all(np.isfinite(ends), axis=1)
+    if not known.all():  # a hole that the search for branches did not see
+        lost, ends = True, ends[known]
+    return (merged(ends, slack) if len(ends) else ends), lost
+
+
+def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
+    """Map a short interval forward until its images repeat, and return the bands they fill."""
+    slack = SAME * domain_width(f)
+    current = np.array([interval], dtype=np.float64)
+    past: deque[Floats] = deque(maxlen=MAX_PERIOD)
+    reason = f"an interval of the orbit was still growing after {MAX_STEPS} steps"
+    for _ in range(MAX_STEPS):
+        past.appendleft(current)
+        current, lost = image(f, laps, current, slack)
+        if lost or len(current) == 0:
+            reason = "the images of an interval around the orbit reach a gap"
+            break
+        if len(current) > MAX_INTERVALS:
+            reason = f"more than {MAX_INTERVALS} bands"
+            break
+        if period := _repeats(current, past, slack):
+            union = merged(np.concatenate(list(past)[:period]), APART * domain_width(f))
+            return _finish(f, laps, union, period, slack)
+    return Bands(current, 0, np.inf, (), reason)
+
+
+def _repeats(current: Floats, past: deque[Floats], slack: float) -> int:
+    for period, older in enumerate(past, start=1):
+        # One number tells most sets apart at little cost.
+        if older.shape != current.shape or abs(older[0, 0] - current[0, 0]) > slack:
+            continue
+        if np.all(np.abs(older - current) <= slack):
+            return period
+    return 0
+
+
+def _finish(f: Map1D, laps: Laps, union: Floats, period: int, slack: float) -> Bands:
+    intervals, sources = _explain(f, laps, union, max(MIN_IMAGES, 2 * period))
+    return _described(f, laps, intervals, sources, period, slack)
+
+
+def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:
+    """Take bands that were found on a stand-in of a map over to the map itself.
+
+    Parameters
+    ----------
+    f : Map1D
+    laps : Laps
+        Of `f`.
+    bands : Bands
+        Of a map that is almost `f`.
+
+    Returns
+    -------
+    Bands
+        Edges are images under `f` of the same ends of laps; the residual is that of `f`. An
+        edge without such a source stays where it is.
+    """
+    edges = bands.intervals.ravel().copy()
+    for i, (x, side, order) in enumerate(bands.sources):
+        if order:
+            value = _one_sided(laps, x, side)
+            edges[i] = advance(f, np.array([value]), order - 1)[0, -1]
+    intervals = edges.reshape(-1, 2)
+    if not np.all(np.isfinite(edges)) or np.any(np.diff(edges) < 0):
+        return replace(bands, reason="edges of the bands do not keep their order")
+    slack = SAME * domain_width(f)
+    return _described(f, laps, intervals, bands.sources, bands.period, slack)
+
+
+def _one_sided(laps: Laps, x: float, side: int) -> float:
+    if side > 0:
+        return float(laps.value_left[np.searchsorted(laps.left, x)])
+    return float(laps.value_right[np.searchsorted(laps.right, x)])
+
+
+def _described(
+    f: Map1D,
+    laps: Laps,
+    intervals: Floats,
+    sources: tuple[tuple[float, int, int], ...],
+    period: int,
+    slack: float,
+) -> Bands:
+    again, lost = image(f, laps, intervals, slack)
+    if not len(again):
+        return Bands(intervals, period, np.inf, (), "the bands are narrower than can be told")
+    again = merged(again, APART * domain_width(f))
+    distance = np.abs(again.ravel()[:, None] - intervals.ravel())
+    residual = float(max(distance.min(axis=0).max(), distance.min(axis=1).max()))
+    causes = tuple(
+        f"image {order} of {x:.10g}" if order else UNEXPLAINED for x, _, order in sources
+    )
+    reason = "part of the bands has no image" if lost else ""
+    return Bands(intervals, period, residual, causes, reason, sources)
+
+
+def _explain(
+    f: Map1D, laps: Laps, bands: Floats, n_images: int
+) -> tuple[Floats, tuple[tuple[float, int, int], ...]]:
+    """Replace each edge by the earliest image of a lap's end that meets it."""
+    width = domain_width(f)
+    ends, values = np.append(laps.left, laps.right), np.append(laps.value_left, laps.value_right)
+    sides = np.repeat([1, -1], len(laps))
+    within = inside(bands, ends, SAME * width) & np.isfinite(values)
+    ends, values, sides = ends[within], values[within], sides[within]
+    edges = bands.ravel().copy()
+    nothing = (float("nan"), 0, 0)
+    if ends.size == 0:
+        return bands, (nothing,) * edges.size
+    images = advance(f, values, n_images - 1)
+    with np.errstate(invalid="ignore"):
+        close = np.abs(images[:, None, :] - edges[:, None]) <= EXPLAINED * width
+    # A break or turning point says more than an end of the domain.
+    own = (ends > f.domain[0]) & (ends < f.domain[1])
+    sources = []
+    for i in range(edges.size):
+        near = close[:, i] & own[:, None]
+        near = near if near.any() else close[:, i]
+        if not near.any():
+            sources.append(nothing)
+            continue
+        order = int(np.flatnonzero(near.any(axis=0))[0])
+        source = int(np.flatnonzero(near[:, order])[0])
+        edges[i] = images[source, order]
+        sources.append((float(ends[source]), int(sides[source]), order + 1))
+    return edges.reshape(-1, 2), tuple(sources)

@@ -1,0 +1,278 @@
+"""Pieces of a domain, decided and undecided, refined by comparing each with its image.
+
+Every undecided piece lies inside one monotone lap, so its image is known from its ends. Cutting
+it at the preimages of the edges that the image crosses gives parts that share the fate of known
+pieces. An edge made in this way remembers which first edge it is a preimage of, and of what order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from stickslip.analysis.attractors.bands import image, inside, merged
+from stickslip.analysis.attractors.lyapunov import advance
+from stickslip.analysis.attractors.recurrence import capture_radius, confirmed
+from stickslip.analysis.maps.protocol import domain_width, values_and_slopes
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.attractors.attractors import Attractor
+    from stickslip.analysis.attractors.recurrence import Cycle
+    from stickslip.analysis.branches.laps import Laps
+    from stickslip.analysis.maps.protocol import Floats, Map1D
+
+    Integers = NDArray[np.int64]
+
+UNDECIDED: Final = -1
+LEFT: Final = -2
+EXACT: Final = 1e-13  # of the domain's width: edges closer than this are one
+GROWTHS: Final = 16  # radii that a trap is widened to, each half of the one before
+MAX_STEPS: Final = 256  # on the way into a trap
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Consecutive pieces of a domain, from left to right.
+
+    The map's values at the ends of pieces, one-sided, are kept: a cut is the preimage of a known
+    value, so that no value is computed twice.
+
+    Attributes
+    ----------
+    edges : ndarray (n + 1,)
+    index : ndarray (n,)
+        Place of the attractor, or `UNDECIDED`, or `LEFT`.
+    lap : ndarray (n,)
+        Number of the lap that holds an undecided piece.
+    value_left, value_right : ndarray (n,)
+        Limits of the map at the ends, from inside.
+    source, order : ndarray (n + 1,)
+        For each edge, which of the first edges it is a preimage of, and how many steps away.
+    """
+
+    edges: Floats
+    index: Integers
+    lap: Integers
+    value_left: Floats
+    value_right: Floats
+    source: Integers
+    order: Integers
+
+    def count_undecided(self) -> int:
+        """Return the number of undecided pieces."""
+        return int(np.sum(self.index == UNDECIDED))
+
+    def same_as(self, other: Pieces) -> bool:
+        """Tell whether nothing has changed."""
+        return np.array_equal(self.edges, other.edges) and np.array_equal(self.index, other.index)
+
+    def joined(self) -> Pieces:
+        """Join neighbours that know the same; undecided ones only inside one lap."""
+        keep = np.diff(self.edges) > 0
+        index, lap = self.index[keep], self.lap[keep]
+        differs = index[1:] != index[:-1]
+        differs |= (index[1:] == UNDECIDED) & (lap[1:] != lap[:-1])
+        first, last = np.append(True, differs), np.append(differs, True)
+        edges, source, order = (
+            np.append(a[:-1][keep][first], a[-1]) for a in (self.edges, self.source, self.order)
+        )
+        return Pieces(
+            edges,
+            index[first],
+            lap[first],
+            self.value_left[keep][first],
+            self.value_right[keep][last],
+            source,
+            order,
+        )
+
+
+def first_pieces(f: Map1D, table: Laps, known: Sequence[Attractor]) -> Pieces:
+    """Cut the domain at the ends of laps and around the attractors."""
+    traps = [_trap(f, table, attractor) for attractor in known]
+    cuts = np.concatenate([table.left, table.right, *(trap.ravel() for trap in traps)])
+    low, high = f.domain
+    edges = np.unique(np.concatenate([[low, high], cuts[(cuts > low) & (cuts < high)]]))
+    middle = 0.5 * (edges[:-1] + edges[1:])
+    lap = table.locate(middle)
+    index = np.where(lap >= 0, UNDECIDED, LEFT)
+    for k, trap in enumerate(traps):
+        index[inside(trap, middle)] = k
+    at_left, at_right = (_one_sided(f, table, x, lap) for x in (edges[:-1], edges[1:]))
+    number = np.arange(len(edges))
+    # Not joined: the first edges are what `source` counts.
+    return Pieces(edges, index, lap, at_left, at_right, number, np.zeros_like(number))
+
+
+def _one_sided(f: Map1D, table: Laps, x: Floats, lap: Integers) -> Floats:
+    """Values at ends of pieces, from inside where those are ends of laps."""
+    values, _ = values_and_slopes(f, x)
+    held = np.flatnonzero(lap >= 0)
+    for ends, limits in ((table.left, table.value_left), (table.right, table.value_right)):
+        at_end = held[x[held] == ends[lap[held]]]
+        values[at_end] = limits[lap[at_end]]
+    return values
+
+
+def _trap(f: Map1D, table: Laps, attractor: Attractor) -> Floats:
+    """Intervals that belong to the attractor's basin for certain; none for undecided ones."""
+    if attractor.kind == "chaotic":
+        return attractor.bands
+    nothing = np.empty((0, 2))
+    if attractor.kind != "periodic" or attractor.orbit is None:
+        return nothing
+    cycle = confirmed(f, attractor.orbit.points)
+    if cycle is None:
+        return nothing
+    centre, radius = cycle.points[0], 0.5 * capture_radius(f, cycle)
+    low, high = f.domain
+    while radius > EXACT * (high - low):
+        start = np.array([[max(centre - radius, low), min(centre + radius, high)]])
+        images = _images(f, table, start, cycle.period)
+        if images is not None:
+            last = images[-1]
+            if last[0, 0] >= start[0, 0] and last[0, 1] <= start[0, 1]:
+                trap = merged(np.concatenate([start, *images[:-1]]), 0.0)
+                return _grown(f, table, cycle, trap)
+        radius *= 0.5
+    return nothing
+
+
+def _grown(f: Map1D, table: Laps, cycle: Cycle, trap: Floats) -> Floats:
+    """Widen a trap by intervals beside the cycle that are monotonically carried into it.
+
+    An interval from a point of the cycle to an end whose orbit shares every lap with the cycle's
+    is mapped onto the interval between the two orbits, so that the last of these decides.
+    """
+    low, high = f.domain
+    period, lasting = cycle.period, min(max(abs(cycle.multiplier), 0.1), 0.999)
+    passes = np.log(np.diff(trap).min() / (high - low)) / np.log(lasting)
+    steps = period * int(np.ceil(min(passes, MAX_STEPS / period)))
+    reach = np.outer([-1.0, 1.0], 0.5 ** np.arange(1, GROWTHS + 1)).ravel() * (high - low)
+    number = np.repeat(np.arange(period), len(reach))
+    ends = (cycle.points[:, None] + reach).ravel()
+    chosen = (ends > low) & (ends < high)
+    laps = table.locate(cycle.points)
+    chosen &= table.locate(ends) == laps[number]
+    number, ends = number[chosen], ends[chosen]
+    theirs = (number[:, None] + np.arange(steps + 1)) % period
+    orbits = advance(f, ends, steps)
+    together = np.all(table.locate(orbits) == laps[theirs], axis=1)
+    last = np.sort(np.stack([orbits[:, -1], cycle.points[theirs[:, -1]]]), axis=0)
+    part = np.searchsorted(trap[:, 0], last[0], side="right") - 1
+    carried = together & (part >= 0) & (last[1] <= trap[part, 1])
+    pairs = np.sort(np.stack([cycle.points[number], ends], axis=1), axis=1)[carried]
+    return merged(np.concatenate([trap, pairs]), 0.0)
+
+
+def _images(f: Map1D, table: Laps, interval: Floats, n: int) -> list[Floats] | None:
+    """First n images of an interval; None if one falls apart or is lost."""
+    images = []
+    for _ in range(n):
+        interval, lost = image(f, table, interval, 0.0)
+        if lost or len(interval) != 1:
+            return None
+        images.append(interval)
+    return images
+
+
+def refined(f: Map1D, table: Laps, pieces: Pieces, floor: float) -> Pieces | None:
+    """Compare undecided pieces with their images: cut them, and take over what is known.
+
+    Pieces narrower than `floor` are not cut, but follow their image if all of it has one fate.
+    Returns None if there is nothing to do.
+    """
+    # The whole line: what leaves the domain, the pieces, what leaves the domain. What lies left
+    # of an edge has the edge's position, what lies right of the last edge one more.
+    fates = np.concatenate([[LEFT], pieces.index, [LEFT]])
+    todo = np.flatnonzero(pieces.index == UNDECIDED)
+    at_a, at_b = pieces.value_left[todo], pieces.value_right[todo]
+    first, last = _edges_inside(pieces.edges, at_a, at_b, EXACT * domain_width(f))
+    changes = np.concatenate([[0], np.cumsum(fates[1:] != fates[:-1])])
+    uniform = changes[first] == changes[last]
+    wide = np.diff(pieces.edges)[todo] > floor
+    chosen = np.where(uniform, fates[first] != UNDECIDED, wide)
+    if not np.any(chosen):
+        return None
+    last = np.where(uniform, first, last)  # nothing to cut
+    todo, first, last = todo[chosen], first[chosen], last[chosen]
+    at_a, at_b = at_a[chosen], at_b[chosen]
+    falling = at_b < at_a
+
+    # Cuts of each piece from left to right, as positions among the edges that its image crosses.
+    owner, step = _runs(last - first)
+    crossed = np.where(falling[owner], last[owner] - 1 - step, first[owner] + step)
+    target = pieces.edges[crossed]
+    a, b = pieces.edges[todo], pieces.edges[todo + 1]
+    cuts = np.clip(table.inverse(pieces.lap[todo][owner], target), a[owner], b[owner])
+
+    part, step = _runs(last - first + 1)
+    fate = fates[np.where(falling[part], last[part] - step, first[part] + step)]
+    starts, stops = step == 0, step == (last - first)[part]
+    fresh = (
+        _filled(starts, a, cuts),
+        fate,
+        pieces.lap[todo][part],
+        _filled(starts, at_a, target),
+        _filled(stops, at_b, target),
+        _filled(starts, pieces.source[todo], pieces.source[crossed]),
+        _filled(starts, pieces.order[todo], pieces.order[crossed] + 1),
+    )
+    return _with_parts(pieces, todo, fresh)
+
+
+def _filled(chosen: NDArray[np.bool_], these: Any, others: Any) -> Any:
+    """Array with `these` in the chosen places and `others` in the rest, both in order."""
+    result = np.empty(len(chosen), dtype=these.dtype)
+    result[chosen], result[~chosen] = these, others
+    return result
+
+
+def _edges_inside(
+    edges: Floats, at_a: Floats, at_b: Floats, slack: float
+) -> tuple[Integers, Integers]:
+    """Range [first, last) of the edges inside each image, those at its ends not counted."""
+    low, high = np.minimum(at_a, at_b), np.maximum(at_a, at_b)
+    middle = 0.5 * (low + high)
+    first = np.searchsorted(edges, np.minimum(low + slack, middle), side="right")
+    last = np.searchsorted(edges, np.maximum(high - slack, middle), side="left")
+    return first, np.maximum(first, last)
+
+
+def _runs(count: Integers) -> tuple[Integers, Integers]:
+    """Count 0 ... count - 1 for each owner, one after the other: (owner, number)."""
+    owner = np.repeat(np.arange(len(count)), count)
+    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+
+
+def _with_parts(pieces: Pieces, todo: Integers, fresh: tuple[Any, ...]) -> Pieces:
+    """Replace pieces by their parts; columns as in `Pieces`, of edges the left one only."""
+    keep = np.ones(len(pieces.index), dtype=np.bool_)
+    keep[todo] = False
+    old = (
+        pieces.edges[:-1],
+        pieces.index,
+        pieces.lap,
+        pieces.value_left,
+        pieces.value_right,
+        pieces.source[:-1],
+        pieces.order[:-1],
+    )
+    columns = [np.concatenate([o[keep], n]) for o, n in zip(old, fresh, strict=True)]
+    place = np.argsort(columns[0], kind="stable")
+    left, index, lap, value_left, value_right, source, order = (c[place] for c in columns)
+    return Pieces(
+        np.append(left, pieces.edges[-1]),
+        index,
+        lap,
+        value_left,
+        value_right,
+        np.append(source, pieces.source[-1]),
+        np.append(order, pieces.order[-1]),
+    ).joined()

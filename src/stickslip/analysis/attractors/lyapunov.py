@@ -1,0 +1,297 @@
+"""Lyapunov exponents of maps of the line: time averages of log |f'| with an error bar.
+
+The terms of a time average are correlated, sometimes strongly and sometimes negatively, so
+their plain standard error means nothing. The error here comes from *blocking* (Flyvbjerg and
+Petersen, J. Chem. Phys. 91, 461, 1989): neighbours are averaged in pairs again and again until
+what is left is no longer distinguishable from independent numbers; how far to go is decided by
+the automatic test of Jonsson (Phys. Rev. E 98, 043304, 2018).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from scipy import special
+
+from stickslip.analysis.interpolation.cell_table import tabulated
+from stickslip.analysis.maps.protocol import (
+    checked_points,
+    clip_to_domain,
+    domain_width,
+    iterate,
+    values_and_slopes,
+)
+from stickslip.checks import MOST_STEPS, whole_number
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from stickslip.analysis.maps.protocol import Floats, Map1D
+
+CHUNK: Final = 1 << 15  # maps of one orbit between two evaluations of slopes: bounds the memory
+INDEPENDENT: Final = 0.99  # confidence of the test that blocks are no longer correlated
+LONGEST_CYCLE: Final = 512  # settled orbits up to this period are averaged over whole periods
+SETTLED: Final = 1e-12  # of the domain's width: values of a settled orbit recur this closely
+TOGETHER: Final = 16  # orbits from which on one call per step is cheaper than two per orbit
+LONGEST_COLLAPSE: Final = 64  # period of a repelling cycle that rounding may hold an orbit on
+WARM_UP: Final = 512  # shaken steps that lead away from such a cycle
+SHAKE: Final = 1e-14  # of the domain's width: how far points are moved then
+RECURRENCES: Final = 10  # ... and this many times
+MANY: Final = 50_000  # steps from which on a table of the map pays, which takes as long to make
+PAST: Final = 4096  # points of orbits that show where the table is needed
+FEWEST: Final = 16  # ... and steps of each orbit at least
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LyapunovExponent:
+    """Mean of log |f'| along orbits, per step of the map.
+
+    Attributes
+    ----------
+    value : float or ndarray
+        The exponent; shaped like the starting points. NaN where the orbit left the map's
+        domain or fell into a gap, ``-inf`` where it met a turning point exactly.
+    error : float or ndarray
+        Standard error of `value` (one standard deviation), correlations included.
+    n : int
+        Steps that were averaged.
+    """
+
+    value: Any
+    error: Any
+    n: int
+
+    def __float__(self) -> float:
+        """Return the value alone."""
+        return float(self.value)
+
+    def __iter__(self) -> Iterator[Any]:
+        """Unpack as ``value, error``."""
+        return iter((self.value, self.error))
+
+    def __repr__(self) -> str:
+        """Value ± error, one row per starting point."""
+        if np.ndim(self.value) == 0:
+            return f"LyapunovExponent({self.value:.10g} ± {self.error:.2g}, n={self.n})"
+        pairs = zip(self.value.flat, self.error.flat, strict=True)
+        rows = [f"  {value: .10f} ± {error:.2g}" for value, error in pairs]
+        return "\n".join([f"LyapunovExponent, n={self.n}", *rows])
+
+
+def lyapunov_exponent(
+    f: Map1D, d0: ArrayLike, n: int = 100_000, *, transient: int | None = None
+) -> LyapunovExponent:
+    """Estimate the Lyapunov exponent of the orbits that start at `d0`.
+
+    Parameters
+    ----------
+    f : map of the line
+        An event map, a `PiecewiseMap`, or anything else that offers `domain` and `evaluate`.
+    d0 : array_like of float
+        Starting points inside ``f.domain``; one exponent each.
+    n : int
+        Steps to average, after the transient.
+    transient : int, optional
+        Steps to drop first. By default a tenth of `n`, at least 1000.
+
+    Returns
+    -------
+    LyapunovExponent
+        Shaped like `d0`.
+
+    Raises
+    ------
+    ValueError
+        `n` is below 2, `transient` negative, or a starting point outside the domain.
+
+    Notes
+    -----
+    An orbit that has settled on a cycle is averaged over whole periods. For the others the error
+    is a standard deviation found by blocking; it holds if the `n` steps see every part of the
+    attractor, which no finite orbit can prove.
+
+    From 50 000 steps on, a map that knows its margins is followed on a table of polynomials that
+    repeats its values to 1e-14 (docs/theory/many-maps.md).
+    """
+    n = whole_number("n", n, 2, at_most=MOST_STEPS, what="steps of a mean")
+    skip = (
+        max(1000, n // 10)
+        if transient is None
+        else whole_number("transient", transient, 0, at_most=MOST_STEPS)
+    )
+    start = checked_points(f.domain, d0, "d0")
+    values, slopes = trace(f, start.ravel(), n, skip)
+    pairs = [_mean_of_logs(f, v, s) for v, s in zip(values, slopes, strict=True)]
+    mean, error = np.array(pairs, dtype=np.float64).reshape(-1, 2).T
+    if start.ndim == 0:
+        return LyapunovExponent(float(mean[0]), float(error[0]), n)
+    return LyapunovExponent(mean.reshape(start.shape), error.reshape(start.shape), n)
+
+
+def _mean_of_logs(f: Map1D, values: Floats, slopes: Floats) -> tuple[float, float]:
+    """Mean of log |f'| along an orbit, and its error; overwrites the slopes."""
+    if not np.all(np.isfinite(values)):
+        return np.nan, np.nan
+    with np.errstate(divide="ignore"):
+        logs = np.log(np.abs(slopes, out=slopes), out=slopes)
+    if np.any(logs == -np.inf):
+        return -np.inf, 0.0
+    if period := settled_period(values, SETTLED * domain_width(f)):
+        logs = logs[len(logs) % period :]
+    return float(logs.mean()), blocking_error(logs)
+
+
+def settled_period(values: Floats, tolerance: float) -> int:
+    """Smallest period with which the end of an orbit recurs; 0 if there is none.
+
+    The last ``RECURRENCES`` periods must agree to within `tolerance`.
+    """
+    longest = min(LONGEST_CYCLE, (len(values) - 1) // (RECURRENCES + 1))
+    last = values[::-1]
+    near = np.flatnonzero(np.abs(last[1 : longest + 1] - last[0]) <= tolerance) + 1
+    for period in near:
+        head = last[: RECURRENCES * period]
+        if np.all(np.abs(last[period : period + len(head)] - head) <= tolerance):
+            return int(period)
+    return 0
+
+
+def blocking_error(series: Floats) -> float:
+    """Return the standard error of the mean of a correlated series.
+
+    Notes
+    -----
+    Flyvbjerg and Petersen's blocking with Jonsson's choice of the block length. The series is
+    first cut into a power of two of short blocks (8 to 15 terms where there are enough), which
+    loses less than an eighth of it; the value of the mean is not touched by that.
+    """
+    if len(series) < 2:
+        return float(np.inf)
+    x = _first_blocks(series)
+    levels = len(x).bit_length() - 1
+    if levels == 0:
+        return float(np.inf)
+    variance, score = np.zeros(levels), np.zeros(levels)
+    for level in range(levels):
+        centred = x - x.mean()
+        variance[level] = np.mean(centred**2)
+        if variance[level] <= (1e-15 * np.max(np.abs(x), initial=0.0)) ** 2:
+            return 0.0  # blocks that cover whole periods: the mean is exact
+        lag = np.sum(centred[1:] * centred[:-1]) / len(x)
+        score[level] = len(x) * ((len(x) - 1) * variance[level] / len(x) ** 2 + lag) ** 2
+        score[level] /= variance[level] ** 2
+        x = 0.5 * (x[::2] + x[1::2])
+    total = np.cumsum(score[::-1])[::-1]
+    limits = special.chdtri(np.arange(levels, 0, -1), 1.0 - INDEPENDENT)
+    passed = np.flatnonzero(total < limits)
+    # No level passes: correlations outlast the series. Four blocks then say least wrongly.
+    level = int(passed[0]) if passed.size else max(levels - 2, 0)
+    blocks = 2 ** (levels - level)
+    return float(np.sqrt(variance[level] / (blocks - 1)))
+
+
+def _first_blocks(series: Floats) -> Floats:
+    """Average short blocks so that their number is a power of two."""
+    block = 8 if len(series) >= 512 else 1
+    count = 1 << ((len(series) // block).bit_length() - 1)
+    length = len(series) // count
+    return np.asarray(series[-count * length :].reshape(count, length).mean(axis=1))
+
+
+def trace(f: Map1D, x: Floats, n: int, skip: int = 0) -> tuple[Floats, Floats]:
+    """Follow orbits for `skip` steps, then `n`: points left behind and slopes there, (m, n).
+
+    Floats have few bits: under x -> 2 x mod 1 every orbit ends on 0 after 53 steps. An orbit that
+    ends on a repelling cycle on which it did not start is therefore followed once more, moved by
+    a few roundings every now and then.
+    """
+    values, slopes = np.empty((len(x), n)), np.empty((len(x), n))
+    f = _for_long_orbits(f, x, len(x) * (skip + n))
+    on_cycle = np.any(advance(f, x, LONGEST_COLLAPSE)[:, 1:] == x[:, None], axis=1)
+    rng, start = np.random.default_rng(0), x
+    x, done = advance(f, x, skip)[:, -1], 0
+    while done < n:
+        step = min(CHUNK, n - done)
+        piece, slope = _stretch(f, x, step)
+        stuck = _held_by_rounding(piece[:, :-1], slope) & ~on_cycle
+        if np.any(stuck):
+            again = _shaken_orbit(f, start[stuck], skip + WARM_UP, rng)[:, -1]
+            piece[stuck] = _shaken_orbit(f, again, step, rng)
+            slope[stuck] = values_and_slopes(f, piece[stuck, :-1])[1]
+        values[:, done : done + step], slopes[:, done : done + step] = piece[:, :-1], slope
+        x, done = piece[:, -1], done + step
+        start = x
+    return values, slopes
+
+
+def _for_long_orbits(f: Map1D, x: Floats, steps: int) -> Map1D:
+    """Return the table of a map where it pays, else the map."""
+    if steps < MANY or hasattr(f, "iterate_with_slopes"):
+        return f
+    past = advance(f, x, max(FEWEST, PAST // len(x)))
+    return tabulated(f, past[:, 1:]) or f
+
+
+def _stretch(f: Map1D, x: Floats, n: int) -> tuple[Floats, Floats]:
+    """Points (m, n + 1) and slopes (m, n) along orbits.
+
+    Many orbits are evaluated together, step by step, for value and slope at once; a few are
+    iterated first, which saves the overhead of calls and costs each map twice. A map that
+    iterates values and slopes by itself does.
+    """
+    native = getattr(f, "iterate_with_slopes", None)
+    if native is not None and np.all(clip_to_domain(f.domain, x)[1]):
+        values, slopes = native(x, n)
+        return values, slopes
+    if len(x) < TOGETHER:
+        piece = advance(f, x, n)
+        return piece, values_and_slopes(f, piece[:, :-1])[1]
+    piece, slope = np.empty((len(x), n + 1)), np.empty((len(x), n))
+    piece[:, 0] = x
+    for k in range(n):
+        piece[:, k + 1], slope[:, k] = values_and_slopes(f, piece[:, k])
+    return piece, slope
+
+
+def _held_by_rounding(values: Floats, slopes: Floats) -> NDArray[np.bool_]:
+    """Tell which orbits end on a cycle that repels."""
+    stuck = np.zeros(len(values), dtype=np.bool_)
+    recent = values[:, -1 - LONGEST_COLLAPSE : -1]
+    hits = recent == values[:, -1:]
+    for row in np.flatnonzero(hits.any(axis=1)):
+        period = recent.shape[1] - int(np.flatnonzero(hits[row])[-1])
+        stuck[row] = np.prod(np.abs(slopes[row, -period:])) > 1
+    return stuck
+
+
+def _shaken_orbit(f: Map1D, x: Floats, n: int, rng: np.random.Generator) -> Floats:
+    """Iterate, moving the points by a few roundings each time, so that their bits last."""
+    orbit = np.empty((len(x), n + 1))
+    orbit[:, 0] = x
+    for k in range(n):
+        orbit[:, k + 1] = advance(f, shaken(f, orbit[:, k], rng), 1)[:, -1]
+    return orbit
+
+
+def shaken(f: Map1D, x: Floats, rng: np.random.Generator) -> Floats:
+    """Move points by a few roundings at random, inside the domain."""
+    low, high = f.domain
+    moved = x + SHAKE * (high - low) * rng.uniform(-1, 1, len(x))
+    return np.clip(np.where((moved < low) | (moved > high), 2 * x - moved, moved), low, high)
+
+
+def advance(f: Map1D, x: Floats, n: int) -> Floats:
+    """Iterate points `n` times: shape (m, n + 1), NaN from where an orbit is undefined on.
+
+    A map's own ``iterate`` (compiled) is preferred; starting points may be NaN.
+    """
+    orbit = np.full((len(x), n + 1), np.nan)
+    alive = np.flatnonzero(clip_to_domain(f.domain, x)[1])
+    if alive.size:
+        native = getattr(f, "iterate", None)
+        orbit[alive] = native(x[alive], n) if native is not None else iterate(f, x[alive], n)
+    return orbit

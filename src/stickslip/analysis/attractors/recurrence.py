@@ -1,0 +1,314 @@
+"""Periodic orbits that other orbits settle on: recurrence of values, then Newton, then stability.
+
+Recurring labels prove nothing: doubled orbits and slow passages near a fold keep the itinerary.
+Nor do recurring values: a passage recurs as closely as it is slow. So values that recur only
+propose a period. Newton's method, applied to all points of the orbit at once, decides: it must
+start and end in the same word of labels and hardly move.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.attractors.lyapunov import advance
+from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.maps.protocol import domain_width, sample
+from stickslip.analysis.orbits.bundles import OrbitBundle, polish_orbits
+from stickslip.analysis.orbits.cyclic import successors
+from stickslip.analysis.orbits.orbit import PeriodicOrbit
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stickslip.analysis.branches.table import BranchTable
+    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
+
+REPEATS: Final = 10  # periods over which values and labels must recur
+FEW: Final = 4  # starts that are not worth a look at all of them together
+HIDDEN: Final = 0.05  # of the domain's width: likewise where a passage only comes near a cycle
+MOVED: Final = 1e-3  # of the domain's width: Newton may not move a settled orbit further
+NEUTRAL: Final = 1e-5  # multipliers this close to the unit circle decide nothing
+SAME_POINT: Final = 1e-7  # of the domain's width: points of one orbit closer than this coincide
+SEARCHED: Final = 1 << 15  # points of orbits that are searched for hidden cycles
+NEWTON_STEPS: Final = 30
+LEASH: Final = 4.0  # times what a cycle may have moved: steps on the way to it stay within
+ROUNDING: Final = 64 * np.finfo(np.float64).eps
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """A periodic orbit that Newton's method confirmed.
+
+    Attributes
+    ----------
+    points : ndarray (p,)
+        In the order of visits.
+    multiplier : float
+        Slope of f^p along the orbit.
+    labels : ndarray (p,)
+        Label of the map at each point.
+    residual : float
+        Largest ``|f(x_i) - x_(i+1)|``.
+    """
+
+    points: Floats
+    multiplier: float
+    labels: Labels
+    residual: float
+
+    @property
+    def period(self) -> int:
+        """Number of points."""
+        return len(self.points)
+
+    @property
+    def stable(self) -> bool:
+        """Whether the multiplier lies inside the unit circle by more than its uncertainty."""
+        return abs(self.multiplier) < 1 - NEUTRAL
+
+    @property
+    def neutral(self) -> bool:
+        """Whether the multiplier is too close to the unit circle to decide."""
+        return abs(abs(self.multiplier) - 1) <= NEUTRAL
+
+    def matches(self, other: Cycle, tolerance: float) -> bool:
+        """Tell whether two cycles are the same orbit, whatever point they start from."""
+        if self.period != other.period:
+            return False
+        gap = np.abs(np.sort(self.points) - np.sort(other.points))
+        return bool(np.all(gap <= tolerance))
+
+
+def as_orbit(f: Map1D, cycle: Cycle, table: BranchTable | None = None) -> PeriodicOrbit:
+    """Turn a confirmed cycle into the public type, the smallest point first.
+
+    The table of `f`, if at hand, is not made again.
+    """
+    start = int(np.argmin(cycle.points))
+    points, labels = np.roll(cycle.points, -start), np.roll(cycle.labels, -start)
+    table = branch_table(f) if table is None else table
+    size = np.max(np.abs(points)) + domain_width(f)
+    # A residual moves the points of a stable orbit by its sum over all further rounds.
+    error = (cycle.residual + 4 * np.finfo(np.float64).eps * size) * cycle.period
+    error /= max(abs(1 - cycle.multiplier), NEUTRAL)
+    return PeriodicOrbit(
+        points=points,
+        period=cycle.period,
+        multiplier=cycle.multiplier,
+        stable=cycle.stable,
+        itinerary=tuple(table.text(int(label)) for label in labels),
+        labels=labels,
+        quality="located",
+        interval=points[:, None] + error * np.array([-1.0, 1.0]),
+        residual=cycle.residual,
+    )
+
+
+def recurrences(tails: Floats, max_period: int) -> Floats:
+    """Largest change of the last ``REPEATS`` periods of each orbit under a shift by p.
+
+    Parameters
+    ----------
+    tails : ndarray (m, n)
+        Ends of orbits.
+    max_period : int
+        Periods 1 ... `max_period` are tried as far as the tails are long enough.
+
+    Returns
+    -------
+    ndarray (m, p)
+        Column p - 1 belongs to period p.
+    """
+    n = tails.shape[1]
+    periods = range(1, min(max_period, (n - 1) // (REPEATS + 1)) + 1)
+    columns = [
+        np.max(np.abs(tails[:, n - REPEATS * p :] - tails[:, n - REPEATS * p - p : -p]), axis=1)
+        for p in periods
+    ]
+    return np.stack(columns, axis=1) if columns else np.empty((len(tails), 0))
+
+
+def settled(f: Map1D, tail: Floats, period: int) -> Cycle | None:
+    """Confirm that the end of an orbit has settled on a cycle of this period (or a divisor).
+
+    Parameters
+    ----------
+    tail : ndarray (n,)
+        End of the orbit, at least ``REPEATS + 1`` periods.
+
+    Returns
+    -------
+    Cycle or None
+        None if labels do not repeat, Newton fails, leaves the word, or moves the orbit.
+    """
+    labels = np.asarray(f.evaluate(tail[-(REPEATS + 1) * period :]).label)
+    if not np.array_equal(labels[period:], labels[:-period]):
+        return None
+    return confirmed(f, tail[-period:])
+
+
+def confirmed(f: Map1D, points: Floats, moved: float = MOVED) -> Cycle | None:
+    """Polish a cycle by Newton's method on all its points at once, and reduce its period.
+
+    Returns None if Newton fails, ends in another word, or moves a point by more than `moved`
+    times the width of the domain.
+    """
+    width = domain_width(f)
+    cycle = _newton(f, points, LEASH * moved * width)
+    if cycle is None or np.max(np.abs(cycle.points - points)) > moved * width:
+        return None
+    for divisor in range(1, cycle.period):
+        if cycle.period % divisor:
+            continue
+        shifted = np.roll(cycle.points, -divisor)
+        if np.all(np.abs(shifted - cycle.points) <= SAME_POINT * width):
+            shorter = _newton(f, cycle.points[:divisor], LEASH * moved * width)
+            if shorter is not None:
+                return shorter
+    return cycle
+
+
+def promising(f: Map1D, starts: Sequence[Floats], moved: float) -> list[int]:
+    """Choose the starts from which `confirmed` may find a cycle that does not repel.
+
+    Newton's method for all of them together shows most to lead away, or to repelling cycles.
+    """
+    if len(starts) < FEW:
+        return list(range(len(starts)))
+    periods = np.array([len(start) for start in starts], dtype=np.intp)
+    points = np.full((len(starts), int(periods.max())), np.nan)
+    for row, start in zip(points, starts, strict=True):
+        row[: len(start)] = start
+    guesses = OrbitBundle(periods, points, points, np.zeros(points.shape, dtype=np.uint64))
+    found = polish_orbits(guesses, f, leash=LEASH * moved * domain_width(f), contraction=1.0)
+    multipliers = np.abs(found.bundle.multipliers)
+    repelling = found.converged & ~found.collapsed & (multipliers > 1 + NEUTRAL)
+    return np.flatnonzero(~(found.given_up | np.isnan(multipliers) | repelling)).tolist()
+
+
+def _newton(f: Map1D, start: Floats, leash: float) -> Cycle | None:
+    """Iterate Newton's method until the residual, already at rounding, falls no further.
+
+    Where a point has gone further than the leash, no cycle is close.
+    """
+    low, high = f.domain
+    scale = np.max(np.abs(start)) + (high - low)
+    points, best = start, None
+    first_word = sample(f, start).label
+    for _ in range(NEWTON_STEPS):
+        here = sample(f, points)
+        if not np.all(np.isfinite(here.value) & np.isfinite(here.derivative)):
+            break
+        defect = here.value - successors(points)
+        cycle = Cycle(
+            points, float(np.prod(here.derivative)), here.label, float(np.max(np.abs(defect)))
+        )
+        if best is not None and best.residual <= min(cycle.residual, ROUNDING * scale):
+            break
+        best = cycle
+        if cycle.residual == 0 or cycle.multiplier == 1:
+            break
+        points = points + _cyclic_step(here.derivative, defect)
+        if not np.max(np.abs(points - start)) <= leash:
+            break
+    if best is None or best.residual > ROUNDING * scale:
+        return None
+    return best if np.array_equal(best.labels, first_word) else None
+
+
+def _cyclic_step(slopes: Floats, defect: Floats) -> Floats:
+    """Solve ``dx_(i+1) = slope_i dx_i + defect_i`` around the cycle.
+
+    Start where the product of slopes that follows stays smallest, so that the substitution,
+    which runs forward, damps rounding errors wherever the orbit as a whole does.
+    """
+    with np.errstate(divide="ignore"):
+        climb = np.cumsum(np.log(np.abs(slopes)))
+    climb = np.where(np.isfinite(climb), climb, -np.inf)
+    first = (int(np.argmax(climb)) + 1) % len(slopes)
+    turned = np.roll(slopes, -first)
+    # Plain numbers: single elements of arrays are ten times slower.
+    a, r = turned.tolist(), np.roll(defect, -first).tolist()
+    offset = 0.0
+    for slope, jump in zip(a, r, strict=True):
+        offset = slope * offset + jump
+    step = [float(offset / (1 - np.prod(turned)))]
+    for slope, jump in zip(a[:-1], r[:-1], strict=True):
+        step.append(slope * step[-1] + jump)
+    return np.roll(step, first)
+
+
+def capture_radius(f: Map1D, cycle: Cycle) -> float:
+    """Distance from ``cycle.points[0]`` inside which f^p was seen to contract towards it.
+
+    Eight points on the two sides of a trial radius must all come closer by a fixed share in one
+    period; the radius is halved until they do. It is evidence, not proof.
+    """
+    low, high = f.domain
+    shares = np.array([-1.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6, 1.0])
+    share_left = 0.5 * (1 + max(abs(cycle.multiplier), 0.5))
+    centre, radius = cycle.points[0], 0.02 * (high - low)
+    while radius > 1e-12 * (high - low):
+        trial = np.clip(centre + radius * shares, low, high)
+        last = advance(f, trial, cycle.period)[:, -1]
+        allowed = share_left * np.abs(trial - centre) + ROUNDING * (high - low)
+        if np.all(np.abs(last - centre) <= allowed):
+            return float(radius)
+        radius *= 0.5
+    return 0.0
+
+
+def _smallest(sizes: Floats, n: int) -> list[int]:
+    """Places of the n smallest numbers, in no order."""
+    places = np.arange(sizes.size) if sizes.size <= n else np.argpartition(sizes, n)[:n]
+    return places.tolist()
+
+
+def hidden_cycles(
+    f: Map1D,
+    values: Floats,
+    slopes: Floats,
+    max_period: int,
+    tries: int = 3,
+    multiples_of: int = 1,
+) -> list[Cycle]:
+    """Search the contracting passages of a seemingly chaotic orbit for stable cycles.
+
+    Parameters
+    ----------
+    values, slopes : ndarray (m, n)
+        Orbits and the slopes of the map along them; their ends are searched.
+    max_period : int
+        Periods that are searched.
+    tries : int
+        Newton starts per period: the closest returns among passages of p steps whose slopes
+        multiply to less than 1.
+    multiples_of : int
+        Only such periods are possible: the number of bands that are visited in turn.
+    """
+    last = max(SEARCHED // len(values), REPEATS)
+    values, slopes = values[:, -last:], slopes[:, -last:]
+    with np.errstate(divide="ignore"):
+        climb = np.cumsum(np.log(np.maximum(np.abs(slopes), 1e-300)), axis=1)
+    climb = np.pad(climb, ((0, 0), (1, 0)))
+    width = domain_width(f)
+    found: list[Cycle] = []
+    longest = min(max_period, values.shape[1] - 1)
+    starts: list[Floats] = []
+    for period in range(multiples_of, longest + 1, multiples_of):
+        # Passages of p steps start after a first column of zeros: climb_(i+p) - climb_i.
+        rows, columns = np.nonzero(climb[:, period:-1] < climb[:, : -period - 1])
+        distance = np.abs(values[rows, columns + period] - values[rows, columns])
+        for k in _smallest(distance, tries):
+            row, column = int(rows[k]), int(columns[k])
+            starts.append(values[row, column : column + period])
+    for k in promising(f, starts, HIDDEN):
+        cycle = confirmed(f, starts[k], moved=HIDDEN)
+        if cycle is None or not cycle.stable:
+            continue
+        if not any(cycle.matches(other, SAME_POINT * width) for other in found):
+            found.append(cycle)
+    return found

@@ -1,0 +1,412 @@
+"""The search behind `attractors`: orbits followed until they have left, settled or been explained.
+
+Orbits are followed in blocks of growing length. After each block an orbit may have left the map's
+domain, been captured by a known attractor, or settled on a cycle that Newton's method confirms.
+What is still moving then is examined for chaos:
+
+* its exponent must exceed zero by several error bars;
+* a short interval around it must grow into bands that the map does not leave, so that the
+  motion is no transient;
+* no stable cycle may hide behind its contracting passages.
+
+Whatever meets neither description is reported as undecided, with the reason.
+
+Orbits may be followed on a fast stand-in of the map. Then the stand-in proposes, and the map itself
+decides: cycles are solved again on it, edges of bands are images under it and must trap its
+values, and slopes along a chaotic motion are compared. What it does not confirm is kept in
+`AttractorSearch.doubts`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from stickslip.analysis.attractors.attractor import Attractor, AttractorKind, AttractorList
+from stickslip.analysis.attractors.bands import Bands, grow, on_map
+from stickslip.analysis.attractors.chaos import ChaoticMotion, mean_of_logs, short_interval
+from stickslip.analysis.attractors.lyapunov import LyapunovExponent, advance, shaken, trace
+from stickslip.analysis.attractors.recurrence import (
+    SAME_POINT,
+    Cycle,
+    as_orbit,
+    capture_radius,
+    confirmed,
+    hidden_cycles,
+    promising,
+    recurrences,
+    settled,
+)
+from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from stickslip.analysis.branches.table import BranchTable
+    from stickslip.analysis.maps.protocol import Floats, Map1D
+
+__all__ = ["AttractorSearch"]
+
+FIRST_BLOCK: Final = 256
+GROWTH: Final = 4  # each block of steps is this many times longer than the one before
+SETTLED: Final = 1e-6  # of the domain's width: a recurrence this close proposes a period
+SIGMAS: Final = 5  # error bars by which a chaotic exponent must exceed zero
+TRAPPED: Final = 1e-9  # of the domain's width: how well bands must reproduce themselves
+LOOK: Final = 2048  # steps of one orbit to start an examination from
+CREEPING: Final = 0.02  # of the domain's width: recurrence and way left on a slow approach
+CELLS: Final = 256  # of the domain: undecided orbits that share half of theirs are one
+LAST_PERIODS: Final = 1024  # periods tried on an orbit that nothing else explains
+COMPARED: Final = 64  # points of a chaotic motion at which a stand-in and the map are compared
+STANDS_IN: Final = 1e-6  # of the domain's width: a stand-in may not err more on an attractor
+
+
+class _Known:
+    """An attractor found so far, and how to recognise orbits that it has captured."""
+
+    def __init__(
+        self,
+        attractor: Attractor,
+        cycle: Cycle | None = None,
+        radius: float = 0.0,
+        recurring: float = 0.0,
+    ) -> None:
+        self.attractor, self.cycle = attractor, cycle
+        self.radius, self.recurring = radius, recurring
+
+    def captures(self, tails: Floats) -> Any:
+        if self.attractor.kind == "chaotic":
+            return self.attractor.contains(tails[:, -1])
+        if self.cycle is None:
+            return np.zeros(len(tails), dtype=np.bool_)
+        near = np.abs(tails[:, -self.cycle.period :] - self.cycle.points[0])
+        caught = np.any(near <= self.radius, axis=1)
+        if not self.cycle.stable:
+            # Neutral cycles come in continua; a multiplier of -1 doubles its neighbours.
+            back = tails[:, -1] - tails[:, -1 - 2 * self.cycle.period]
+            caught |= np.abs(back) <= self.recurring
+        return caught
+
+
+class AttractorSearch:
+    """Seeds still moving, and what has been found.
+
+    Parameters
+    ----------
+    f : Map1D
+        The map whose attractors are asked for.
+    table : BranchTable
+        Its branches and laps.
+    max_period : int
+        Longest cycle that is recognised.
+    max_steps : int
+        Steps after which an orbit counts as undecided.
+    fast : Map1D, optional
+        A stand-in on which orbits are followed; the map itself by default.
+
+    Attributes
+    ----------
+    doubts : list of str
+        What the stand-in proposed and the map did not confirm.
+    """
+
+    def __init__(
+        self,
+        f: Map1D,
+        table: BranchTable,
+        max_period: int,
+        max_steps: int,
+        fast: Map1D | None = None,
+    ) -> None:
+        self.f, self.table, self.laps = f, table, table.laps
+        self.fast: Map1D = f if fast is None else fast
+        self.max_period, self.max_steps = max_period, max_steps
+        self.known: list[_Known] = []
+        self.fate: Any = None  # index of the attractor, -1 undecided, -2 left; one per seed
+        self.statuses: dict[int, int] = {}
+        self.doubts: list[str] = []
+        self.rng = np.random.default_rng(0)
+
+    def run(self, start: Floats) -> None:
+        """Follow seeds until each has left, been captured, or used up its steps."""
+        self.fate = np.full(len(start), -1)
+        moving, x = np.arange(len(start)), start
+        done, block, reason = 0, FIRST_BLOCK, ""
+        while moving.size and done < self.max_steps:
+            steps = min(block, self.max_steps - done)
+            tails = advance(self.fast, x, steps)
+            done, block = done + steps, block * GROWTH
+            moving, tails = self._drop_left(moving, tails)
+            moving, tails = self._drop_captured(moving, tails)
+            moving, tails = self._settle(moving, tails)
+            if moving.size:
+                reason = self._examine(float(shaken(self.fast, tails[:1, -1], self.rng)[0]))
+                moving, tails = self._drop_captured(moving, tails)
+            x = shaken(self.fast, tails[:, -1], self.rng) if moving.size else tails[:, -1]
+        if moving.size:
+            self._give_up(moving, tails, reason)
+
+    def _drop_left(self, moving: Any, tails: Floats) -> tuple[Any, Floats]:
+        gone = ~np.isfinite(tails[:, -1])
+        self.fate[moving[gone]] = -2
+        for tail in tails[gone]:
+            code = int(sample(self.fast, tail[np.isfinite(tail)][-1:]).status[0])
+            self.statuses[code] = self.statuses.get(code, 0) + 1
+        return moving[~gone], tails[~gone]
+
+    def _drop_captured(self, moving: Any, tails: Floats) -> tuple[Any, Floats]:
+        for index, item in enumerate(self.known):
+            if not moving.size:
+                break
+            caught = item.captures(tails)
+            self.fate[moving[caught]] = index
+            moving, tails = moving[~caught], tails[~caught]
+        return moving, tails
+
+    def _settle(self, moving: Any, tails: Floats) -> tuple[Any, Floats]:
+        """Confirm cycles that orbits have settled on, one at a time; each captures its likes."""
+        if not moving.size:
+            return moving, tails
+        change = recurrences(tails, self.max_period) <= SETTLED * domain_width(self.f)
+        tried = np.zeros(len(moving), dtype=np.bool_)
+        while np.any(candidates := change.any(axis=1) & ~tried):
+            k = int(np.argmax(candidates))
+            tried[k] = True
+            cycle = settled(self.fast, tails[k], int(np.argmax(change[k])) + 1)
+            cycle = self._accepted(cycle)
+            if cycle is None or not cycle.stable:
+                continue
+            index = self.add_cycle(cycle)
+            caught = self.known[index].captures(tails)
+            caught[k] = True
+            self.fate[moving[caught]] = index
+            keep = ~caught
+            moving, tails = moving[keep], tails[keep]
+            change, tried = change[keep], tried[keep]
+        return moving, tails
+
+    def _accepted(self, cycle: Cycle | None) -> Cycle | None:
+        """Solve a cycle of a stand-in again on the map itself."""
+        if cycle is None or self.fast is self.f:
+            return cycle
+        true = confirmed(self.f, cycle.points)
+        if true is None or true.period != cycle.period:
+            self.doubts.append(f"the map has no period-{cycle.period} orbit at {cycle.points[0]}")
+            return None
+        return true
+
+    def add_cycle(self, cycle: Cycle, kind: AttractorKind = "periodic", reason: str = "") -> int:
+        """Add a cycle unless it is known; return its place in the list."""
+        tolerance = SAME_POINT * domain_width(self.f)
+        for index, item in enumerate(self.known):
+            if item.cycle is not None and cycle.matches(item.cycle, tolerance):
+                return index
+        points = np.sort(cycle.points)
+        attractor = Attractor(
+            kind=kind,
+            period=cycle.period,
+            orbit=as_orbit(self.f, cycle, self.table),
+            bands=np.column_stack([points, points]),
+            lyapunov=_cycle_exponent(cycle),
+            basin_share=0.0,
+            point=float(cycle.points[0]),
+            reason=reason,
+        )
+        # An orbit that creeps along a neutral cycle may come no closer in any time we have.
+        near = CREEPING * domain_width(self.f)
+        radius = capture_radius(self.fast, cycle) if cycle.stable else near
+        recurring = SETTLED * domain_width(self.f)
+        self.known.append(_Known(attractor, cycle, radius, recurring))
+        return len(self.known) - 1
+
+    def _examine(self, x: float) -> str:
+        """Decide whether the orbit of `x` is chaotic; add the attractor, or say why it is not."""
+        values, slopes = trace(self.fast, np.array([x]), LOOK)
+        if not np.all(np.isfinite(values)):
+            return "a long transient: a nearby orbit leaves the domain"
+        rough = mean_of_logs(slopes)
+        if rough.value <= SIGMAS * rough.error and (cycle := self._crept_along(values[0])):
+            self.add_cycle(cycle, *_verdict(cycle))
+            return ""
+        if rough.value <= 0:
+            return f"the exponent {rough.value:.3g} ± {rough.error:.1g} is not above zero"
+        bands = grow(self.fast, self.laps, short_interval(self.fast, values[0]))
+        if reason := self._why_no_trap(bands):
+            return reason
+        if reason := self._known_inside(bands):
+            return reason
+        motion = ChaoticMotion(self.fast, bands.intervals)
+        return motion.reason or self._why_not_chaotic(bands, motion)
+
+    def _known_inside(self, bands: Bands) -> str:
+        """Tell what known attractor the bands hold, or are; empty if none."""
+        slack = STANDS_IN * domain_width(self.f)
+        for item in self.known:
+            cycle, theirs = item.cycle, item.attractor.bands
+            if cycle is not None and cycle.stable and np.any(bands.contain(cycle.points)):
+                return f"a stable cycle of period {cycle.period} hides in the bands"
+            if item.attractor.kind == "chaotic" and np.all(bands.contain(theirs, slack)):
+                return "comes to its attractor late, or its bands hold those of another"
+        return ""
+
+    def _why_no_trap(self, bands: Bands) -> str:
+        if bands.reason:
+            return bands.reason
+        if bands.residual > TRAPPED * domain_width(self.f):
+            return f"the map misses the bands it should fill by {bands.residual:.1e}"
+        return ""
+
+    def _why_not_chaotic(self, bands: Bands, motion: ChaoticMotion) -> str:
+        proposed = hidden_cycles(
+            self.fast,
+            motion.values,
+            motion.slopes,
+            self.max_period,
+            multiples_of=bands.period,
+        )
+        for cycle in filter(None, map(self._accepted, proposed)):
+            if not cycle.stable:
+                continue
+            self.add_cycle(cycle)
+            if np.any(bands.contain(cycle.points)):
+                return f"a stable cycle of period {cycle.period} hides in the bands"
+        value, error = motion.exponent
+        if value <= SIGMAS * error:
+            return f"the exponent {value:.3g} ± {error:.1g} is not above zero"
+        return self._add_chaos(bands, motion)
+
+    def _add_chaos(self, bands: Bands, motion: ChaoticMotion) -> str:
+        """Add a chaotic attractor, of the map itself even if a stand-in has shown it."""
+        exponent = motion.exponent
+        if self.fast is not self.f:
+            off, doubt = _difference(self.f, motion)
+            if not off <= STANDS_IN * domain_width(self.f):
+                return self._doubt(f"the stand-in errs by {off:.1e} on a chaotic motion")
+            exponent = replace(exponent, error=float(np.hypot(exponent.error, doubt)))
+            bands = on_map(self.f, self.laps, bands)
+            if reason := self._why_no_trap(bands):
+                return self._doubt(reason)
+        self.known.append(_Known(_chaotic(bands, exponent, float(motion.values[0, -1]))))
+        return ""
+
+    def _doubt(self, reason: str) -> str:
+        self.doubts.append(reason)
+        return reason
+
+    def _give_up(self, moving: Any, tails: Floats, reason: str) -> None:
+        """Group what is left by the cells it visits, and look behind each group for a cycle."""
+        groups: list[tuple[set[int], int]] = []
+        for seed, tail in zip(moving, tails, strict=True):
+            place = (tail - self.f.domain[0]) / domain_width(self.f)
+            cells = {int(cell) for cell in np.floor(CELLS * place)}
+            index = next((k for c, k in groups if len(c & cells) > 0.5 * len(cells)), -1)
+            if index < 0:
+                if cycle := self._crept_along(tail):
+                    index = self.add_cycle(cycle, *_verdict(cycle))
+                else:
+                    self.known.append(_Known(_undecided(self.fast, tail, reason)))
+                    index = len(self.known) - 1
+                groups.append((cells, index))
+            self.fate[seed] = index
+
+    def _crept_along(self, tail: Floats) -> Cycle | None:
+        """Find the cycle that an orbit approaches too slowly to have settled on it."""
+        for start in self._rounds(tail):
+            cycle = confirmed(self.fast, start, moved=CREEPING)
+            cycle = self._accepted(cycle) if cycle is not None and not _repels(cycle) else None
+            if cycle is not None and not _repels(cycle):
+                return cycle
+        return None
+
+    def _rounds(self, tail: Floats) -> Iterator[Floats]:
+        """Yield ends of an orbit that may have gone once around a cycle, likely ones first."""
+        change = recurrences(tail[None, :], LAST_PERIODS)[0] / domain_width(self.f)
+        # What recurs to many digits is a period; what comes before it is only close to one.
+        for period in np.flatnonzero(change <= SETTLED)[:1] + 1:
+            yield tail[-period:]
+        # Short periods first: a multiple of the period recurs more closely than the period.
+        starts = [tail[-period:] for period in np.flatnonzero(change <= CREEPING) + 1]
+        yield from (starts[k] for k in promising(self.fast, starts, CREEPING))
+
+    def result(self, n_spread: int) -> AttractorList:
+        """Return what was found; shares refer to the first `n_spread` seeds."""
+        fates = self.fate[:n_spread]
+        shares = [float(np.mean(fates == k)) for k in range(len(self.known))]
+        found = [
+            replace(item.attractor, basin_share=share)
+            for item, share in zip(self.known, shares, strict=True)
+        ]
+        return AttractorList(
+            attractors=tuple(sorted(found, key=lambda a: (-a.basin_share, a.point))),
+            left=float(np.mean(fates == -2)),
+            statuses=dict(sorted(self.statuses.items())),
+            n_seeds=n_spread,
+            resolution=(
+                f"basins that hold none of {len(self.fate)} seeds; "
+                f"cycles longer than {self.max_period}"
+            ),
+        )
+
+
+def _repels(cycle: Cycle) -> bool:
+    return not (cycle.stable or cycle.neutral)
+
+
+def _difference(f: Map1D, motion: ChaoticMotion) -> tuple[float, float]:
+    """Compare values and exponents of a stand-in's motion with the map at some of its points."""
+    rng = np.random.default_rng(0)
+    rows, columns = motion.slopes.shape
+    row = rng.integers(0, rows, COMPARED)
+    column = rng.integers(0, columns - 1, COMPARED)
+    true = sample(f, motion.values[row, column])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        change = np.log(np.abs(true.derivative / motion.slopes[row, column]))
+    doubt = abs(float(np.mean(change))) + float(np.std(change)) / np.sqrt(COMPARED)
+    return float(np.max(np.abs(true.value - motion.values[row, column + 1]))), doubt
+
+
+def _cycle_exponent(cycle: Cycle) -> LyapunovExponent:
+    with np.errstate(divide="ignore"):
+        value = float(np.log(np.abs(cycle.multiplier))) / cycle.period
+    doubt = 1e-15 / abs(cycle.multiplier) if cycle.multiplier else 0.0
+    return LyapunovExponent(value, doubt, cycle.period)
+
+
+def _chaotic(bands: Bands, exponent: LyapunovExponent, point: float) -> Attractor:
+    return Attractor(
+        kind="chaotic",
+        period=bands.period,
+        orbit=None,
+        bands=bands.intervals,
+        lyapunov=exponent,
+        basin_share=0.0,
+        point=point,
+        edges=bands.causes,
+        sources=bands.sources,
+    )
+
+
+def _undecided(f: Map1D, tail: Floats, reason: str) -> Attractor:
+    late = tail[len(tail) // 2 :]
+    points = np.sort(late)
+    _, slopes = values_and_slopes(f, late[None, : max(len(late) - 1, 1)])
+    return Attractor(
+        kind="undecided",
+        period=0,
+        orbit=None,
+        bands=np.array([[points[0], points[-1]]]),
+        lyapunov=mean_of_logs(slopes),
+        basin_share=0.0,
+        point=float(tail[-1]),
+        reason=reason or f"neither settled nor examined within {len(tail)} steps",
+    )
+
+
+def _verdict(cycle: Cycle) -> tuple[AttractorKind, str]:
+    if cycle.stable:
+        return "periodic", ""
+    return "undecided", (
+        f"the multiplier {cycle.multiplier:.9g} of a period-{cycle.period} orbit is too close "
+        "to the unit circle"
+    )

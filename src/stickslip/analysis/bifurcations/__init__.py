@@ -1,0 +1,1 @@
+"""Bifurcations over a range of a parameter: found, located and explained."""

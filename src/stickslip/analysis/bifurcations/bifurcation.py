@@ -1,0 +1,410 @@
+"""Bifurcations of a family of maps: what is known of each, lists of them, cascades of flips."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, get_args, overload
+
+from stickslip.checks import one_of
+
+if TYPE_CHECKING:
+    import os
+
+    from matplotlib.axes import Axes
+
+    from stickslip.analysis.attractors.attractors import Attractor
+    from stickslip.analysis.bifurcations.outcome import Outcome
+    from stickslip.analysis.continuation.orbit_branch import OrbitBranch
+    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
+
+__all__ = [
+    "BIFURCATION_KINDS",
+    "Bifurcation",
+    "BifurcationKind",
+    "BifurcationList",
+    "Cascade",
+    "UnresolvedChange",
+]
+
+BifurcationKind: TypeAlias = Literal[
+    "fold",
+    "flip",
+    "transcritical",
+    "pitchfork",
+    "border_collision",
+    "boundary_crisis",
+    "interior_crisis",
+    "band_merging",
+    "enters_gap",
+]
+BIFURCATION_KINDS: Final[tuple[str, ...]] = get_args(BifurcationKind)
+
+SHOWN: Final = 40  # bifurcations in a list's repr
+LISTED: Final = 8  # points in a bifurcation's repr
+POINTS_SHOWN: Final = 2  # of an orbit, in a line of a table
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Bifurcation:
+    """A parameter value at which orbits or attractors of a map are born, lost or changed.
+
+    Attributes
+    ----------
+    kind : str
+        ``fold``, ``flip``, ``transcritical``, ``pitchfork``, ``border_collision``,
+        ``boundary_crisis``, ``interior_crisis``, ``band_merging`` or ``enters_gap``.
+    parameter : str
+        Name of the parameter that is varied.
+    value : float
+        Where it happens, and ...
+    error : float
+        ... how far off that may be: residual and rounding through the test function's slope.
+    period : int
+        Of the orbit concerned; the shortest, if several meet.
+    points : ndarray of float, shape (period,)
+        The orbit there, in the map's order, the smallest point first; for a crisis, the
+        orbit that the attractor meets.
+    criticality : {"super", "sub"} or None
+        Of a flip or a pitchfork.
+    orbits_before, orbits_after : tuple of PeriodicOrbit
+        The orbits concerned just below and just above `value`, those that persist included.
+    attractors_before, attractors_after : tuple of Attractor
+        All attractors inside the window just below and just above.
+    outcome, predicted_outcome : Outcome or None
+        What becomes of orbits and attractors, seen from below to above: as observed, and as
+        the map's slopes and values at the border foretell it.
+    mechanism : str
+        What happens there, for who knows what the map stands for; empty here.
+    block : int or None
+        Block that the mechanism concerns.
+    quality : str
+        ``located``, ``bracketed`` or ``failed``.
+    interval : tuple of float
+        Parameter values that enclose it.
+    residual : float
+        Test function at `value`.
+    condition : object
+        What is solved (`bifurcations.conditions.conditions`): starts two-parameter curves.
+    multipliers : tuple of float
+        Of f^p there; for a border collision the one-sided ones, left and right of the border.
+    in_cascade : bool
+        Whether it was found by following a cascade, beyond the longest period searched.
+    note : str
+        What else is to be said; empty if nothing.
+    """
+
+    kind: BifurcationKind
+    parameter: str
+    value: float
+    error: float
+    period: int
+    points: Floats
+    criticality: Literal["super", "sub"] | None = None
+    orbits_before: tuple[PeriodicOrbit, ...] = ()
+    orbits_after: tuple[PeriodicOrbit, ...] = ()
+    attractors_before: tuple[Attractor, ...] = ()
+    attractors_after: tuple[Attractor, ...] = ()
+    outcome: Outcome | None = None
+    predicted_outcome: Outcome | None = None
+    mechanism: str = ""
+    block: int | None = None
+    quality: str = "located"
+    interval: tuple[float, float] = (math.nan, math.nan)
+    residual: float = math.nan
+    condition: Any = None
+    multipliers: tuple[float, ...] = ()
+    in_cascade: bool = False
+    note: str = ""
+
+    @property
+    def born(self) -> int:
+        """How many orbits more there are above `value` than below, of those concerned."""
+        return len(self.orbits_after) - len(self.orbits_before)
+
+    def __repr__(self) -> str:
+        """Where, what, which orbits and attractors, and why: a few short lines."""
+        points = ", ".join(f"{x:.12g}" for x in self.points[:LISTED])
+        if len(self.points) > LISTED:
+            points += ", ..."
+        lines = [
+            f"Bifurcation({self._name()} of period {self.period} at "
+            f"{self.parameter} = {self.value:.15g} ± {self.error:.1g}: {points})"
+        ]
+        lines.append(
+            f"  orbits:     {_orbits(self.orbits_before)}  ->  {_orbits(self.orbits_after)}"
+        )
+        if self.attractors_before or self.attractors_after:
+            before, after = self.attractors_before, self.attractors_after
+            lines.append(f"  attractors: {_attractors(before)}  ->  {_attractors(after)}")
+        if self.outcome is not None:
+            lines.append(f"  outcome:    {_outcome(self.outcome)}")
+        if self.predicted_outcome is not None:
+            lines.append(f"  predicted:  {_outcome(self.predicted_outcome)}")
+        lines += [f"  {text}" for text in (self.mechanism, self.note) if text]
+        return "\n".join(lines)
+
+    def _name(self) -> str:
+        name = self.kind.replace("_", " ")
+        return f"{self.criticality}critical {name}" if self.criticality else name
+
+    def row(self) -> dict[str, Any]:
+        """Return the facts that fit into a line of a table, as plain values by name."""
+        return {
+            "kind": self.kind,
+            "criticality": self.criticality,
+            "parameter": self.parameter,
+            "value": self.value,
+            "error": self.error,
+            "period": self.period,
+            "points": self.points.tolist(),
+            "multipliers": list(self.multipliers),
+            "orbits_before": len(self.orbits_before),
+            "orbits_after": len(self.orbits_after),
+            "attractors_before": len(self.attractors_before),
+            "attractors_after": len(self.attractors_after),
+            "outcome": _outcome(self.outcome),
+            "predicted_outcome": _outcome(self.predicted_outcome),
+            "mechanism": self.mechanism,
+            "block": self.block,
+            "quality": self.quality,
+            "in_cascade": self.in_cascade,
+            "note": self.note,
+        }
+
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Mark the bifurcation on a plane of parameter and orbit points."""
+        module = importlib.import_module("stickslip.plot.bifurcations")
+        axes: Axes = module.draw_bifurcation(self, ax, **style)
+        return axes
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to a .json file that `stickslip.load` reads."""
+        importlib.import_module("stickslip.analysis.storage").save(self, path)
+
+
+@dataclass(frozen=True)
+class UnresolvedChange:
+    """A change between two parameter values that no located bifurcation explains.
+
+    Attributes
+    ----------
+    reason : str
+        A sentence.
+    lo, hi : float
+        Parameter values between which it happens.
+    period : int
+        Of the orbits in question; 0 where it does not matter.
+    x : float
+        A point of the orbit in question; NaN where there is none.
+    """
+
+    reason: str
+    lo: float
+    hi: float
+    period: int = 0
+    x: float = math.nan
+
+    def __str__(self) -> str:
+        """One line."""
+        where = f"between {self.lo:.12g} and {self.hi:.12g}"
+        orbit = f", period {self.period} near {self.x:.10g}" if self.period else ""
+        return f"{where}{orbit}: {self.reason}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Cascade:
+    """Flips that double an orbit's period again and again.
+
+    Attributes
+    ----------
+    flips : tuple of Bifurcation
+        In their order; the period doubles from each to the next.
+    accumulation : float
+        Parameter value that they accumulate at, extrapolated; NaN for fewer than three flips.
+    error : float
+        Of the accumulation: difference of the last two extrapolations.
+    ratios : ndarray of float, shape (n - 2,)
+        Of successive gaps between flips; they tend to 4.669201609 where the map's turning
+        point is quadratic.
+    """
+
+    flips: tuple[Bifurcation, ...]
+    accumulation: float
+    error: float
+    ratios: Floats
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Parameter values of the flips."""
+        return tuple(flip.value for flip in self.flips)
+
+    @property
+    def where(self) -> str:
+        """Say where the flips accumulate, as far as that is known."""
+        if math.isnan(self.accumulation):
+            return "too few inside the range to tell where they accumulate"
+        return f"accumulation at {self.accumulation:.13g} ± {self.error:.1g}"
+
+    def __repr__(self) -> str:
+        """Accumulation, then the flips with their ratios."""
+        name = self.flips[0].parameter
+        lines = [
+            f"Cascade: {len(self.flips)} flips along {name}, {self.where}",
+            "  period  value                ratio",
+        ]
+        # The ratio stands beside the flip that ends its second gap.
+        ratios = ["", "", *(f"{ratio:.8g}" for ratio in self.ratios)]
+        for flip, ratio in zip(self.flips, ratios, strict=False):
+            lines.append(f"  {flip.period:6d}  {flip.value:<19.15g}  {ratio}".rstrip())
+        return "\n".join(lines)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to a .json file that `stickslip.load` reads."""
+        importlib.import_module("stickslip.analysis.storage").save(self, path)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BifurcationList(Sequence[Bifurcation]):
+    """All bifurcations over a range of a parameter, by value, and what lies between them.
+
+    Attributes
+    ----------
+    bifurcations : tuple of Bifurcation
+        Also reached by indexing and iteration.
+    parameter : str
+    range : tuple of float
+        Ends of the parameter's range.
+    parameters : dict
+        Values of all parameters of the system; the varied one's is that of the system given.
+    max_period : int
+        Longest period of the orbits that were searched.
+    window : tuple of float or None
+        The part of the map's domain that was searched; None for all of it.
+    branches : tuple of OrbitBranch
+        The orbits between the bifurcations.
+    cascades : tuple of Cascade
+    unresolved : tuple of UnresolvedChange
+        Changes that no located bifurcation explains.
+    n_values : int
+        Parameter values at which complete lists of orbits were made.
+    """
+
+    bifurcations: tuple[Bifurcation, ...]
+    parameter: str
+    range: tuple[float, float]
+    parameters: dict[str, float]
+    max_period: int
+    window: tuple[float, float] | None = None
+    branches: tuple[OrbitBranch, ...] = ()
+    cascades: tuple[Cascade, ...] = ()
+    unresolved: tuple[UnresolvedChange, ...] = ()
+    n_values: int = 0
+    columns: ClassVar = (
+        *("kind", "criticality", "value", "error", "period", "points", "multipliers"),
+        *("orbits_before", "orbits_after", "attractors_before", "attractors_after"),
+        *("outcome", "predicted_outcome", "mechanism", "block", "quality", "note"),
+    )
+    """Of the table in a CSV file."""
+
+    def __len__(self) -> int:
+        """Return the number of bifurcations."""
+        return len(self.bifurcations)
+
+    @overload
+    def __getitem__(self, index: int) -> Bifurcation: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Bifurcation, ...]: ...
+    def __getitem__(self, index: int | slice) -> Bifurcation | tuple[Bifurcation, ...]:
+        """Return one bifurcation, or several as a tuple."""
+        return self.bifurcations[index]
+
+    def of_kind(self, *kinds: str) -> tuple[Bifurcation, ...]:
+        """Those of one of the kinds.
+
+        Raises
+        ------
+        ValueError
+            A kind is not one of ``BIFURCATION_KINDS``.
+        """
+        for kind in kinds:
+            one_of("kind", kind, BIFURCATION_KINDS)
+        return tuple(item for item in self.bifurcations if item.kind in kinds)
+
+    def table(self) -> list[dict[str, Any]]:
+        """Return a row of plain values per bifurcation."""
+        return [item.row() for item in self.bifurcations]
+
+    def __repr__(self) -> str:
+        """Table of the bifurcations, at most 120 characters wide, then what stayed open."""
+        lo, hi = self.range
+        where = "" if self.window is None else ", window ({:.10g}, {:.10g})".format(*self.window)
+        lines = [
+            f"BifurcationList: {len(self)} bifurcations, {self.parameter} in "
+            f"({lo:.10g}, {hi:.10g}), periods to {self.max_period}{where}",
+            f"  {self.parameter:<19s} error    kind              period  orbits   attractors  "
+            "points",
+        ]
+        lines += [_line(item) for item in self.bifurcations[:SHOWN]]
+        if len(self) > SHOWN:
+            lines.append(f"  ... {len(self) - SHOWN} more")
+        for cascade in self.cascades:
+            lines.append(
+                f"  cascade of {len(cascade.flips)} flips from {cascade.flips[0].value:.10g}, "
+                f"{cascade.where}"
+            )
+        lines += [f"  unresolved: {item}" for item in self.unresolved]
+        return "\n".join(lines)
+
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Draw the branches and mark the bifurcations; see `stickslip.plot.bifurcations`."""
+        module = importlib.import_module("stickslip.plot.bifurcations")
+        axes: Axes = module.draw_bifurcations(self, ax, **style)
+        return axes
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to a .json file that `stickslip.load` reads, or the table as .csv."""
+        importlib.import_module("stickslip.analysis.storage").save(self, path)
+
+
+def _line(item: Bifurcation) -> str:
+    """One line of a list's table."""
+    kind = item.kind.replace("_", " ")
+    if item.criticality:
+        kind = f"{kind} ({item.criticality})"
+    orbits = f"{len(item.orbits_before)} -> {len(item.orbits_after)}"
+    attractors = _short(item.attractors_before) + " -> " + _short(item.attractors_after)
+    if not item.attractors_before and not item.attractors_after:
+        attractors = ""
+    points = ", ".join(f"{x:.9g}" for x in item.points[:POINTS_SHOWN])
+    if len(item.points) > POINTS_SHOWN:
+        points += ", ..."
+    return (
+        f"  {item.value:<19.15g} {item.error:<8.1g} {kind:17s} {item.period:6d}  {orbits:8s} "
+        f"{attractors:11s} {points}"
+    )
+
+
+def _short(attractors: tuple[Attractor, ...]) -> str:
+    """Attractors by letter and period: p4 a cycle of period 4, c2 chaos in 2 bands, u open."""
+    return " ".join(f"{a.kind[0]}{a.period or ''}" for a in attractors) or "-"
+
+
+def _orbits(orbits: tuple[PeriodicOrbit, ...]) -> str:
+    if not orbits:
+        return "none"
+    return ", ".join(f"{o.kind} period {o.period}" for o in orbits)
+
+
+def _attractors(attractors: tuple[Attractor, ...]) -> str:
+    return ", ".join(f"{a.kind} period {a.period}" for a in attractors) or "none"
+
+
+def _outcome(outcome: Outcome | None) -> str | None:
+    if outcome is None:
+        return None
+    text = f"orbits: {outcome.orbits}; attractors: {outcome.attractors}"
+    return f"{text} ({outcome.text})" if outcome.text else text

@@ -1,0 +1,259 @@
+"""Every bifurcation of a family of maps over a range of a parameter, from one call."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Final, TypeVar
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.bifurcation import (
+    Bifurcation,
+    BifurcationList,
+    Cascade,
+    UnresolvedChange,
+)
+from stickslip.analysis.bifurcations.cascades import cascades
+from stickslip.analysis.bifurcations.chains import orbit_branches
+from stickslip.analysis.bifurcations.crisis.crises import crises
+from stickslip.analysis.bifurcations.crisis.parameter_point import ParameterPoint, parameter_point
+from stickslip.analysis.bifurcations.explain import (
+    Concerned,
+    concerned_orbits,
+    explained,
+    with_attractors,
+)
+from stickslip.analysis.bifurcations.faults import attempted
+from stickslip.analysis.bifurcations.scan.nodes import Family
+from stickslip.analysis.bifurcations.scan.survey import Survey
+from stickslip.analysis.maps.arguments import checked_range
+from stickslip.analysis.orbits.shooting import solve_orbit
+from stickslip.analysis.threads import in_threads
+from stickslip.checks import MOST_KEPT, check_callback, whole_number
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from stickslip.analysis.attractors.attractor import Attractor
+    from stickslip.analysis.bifurcations.crisis.crises import CrisisEvent
+    from stickslip.analysis.maps.protocol import MapFamily
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
+
+__all__ = ["N_VALUES", "bifurcations"]
+
+T = TypeVar("T")
+
+N_VALUES: Final = 24
+HALF: Final = 0.5  # share of the work that the survey is, roughly
+BESIDE: Final = 2e-3  # of the range: how far from an event attractors are looked at, at most
+SAME_VALUE: Final = 1e-11  # of the range, beside its error: a crisis is part of another event
+
+
+def bifurcations(
+    f: MapFamily,
+    name: str,
+    range: tuple[float, float],
+    *,
+    max_period: int = 4,
+    window: tuple[float, float] | None = None,
+    n_values: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> BifurcationList:
+    """Find, locate and explain every bifurcation of a family of maps along a parameter.
+
+    Parameters
+    ----------
+    f : MapFamily
+        A map with named parameters.
+    name : str
+        Of the parameter that is varied.
+    range : pair of float
+        ``lo < hi``, both allowed for the map.
+    max_period : int
+        Longest period of the orbits that are searched for. Cascades are followed beyond.
+    window : pair of float, optional
+        Part of the domain that is searched; orbits that leave it have left.
+    n_values : int, optional
+        Values of the parameter at which complete lists of orbits are made to begin with, 24
+        by default; more are added where something happens.
+    progress : callable, optional
+        Called now and then with the share of the work that is done, 0 to 1.
+
+    Returns
+    -------
+    BifurcationList
+        Ascending; ``unresolved`` names changes that no located bifurcation explains.
+
+    Raises
+    ------
+    ValueError
+        The parameter is unknown, the range is not an interval or not allowed for the map, a
+        period or number of values is not a whole number, or the window is not an interval.
+
+    Notes
+    -----
+    How it works, and what it can miss: docs/theory/bifurcations.md.
+    """
+    lo, hi = checked_range(f, name, range)
+    family = Family(f, name, window)
+    check_callback("progress", progress, "the share of the work that is done")
+    tell = progress if progress is not None else _nobody
+    survey = Survey(
+        family,
+        lo,
+        hi,
+        whole_number("max_period", max_period, 1, at_most=MOST_KEPT),
+        lambda share: tell(HALF * share),
+    )
+    count = N_VALUES if n_values is None else n_values
+    survey.run(whole_number("n_values", count, 3, at_most=MOST_KEPT))
+    return _Report(survey, f, tell).made()
+
+
+def _nobody(_: float) -> None:
+    """Tell nobody of the progress."""
+
+
+class _Report:
+    """A survey turned into a list of bifurcations."""
+
+    def __init__(self, survey: Survey, f: MapFamily, tell: Callable[[float], None]) -> None:
+        self.survey, self.f, self.tell = survey, f, tell
+        self.unresolved: list[UnresolvedChange] = list(survey.unresolved)
+        self.values = sorted(event.value for event in survey.events)
+        self.accumulations: list[float] = []
+
+    def made(self) -> BifurcationList:
+        """Return the list."""
+        survey = self.survey
+        concerned: dict[int, list[Concerned]] = {}
+        for k, span in enumerate(survey.spans):
+            if span.events:
+                concerned[k], left_open = concerned_orbits(span)
+                self.unresolved += left_open
+        family, whole = survey.family, (survey.lo, survey.hi)
+        found = [item for k, shares in concerned.items() for item in self._events(k, shares)]
+        branches = self._part(lambda: orbit_branches(survey, concerned), "the branches") or ()
+        chains = (
+            self._part(
+                lambda: cascades(found, branches, family, whole, survey.max_period), "the cascades"
+            )
+            or []
+        )
+        later = [flip for chain in chains for flip in chain.flips if flip.in_cascade]
+        # Beyond the last flip that was solved for come more, up to there.
+        self.accumulations = [chain.accumulation for chain in chains]
+        self.tell(0.65)
+        crises_found = self._part(self._crises, "the crises") or []
+        self.values += [item.value for item in (*later, *crises_found)]
+        self.tell(0.8)
+        full = self._with_attractors([*found, *later])
+        self.tell(1.0)
+        chains = [_with_flips(chain, full) for chain in chains]
+        found = sorted([*full.values(), *crises_found], key=lambda item: item.value)
+        return BifurcationList(
+            bifurcations=tuple(found),
+            parameter=survey.family.name,
+            range=(survey.lo, survey.hi),
+            parameters=dict(self.f.parameters),
+            max_period=survey.max_period,
+            window=survey.family.window,
+            branches=branches,
+            cascades=tuple(chains),
+            unresolved=tuple(sorted(self.unresolved, key=lambda item: item.lo)),
+            n_values=survey.n_nodes,
+        )
+
+    def _part(self, part: Callable[[], T], what: str, *at: float) -> T | None:
+        """Do a part of the work at a value, or over the range; None, and told, if it fails."""
+        lo, hi = (*at, *at) if at else (self.survey.lo, self.survey.hi)
+        return attempted(part, what, lo, hi, self.unresolved)
+
+    def _events(self, k: int, shares: list[Concerned]) -> Iterator[Bifurcation]:
+        span, family = self.survey.spans[k], self.survey.family
+        for event, share in zip(span.events, shares, strict=True):
+            item = self._part(
+                partial(explained, event, span, share, family), f"a {event.kind}", event.value
+            )
+            if item is not None:
+                yield item
+
+    def _with_attractors(self, items: list[Bifurcation]) -> dict[int, Bifurcation]:
+        """Add the attractors on both sides; two neighbours that are close share those between."""
+        sides = {id(item): self._sides(item.value) for item in items}
+        places = sorted({q for pair in sides.values() for q in pair})
+        found = dict(zip(places, in_threads(self._attractors_at, places), strict=True))
+        full = {}
+        for item in items:
+            before, after = (found[q] for q in sides[id(item)])
+            full[id(item)] = (
+                item
+                if before is None or after is None
+                else with_attractors(item, before, after, self.survey.width)
+            )
+        return full
+
+    def _attractors_at(self, q: float) -> tuple[Attractor, ...] | None:
+        point = self._part(lambda: parameter_point(self.survey.family.at, q), "attractors", q)
+        return None if point is None else point.attractors.attractors
+
+    def _sides(self, value: float) -> tuple[float, float]:
+        """Where, just below and above a value, attractors are looked at: clear of other events."""
+        survey = self.survey
+        stops = [survey.lo, *self.values, *self.accumulations, survey.hi]
+        apart, widest = 1e-12 * survey.scale, BESIDE * survey.scale
+        below = max((q for q in stops if q < value - apart), default=value - survey.scale)
+        above = min((q for q in stops if q > value + apart), default=value + survey.scale)
+        return max(value - widest, 0.5 * (below + value)), min(
+            value + widest, 0.5 * (value + above)
+        )
+
+    # ------------------------------------------------------------------ crises
+
+    def _crises(self) -> list[Bifurcation]:
+        survey = self.survey
+        points: list[ParameterPoint] = []
+        for node in survey.grid_nodes:
+            points.append(parameter_point(survey.family.at, node.q, node.orbits, node.fast))
+        found = crises(survey.family.at, points, breaks=self.values, max_period=survey.max_period)
+        return [self._crisis(event) for event in found if not self._explained(event)]
+
+    def _explained(self, event: CrisisEvent) -> bool:
+        """Whether a collision makes or ends the chaos, and the orbits that it meets there too."""
+        same = event.error + SAME_VALUE * self.survey.scale
+        return any(abs(event.value - value) <= same for value in self.values)
+
+    def _crisis(self, event: CrisisEvent) -> Bifurcation:
+        located = event.located
+        below, above = self._sides(event.value)
+        return Bifurcation(
+            kind=event.kind,
+            parameter=self.survey.family.name,
+            value=float(event.value),
+            error=float(event.error),
+            period=event.period,
+            points=np.roll(event.points, -int(np.argmin(event.points))),
+            orbits_before=self._orbit_at(below, event.points),
+            orbits_after=self._orbit_at(above, event.points),
+            attractors_before=event.attractors_before,
+            attractors_after=event.attractors_after,
+            quality=located.quality,
+            interval=located.interval,
+            residual=located.residual,
+            condition=event.condition,
+            multipliers=located.reading.multipliers,
+        )
+
+    def _orbit_at(self, q: float, points: tuple[float, ...]) -> tuple[PeriodicOrbit, ...]:
+        """Return the unstable orbit that an attractor meets, at a value beside the crisis."""
+        try:
+            orbit = solve_orbit(self.survey.family.at(q), np.array(points))
+        except ValueError:
+            return ()  # the family ends there
+        return (orbit,) if orbit.quality == "located" else ()
+
+
+def _with_flips(chain: Cascade, full: dict[int, Bifurcation]) -> Cascade:
+    """Return a cascade of the bifurcations that know their attractors."""
+    return replace(chain, flips=tuple(full.get(id(flip), flip) for flip in chain.flips))

@@ -1,0 +1,1 @@
+"""Border collisions: outcomes predicted and observed."""

@@ -1,0 +1,282 @@
+"""Where a jump throws orbits, and how they come back to the orbit that met it.
+
+An orbit of period p meets a jump c from one side, with a multiplier a of g = f^p on that side.
+What follows is not in the slopes of g on both sides alone: the far side may throw orbits out of
+the neighbourhood where such slopes mean anything, and the map may bring them back. So the far
+image of the jump is followed, at the collision, through the map itself. If it returns to the
+near side and there converges to the border, the way back has a length, an offset r, and in the
+coordinate u in which g is exactly linear beside c (Koenigs) the way is u -> -H + b u. Past the
+collision by mu, g is u -> a u + mu: together the normal form of a jump, with the true height H
+and slope b instead of the local ones.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal, Protocol
+
+import numpy as np
+
+from stickslip.analysis.maps.protocol import domain_width, sample
+
+if TYPE_CHECKING:
+    from stickslip.analysis.maps.protocol import Floats, Map1D
+
+__all__ = ["FarImage", "OneSided", "far_image"]
+
+Fate = Literal["returns", "settles", "leaves", "wanders"]
+
+MAX_STEPS: Final = 20_000
+CLOSE: Final = 1e-7  # of the domain's width: u is linear there, and above rounding
+AS_PREDICTED: Final = 0.02  # relative: the contraction beside the border against a
+LONGEST_CYCLE: Final = 1024  # recognised where the far image settles
+RECURS: Final = 1e-12  # of the domain's width: less than a slow approach moves when CLOSE
+FIRST_LOOK: Final = 256  # steps after which to look whether the far image has settled
+SHOWN: Final = 64  # images kept
+N_WINDOWS: Final = 10_000  # numbers n tried
+
+
+class OneSided(Protocol):
+    """What is needed of a border: a `Breakpoint` of a table, or the reading of a followed one."""
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Points on either side."""
+
+    @property
+    def left(self) -> float:
+        """Value on the left."""
+
+    @property
+    def right(self) -> float:
+        """Value on the right."""
+
+    @property
+    def left_slope(self) -> float:
+        """Slope on the left."""
+
+    @property
+    def right_slope(self) -> float:
+        """Slope on the right."""
+
+
+@dataclass(frozen=True)
+class FarImage:
+    """What becomes of the far side's image of a jump, at a collision of an orbit with it.
+
+    Displacements u from the jump are positive on the far side.
+
+    Attributes
+    ----------
+    period : int
+        p, of the orbit that meets the jump.
+    multiplier : float
+        a, of that orbit: slope of f^p on the near side.
+    local_slope, local_height : float
+        Slope of f^p on the far side, and the displacement f^p(c far) - c: what the normal form
+        of the jump would take for b and l.
+    fate : {"returns", "settles", "leaves", "wanders"}
+        ``returns``: converges to the border from the near side. ``settles``: on another
+        cycle. ``leaves``: the domain, or into a gap. ``wanders``: none of these.
+    steps : int
+        r, if it returns: the offset of the periods, 1 <= r <= p. If it leaves: when.
+    height, slope : float
+        H > 0 and b, if it returns: near 0 the way back is u -> -H + b u.
+    cycle : int
+        Period of the cycle on which it settles, else 0.
+    path : tuple of float
+        The first images of the jump's far side.
+    """
+
+    period: int
+    multiplier: float
+    local_slope: float
+    local_height: float
+    fate: Fate
+    steps: int = 0
+    height: float = math.nan
+    slope: float = math.nan
+    cycle: int = 0
+    path: tuple[float, ...] = ()
+
+    def window(self, n: int) -> tuple[float, float]:
+        """Return where the cycle exists that passes the border once in n p + r steps.
+
+        Parameters
+        ----------
+        n : int
+            Turns beside the border, >= 1.
+
+        Returns
+        -------
+        tuple of float
+            Ends of the interval of mu = f^p(c near) - c past the collision, u > 0: to first
+            order in mu / H.
+
+        Notes
+        -----
+        With A_n = (a^-n - 1) / (1 - a), A_(n-1) + b <= H / mu < A_n. The interval is empty
+        (lower end above the upper) where ``A_(n-1) + b`` exceeds ``A_n``. The cycle's
+        multiplier is a^n b.
+        """
+        low = self.height / _growth(self.multiplier, n)
+        bottom = _growth(self.multiplier, n - 1) + self.slope
+        return low, self.height / bottom if bottom > 0 else math.inf
+
+    def periods(self, mu: float) -> tuple[int, ...]:
+        """Return the periods n p + r of all cycles with one crossing of the border per turn.
+
+        Parameters
+        ----------
+        mu : float
+            Distance past the collision, > 0.
+
+        Returns
+        -------
+        tuple of int
+            None between two windows (``slope > 0``: the cycles there mix two numbers n), two
+            where windows overlap (``slope < 0``: both cycles attract, if stable).
+        """
+        found = []
+        for n in range(1, N_WINDOWS):
+            low, high = self.window(n)
+            if low < mu <= high and abs(self.multiplier**n * self.slope) < 1:
+                found.append(n * self.period + self.steps)
+            if high < mu:
+                break
+        return tuple(found)
+
+
+def _growth(a: float, n: int) -> float:
+    """Return (a^-n - 1) / (1 - a), the sum of a^-k from 1 to n."""
+    return float((a**-n - 1) / (1 - a))
+
+
+def far_image(
+    f: Map1D, border: OneSided, side: int, period: int, *, max_steps: int = MAX_STEPS
+) -> FarImage:
+    """Follow the far side's image of a jump, at a collision of an orbit of period p with it.
+
+    Parameters
+    ----------
+    f : Map1D
+        The map at the collision.
+    border : Breakpoint or BorderReading
+        The jump of ``f``.
+    side : {-1, 1}
+        On which side of it the orbit's point lies: -1 left, 1 right.
+    period : int
+        The p.
+    max_steps : int
+        Images followed.
+
+    Returns
+    -------
+    FarImage
+
+    Raises
+    ------
+    ValueError
+        ``side`` is not -1 or 1, or ``period`` is below 1.
+
+    Examples
+    --------
+    >>> from stickslip.analysis import examples
+    >>> f = examples.border_collision(a=0.5, b=-0.4, mu=0.0, jump=-1.0)
+    >>> far = far_image(f, ss.breakpoints(f)[0], side=-1, period=1)
+    >>> far.fate, far.steps, round(far.height, 6), round(far.slope, 6)
+    ('returns', 1, 1.0, -0.4)
+    >>> far.periods(0.01)  # distance past the collision
+    (7,)
+    """
+    if side not in (-1, 1):
+        raise ValueError(f"side = {side!r} of a border: -1 (left) or 1 (right) is needed.")
+    if period < 1:
+        raise ValueError(f"period = {period!r} of an orbit: at least 1 is needed.")
+    near = _Walk(f, border, side, side)
+    for _ in range(period - 1):
+        near.step()
+    far = _Walk(f, border, side, -side)
+    visited = [far.x]
+    local = (math.nan, math.nan)
+    look, cycle = FIRST_LOOK, 0
+    while far.k < max_steps and not math.isnan(far.x) and not cycle:
+        if far.k == period:
+            local = (far.slope, far.u)
+        if _converges(far, near.slope, period):
+            return _returned(far, near.slope, period, local, visited)
+        if far.k >= look:
+            cycle = _recurrence(np.array(visited), RECURS * domain_width(f))
+            look *= 2
+        far.step()
+        visited.append(far.x)
+    path = tuple(visited[:SHOWN])
+    if math.isnan(far.x):
+        return FarImage(period, near.slope, *local, fate="leaves", steps=far.k, path=path)
+    fate: Fate = "settles" if cycle else "wanders"
+    return FarImage(period, near.slope, *local, fate=fate, cycle=cycle, path=path)
+
+
+class _Walk:
+    """An orbit that starts with the value on one side of a border, and its derivative."""
+
+    def __init__(self, f: Map1D, border: OneSided, near: int, start: int) -> None:
+        self._f, self._near = f, near
+        self._c = border.interval[0] if near < 0 else border.interval[1]
+        self.x = border.left if start < 0 else border.right
+        self.slope = border.left_slope if start < 0 else border.right_slope
+        self.k = 1
+
+    @property
+    def u(self) -> float:
+        """Displacement from the border, positive on the far side."""
+        return -self._near * (self.x - self._c)
+
+    def step(self) -> None:
+        """Apply the map once more; NaN stays once the orbit has left."""
+        got = sample(self._f, [self.x])
+        self.x = float(got.value[0])
+        self.slope *= float(got.derivative[0])
+        self.k += 1
+
+    def close(self) -> bool:
+        """Whether the orbit is beside the border, on the near side."""
+        return -CLOSE * domain_width(self._f) < self.u < 0
+
+
+def _converges(far: _Walk, a: float, period: int) -> bool:
+    """Whether an orbit is beside the border on the near side, and f^p contracts it by a."""
+    if not (0 < a < 1 and far.close()):
+        return False
+    ahead = copy.copy(far)
+    for _ in range(period):
+        ahead.step()
+    return abs(ahead.u / far.u - a) < AS_PREDICTED
+
+
+def _returned(
+    far: _Walk, a: float, period: int, local: tuple[float, float], visited: list[float]
+) -> FarImage:
+    """Divide the contraction of whole turns beside the border out of the way back."""
+    turns = (far.k - 1) // period
+    return FarImage(
+        period,
+        a,
+        *local,
+        fate="returns",
+        steps=far.k - turns * period,
+        height=-far.u / a**turns,
+        slope=far.slope / a**turns,
+        path=tuple(visited[:SHOWN]),
+    )
+
+
+def _recurrence(orbit: Floats, tolerance: float) -> int:
+    """Return the smallest period with which an orbit's last points recur, 0 if there is none."""
+    last = orbit[-2 * LONGEST_CYCLE :]
+    for m in range(1, len(last) // 2 + 1):
+        if np.abs(last[m:] - last[:-m])[-m:].max() <= tolerance:
+            return m
+    return 0

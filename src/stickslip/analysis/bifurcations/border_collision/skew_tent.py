@@ -1,0 +1,134 @@
+"""The attractor of the normal form of a corner: a x + mu left of 0, b x + mu right of it.
+
+For mu < 0 the reflection x -> -x gives the same map with the slopes exchanged and mu > 0, and
+a change of scale makes mu = 1; so one question remains: what attracts at mu = 1, given (a, b)?
+Nothing, a cycle or bands of chaos; never two of them. The answer is exact, and follows from one
+renormalisation. With slopes a > 0 and b < -1 let c_k be the k-th image of the corner, and n the
+last number with c_2, ..., c_n all negative. Beside 0, the n-th power of the map is again a map
+of this kind, with slopes A = a^(n-1) b left and B = a^(n-2) b^2 right of the corner, and
+height c_n < 0. Reflected, these are the slopes (B, A). If it carries an interval around 0 into
+itself, the attractor is n copies of its attractor; else it fills one band.
+
+Sources: Nusse and Yorke, Physica D 57, 39 (1992) and Int. J. Bifurcation Chaos 5, 189 (1995);
+Maistrenko, Maistrenko and Chua, Int. J. Bifurcation Chaos 3, 1557 (1993); Banerjee, Karthik,
+Yuan and Yorke, IEEE Trans. Circuits Syst. I 47, 389 (2000); Sushko, Avrutin and Gardini,
+J. Difference Equ. Appl. 22, 1040 (2016). With a square root: Nordmark, Phys. Rev. E 55, 266
+(1997); Chin, Ott, Nusse and Grebogi, Phys. Rev. E 50, 4427 (1994).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from stickslip.analysis.bifurcations.outcome import LocalAttractor
+
+__all__ = ["attractor_of_skew_tent", "doubled_side", "paired_side"]
+
+LONGEST: Final = 1_000_000  # steps of the corner's orbit on the left branch
+NONE: Final = LocalAttractor("none")
+UNDECIDED: Final = LocalAttractor("undecided")
+ROOT_CHAOS: Final = 2 / 3  # slope opposite a square root above which there is chaos at once
+
+
+def attractor_of_skew_tent(a: float, b: float, side: int = 1) -> LocalAttractor:
+    """Return what attracts orbits of x -> a x + mu (x < 0), b x + mu (x > 0).
+
+    Parameters
+    ----------
+    a, b : float
+        Slopes; infinite where a square root begins.
+    side : {1, -1}
+        Sign of mu.
+
+    Returns
+    -------
+    LocalAttractor
+        ``undecided`` exactly on the borders between regions, where cycles are neutral or on
+        the corner.
+    """
+    if side < 0:
+        a, b = b, a
+    if math.isnan(a) or math.isnan(b) or b == -1.0:
+        return UNDECIDED
+    if b >= 1.0:
+        return NONE  # right of 0 every point moves on to the right
+    if b > -1.0:
+        return LocalAttractor("periodic", 1)
+    if a <= 0.0:
+        return _of_falling_map(a, b)
+    if (a - 1.0) * (-b - 1.0) > 1.0 and a > 1.0:
+        return NONE  # the corner's second image is left of the unstable fixed point
+    if math.isinf(b):
+        return _of_square_root(a)
+    return _of_folded_map(a, b)
+
+
+def _of_falling_map(a: float, b: float) -> LocalAttractor:
+    """Attractor for a <= 0, b < -1: a homeomorphism, so there are periods 1 and 2 only."""
+    if a > -1.0 and (a == 0.0 or a * b < 1.0):
+        return LocalAttractor("periodic", 2)
+    return NONE
+
+
+def _of_square_root(a: float) -> LocalAttractor:
+    """Attractor for 0 < a < 1 and a falling square root: the orbits L^n R, n without bound."""
+    if a > ROOT_CHAOS:
+        return LocalAttractor("chaotic")
+    return LocalAttractor("period-incrementing", base=1, offset=1)
+
+
+def _of_folded_map(a: float, b: float) -> LocalAttractor:
+    """Attractor for a > 0, b < -1, if there is one: by renormalisation."""
+    n = _steps_to_return(a, b)
+    if n == 0:
+        return UNDECIDED
+    left, right = a ** (n - 1) * b, a ** (n - 2) * b * b
+    if left == -1.0:
+        return UNDECIDED
+    if left > -1.0:
+        return LocalAttractor("periodic", n)
+    if (right - 1.0) * (-left - 1.0) > 1.0:
+        return LocalAttractor("chaotic", 1)
+    inner = _of_folded_map(right, left)
+    return LocalAttractor(inner.kind, n * inner.period)
+
+
+def _steps_to_return(a: float, b: float) -> int:
+    """Return n, the last index up to which the images c_2, c_3, ... of the corner are negative.
+
+    For a >= 1 only n = 2 can be renormalised: a longer stay left of 0 stretches so much that
+    (|A| - 1) (B - 1) > 1. The answer 0 means too many steps, or an image on the corner.
+    """
+    if a >= 1.0:
+        return 2
+    c, n = 1.0 + b, 2
+    while True:
+        c = a * c + 1.0
+        if c > 0.0:
+            return n
+        n += 1
+        if c == 0.0 or n > LONGEST:
+            return 0
+
+
+def paired_side(a: float, b: float) -> int:
+    """Return the sign of mu for which both fixed points exist; 0 if there is one on each side.
+
+    Fixed points lie at mu / (1 - a) <= 0 and at mu / (1 - b) >= 0.
+    """
+    if (1.0 - a) * (1.0 - b) > 0.0:
+        return 0
+    return 1 if a > b else -1
+
+
+def doubled_side(a: float, b: float) -> int:
+    """Return the sign of mu for which there is a cycle of period 2; 0 if for neither.
+
+    Its points are mu (1 + b) / (1 - a b) < 0 and mu (1 + a) / (1 - a b) > 0 (Feigin).
+    """
+    if not (1.0 + a) * (1.0 + b) < 0.0:
+        return 0
+    product = 0.0 if 0.0 in (a, b) else a * b
+    rising = (1.0 + a > 0.0) == (1.0 - product > 0.0)
+    return 1 if rising else -1

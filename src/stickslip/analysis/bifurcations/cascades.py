@@ -1,0 +1,348 @@
+"""Cascades of flips, followed from flip to flip to where they accumulate."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.bifurcation import Bifurcation, Cascade
+from stickslip.analysis.bifurcations.conditions.conditions import Flip
+from stickslip.analysis.bifurcations.conditions.locate import solve_near
+from stickslip.analysis.bifurcations.normal_forms import FlipCoefficient, flip_coefficient
+from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.maps.protocol import values_and_slopes
+from stickslip.analysis.orbits.bundles import OrbitBundle, polish_orbits
+from stickslip.analysis.orbits.shooting import solve_orbit
+from stickslip.analysis.threads import in_threads
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stickslip.analysis.bifurcations.conditions.locate import Located
+    from stickslip.analysis.bifurcations.scan.nodes import Family
+    from stickslip.analysis.continuation.orbit_branch import OrbitBranch
+    from stickslip.analysis.maps.protocol import Floats, MapFamily
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
+
+__all__ = ["accumulation", "cascades"]
+
+LONGEST: Final = 256  # period of the last flip that is solved for
+SHARP: Final = 1e-3  # of a gap: flips known less well than that end a cascade
+WAY: Final = 0.45  # a doubled orbit flips where its parent's multiplier has moved on by about so
+STARTS: Final = (0.15, 0.05, 0.3, 0.015)  # of that way: where the doubled orbit is solved for
+STRIDES: Final = (2, 6)  # from there to where its own flip is expected; more if these fail
+BESIDE: Final = 0.05  # of the way on: where orbits on both sides of a flip are shown
+ENOUGH: Final = 5e-11  # of the value: an accumulation known so well needs no more flips
+STEADY: Final = 2.0  # factor between two ratios up to which a sequence counts as geometric
+APART: Final = 0.1  # of its expected size: a doubled orbit is further from its parent
+
+
+def cascades(
+    found: Sequence[Bifurcation],
+    branches: Sequence[OrbitBranch],
+    family: Family,
+    range: tuple[float, float],
+    max_period: int,
+) -> list[Cascade]:
+    """Follow the cascade that starts at each supercritical flip of no doubled orbit.
+
+    Parameters
+    ----------
+    found : sequence of Bifurcation
+    branches : sequence of OrbitBranch
+        They tell which flip follows which.
+    family : Family
+    range : tuple of float
+        A cascade that leaves it ends there.
+    max_period : int
+        Of the orbits on the branches.
+
+    Returns
+    -------
+    list of Cascade
+        Those with two flips at least; flips that are not in ``found`` have ``in_cascade``.
+    """
+    flips = [b for b in found if b.kind == "flip" and b.criticality == "super"]
+    after = {id(flip): _successor(flip, flips, branches) for flip in flips}
+    followers = {id(flip) for flip in after.values()}
+
+    def chain_from(flip: Bifurcation) -> list[Bifurcation]:
+        chain = [flip]
+        while (successor := after[id(chain[-1])]) is not None:
+            chain.append(successor)
+        if 2 * chain[-1].period > max_period:
+            chain += _beyond(chain, family, range)
+        return chain
+
+    chains = in_threads(chain_from, (flip for flip in flips if id(flip) not in followers))
+    return [_cascade(chain) for chain in chains if len(chain) > 1]
+
+
+def _successor(
+    flip: Bifurcation, flips: list[Bifurcation], branches: Sequence[OrbitBranch]
+) -> Bifurcation | None:
+    """Return the flip of the orbit that is born at a flip."""
+    for branch in branches:
+        if branch.period != 2 * flip.period:
+            continue
+        for end, rows in ((branch.ends[0], 1), (branch.ends[1], -1)):
+            if end.reason != "period halves" or end.value != flip.value:
+                continue
+            if not np.isin(flip.points, end.points).all():
+                continue
+            passed = [item for item in branch.bifurcations[::rows] if item.kind == "flip"]
+            if passed:
+                return next((b for b in flips if b.value == passed[0].value), None)
+    return None
+
+
+# ------------------------------------------------------------------ beyond the lists
+
+
+@dataclass(frozen=True)
+class _Level:
+    """A flip, the derivative of the multiplier there, and the normal form's coefficient."""
+
+    flip: Bifurcation
+    slope: float
+    coefficient: FlipCoefficient
+
+
+def _beyond(
+    chain: list[Bifurcation], family: Family, range: tuple[float, float]
+) -> list[Bifurcation]:
+    """Follow a cascade from its last flip on, as far as it takes and as flips are sharp."""
+    level = _Level(chain[-1], _slope(chain[-1], family), _coefficient(chain[-1], family))
+    found: list[Bifurcation] = []
+    while 2 * level.flip.period <= LONGEST and level.slope != 0:
+        located = _next_flip(level, family)
+        if located is None or not range[0] <= located.value <= range[1]:
+            break
+        if not located.error < SHARP * abs(located.value - level.flip.value):
+            break
+        level = _next_level(located, family)
+        if level.flip.criticality != "super":
+            break
+        found.append(level.flip)
+        where, error = _accumulation([*chain, *found])
+        if error < ENOUGH * abs(where):
+            break
+    return found
+
+
+def _slope(flip: Bifurcation, family: Family) -> float:
+    """Differentiate an orbit's multiplier with respect to the parameter, at its flip."""
+    try:
+        step = max(1e3 * flip.error, 1e-9 * abs(flip.value))
+        return solve_near(flip.condition, family.whole, flip.value, step=step).slope
+    except (ConditionLost, ValueError):
+        return 0.0
+
+
+def _coefficient(flip: Bifurcation, family: Family) -> FlipCoefficient:
+    return flip_coefficient(family.whole(flip.value), flip.points)
+
+
+def _next_flip(level: _Level, family: Family) -> Located | None:
+    """Solve for the flip of the orbit that a flip gives birth to."""
+    last, way = level.flip, -WAY / level.slope  # it lives where the multiplier is below -1
+    start = _doubled(level, way, family)
+    if start is None:
+        return None
+    grown = next(filter(None, (_grown(start, last, way, n, family) for n in STRIDES)), None)
+    if grown is None:
+        return None
+    f, points = grown
+    ends = sorted((last.value, last.value + 2 * way))
+    try:
+        found = solve_near(
+            Flip(2 * last.period, tuple(points.tolist())),
+            family.whole,
+            float(f.parameters[family.name]),
+            step=0.05 * abs(way),
+            within=(ends[0], ends[1]),
+        )
+    except (ConditionLost, ValueError):
+        return None
+    return None if found.quality == "failed" else found
+
+
+def _grown(
+    start: tuple[MapFamily, OrbitBundle, float],
+    last: Bifurcation,
+    way: float,
+    strides: int,
+    family: Family,
+) -> tuple[MapFamily, Floats] | None:
+    """Carry a doubled orbit from where it was solved for to where its own flip is expected.
+
+    Its two halves part like the square root of the distance from the flip that it was born at,
+    and their middle moves away from the orbit that flipped in proportion to it.
+    """
+    f, bundle, q = start
+    points = bundle.points[0]
+    for value in np.linspace(q, last.value + way, strides + 1)[1:].tolist():
+        ratio = (value - last.value) / (q - last.value)
+        halves = points.reshape(2, -1)
+        apart = math.sqrt(ratio) * 0.5 * (halves[0] - halves[1])
+        middle = last.points + ratio * (halves.mean(axis=0) - last.points)
+        found = _polished(np.concatenate([middle + apart, middle - apart]), family, value)
+        if found is None or not _apart(found[1], np.abs(apart).max()):
+            return None
+        (f, bundle), q = found, value
+        points = bundle.points[0]
+        if bundle.multipliers[0] < -1:
+            break
+    return f, points
+
+
+def _doubled(
+    level: _Level, way: float, family: Family
+) -> tuple[MapFamily, OrbitBundle, float] | None:
+    """Solve for the orbit born at a flip, from the size that the normal form foretells.
+
+    On the unstable side u -> -(1 + e) u + c u^3 with e = abs(slope) abs(q - q0) has the cycle
+    u = ±sqrt(e / c).
+    """
+    last, coefficient = level.flip, level.coefficient.value
+    if not coefficient > 0:
+        return None
+    _, slopes = values_and_slopes(family.whole(last.value), last.points)
+    shape = np.cumprod(np.concatenate([[1.0], slopes[:-1]]))
+    for share in STARTS:
+        q = last.value + share * way
+        u = math.sqrt(abs(level.slope * share * way) / coefficient) * shape
+        guess = np.concatenate([last.points + u, last.points - u])
+        found = _polished(guess, family, q)
+        if found is not None and _apart(found[1], np.abs(u).max()):
+            return (*found, q)
+    return None
+
+
+def _polished(guess: Floats, family: Family, q: float) -> tuple[MapFamily, OrbitBundle] | None:
+    f = family.whole(q)
+    periods = np.array([len(guess)], dtype=np.intp)
+    blank = np.full((1, len(guess)), np.nan)
+    labels = np.zeros((1, len(guess)), dtype=np.uint64)
+    moved = polish_orbits(OrbitBundle(periods, guess[None], blank, labels), f)
+    if not moved.converged[0] or moved.collapsed[0]:
+        return None
+    return f, moved.bundle
+
+
+def _apart(bundle: OrbitBundle, size: float) -> bool:
+    """Tell whether an orbit is its own, and not its parent twice."""
+    points = bundle.points[0]
+    half = len(points) // 2
+    return bool(np.abs(points[:half] - points[half:]).max() > APART * size)
+
+
+def _next_level(found: Located, family: Family) -> _Level:
+    """Make a bifurcation of a flip beyond the lists, with the orbits on both sides."""
+    points = np.array(found.reading.points)
+    points = np.roll(points, -int(np.argmin(points)))
+    coefficient = flip_coefficient(family.whole(found.value), points)
+    flip = Bifurcation(
+        kind="flip",
+        parameter=family.name,
+        value=float(found.value),
+        error=float(found.error),
+        period=len(points),
+        points=points,
+        criticality=coefficient.criticality,
+        quality=found.quality,
+        interval=found.interval,
+        residual=found.residual,
+        condition=found.reading.condition,
+        multipliers=found.reading.multipliers,
+        in_cascade=True,
+    )
+    level = _Level(flip, float(found.slope), coefficient)
+    return replace(level, flip=_with_orbits(level, family))
+
+
+def _with_orbits(level: _Level, family: Family) -> Bifurcation:
+    """Add the parent on both sides and its double where that lives."""
+    flip, slope = level.flip, level.slope
+    if slope == 0 or flip.criticality is None:
+        return flip
+    way = -WAY / slope if flip.criticality == "super" else WAY / slope
+    sides: list[list[PeriodicOrbit]] = []
+    for share in (-BESIDE, BESIDE):
+        parent = solve_orbit(family.whole(flip.value + share * way), flip.points)
+        sides.append([parent] if parent.quality == "located" else [])
+    start = _doubled(level, BESIDE / STARTS[0] * way, family)
+    if start is not None:
+        double = solve_orbit(start[0], start[1].points[0])
+        sides[1] += [double] if double.quality == "located" else []
+    before, after = sides if way > 0 else sides[::-1]
+    return replace(flip, orbits_before=tuple(before), orbits_after=tuple(after))
+
+
+# ------------------------------------------------------------------ the accumulation
+
+
+def _cascade(chain: list[Bifurcation]) -> Cascade:
+    values = np.array([flip.value for flip in chain])
+    gaps = np.diff(values)
+    ratios = gaps[:-1] / gaps[1:]
+    value, error = _accumulation(chain)
+    return Cascade(tuple(chain), value, error, ratios)
+
+
+def _accumulation(chain: list[Bifurcation]) -> tuple[float, float]:
+    values, errors = ([getattr(flip, name) for flip in chain] for name in ("value", "error"))
+    return accumulation(np.array(values), np.array(errors))
+
+
+def accumulation(values: Floats, errors: Floats) -> tuple[float, float]:
+    """Extrapolate the flips of a cascade to where they accumulate, by Aitken's method.
+
+    Parameters
+    ----------
+    values : ndarray of float, shape (n,)
+        Where the flips are, in their order.
+    errors : ndarray of float, shape (n,)
+
+    Returns
+    -------
+    value, error : float
+        Each three successive flips make an estimate; where the estimates themselves come
+        closer by a steady ratio, each three of them make a better one. Of the best kind the
+        one that differs least from the one before it; that difference, and what the flips'
+        errors do to it. NaN and infinity for fewer than three flips, an infinite error for
+        three.
+    """
+    if len(values) < 3:
+        return math.nan, math.inf
+    estimates, ratios = _extrapolated(values)
+    # d(estimate) is the error of a flip, amplified by at most ratio / (ratio - 1)^2.
+    noise = np.array([errors[k : k + 3].sum() for k in range(len(estimates))])
+    noise *= np.abs(ratios) / (ratios - 1) ** 2 + 1
+    value, error = _steadiest(estimates, noise)
+    if len(estimates) >= 4:
+        better, ratios = _extrapolated(estimates)
+        if max(ratios[-2:]) < STEADY * min(ratios[-2:]) and min(ratios[-2:]) > 1:
+            second = _steadiest(better, 2 * noise[2:])
+            if second[1] < error:
+                value, error = second
+    return value, error
+
+
+def _extrapolated(values: Floats) -> tuple[Floats, Floats]:
+    """Return Aitken's estimates from each three successive values, and the ratios of gaps."""
+    gaps = np.diff(values)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = gaps[:-1] / gaps[1:]
+        estimates = values[2:] + gaps[1:] / (ratios - 1)
+    return estimates, ratios
+
+
+def _steadiest(estimates: Floats, noise: Floats) -> tuple[float, float]:
+    """Return the estimate that differs least from the one before it, and its error."""
+    steps = np.abs(np.diff(estimates, prepend=np.inf)) + noise
+    best = int(np.nanargmin(steps)) if np.isfinite(steps).any() else 0
+    return float(estimates[best]), float(steps[best])

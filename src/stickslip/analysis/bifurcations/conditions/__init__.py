@@ -1,0 +1,1 @@
+"""What is solved at a bifurcation, and where it holds."""

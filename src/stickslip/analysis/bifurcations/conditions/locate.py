@@ -1,0 +1,315 @@
+"""Zeros of a condition along one number: bracketed, or from a guess."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+
+from stickslip.analysis.branches.along.borders import ConditionLost
+
+if TYPE_CHECKING:
+    from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
+    from stickslip.analysis.maps.protocol import Map1D
+
+__all__ = ["Located", "MapAt", "Readings", "solve", "solve_near"]
+
+MapAt: TypeAlias = "Callable[[float], Map1D]"
+
+MAX_STEPS: Final = 80  # bisection alone takes 60
+MAX_SECANT: Final = 30
+STRIDES: Final = (1, 4, 16)  # steps to a far point: more of them if the condition is lost
+BELOW_NOISE: Final = 0.25  # of the noise: a smaller value is as good as zero
+ABOVE_NOISE: Final = 1e3  # times the noise: values fit for a slope
+WIDEST: Final = 64.0  # times the step: how far from its guess a secant may go
+SPAN: Final = 1e-4  # of a bracket, or of a step: where a slope is taken if no value is fit
+NEARBY: Final = 64.0  # ulp: values closer to a zero than that are not fit for a slope
+
+
+@dataclass(frozen=True)
+class Located:
+    """A zero of a condition.
+
+    Attributes
+    ----------
+    value : float
+    error : float
+        (abs(test function) + noise) / abs(slope), at least 2 ulp.
+    residual : float
+        Test function at `value`.
+    interval : tuple of float
+        ``value`` minus and plus ``error``.
+    quality : str
+        ``located``, or ``failed`` where the test function jumps over zero.
+    slope : float
+        Of the test function.
+    reading : Reading
+        At `value`.
+    n_readings : int
+        How often the condition was evaluated.
+    """
+
+    value: float
+    error: float
+    residual: float
+    interval: tuple[float, float]
+    quality: str
+    slope: float
+    reading: Reading
+    n_readings: int = 0
+
+
+@dataclass
+class Readings:
+    """A condition along one number; every reading starts from the nearest one so far."""
+
+    condition: Condition
+    at: MapAt
+    known: dict[float, Reading] = field(default_factory=dict)
+
+    def __call__(self, t: float) -> float:
+        """Test function at t.
+
+        Raises
+        ------
+        ConditionLost
+            Also where the map itself does not exist (a parameter out of its range).
+        """
+        if t not in self.known:
+            self.known[t] = self._read(t)
+        return self.known[t].value
+
+    def is_zero(self, t: float) -> bool:
+        """Whether the test function at a known t is below rounding."""
+        reading = self.known[t]
+        return abs(reading.value) <= BELOW_NOISE * reading.noise
+
+    def _read(self, t: float) -> Reading:
+        if not self.known:
+            return self._one(self.condition, t)
+        start = min(self.known, key=lambda s: abs(s - t))
+        for n in STRIDES:
+            try:
+                condition = self.known[start].condition
+                for k in range(1, n):
+                    condition = self._one(condition, start + (t - start) * k / n).condition
+                return self._one(condition, t)
+            except ConditionLost:
+                if n == STRIDES[-1]:
+                    raise
+        raise AssertionError  # the last stride returns or raises
+
+    def _one(self, condition: Condition, t: float) -> Reading:
+        try:
+            f = self.at(t)
+        except ValueError as reason:
+            raise ConditionLost(str(reason)) from reason
+        return condition.at(f)
+
+    def located(self, t: float, span: float) -> Located:
+        """Judge a zero: its slope, its error, and whether the function jumps there.
+
+        Parameters
+        ----------
+        t : float
+        span : float
+            Where a slope is taken if no other reading is fit for it.
+        """
+        reading = self.known[t]
+        slope = self._slope(t, span)
+        ulp = float(np.spacing(abs(t)))
+        error = (abs(reading.value) + reading.noise) / abs(slope) if slope != 0 else math.inf
+        error = max(error, 2.0 * ulp)
+        return Located(
+            value=t,
+            error=error,
+            residual=reading.value,
+            interval=(t - error, t + error),
+            quality="failed" if self._jumps_at(t) else "located",
+            slope=slope,
+            reading=reading,
+            n_readings=len(self.known),
+        )
+
+    def _jumps_at(self, t: float) -> bool:
+        """Tell whether the sign changes by a jump: much steeper there than on the zero's side."""
+        zero = self.known[t]
+        across = [s for s in self.known if self.known[s].value * zero.value < 0]
+        if not across:
+            return False
+        s = min(across, key=lambda s: abs(s - t))
+        rise = abs(self.known[s].value - zero.value)
+        if rise <= ABOVE_NOISE * zero.noise:
+            return False
+        own = [r for r in self.known if (r - t) * (t - s) > 0]
+        if own and not self._too_steep(min(own, key=lambda r: abs(r - t)), t, s):
+            return False
+        try:
+            return self._too_steep(t + NEARBY * (t - s), t, s)
+        except ConditionLost:
+            return False
+
+    def _too_steep(self, r: float, t: float, s: float) -> bool:
+        """Tell whether the slope from a zero t to r cannot explain the value at s beyond it."""
+        zero, across = self.known[t], self.known[s]
+        slope = abs(self(r) - zero.value) / abs(r - t)
+        rise = abs(across.value - zero.value)
+        return rise > ABOVE_NOISE * (zero.noise + slope * abs(s - t))
+
+    def _slope(self, t: float, span: float) -> float:
+        """Slope of the test function beside its zero; 0 if it cannot be told."""
+        zero = self.known[t]
+        enough, apart = ABOVE_NOISE * zero.noise, NEARBY * float(np.spacing(abs(t)))
+        fit = [
+            s
+            for s in sorted(self.known, key=lambda s: abs(s - t))
+            if abs(s - t) >= apart and abs(self.known[s].value - zero.value) > enough
+        ]
+        span = max(span, apart)  # or t + span may be t itself
+        for s in [*fit, t + span, t - span]:
+            try:
+                return (self(s) - zero.value) / (s - t)
+            except ConditionLost:
+                continue
+        return 0.0
+
+
+def solve(condition: Condition, at: MapAt, low: float, high: float) -> Located:
+    """Find the zero of a condition between two numbers where its signs differ.
+
+    Parameters
+    ----------
+    condition : Fold, Flip, Collision or Connection
+        Started from close to one of the ends.
+    at : callable
+        The map for one number, such as ``lambda q: f.replace(alpha=q)``.
+    low, high : float
+
+    Returns
+    -------
+    Located
+        With ``quality`` "failed" where the test function only jumps over zero.
+
+    Raises
+    ------
+    ConditionLost
+        It does not exist all over the bracket.
+    ValueError
+        The signs at the ends agree.
+
+    Examples
+    --------
+    >>> from stickslip.analysis.examples import logistic
+    >>> from stickslip.analysis.bifurcations.conditions.conditions import Flip
+    >>> f = logistic(3.2)
+    >>> solve(Flip(1, (0.6875,)), lambda r: f.replace(r=r), 2.5, 3.5).value
+    3.0
+    """
+    g = Readings(condition, at)
+    try:
+        g(low)
+        g(high)
+    except ConditionLost:
+        if g.known:
+            raise
+        g(high)
+        g(low)
+    if g(low) * g(high) > 0:
+        raise ValueError(
+            f"the test function has the values {g(low):.6g} at {low:.12g} and {g(high):.6g} at "
+            f"{high:.12g}: a zero between them is not certain. Take ends with different signs."
+        )
+    return g.located(_between(g, low, high), SPAN * (high - low))
+
+
+def solve_near(
+    condition: Condition,
+    at: MapAt,
+    guess: float,
+    *,
+    step: float,
+    slope: float = math.nan,
+    within: tuple[float, float] = (-math.inf, math.inf),
+) -> Located:
+    """Find the zero of a condition close to a guess.
+
+    Parameters
+    ----------
+    condition : Fold, Flip, Collision or Connection
+        Started from close to the guess.
+    at : callable
+        The map for one number.
+    guess : float
+    step : float
+        How far off the guess may be; also the first step, where no slope is given.
+    slope : float, optional
+        Of the test function, as far as known.
+    within : pair of float, optional
+        Never evaluated outside.
+
+    Raises
+    ------
+    ConditionLost
+        It does not exist, or there is no zero nearby.
+    """
+    g = Readings(condition, at)
+    lo, hi = max(within[0], guess - WIDEST * step), min(within[1], guess + WIDEST * step)
+    old = min(max(guess, lo), hi)
+    g(old)
+    if g.is_zero(old):
+        return g.located(old, SPAN * step)
+    move = -g(old) / slope if math.isfinite(slope) and slope != 0 else step
+    if abs(move) > WIDEST * step:
+        move = math.copysign(step, move)
+    new = old + move if lo <= old + move <= hi else old - move
+    new = min(max(new, lo), hi)
+    for _ in range(MAX_SECANT):
+        if g(new) * g(old) < 0 and not g.is_zero(new):
+            return g.located(_between(g, min(old, new), max(old, new)), SPAN * step)
+        if g.is_zero(new) or abs(new - old) <= 2 * np.spacing(abs(new)):
+            return g.located(new, SPAN * step)
+        rise = g(new) - g(old)
+        following = new - g(new) * (new - old) / rise if rise != 0 else math.inf
+        if new in (lo, hi) and not lo <= following <= hi:
+            break
+        old, new = new, min(max(following, lo), hi)
+    raise ConditionLost(f"the test function has no zero near {guess:.12g}")
+
+
+def _between(g: Readings, low: float, high: float) -> float:
+    """Zero between two numbers where the signs differ: Brent's method, readings from near by."""
+    a, b = (low, high) if abs(g(low)) > abs(g(high)) else (high, low)
+    # b is the best so far, a on the other side, c the one before b.
+    c, wide = a, True
+    for _ in range(MAX_STEPS):
+        if g.is_zero(b) or abs(b - a) <= 2 * np.spacing(abs(b)):
+            break
+        t = _proposal(g, a, b, c)
+        if not (min(b, 0.75 * a + 0.25 * b) < t < max(b, 0.75 * a + 0.25 * b)) or not wide:
+            t = 0.5 * (a + b)
+        before = abs(b - a)
+        # A step to where rounding begins would only be repeated.
+        t = b + math.copysign(max(abs(t - b), float(np.spacing(abs(b)))), a - b)
+        c = b
+        if g(t) * g(b) < 0:
+            a = b
+        b = t
+        if abs(g(a)) < abs(g(b)):
+            a, b = b, a
+        wide = abs(b - a) <= 0.5 * before or abs(g(b)) <= 0.5 * abs(g(c))
+    return b
+
+
+def _proposal(g: Readings, a: float, b: float, c: float) -> float:
+    """Inverse quadratic interpolation through three values, or the secant through two."""
+    ga, gb, gc = g(a), g(b), g(c)
+    if ga != gc and gb != gc:
+        return (
+            a * gb * gc / ((ga - gb) * (ga - gc))
+            + b * ga * gc / ((gb - ga) * (gb - gc))
+            + c * ga * gb / ((gc - ga) * (gc - gb))
+        )
+    return b - gb * (b - a) / (gb - ga)

@@ -1,0 +1,270 @@
+"""Images of a point with their slopes, and orbits followed into a changed map."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
+from stickslip.analysis.orbits.shooting import polish
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.branches.along.borders import BorderReading
+    from stickslip.analysis.maps.protocol import Floats, Map1D
+
+__all__ = [
+    "Followed",
+    "Path",
+    "bend",
+    "follow_orbit",
+    "multiplier_noise",
+    "path_from",
+    "path_of",
+    "rounding",
+    "slope_one",
+]
+
+EPS: Final = float(np.finfo(np.float64).eps)
+ROUNDINGS: Final = 4.0  # of a value of the map, for one that does not tell its accuracy
+STEP: Final = 1e-7  # of the domain: second derivatives are differences of slopes this far apart
+FINEST: Final = 1e-9  # of the domain: ... or at least this far, where that is needed
+SLOW: Final = 0.1  # reduction of the error by one step that tells of a good second derivative
+SHARP: Final = 1e-15  # of the domain: what a last step may still add to f^p(x) - x
+SETTLED: Final = 1e-7  # of the domain: what a step this short changes, Taylor's formula tells
+MAX_NEWTON: Final = 20
+FARTHEST: Final = 0.02  # of the domain: longest step of Newton's method
+DISTINCT: Final = 1e-9  # of the domain: points of an orbit this close together are one
+
+
+@dataclass(frozen=True)
+class Path:
+    """A point and its images, as far as there are any.
+
+    Attributes
+    ----------
+    points : tuple of float, length n + 1
+    slopes : tuple of float, length n
+        Of the map at all points but the last.
+    labels : tuple of int
+        Of the points that the map was evaluated at.
+    complete : bool
+        Whether all images exist.
+    """
+
+    points: tuple[float, ...]
+    slopes: tuple[float, ...]
+    labels: tuple[int, ...]
+    complete: bool
+
+    @property
+    def slope(self) -> float:
+        """Of the power of the map, NaN if an image is missing."""
+        return math.prod(self.slopes) if self.complete else math.nan
+
+    def end_reason(self, border: BorderReading) -> str:
+        """Say where the images of a critical point end."""
+        n = len(self.points) - 1
+        if n == 0:
+            return f"the {border.kind} at {border.x:.12g} has no value on that side"
+        what = f"image {n} of the {border.kind} at {border.x:.12g}, {self.points[-1]:.12g}"
+        return f"{what}, has left the domain or lies in a gap"
+
+
+def path_from(f: Map1D, critical: BorderReading, side: int, n: int) -> Path:
+    """Apply a map ``n`` times to one side of a critical point."""
+    value = critical.value(side)
+    if not math.isfinite(value):
+        return Path((critical.x,), (), (), False)
+    rest = path_of(f, value, n - 1)
+    return Path(
+        (critical.x, *rest.points),
+        (critical.slope(side), *rest.slopes),
+        rest.labels,
+        rest.complete,
+    )
+
+
+def path_of(f: Map1D, x: float, n: int) -> Path:
+    """Apply a map ``n`` times to a point, as far as there are values."""
+    points: list[float] = [x]
+    slopes: list[float] = []
+    labels: list[int] = []
+    for _ in range(n):
+        step = sample(f, points[-1])
+        if not np.isfinite(step.value):
+            return Path(tuple(points), tuple(slopes), tuple(labels), False)
+        points.append(float(step.value))
+        slopes.append(float(step.derivative))
+        labels.append(int(step.label))
+    return Path(tuple(points), tuple(slopes), tuple(labels), True)
+
+
+def rounding(f: Map1D, path: Path, position: float = 0.0) -> float:
+    """Estimate the rounding error at the end of a path: that of each value, carried on.
+
+    Parameters
+    ----------
+    f : Map1D
+    path : Path
+    position : float
+        How far off the first point may be besides its own rounding.
+    """
+    carried, error = 1.0, 0.0
+    for slope in reversed(path.slopes):
+        error += _accuracy(f) * carried
+        # An infinite slope carries nothing on: the value beside it is a limit.
+        carried *= abs(slope) if math.isfinite(slope) else 1.0
+    return error + (position + float(np.spacing(abs(path.points[0])))) * (1.0 + carried)
+
+
+def _accuracy(f: Map1D) -> float:
+    """Error of one value, by the map's own word if it has one (``accuracy``)."""
+    whole = getattr(f, "whole", f)
+    known = getattr(whole, "accuracy", None)
+    return ROUNDINGS * EPS * domain_width(whole) if known is None else float(known)
+
+
+# ---------------------------------------------------------------- periodic orbits
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A periodic orbit after Newton's method.
+
+    Attributes
+    ----------
+    points, slopes : tuple of float, length p
+    labels : tuple of int, length p
+    error : float
+        Bound of the points' errors.
+    """
+
+    points: tuple[float, ...]
+    slopes: tuple[float, ...]
+    labels: tuple[int, ...]
+    error: float
+
+    @property
+    def slope(self) -> float:
+        """The multiplier."""
+        return math.prod(self.slopes)
+
+
+def multiplier_noise(f: Map1D, orbit: Followed) -> float:
+    """Estimate the rounding in a multiplier: some in each slope, and what the points' errors make.
+
+    How much a multiplier depends on the points is seen from their neighbours.
+    """
+    h = STEP * domain_width(getattr(f, "whole", f))
+    _, beside = values_and_slopes(f, np.array(orbit.points) + h)
+    with np.errstate(all="ignore"):
+        bends = np.abs(beside / np.array(orbit.slopes) - 1.0) / h
+    # Across a break, or beside a slope of zero, this says nothing.
+    relative = ROUNDINGS * EPS + orbit.error * np.where(np.isfinite(bends), bends, 0.0)
+    return float(abs(orbit.slope) * relative.sum())
+
+
+def follow_orbit(f: Map1D, points: tuple[float, ...]) -> Followed:
+    """Find the periodic orbit close to where it was in another map.
+
+    Raises
+    ------
+    ConditionLost
+        Newton's method does not converge, or to an orbit of a shorter period.
+    """
+    start = np.array([points])
+    lo, hi = f.domain
+    labels: list[int] = []
+
+    def evaluate(_: NDArray[np.intp], x: Floats) -> tuple[Floats, Floats]:
+        values = sample(f, x)
+        labels[:] = values.label.tolist()
+        return values.value, values.derivative
+
+    scale = domain_width(getattr(f, "whole", f))
+    found = polish(evaluate, start, np.full_like(start, lo), np.full_like(start, hi), scale)
+    if not found.converged[0]:
+        raise ConditionLost(f"the orbit of period {len(points)} at {points[0]:.12g} is gone")
+    x = found.points[0]
+    if len(x) > 1 and np.min(np.abs(x[1:] - x[0])) <= DISTINCT * scale:
+        raise ConditionLost(f"the orbit of period {len(points)} has become one of a shorter period")
+    return Followed(
+        tuple(x.tolist()), tuple(found.slopes[0].tolist()), tuple(labels), float(found.error.max())
+    )
+
+
+def slope_one(f: Map1D, p: int, x: float) -> tuple[Path, float, float]:
+    """Find where f^p has slope 1, near x.
+
+    Returns
+    -------
+    path : Path
+        Of that point.
+    curvature : float
+        (f^p)'' there.
+    value : float
+        f^p(x) - x there; it is stationary, so it is sharper than the point.
+
+    Raises
+    ------
+    ConditionLost
+        There is no such point nearby.
+    """
+    scale = domain_width(getattr(f, "whole", f))
+    h, last = STEP * scale, math.inf
+    for _ in range(MAX_NEWTON):
+        path, slope, curvature = bend(f, p, x, h)
+        if abs(1.0 - slope) > SLOW * last:
+            h = max(0.1 * h, FINEST * scale)  # f^p bends on a smaller scale than that
+        last = abs(1.0 - slope)
+        step = (1.0 - slope) / curvature if curvature != 0 else math.inf
+        if not abs(step) < FARTHEST * scale:
+            break
+        # Where f^p bends sharply even a small step matters to the value.
+        if abs(step) <= SETTLED * scale and abs((1.0 - slope) * step) <= SHARP * scale:
+            value = path.points[-1] - path.points[0] - 0.5 * (1.0 - slope) * step
+            return _shifted(path, step), curvature, value
+        x += step
+    raise ConditionLost(f"the slope of f^{p} is not 1 near {x:.12g}")
+
+
+def _shifted(path: Path, step: float) -> Path:
+    """Move the start of a path a little, and its images with it."""
+    shifts = step * np.cumprod([1.0, *path.slopes])
+    points = tuple((np.array(path.points) + shifts).tolist())
+    return Path(points, path.slopes, path.labels, path.complete)
+
+
+def bend(f: Map1D, p: int, x: float, h: float) -> tuple[Path, float, float]:
+    """Path of x, slope and second derivative of f^p there.
+
+    The second derivative is a difference of slopes ``h`` apart, from one side beside a break.
+
+    Raises
+    ------
+    ConditionLost
+        There is no image, or a break on both sides.
+    """
+    points = np.array([x - h, x, x + h])
+    slopes, labels, centre = np.ones(3), [], [float(x)]
+    centre_slopes: list[float] = []
+    usable = np.ones(3, dtype=bool)
+    for _ in range(p):
+        step = sample(f, points)
+        usable &= np.isfinite(step.value) & (step.label == step.label[1])
+        points, slopes = step.value, slopes * step.derivative
+        labels.append(int(step.label[1]))
+        centre.append(float(points[1]))
+        centre_slopes.append(float(step.derivative[1]))
+    if not usable[1] or not usable[[0, 2]].any():
+        raise ConditionLost(f"f^{p} is not smooth beside {x:.12g}")
+    first, last = (0 if usable[0] else 1), (2 if usable[2] else 1)
+    curvature = float(slopes[last] - slopes[first]) / ((last - first) * h)
+    path = Path(tuple(centre), tuple(centre_slopes), tuple(labels), True)
+    return path, float(slopes[1]), curvature

@@ -1,0 +1,1 @@
+"""Crises: attractors that meet unstable orbits."""

@@ -1,0 +1,380 @@
+"""Crises and mergings of bands: where chaotic attractors end, jump in size or join their bands.
+
+The edges of a chaotic attractor are early images of breaks and turning points. A crisis is the
+parameter value where such an image meets an unstable orbit beside the attractor: on the boundary
+of its basin the attractor is lost, elsewhere it suddenly grows, and where the orbit lies between
+two of its bands they merge (Grebogi, Ott and Yorke, Physica D 7, 181, 1983).
+
+The search starts from the attractors on a grid of parameter values. Where a chaotic one is not the
+same at the next value, the unstable orbits beside its edges are looked up, and for each edge and
+orbit the condition ``image = orbit`` is solved between the two values. A zero counts if the
+attractors on both its sides confirm the change. If there is none, the interval is halved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from heapq import heappop, heappush
+from itertools import chain, islice, pairwise
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.conditions.conditions import Connection
+from stickslip.analysis.bifurcations.conditions.locate import solve_near
+from stickslip.analysis.bifurcations.crisis.attractor_changes import (
+    KINDS,
+    Change,
+    CrisisKind,
+    changes,
+    kind_of_change,
+    partner_of,
+)
+from stickslip.analysis.bifurcations.crisis.memo import RememberingMap
+from stickslip.analysis.bifurcations.crisis.parameter_point import ParameterPoint, parameter_point
+from stickslip.analysis.bifurcations.crisis.unstable_neighbours import Meeting, edges_of, meetings
+from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.threads import in_threads
+
+if TYPE_CHECKING:
+    from stickslip.analysis.attractors.attractor import Attractor
+    from stickslip.analysis.bifurcations.conditions.conditions import Condition
+    from stickslip.analysis.bifurcations.conditions.locate import Located, MapAt
+
+__all__ = [
+    "CrisisEvent",
+    "CrisisKind",
+    "crises",
+]
+
+
+BESIDE: Final = 2e-3  # of a grid interval: how far from an event its two sides are looked at
+NUDGES: Final = (1.0, 8.0, 0.1)  # times that, where windows or transients are in the way
+FINEST: Final = 1e-3  # of a grid interval: parts of it are halved down to this width
+UNLIKELY: Final = 16.0  # ... or this many times that, towards windows of long period
+MEETINGS: Final = 8  # of edges with orbits beside them that are tried, the closest first
+LOOKS: Final = 32  # values between two of the grid at which attractors are found, about
+MOST_BANDS: Final = 32  # of attractors whose changes are searched thoroughly
+GLANCE: Final = 1e-4  # of an interval: step that tells where an edge and an orbit move
+OVERSHOOT: Final = 3.0  # intervals: meetings foretold further away are not tried
+STEP: Final = 0.2  # of the way to a meeting: how well it is foretold
+TOUCHING: Final = 1e-8  # of the domain's width: an edge this close to an orbit meets it
+
+
+@dataclass(frozen=True, eq=False)
+class CrisisEvent:
+    """A chaotic attractor that is lost, or changes suddenly, at a parameter value.
+
+    Attributes
+    ----------
+    kind : {"boundary_crisis", "interior_crisis", "band_merging"}
+    value, error : float
+    condition : Connection
+        The image of a break or turning point on the unstable orbit, started from here.
+    located : Located
+        How it was solved.
+    points : tuple of float
+        The unstable orbit there, in the map's order, the point that is met first.
+    period : int
+        Of the unstable orbit.
+    attractors_before, attractors_after : tuple of Attractor
+        All attractors just below and just above `value`.
+    """
+
+    kind: CrisisKind
+    value: float
+    error: float
+    condition: Connection
+    located: Located
+    points: tuple[float, ...]
+    period: int
+    attractors_before: tuple[Attractor, ...]
+    attractors_after: tuple[Attractor, ...]
+
+
+def crises(
+    at: MapAt,
+    grid: Sequence[ParameterPoint],
+    *,
+    breaks: Iterable[float] = (),
+    max_period: int = 4,
+    finest: float = FINEST,
+) -> list[CrisisEvent]:
+    """Find the crises and band mergings between the values of a grid.
+
+    Parameters
+    ----------
+    at : callable
+        The map at a parameter value.
+    grid : sequence of ParameterPoint
+        At two or more ascending values; see `parameter_point`.
+    breaks : iterable of float
+        Values of bifurcations of orbits that are known already. What changes across them is
+        their doing and not searched for.
+    max_period : int
+        Longest period of the unstable orbits that an attractor may meet; orbits with the
+        period of the attractor's bands, or half of it, are always considered.
+    finest : float
+        Share of a grid interval below which a change that no event explains is left alone.
+
+    Returns
+    -------
+    list of CrisisEvent, ascending
+
+    Raises
+    ------
+    ValueError
+        The values of the grid do not ascend.
+
+    Notes
+    -----
+    A change that comes and goes between two values of the grid is not seen. Near the
+    accumulation of a cascade bands merge at ever closer values: the list ends where they are
+    closer than `finest` allows.
+    """
+    values = [point.value for point in grid]
+    if len(values) < 2 or any(b <= a for a, b in pairwise(values)):
+        raise ValueError("grid: points at two or more ascending values are needed.")
+    known = list(breaks)
+
+    def between(ends: tuple[ParameterPoint, ParameterPoint]) -> list[CrisisEvent]:
+        part = _Search(at, known, max_period)
+        part.interval(*ends, finest)
+        return part.events
+
+    search = _Search(at, known, max_period)
+    for event in chain.from_iterable(in_threads(between, pairwise(grid))):
+        search.keep(event)
+    search.at_end(grid[0], grid[0].value - grid[1].value)
+    search.at_end(grid[-1], grid[-1].value - grid[-2].value)
+    return sorted(search.events, key=lambda event: event.value)
+
+
+@dataclass(frozen=True)
+class _Ahead:
+    """A condition that will be met after some way, as its value and slope foretell."""
+
+    condition: Condition
+    way: float
+    slope: float
+
+
+class _Search:
+    """Intervals that wait to be searched, the widest first, and events found so far."""
+
+    def __init__(self, at: MapAt, breaks: Iterable[float], max_period: int) -> None:
+        self.at, self.max_period = at, max_period
+        self.breaks = np.unique(np.array(list(breaks), dtype=np.float64))
+        self.events: list[CrisisEvent] = []
+        self.waiting: list[tuple[float, float, ParameterPoint, ParameterPoint]] = []
+        self.looks_left = 0
+
+    def _look(self, value: float) -> ParameterPoint:
+        self.looks_left -= 1
+        return parameter_point(self.at, value, quick=True)
+
+    def interval(self, left: ParameterPoint, right: ParameterPoint, finest: float) -> None:
+        """Search between two values of the grid."""
+        smallest = finest * (right.value - left.value)
+        self.looks_left, self.waiting = LOOKS, []
+        self._wait(left, right)
+        while self.waiting and self.looks_left > 0:
+            *_, left, right = heappop(self.waiting)
+            self._explain(left, right, smallest)
+
+    def _wait(self, left: ParameterPoint, right: ParameterPoint) -> None:
+        if right.value > left.value and changes(left, right):
+            heappush(self.waiting, (left.value - right.value, left.value, left, right))
+
+    def _explain(self, left: ParameterPoint, right: ParameterPoint, smallest: float) -> None:
+        """Find the event that comes first, or cut the interval in two."""
+        seen = changes(left, right)
+        width = right.value - left.value
+        for change in seen:
+            found = self._event(change, BESIDE * width)
+            if found is None:
+                continue
+            event, below, above = found
+            self.keep(event)
+            if change.start is left:
+                self._wait(above, right)
+            else:
+                self._wait(left, below)
+            return
+        if width > smallest * min(map(self._worth, seen)):
+            self._cut(left, right)
+
+    def _cut(self, left: ParameterPoint, right: ParameterPoint) -> None:
+        """Cut at a known bifurcation, leaving out what it does, or else in the middle."""
+        inside = self.breaks[(self.breaks > left.value) & (self.breaks < right.value)]
+        if not inside.size:
+            middle = self._look(0.5 * (left.value + right.value))
+            self._wait(left, middle)
+            self._wait(middle, right)
+            return
+        at = float(inside[len(inside) // 2])
+        others = np.append(inside[inside != at], [left.value, right.value])
+        beside = BESIDE * float(np.min(np.abs(others - at)))
+        if beside > 4 * np.spacing(abs(at)):
+            self._wait(left, self._look(at - beside))
+            self._wait(self._look(at + beside), right)
+
+    def _worth(self, change: Change) -> float:
+        """Say how far to halve an interval in which an attractor changes, as a factor of `finest`.
+
+        Chaos is dense with windows of periodicity; only those of short period are searched
+        thoroughly, and cascades, whose periods are those of the bands times powers of two.
+        """
+        if not change.certain:
+            return np.inf
+        if change.attractor.period > MOST_BANDS:
+            return UNLIKELY
+        partner = partner_of(change.attractor, change.stop.attractors)
+        if partner is None or partner.kind != "periodic":
+            return 1.0
+        turns, rest = divmod(partner.period, change.attractor.period)
+        short = turns <= self.max_period or turns & (turns - 1) == 0
+        return 1.0 if rest == 0 and short else UNLIKELY
+
+    def _event(
+        self, change: Change, beside: float
+    ) -> tuple[CrisisEvent, ParameterPoint, ParameterPoint] | None:
+        """Return an event that the attractors on both sides confirm, and its sides."""
+        start, stop = change.start, change.stop
+        refuted: list[Located] = []
+        for zero in self._ahead(change):
+            located = self._solved(zero, start, stop)
+            if located is None or any(abs(located.value - r.value) <= r.error for r in refuted):
+                continue
+            upwards = start.value < stop.value
+            event = self._confirmed(located, change.attractor, upwards, beside)
+            if event is not None:
+                return event
+            refuted.append(located)
+        return None
+
+    def _confirmed(
+        self, located: Located, attractor: Attractor, upwards: bool, beside: float
+    ) -> tuple[CrisisEvent, ParameterPoint, ParameterPoint] | None:
+        """Look at the attractors on both sides, further away if something hides them."""
+        last = None
+        for nudge in NUDGES:
+            below, above = self._sides(located, nudge * beside)
+            near, far = (below, above) if upwards else (above, below)
+            kind = kind_of_change(attractor, near, far)
+            if kind in KINDS:
+                return _as_event(kind, located, below, above), below, above
+            if kind is None:
+                return None
+            if kind == "transient":
+                last = _as_event("boundary_crisis", located, below, above), below, above
+        # Transients beside a boundary crisis live long, but the attractor is gone.
+        return last
+
+    def _ahead(self, change: Change) -> list[_Ahead]:
+        """Where edges will meet the orbits beside them if they go on as they start, in order."""
+        start, stop = change.start, change.stop
+        width = stop.value - start.value
+        try:
+            f, beside = map(RememberingMap, (start.f, self.at(start.value + GLANCE * width)))
+        except ValueError:
+            return []  # the family ends there
+        found = []
+        for item in self._meetings(change.attractor, start):
+            try:
+                here = item.condition.at(f)
+                there = here.condition.at(beside)
+            except ConditionLost:
+                continue
+            slope = (there.value - here.value) / (GLANCE * width)
+            way = -here.value / slope if slope != 0 else np.inf
+            if 0 <= way / width <= OVERSHOOT:
+                found.append(_Ahead(there.condition, way, slope))
+        return sorted(found, key=lambda zero: abs(zero.way))
+
+    def _solved(self, zero: _Ahead, start: ParameterPoint, stop: ParameterPoint) -> Located | None:
+        ends = sorted((start.value, stop.value))
+        guess = min(max(start.value + zero.way, ends[0]), ends[1])
+        try:
+            located = solve_near(
+                zero.condition,
+                self.at,
+                guess,
+                step=STEP * abs(zero.way),
+                slope=zero.slope,
+                within=(ends[0], ends[1]),
+            )
+        except ConditionLost:
+            return None
+        return None if located.quality == "failed" else located
+
+    def _sides(self, located: Located, beside: float) -> tuple[ParameterPoint, ParameterPoint]:
+        beside = max(beside, 100 * located.error)
+        below = self._look(located.value - beside)
+        above = self._look(located.value + beside)
+        return below, above
+
+    def _meetings(self, attractor: Attractor, point: ParameterPoint) -> Iterator[Meeting]:
+        """Yield edges of an attractor with unstable orbits beside them, the closest first."""
+        periods = {*range(1, self.max_period + 1), attractor.period}
+        if attractor.period % 2 == 0:
+            periods.add(attractor.period // 2)
+        edges = edges_of(attractor, point.table)
+        return islice(meetings(point.fast, edges, tuple(sorted(periods))), MEETINGS)
+
+    def at_end(self, point: ParameterPoint, width: float) -> None:
+        """Look for an event exactly at the first or last value; outwards is where width points."""
+        for attractor in point.chaotic:
+            for item in self._meetings(attractor, point):
+                if abs(item.points[0] - item.edge.x) > TOUCHING * domain_width(point.f):
+                    continue
+                event = self._just_here(item.condition, attractor, point, width)
+                if event is not None and self.keep(event):
+                    return
+
+    def _just_here(
+        self, condition: Connection, attractor: Attractor, point: ParameterPoint, width: float
+    ) -> CrisisEvent | None:
+        """Return the event of a condition that holds at a value, if that is one."""
+        try:
+            beside = BESIDE * abs(width)
+            located = solve_near(condition, self.at, point.value, step=beside)
+            if abs(located.value - point.value) > located.error:
+                return None
+            event = self._confirmed(located, attractor, width > 0, beside)
+        except (ConditionLost, ValueError):
+            return None  # the family may end here, too
+        return None if event is None else event[0]
+
+    def keep(self, event: CrisisEvent) -> bool:
+        """Add an event unless it is there already; tell which."""
+        new = all(abs(event.value - e.value) > event.error + e.error for e in self.events)
+        if new:
+            self.events.append(event)
+        return new
+
+
+def _as_event(
+    kind: CrisisKind, located: Located, below: ParameterPoint, above: ParameterPoint
+) -> CrisisEvent:
+    reading = located.reading
+    condition = reading.condition
+    assert isinstance(condition, Connection)
+    return CrisisEvent(
+        kind=kind,
+        value=located.value,
+        error=located.error,
+        condition=condition,
+        located=located,
+        points=reading.points,
+        period=len(reading.points),
+        attractors_before=_decided(below.attractors),
+        attractors_after=_decided(above.attractors),
+    )
+
+
+def _decided(found: Iterable[Attractor]) -> tuple[Attractor, ...]:
+    """Leave out the transients: what is undecided just beside a crisis."""
+    return tuple(a for a in found if a.kind != "undecided")

@@ -1,0 +1,196 @@
+"""Unstable orbits beside the bands of a chaotic attractor: what its edges may run into."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.attractors.recurrence import confirmed
+from stickslip.analysis.bifurcations.conditions.conditions import Connection
+from stickslip.analysis.branches.along.borders import Border, TurningPoint
+from stickslip.analysis.maps.protocol import domain_width
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from stickslip.analysis.attractors.attractor import Attractor
+    from stickslip.analysis.branches.along.borders import Critical
+    from stickslip.analysis.branches.table import BranchTable
+    from stickslip.analysis.interpolation.interpolated import InterpolatedMap
+    from stickslip.analysis.maps.protocol import Floats
+
+__all__ = ["Edge", "Meeting", "edges_of", "meetings"]
+
+SAMPLES: Final = 128  # points on either half of a gap, closer and closer towards its ends
+NEAREST: Final = 1e-7  # of the gap: the first point's distance from an end
+SLACK: Final = 1e-9  # of the domain's width: an orbit this close to another is the same
+HALVINGS: Final = 12
+NEIGHBOURS: Final = 2  # unstable orbits beside an edge that are worth trying
+
+
+@dataclass(frozen=True)
+class Edge:
+    """An edge of a chaotic attractor's bands, and the free interval beside it.
+
+    Attributes
+    ----------
+    x : float
+    critical : Border or TurningPoint
+        What it is an image of.
+    side : int
+        From which side the map is taken there, -1 or 1.
+    k : int
+        Number of maps.
+    gap : tuple of float
+        Free interval that the edge bounds: up to the next band or the end of the domain.
+    width : float
+        Of the band that it bounds.
+    """
+
+    x: float
+    critical: Critical
+    side: int
+    k: int
+    gap: tuple[float, float]
+    width: float
+
+
+def edges_of(attractor: Attractor, table: BranchTable) -> list[Edge]:
+    """Edges of a chaotic attractor whose source is known.
+
+    Parameters
+    ----------
+    attractor : Attractor
+    table : BranchTable
+        Of its map.
+    """
+    lo, hi = table.f.domain
+    ends = attractor.bands.ravel()
+    around = np.concatenate([[lo], ends, [hi]])
+    found = []
+    for i, (x, side, k) in enumerate(attractor.sources):
+        critical = _critical(table, x) if k else None
+        if critical is None:
+            continue
+        left = i % 2 == 0
+        gap = (around[i], around[i + 1]) if left else (around[i + 1], around[i + 2])
+        low, high = attractor.bands[i // 2]
+        interval = (float(gap[0]), float(gap[1]))
+        found.append(Edge(float(ends[i]), critical, side, k, interval, float(high - low)))
+    return found
+
+
+def _critical(table: BranchTable, x: float) -> Critical | None:
+    for breakpoint_ in table.breakpoints:
+        if breakpoint_.d == x and breakpoint_.kind != "smooth":
+            return Border.of(breakpoint_)
+    return TurningPoint(x) if x in table.turning_points else None
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """An edge and an unstable orbit beside it; see `meetings`."""
+
+    edge: Edge
+    points: tuple[float, ...]
+
+    @property
+    def condition(self) -> Connection:
+        """That the edge meets the orbit."""
+        return Connection(self.edge.critical, self.edge.side, self.edge.k, self.points)
+
+
+def meetings(
+    fast: InterpolatedMap, edges: Iterable[Edge], periods: tuple[int, ...]
+) -> Iterator[Meeting]:
+    """Find the unstable orbits with a point in the gap beside an edge.
+
+    Parameters
+    ----------
+    fast : InterpolatedMap
+        Shows where the orbits are, to nine digits.
+    edges : iterable of Edge
+    periods : tuple of int
+        That are searched.
+
+    Yields
+    ------
+    Meeting
+        The closest first, distances taken in units of the band behind the edge; at most
+        ``NEIGHBOURS`` for each edge. Orbits start with their point in the gap.
+    """
+    same = SLACK * domain_width(fast)
+    places = [place for edge in edges for place in _places(fast, edge, periods, same)]
+    found: dict[float, list[float]] = {}
+    for place in sorted(places, key=lambda place: place.distance):
+        known = found.setdefault(place.edge.x, [])
+        if len(known) >= NEIGHBOURS:
+            continue
+        points = _polished(fast, place, same)
+        if points is not None and all(abs(points[0] - x) > same for x in known):
+            known.append(points[0])
+            yield Meeting(place.edge, points)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a power of the interpolated map crosses the diagonal beside an edge."""
+
+    edge: Edge
+    bracket: tuple[float, float]
+    period: int
+    distance: float
+
+
+def _places(
+    fast: InterpolatedMap, edge: Edge, periods: tuple[int, ...], same: float
+) -> list[_Place]:
+    lo, hi = edge.gap
+    if hi - lo <= same:
+        # The attractor meets the orbit just here, or fills the domain.
+        images = fast.iterate(edge.x, max(periods))
+        near = [p for p in periods if abs(images[p] - edge.x) <= same]
+        return [_Place(edge, (edge.x, edge.x), p, 0.0) for p in near]
+    x = _graded(lo, hi)
+    images = fast.iterate(x, max(periods))
+    places = []
+    for period in periods:
+        off = images[:, period] - x
+        with np.errstate(invalid="ignore"):
+            crossed = np.flatnonzero(off[1:] * off[:-1] <= 0)
+        for k in crossed:
+            bracket = (float(x[k]), float(x[k + 1]))
+            distance = min(abs(end - edge.x) for end in bracket) / edge.width
+            places.append(_Place(edge, bracket, period, distance))
+    return sorted(places, key=lambda place: place.distance)[: 2 * NEIGHBOURS]
+
+
+def _polished(fast: InterpolatedMap, place: _Place, same: float) -> tuple[float, ...] | None:
+    """Solve for the orbit on the interpolated map; None if it is stable or elsewhere."""
+    guess = fast.iterate(_halved(fast, *place.bracket, place.period), place.period - 1)
+    cycle = confirmed(fast, guess) if np.all(np.isfinite(guess)) else None
+    if cycle is None or cycle.stable:
+        return None
+    lo, hi = place.edge.gap
+    points: list[float] = cycle.points.tolist()
+    return tuple(points) if lo - same <= points[0] <= hi + same else None
+
+
+def _graded(lo: float, hi: float) -> Floats:
+    share = 0.5 * np.geomspace(NEAREST, 1.0, SAMPLES)
+    return np.concatenate([lo + (hi - lo) * share, hi - (hi - lo) * share[-2::-1]])
+
+
+def _halved(fast: InterpolatedMap, a: float, b: float, period: int) -> float:
+    """Halve a bracket of a zero of f^p(x) - x until Newton's method can take over."""
+    at_a = float(fast.iterate(a, period)[-1]) - a
+    for _ in range(HALVINGS):
+        middle = 0.5 * (a + b)
+        off = float(fast.iterate(middle, period)[-1]) - middle
+        if (off < 0) == (at_a < 0):
+            a = middle
+        else:
+            b = middle
+    return 0.5 * (a + b)

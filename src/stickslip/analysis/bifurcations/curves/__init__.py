@@ -1,0 +1,1 @@
+"""Bifurcations and breakpoints followed in the plane of two parameters."""

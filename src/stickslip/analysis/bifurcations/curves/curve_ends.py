@@ -1,0 +1,166 @@
+"""Where and why a bifurcation curve ends inside its range.
+
+Once the end is closed in on, what stops the curve is looked for just beyond: a break that a
+point of the orbit meets, or that meets the border itself. Its distance, a smooth function on
+this side, is extrapolated to zero: closer than the resolution two breaks cannot be told apart.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.curves.curve_events import (
+    Event,
+    break_beside,
+    map_at,
+    meeting,
+)
+from stickslip.analysis.bifurcations.curves.curve_steps import (
+    CLOSE,
+    changed_labels,
+    moved,
+    replaced_sides,
+)
+from stickslip.analysis.branches.along.borders import Border, ConditionLost
+from stickslip.numerics.continuation import LeavesRegion
+
+if TYPE_CHECKING:
+    from stickslip.analysis.bifurcations.conditions.conditions import Reading
+    from stickslip.analysis.bifurcations.curves.plane_equations import FoldEquations, PlaneEquations
+    from stickslip.analysis.branches.along.borders import BorderReading
+    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.numerics.continuation import CurvePoint
+
+    Equations: TypeAlias = PlaneEquations | FoldEquations
+    Distance: TypeAlias = Callable[[CurvePoint], float]
+
+__all__ = ["end_event"]
+
+LOOK_AHEAD: Final = tuple(CLOSE * 4.0**k for k in range(10))  # scaled lengths, beyond the end
+LOOK_BACK: Final = (-4e-6, -8e-6, -12e-6)  # where distances are extrapolated from, before it
+LOOK_ON: Final = (4e-6, 8e-6, 12e-6)  # ... and beyond
+BELIEVED: Final = 1e-7  # scaled: how far that may move the end
+
+
+def end_event(equations: Equations, last: CurvePoint) -> tuple[Event | None, str]:
+    """Find out what stops a curve at its last point.
+
+    Returns
+    -------
+    event : Event or None
+        With the end's place, better than ``last``.
+    reason : str
+        In any case.
+    """
+    reason = "no further point was found"
+    for length in LOOK_AHEAD:
+        try:
+            beyond: Reading = equations(last.y + length * equations.scale * last.tangent)[2]
+        except LeavesRegion as lost:
+            # Of a long message, what is not allowed.
+            reason = str(lost.cause).split(". ")[0]
+            break
+        replaced = replaced_sides(last.note, beyond)
+        if replaced:
+            return _other_break(equations, last, beyond, replaced[0])
+        changed = changed_labels(last.note, beyond)
+        if changed:
+            return _other_branch(equations, last, beyond, changed[0])
+    border = last.note.critical
+    if border is not None and reason.startswith(f"the {border.kind}") and reason.endswith("gone"):
+        return Event("end of border", reason, last, True), reason
+    return None, reason
+
+
+def _other_break(
+    equations: Equations, last: CurvePoint, beyond: Reading, side: str
+) -> tuple[Event, str]:
+    """Tell of a break that meets the border, or splits off: the branch between them ends there."""
+    border: BorderReading = last.note.critical
+    old, new = border.critical, beyond.critical.critical if beyond.critical else None
+    assert isinstance(old, Border)
+    assert isinstance(new, Border)
+    where = f"the {border.kind} at {border.x:.12g}"
+    if side == "left":
+        met = Border(new.left_label, old.left_label, border.x, "jump")
+        split = Border(old.left_label, new.left_label, border.x, "jump")
+    else:
+        met = Border(old.right_label, new.right_label, border.x, "jump")
+        split = Border(new.right_label, old.right_label, border.x, "jump")
+    node = _extrapolated(equations, last, lambda node: _gap(equations, met, node), LOOK_BACK)
+    what = f"another break meets {where}: the branch on its {side} ends there"
+    if node is None:
+        node = _extrapolated(equations, last, lambda node: _gap(equations, split, node), LOOK_ON)
+        if node is not None:
+            what = f"{where} splits: a new branch comes up on its {side}"
+    return Event("end of border", what, node or last, True), what
+
+
+def _gap(equations: Equations, other: Border, node: CurvePoint) -> float:
+    """Measure from the border of a reading to another one, which has to have its own labels."""
+    found = other.at(map_at(equations, node))
+    critical = found.critical
+    assert isinstance(critical, Border)
+    labels = (critical.left_label, critical.right_label)
+    if labels != (other.left_label, other.right_label):
+        raise ConditionLost("not the break that was meant")
+    return found.x - float(node.note.critical.x)
+
+
+def _other_branch(
+    equations: Equations, last: CurvePoint, beyond: Reading, i: int
+) -> tuple[Event, str]:
+    """Point i of the orbit has reached a break."""
+    border = break_beside(equations, last, i, (last.note.labels[i], beyond.labels[i]))
+    if border is None:
+        event = meeting(last, i, None)
+        return replace(event, ends=True), event.what
+    found = border
+
+    def distance(node: CurvePoint) -> float:
+        return float(node.note.visited[i]) - found.at(map_at(equations, node)).x
+
+    node = _extrapolated(equations, last, distance, LOOK_BACK) or last
+    event = meeting(node, i, found.at(map_at(equations, last)))
+    return replace(event, ends=True), event.what
+
+
+def _extrapolated(
+    equations: Equations, last: CurvePoint, distance: Distance, lengths: tuple[float, ...]
+) -> CurvePoint | None:
+    """Move a point along the curve to where a distance that vanishes at its end does so.
+
+    The distance is measured before the end, or beyond it on the curve's continuation.
+    """
+    try:
+        before = [moved(equations, last, length) for length in LOOK_BACK]
+        nodes = before
+        if lengths is not LOOK_BACK:
+            ways = [_lagrange(LOOK_BACK, before, length) for length in lengths]
+            nodes = [replace(last, y=y, note=equations(y)[2]) for y in ways]
+        gaps = [distance(node) for node in nodes]
+    except (ConditionLost, LeavesRegion):
+        return None
+    if len(set(gaps)) < len(gaps):
+        return None
+    # The way along the curve as a quadratic function of the distance, where that is zero.
+    way = float(np.dot(_weights(gaps, 0.0), lengths))
+    if abs(way) > BELIEVED:
+        return None
+    return replace(last, y=_lagrange(LOOK_BACK, before, way))
+
+
+def _lagrange(lengths: tuple[float, ...], nodes: list[CurvePoint], length: float) -> Floats:
+    """Continue the curve through points at known lengths."""
+    y: Floats = np.dot(_weights(lengths, length), [node.y for node in nodes])
+    return y
+
+
+def _weights(known: Sequence[float], wanted: float) -> list[float]:
+    """Weights of values at known places in the polynomial through them, at another place."""
+    return [math.prod((wanted - b) / (a - b) for b in known if b != a) for a in known]

@@ -1,0 +1,231 @@
+"""Points on a bifurcation curve where its type changes, and reasons for its ends.
+
+Between two points of the curve a quantity changes its sign, or labels of the orbit change: the
+place is solved for on the curve. A change of labels that the map does not notice is no event.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
+from stickslip.analysis.bifurcations.curves.curve_steps import changed_labels, closest_to_end
+from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
+from stickslip.analysis.branches.along.borders import Border, ConditionLost
+from stickslip.numerics.continuation import LeavesRegion, StepTooLong
+
+if TYPE_CHECKING:
+    from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
+    from stickslip.analysis.bifurcations.curves.plane_equations import FoldEquations, PlaneEquations
+    from stickslip.analysis.branches.along.borders import BorderReading
+    from stickslip.analysis.maps.protocol import MapFamily
+    from stickslip.numerics.continuation import Curve, CurvePoint
+
+    Equations: TypeAlias = PlaneEquations | FoldEquations
+
+__all__ = ["Event", "Watch", "break_beside", "map_at", "meeting"]
+
+REMAINDER: Final = 1e-3  # of the values around: a change of sign that leaves more is a pole
+SIDES: Final = {-1: "left", 1: "right"}
+MEANINGS: Final = {
+    1: "the colliding orbit also folds",
+    -1: "the colliding orbit also flips",
+    0: "the colliding orbit is superstable",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Event:
+    """A special point of a curve.
+
+    Attributes
+    ----------
+    kind, what : str
+        As in `CodimensionTwo`.
+    node : CurvePoint
+        On the curve.
+    ends : bool
+        Whether the curve cannot go on.
+    """
+
+    kind: str
+    what: str
+    node: CurvePoint
+    ends: bool = False
+
+
+class _Quantity(NamedTuple):
+    """Something that changes its sign where the type of a bifurcation changes."""
+
+    kind: str
+    what: str
+    of: Callable[[CurvePoint], float]
+
+
+class Watch:
+    """Looks for special points between neighbours on a curve, one pair after the other."""
+
+    def __init__(self, curve: Curve, equations: Equations) -> None:
+        self.curve, self.equations = curve, equations
+        # Of the last point looked at: some quantities cost many evaluations.
+        self.last: tuple[CurvePoint, dict[str, float]] | None = None
+
+    def between(self, a: CurvePoint, b: CurvePoint) -> Iterator[Event]:
+        """Find the special points between two neighbours, in no particular order."""
+        quantities = list(_quantities(a.note.condition, self.equations))
+        before = self._values(a, quantities)
+        after = self._values(b, quantities)
+        self.last = (b, after)
+        for quantity in quantities:
+            first, second = (v.get(quantity.what, math.nan) for v in (before, after))
+            if not (math.isfinite(first) and math.isfinite(second) and first * second < 0):
+                continue
+            try:
+                node = self.curve.between(a, b, quantity.of)
+            except (StepTooLong, LeavesRegion):
+                continue
+            if abs(quantity.of(node)) <= REMAINDER * max(abs(first), abs(second)):
+                yield Event(quantity.kind, quantity.what, node)
+        if _kind(a.note) != _kind(b.note):
+            yield _changed_kind(self.equations, a, b)
+        for i in changed_labels(a.note, b.note):
+            event = _crossing(self.curve, self.equations, a, b, i)
+            if event is not None:
+                yield event
+
+    def _values(self, node: CurvePoint, quantities: list[_Quantity]) -> dict[str, float]:
+        if self.last is not None and self.last[0] is node:
+            return self.last[1]
+        return {quantity.what: quantity.of(node) for quantity in quantities}
+
+
+def _quantities(condition: Condition, equations: Equations) -> Iterator[_Quantity]:
+    if isinstance(condition, Fold):
+        what = "the curve has a cusp: two folds meet, three orbits are one"
+        yield _Quantity("cusp", what, lambda node: node.note.curvature)
+    elif isinstance(condition, Flip):
+        what = "super- and subcritical flips meet, and a fold of the doubled orbit begins"
+        yield _Quantity("generalised flip", what, lambda node: _coefficient(equations, node))
+    elif isinstance(condition, Connection):
+        for at in (1, -1):
+            what = f"the multiplier of the orbit that is met passes {at}"
+            yield _Quantity(f"multiplier {at}", what, _less(0, at))
+    elif isinstance(condition, Collision):
+        yield from _collision_quantities(condition)
+
+
+def _collision_quantities(condition: Collision) -> Iterator[_Quantity]:
+    if not isinstance(condition.border, Border):
+        return
+    continuous = condition.border.kind in ("corner", "smooth")
+    for index, side in enumerate((-1, 1)):
+        # Across a jump the orbit does not go on: only its own side matters.
+        if continuous or side == condition.side:
+            for at, meaning in MEANINGS.items():
+                what = f"the multiplier on the {SIDES[side]} of the border passes {at}: {meaning}"
+                yield _Quantity(f"multiplier {at}", what, _less(index, at))
+    # Of a smooth break both are rounding.
+    if condition.border.kind == "corner":
+        what = "the slopes on both sides of the corner agree: the map is smooth there"
+        yield _Quantity("kind of border", what, _bend)
+    if condition.border.kind == "jump":
+        what = "the jump closes: the map is continuous there"
+        yield _Quantity("kind of border", what, _jump)
+
+
+def _less(index: int, at: int) -> Callable[[CurvePoint], float]:
+    def of(node: CurvePoint) -> float:
+        return float(node.note.multipliers[index]) - at
+
+    return of
+
+
+def _bend(node: CurvePoint) -> float:
+    border: BorderReading = node.note.critical
+    return border.right_slope - border.left_slope
+
+
+def _jump(node: CurvePoint) -> float:
+    border: BorderReading = node.note.critical
+    return border.right - border.left
+
+
+def _kind(reading: Reading) -> str:
+    return "" if reading.critical is None else reading.critical.kind
+
+
+def _changed_kind(equations: Equations, a: CurvePoint, b: CurvePoint) -> Event:
+    """Find where the break that an orbit collides with becomes one of another kind."""
+    old, new = _kind(a.note), _kind(b.note)
+    what = f"the {old} becomes a {new}"
+    if new == "smooth":
+        what = f"the {old} between these two branches becomes smooth: nothing happens there beyond"
+    step = float(np.linalg.norm((b.y - a.y) / equations.scale))
+    return Event("kind of border", what, closest_to_end(equations, a, step), new == "smooth")
+
+
+def _coefficient(equations: Equations, node: CurvePoint) -> float:
+    found = flip_coefficient(map_at(equations, node), node.note.points)
+    return found.value if found.criticality is not None else 0.0
+
+
+def map_at(equations: Equations, node: CurvePoint) -> MapFamily:
+    """Return the map at a point of a curve."""
+    return equations.plane.map_at(*equations.parameters(node.y))
+
+
+# ---------------------------------------------------------------- other breaks on the way
+
+
+def _crossing(
+    curve: Curve, equations: Equations, a: CurvePoint, b: CurvePoint, i: int
+) -> Event | None:
+    """Find where point i of an orbit crosses a break between two neighbours on a curve."""
+    labels = (a.note.labels[i], b.note.labels[i])
+    border = break_beside(equations, a, i, labels)
+
+    def distance(node: CurvePoint) -> float:
+        if border is None:
+            return -1.0 if node.note.labels[i] == labels[0] else 1.0
+        return float(node.note.visited[i]) - border.at(map_at(equations, node)).x
+
+    try:
+        node = curve.between(a, b, distance) if distance(a) * distance(b) < 0 else b
+        met = None if border is None else border.at(map_at(equations, node))
+    except (StepTooLong, LeavesRegion, ConditionLost):
+        node, met = b, None
+    if met is not None and met.kind == "smooth":
+        return None
+    return meeting(node, i, met)
+
+
+def break_beside(
+    equations: Equations, node: CurvePoint, i: int, labels: tuple[int, int]
+) -> Border | None:
+    """Find the break between two labels close to point i of an orbit, None if there is none."""
+    f, x = map_at(equations, node), float(node.note.visited[i])
+    for left, right in (labels, labels[::-1]):
+        try:
+            found = Border(left, right, x, "jump").at(f).critical
+        except ConditionLost:
+            continue
+        if isinstance(found, Border) and {found.left_label, found.right_label} == set(labels):
+            return found
+    return None
+
+
+def meeting(node: CurvePoint, i: int, met: BorderReading | None) -> Event:
+    """Describe how point i of an orbit meets a break."""
+    reading: Reading = node.note
+    x = reading.visited[i]
+    what = f"the orbit meets another break, at {x:.12g}"
+    if met is not None:
+        what = f"the orbit meets another break, the {met.kind} at {x:.12g}"
+    several = isinstance(reading.condition, Collision | Connection)
+    ends = met is not None and met.kind in ("jump", "edge")
+    return Event("second border" if several else "breakpoint", what, node, ends)

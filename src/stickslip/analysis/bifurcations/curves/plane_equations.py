@@ -1,0 +1,273 @@
+"""A condition as one curve in the plane of two parameters, ready for pseudo-arclength."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.conditions.conditions import Fold, Reading
+from stickslip.analysis.bifurcations.conditions.orbit_paths import bend, path_of, rounding
+from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.maps.protocol import domain_width
+from stickslip.numerics.continuation import LeavesRegion
+
+if TYPE_CHECKING:
+    from stickslip.analysis.bifurcations.conditions.conditions import Condition
+    from stickslip.analysis.bifurcations.conditions.orbit_paths import Path
+    from stickslip.analysis.maps.protocol import Floats, MapFamily
+
+__all__ = ["FoldEquations", "Plane", "PlaneEquations"]
+
+DIFFERENCE: Final = 1e-5  # of a parameter's scale: first derivatives of a test function
+FOLD_DIFFERENCE: Final = 1e-6  # of a parameter's scale: derivatives of values and slopes
+REMEMBERED: Final = 1e-7  # scaled: a shorter step tells nothing about the slopes
+MOST_DOUBTS: Final = 3  # such changes in a row, after which the gradient is taken anew
+UNBELIEVABLE: Final = 1.0  # relative change of a gradient from one reading to the next
+SMALLEST: Final = 0.25  # of the parameter solved for: its smallest scale
+FLAT: Final = 1e-3  # ... and of the range of the other one, likewise, where it is about 0
+LARGEST: Final = 10.0  # of either: its largest scale
+MOVES: Final = 1e-3  # of the domain: smallest scale of an orbit's point
+CLOSER: Final = (1e-2, -1e-2, 1e-4, -1e-4)  # of that, where a break is in the way
+BEND: Final = 1e-5  # of the domain: second derivatives of the map are taken over
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Two named parameters of a map: ``solve_for`` over ``along``."""
+
+    system: MapFamily
+    along: str
+    solve_for: str
+
+    def map_at(self, q: float, s: float) -> MapFamily:
+        """Return the map with ``solve_for`` = q, ``along`` = s.
+
+        Raises
+        ------
+        ConditionLost
+            A parameter is out of its range.
+        """
+        try:
+            return self.system.replace(**{self.solve_for: q, self.along: s})
+        except ValueError as reason:
+            raise ConditionLost(str(reason)) from reason
+
+
+@dataclass
+class PlaneEquations:
+    """The test function of a condition over y = (solve_for, along).
+
+    A reading starts from the nearest accepted one. The gradient is kept up to date by what each
+    reading tells about it (Broyden 1965), so that a point costs three or four readings.
+    """
+
+    plane: Plane
+    accepted: list[tuple[Floats, Condition]]
+    scale: Floats
+    gradient: Floats
+    last: tuple[Floats, float] | None = None
+    doubts: int = 0
+
+    @classmethod
+    def at(cls, plane: Plane, start: Reading, q: float, s: float, width: float) -> PlaneEquations:
+        """Set the scales and take the first gradient by differences.
+
+        Parameters
+        ----------
+        plane : Plane
+        start : Reading
+            At (q, s).
+        q, s : float
+        width : float
+            Of the range of ``along``.
+        """
+        steps = (DIFFERENCE * max(abs(q), FLAT * width), DIFFERENCE * width)
+        by_q, by_s = _gradient(plane, start.condition, (q, s), steps)
+        steep = width * abs(by_s / by_q) if by_q != 0 else math.inf
+        scale = np.array([_scale_between(steep, q, width), width])
+        here = np.array([q, s])
+        return cls(plane, [(here, start.condition)], scale, np.array([by_q, by_s]))
+
+    def __call__(self, y: Floats) -> tuple[Floats, Floats, Reading]:
+        """Return the test function, its gradient and the reading."""
+        if self.doubts > MOST_DOUBTS:
+            self.restart()
+        reading = self.read(y)
+        self._learn(y, reading.value)
+        return np.array([reading.value]), self.gradient[None, :].copy(), reading
+
+    def read(self, y: Floats) -> Reading:
+        """Evaluate the condition.
+
+        Raises
+        ------
+        LeavesRegion
+            It is lost.
+        """
+        distances = [float(np.linalg.norm((y - at) / self.scale)) for at, _ in self.accepted]
+        condition = self.accepted[int(np.argmin(distances))][1]
+        try:
+            return condition.at(self.plane.map_at(float(y[0]), float(y[1])))
+        except ConditionLost as lost:
+            raise LeavesRegion(lost.reason) from lost
+
+    def restart(self, y: Floats | None = None) -> None:
+        """Take the gradient by differences, at an accepted point or the last one of these."""
+        if y is None:
+            here, condition = self.accepted[-1]
+        else:
+            here, condition = min(self.accepted, key=lambda at: float(np.abs(at[0] - y).max()))
+        where = (float(here[0]), float(here[1]))
+        steps = (DIFFERENCE * float(self.scale[0]), DIFFERENCE * float(self.scale[1]))
+        with contextlib.suppress(ConditionLost):
+            self.gradient = np.array(_gradient(self.plane, condition, where, steps))
+        self.last, self.doubts = None, 0
+
+    def accept(self, y: Floats, reading: Reading) -> None:
+        """Let later readings start from this one."""
+        self.accepted.append((y.copy(), reading.condition))
+
+    def unknowns(self, reading: Reading, q: float, s: float) -> Floats:
+        """Return y for a reading at (q, s)."""
+        return np.array([q, s])
+
+    def parameters(self, y: Floats) -> tuple[float, float]:
+        """Return solve_for and along."""
+        return float(y[0]), float(y[1])
+
+    def _learn(self, y: Floats, value: float) -> None:
+        if self.last is not None:
+            step = (y - self.last[0]) / self.scale
+            length = float(step @ step)
+            if length > REMEMBERED**2:
+                slopes = self.gradient * self.scale
+                change = (value - self.last[1] - slopes @ step) / length * step
+                # More than that comes from a jump, and the point will be rejected; or else the
+                # gradient is wrong.
+                if float(change @ change) <= UNBELIEVABLE**2 * float(slopes @ slopes):
+                    self.gradient = (slopes + change) / self.scale
+                    self.doubts = 0
+                else:
+                    self.doubts += 1
+        self.last = (y.copy(), value)
+
+
+def _scale_between(steep: float, q: float, width: float) -> float:
+    """Bound the scale of the parameter solved for, known from the slope of the curve's start."""
+    smallest = max(SMALLEST * abs(q), FLAT * width)
+    return min(max(steep, smallest), LARGEST * max(abs(q), width))
+
+
+def _gradient(
+    plane: Plane, condition: Condition, at: tuple[float, float], steps: tuple[float, float]
+) -> tuple[float, float]:
+    """Differentiate a test function with respect to solve_for and along."""
+    by_q = _difference(plane, condition, at, (steps[0], 0.0))
+    return by_q, _difference(plane, condition, at, (0.0, steps[1]))
+
+
+def _difference(
+    plane: Plane, condition: Condition, at: tuple[float, float], step: tuple[float, float]
+) -> float:
+    """Differentiate a test function by a difference, from one side if the other is lost."""
+    ends = []
+    for sign in (1.0, 0.0, -1.0):
+        point = (at[0] + sign * step[0], at[1] + sign * step[1])
+        try:
+            ends.append((sign, condition.at(plane.map_at(*point)).value))
+        except ConditionLost:
+            continue
+        if len(ends) == 2 and ends[0][0] == 1.0:
+            break
+    if len(ends) < 2:
+        raise ConditionLost("there is no room for a curve around its start")
+    (first, g_first), (last, g_last) = ends[0], ends[-1]
+    return (g_first - g_last) / ((first - last) * (step[0] + step[1]))
+
+
+@dataclass
+class FoldEquations:
+    """f^p(x) = x and (f^p)'(x) = 1 over y = (x, solve_for, along): regular at cusps, too."""
+
+    plane: Plane
+    period: int
+    scale: Floats
+    accepted: list[Any] = field(default_factory=list)
+
+    @classmethod
+    def at(cls, plane: Plane, start: Reading, q: float, s: float, width: float) -> FoldEquations:
+        """Set the scales; parameters as for `PlaneEquations.at`."""
+        assert isinstance(start.condition, Fold)
+        domain = domain_width(plane.system)
+        rough = np.array([domain, max(abs(q), FLAT * width), width])
+        equations = cls(plane, start.condition.period, rough)
+        jacobian = equations(np.array([start.points[0], q, s]))[1]
+        # How far x and solve_for move while along crosses its range.
+        along = np.linalg.lstsq(jacobian[:, :2], -jacobian[:, 2], rcond=None)[0]
+        moves, steep = (np.abs(along) * width).tolist()
+        equations.scale[0] = min(max(moves, MOVES * domain), domain)
+        equations.scale[1] = _scale_between(steep, q, width)
+        return equations
+
+    def __call__(self, y: Floats) -> tuple[Floats, Floats, Reading]:
+        """Return both equations, their Jacobian and the reading."""
+        x, q, s = map(float, y)
+        try:
+            f = self.plane.map_at(q, s)
+            path, slope, curvature = bend(f, self.period, x, BEND * domain_width(f))
+            value = path.points[-1] - x
+            columns = [
+                self._moved(y, k, FOLD_DIFFERENCE * self.scale[k], path, slope) for k in (1, 2)
+            ]
+        except ConditionLost as lost:
+            raise LeavesRegion(lost.reason) from lost
+        jacobian = np.column_stack([(slope - 1.0, curvature), *columns])
+        reading = Reading(
+            value=value,
+            noise=rounding(f, path),
+            points=path.points[:-1],
+            multipliers=(slope,),
+            condition=Fold(self.period, path.points[:-1]),
+            labels=path.labels,
+            visited=path.points[:-1],
+            curvature=curvature,
+        )
+        return np.array([value, slope - 1.0]), jacobian, reading
+
+    def restart(self, y: Floats | None = None) -> None:
+        """Nothing to take anew: the Jacobian is exact everywhere."""
+
+    def accept(self, y: Floats, reading: Reading) -> None:
+        """Nothing to remember: x is an unknown."""
+
+    def unknowns(self, reading: Reading, q: float, s: float) -> Floats:
+        """Return y for a reading at (q, s)."""
+        return np.array([reading.points[0], q, s])
+
+    def parameters(self, y: Floats) -> tuple[float, float]:
+        """Return solve_for and along."""
+        return float(y[1]), float(y[2])
+
+    def _moved(self, y: Floats, k: int, step: float, at: Path, slope: float) -> tuple[float, float]:
+        """Differentiate both equations with respect to a parameter, by a difference.
+
+        Taken towards the side, and over the distance, that keeps the orbit on its branches.
+        """
+        x, value = float(y[0]), at.points[-1] - at.points[0]
+        for share in (1.0, -1.0, *CLOSER):
+            moved = y.copy()
+            moved[k] += share * step
+            try:
+                f = self.plane.map_at(float(moved[1]), float(moved[2]))
+            except ConditionLost:
+                # The range of the parameters ends here.
+                continue
+            path = path_of(f, x, self.period)
+            if path.complete and path.labels == at.labels:
+                there = path.points[-1] - x
+                return (there - value) / (share * step), (path.slope - slope) / (share * step)
+        raise ConditionLost(f"f^{self.period} is not smooth in the parameters beside {x:.12g}")

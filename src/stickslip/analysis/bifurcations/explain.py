@@ -1,0 +1,221 @@
+"""From an event to a bifurcation: the orbits and attractors on both sides, and the outcome."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.bifurcation import Bifurcation, UnresolvedChange
+from stickslip.analysis.bifurcations.border_collision.observed import observed
+from stickslip.analysis.bifurcations.border_collision.outcomes import (
+    predicted_at_corner,
+    predicted_at_gap,
+    predicted_at_jump,
+)
+from stickslip.analysis.bifurcations.conditions.conditions import Collision, Crossing
+from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
+from stickslip.analysis.bifurcations.scan.events import coefficients_at
+from stickslip.analysis.branches.along.borders import BorderReading, ConditionLost
+
+if TYPE_CHECKING:
+    from stickslip.analysis.attractors.attractor import Attractor
+    from stickslip.analysis.bifurcations.outcome import Outcome
+    from stickslip.analysis.bifurcations.scan.events import Event
+    from stickslip.analysis.bifurcations.scan.nodes import Family, Node
+    from stickslip.analysis.bifurcations.scan.survey import Span
+    from stickslip.analysis.maps.protocol import Floats
+
+__all__ = ["Concerned", "concerned_orbits", "explained", "with_attractors"]
+
+
+PARENT: Final = 1e-3  # of the domain: how far the orbit that flips may be from where it does
+
+
+@dataclass(frozen=True, eq=False)
+class Concerned:
+    """The orbits that an event concerns, by their places in the lists beside it.
+
+    Attributes
+    ----------
+    before, after : tuple of int
+        Those that persist included.
+    lost : tuple of int
+        Of `before`: those that do not cross the span.
+    born : tuple of int
+        Of `after`: likewise.
+    """
+
+    before: tuple[int, ...]
+    after: tuple[int, ...]
+    lost: tuple[int, ...]
+    born: tuple[int, ...]
+
+
+def concerned_orbits(span: Span) -> tuple[list[Concerned], list[UnresolvedChange]]:
+    """Share out the orbits that do not cross a span among its events.
+
+    Parameters
+    ----------
+    span : Span
+        With events.
+
+    Returns
+    -------
+    concerned : list of Concerned
+        One per event.
+    open : list of UnresolvedChange
+        Orbits that no event of the span explains.
+    """
+    lost = _shared_out(span, span.left, span.loose_left)
+    born = _shared_out(span, span.right, span.loose_right)
+    result, unresolved = [], []
+    for event, gone, new in zip(span.events, lost, born, strict=True):
+        before, after = set(gone), set(new)
+        if event.kind == "flip":
+            before |= _parent(event, span.left)
+            after |= _parent(event, span.right)
+        if not _adds_up(
+            event,
+            [span.left.orbits[k].period for k in gone],
+            [span.right.orbits[k].period for k in new],
+            span,
+        ):
+            reason = f"the orbits beside the {event.kind.replace('_', ' ')} do not add up"
+            unresolved.append(
+                UnresolvedChange(
+                    reason, span.left.q, span.right.q, event.period, float(event.points[0])
+                )
+            )
+        result.append(
+            Concerned(tuple(sorted(before)), tuple(sorted(after)), tuple(gone), tuple(new))
+        )
+    return result, unresolved
+
+
+def _shared_out(span: Span, node: Node, places: list[int]) -> list[list[int]]:
+    """Give each orbit to the event that it comes closest to."""
+    shares: list[list[int]] = [[] for _ in span.events]
+    for k in places:
+        points = node.orbits[k].points
+        distance = [_distance(points, event.points) for event in span.events]
+        shares[int(np.argmin(distance))].append(k)
+    return shares
+
+
+def _distance(points: Floats, others: Floats) -> float:
+    return float(np.abs(points[:, None] - others[None, :]).min())
+
+
+def _parent(event: Event, node: Node) -> set[int]:
+    """Place of the orbit that flips."""
+    found = node.find(event.points, PARENT * node.width)
+    return set() if found is None else {found}
+
+
+def _adds_up(event: Event, lost: list[int], born: list[int], span: Span) -> bool:
+    """Check the number of orbits lost and born against what the kind of event allows."""
+    if event.kind == "fold":
+        pair = [event.period] * 2
+        return sorted([lost, born]) == [[], pair]
+    if event.kind in ("transcritical", "pitchfork"):
+        # One of two crossing curves may lie outside the domain on one side.
+        return set(lost + born) == {event.period} and 2 <= max(len(lost), len(born)) <= 3
+    if event.kind == "flip":
+        doubled = [2 * event.period]
+        within = doubled[0] <= span.left.orbits.max_period
+        return sorted([lost, born]) == [[], doubled if within else []]
+    return bool(lost or born)
+
+
+# ------------------------------------------------------------------ a bifurcation
+
+
+def explained(event: Event, span: Span, concerned: Concerned, family: Family) -> Bifurcation:
+    """Tell what the lists and the map at an event say of it: all but the attractors.
+
+    Parameters
+    ----------
+    event : Event
+    span : Span
+        That holds it.
+    concerned : Concerned
+    family : Family
+
+    Returns
+    -------
+    Bifurcation
+    """
+    found, reading = event.located, event.located.reading
+    criticality = predicted = None
+    note = ""
+    if event.kind == "flip":
+        f = family.whole(found.value)
+        criticality = flip_coefficient(f, event.points).criticality
+    if isinstance(reading.condition, Crossing):
+        coefficients = coefficients_at(found, family)
+        criticality, note = coefficients.criticality, coefficients.text
+    if isinstance(reading.condition, Collision):
+        predicted = _predicted(event, reading.condition, family)
+    return Bifurcation(
+        kind=event.kind,
+        parameter=family.name,
+        value=event.value,
+        error=float(found.error),
+        period=event.period,
+        points=event.points,
+        criticality=criticality,
+        orbits_before=span.left.select(concerned.before),
+        orbits_after=span.right.select(concerned.after),
+        predicted_outcome=predicted,
+        quality=found.quality,
+        interval=(float(found.interval[0]), float(found.interval[1])),
+        residual=float(found.residual),
+        condition=reading.condition,
+        multipliers=reading.multipliers,
+        note=note,
+    )
+
+
+def with_attractors(
+    item: Bifurcation,
+    before: tuple[Attractor, ...],
+    after: tuple[Attractor, ...],
+    width: float,
+) -> Bifurcation:
+    """Add the attractors on both sides, and the outcome of a border collision that they show."""
+    outcome = None
+    if isinstance(item.condition, Collision):
+        outcome = observed(
+            item.orbits_before,
+            item.orbits_after,
+            before,
+            after,
+            period=item.period,
+            gap=item.kind == "enters_gap",
+            width=width,
+        )
+    return replace(item, attractors_before=before, attractors_after=after, outcome=outcome)
+
+
+def _predicted(event: Event, condition: Collision, family: Family) -> Outcome | None:
+    """Foretell the outcome of a collision from what the map is at the border."""
+    found = event.located
+    border = found.reading.critical
+    if not isinstance(border, BorderReading) or found.slope == 0:
+        return None
+    direction = 1 if found.slope > 0 else -1
+    left, right = found.reading.multipliers
+    try:
+        if border.kind == "corner":
+            return predicted_at_corner(left, right, direction, period=event.period)
+        if border.kind == "jump":
+            f = family.whole(found.value)
+            return predicted_at_jump(f, border, condition.side, direction, period=event.period)
+        if border.kind == "edge":
+            slope = left if condition.side < 0 else right
+            return predicted_at_gap(slope, condition.side, direction, period=event.period)
+    except (ConditionLost, ValueError):
+        return None
+    return None

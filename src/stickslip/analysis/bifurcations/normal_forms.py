@@ -1,0 +1,301 @@
+"""Normal forms of folds and flips: what is born, on which side, and whether it is stable.
+
+Both need derivatives of f^p beyond the first. Those of f come from differences of the exact
+first derivative at each point of the orbit, extrapolated with an error estimate, and are put
+together along the orbit by the chain rule.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+
+from stickslip.analysis.maps.differences import (
+    N_STEPS,
+    extrapolated_difference,
+    extrapolated_second_difference,
+)
+from stickslip.analysis.maps.protocol import domain_width, sample
+from stickslip.status import OK
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily, PointValues
+
+__all__ = [
+    "CrossingCoefficients",
+    "FlipCoefficient",
+    "FoldCoefficient",
+    "crossing_coefficients",
+    "flip_coefficient",
+    "fold_coefficient",
+]
+
+ROUNDING: Final = 16 * float(np.finfo(np.float64).eps)  # differences may agree by chance
+STRAIGHT: Final = 1e-7  # of the domain: a curvature that so small a shift makes is none
+FEW_STEPS: Final = 14  # down to 2e-6 of the domain
+SHARP: Final = 1e-7  # of a derivative: known so well it needs no shorter steps
+
+
+@dataclass(frozen=True)
+class FlipCoefficient:
+    """Cubic coefficient c of a flip: in a suitable coordinate f^p is u -> -u + c u^3 + ...
+
+    Attributes
+    ----------
+    value : float
+        c = (g'')^2 / 4 + g''' / 6 of g = f^p; its sign does not depend on the coordinate.
+    error : float
+        Estimated.
+    """
+
+    value: float
+    error: float
+
+    @property
+    def criticality(self) -> Literal["super", "sub"] | None:
+        """``super`` if c > 0: a stable orbit of twice the period where this one is unstable.
+
+        ``sub`` if c < 0: an unstable one where this one is stable. None if the error leaves
+        the sign open.
+        """
+        if not abs(self.value) > self.error:
+            return None
+        return "super" if self.value > 0 else "sub"
+
+
+@dataclass(frozen=True)
+class FoldCoefficient:
+    """A fold: f^p(x) - x is half ``curvature`` u^2 + ``speed`` (q - q0) + ...
+
+    Attributes
+    ----------
+    curvature : float
+        Second derivative of f^p.
+    error : float
+        Its error, estimated.
+    speed : float
+        Derivative of f^p with respect to the parameter q.
+    """
+
+    curvature: float
+    error: float
+    speed: float
+
+    @property
+    def side(self) -> int:
+        """Sign of q - q0 where the two orbits exist; 0 if the error leaves it open."""
+        if self.speed == 0 or not abs(self.curvature) > self.error:
+            return 0
+        return -1 if (self.speed > 0) == (self.curvature > 0) else 1
+
+    @property
+    def opening(self) -> float:
+        """The orbits are at ± opening * sqrt(abs(q - q0)) from the fold, to first order."""
+        return float(np.sqrt(2 * abs(self.speed / self.curvature)))
+
+
+@dataclass(frozen=True)
+class CrossingCoefficients:
+    """Two curves of orbits that cross: g = f^p(x) - x to the lowest orders.
+
+    Attributes
+    ----------
+    curvature : float
+        g_xx; zero at a pitchfork, where one of the curves is vertical.
+    error : float
+        Its error, estimated: a smaller curvature is none.
+    cubic : float
+        g_xxx.
+    mixed : float
+        g_xq.
+    discriminant : float
+        g_xq^2 - g_xx g_qq: along two curves that are not vertical the multipliers are
+        1 ± its square root times q - q0.
+    """
+
+    curvature: float
+    error: float
+    cubic: float
+    mixed: float
+    discriminant: float
+
+    @property
+    def kind(self) -> Literal["transcritical", "pitchfork"]:
+        """Whether both orbits are there on both sides, or two of them on one side only."""
+        return "pitchfork" if abs(self.curvature) <= self.error else "transcritical"
+
+    @property
+    def criticality(self) -> Literal["super", "sub"] | None:
+        """Of a pitchfork: ``super`` if the two new orbits are stable where they exist."""
+        if self.kind == "transcritical" or self.cubic == 0:
+            return None
+        return "super" if self.cubic < 0 else "sub"
+
+    @property
+    def text(self) -> str:
+        """The normal form in words."""
+        if self.kind == "transcritical":
+            return f"multipliers 1 ± {np.sqrt(abs(self.discriminant)):.5g} (q - q0)"
+        return f"u -> u + {self.mixed:.5g} (q - q0) u + {self.cubic / 6:.5g} u^3"
+
+
+def flip_coefficient(f: Map1D, points: ArrayLike) -> FlipCoefficient:
+    """Find the cubic coefficient of a flip, whose sign tells super- from subcritical.
+
+    Parameters
+    ----------
+    f : Map1D
+        The map at the flip.
+    points : array_like of float, shape (p,)
+        The orbit with multiplier -1, in the map's order.
+
+    Returns
+    -------
+    FlipCoefficient
+        NaN with infinite error where a point has no neighbours on its branch.
+
+    Notes
+    -----
+    At multiplier -1 the coefficient is -S / 6 with the Schwarzian derivative
+    S = g''' / g' - 3/2 (g'' / g')^2 of g = f^p, and Schwarzians compose:
+    S(f^p) is the sum of S f(x_k) ((f^(k-1))'(x_1))^2 over the orbit
+    (Kuznetsov, Elements of Applied Bifurcation Theory, section 4.5; de Melo and van Strien,
+    One-Dimensional Dynamics, section II.6).
+    """
+    x = np.asarray(points, dtype=np.float64)
+    slope, (second, error_2), (third, error_3) = _derivatives(f, x)
+    with np.errstate(all="ignore"):
+        schwarzian = third / slope - 1.5 * (second / slope) ** 2
+        error = error_3 / np.abs(slope) + 3 * np.abs(second) * error_2 / slope**2
+        error += ROUNDING * (np.abs(third / slope) + 1.5 * (second / slope) ** 2)
+        weight = _before(slope) ** 2
+        value, doubt = float(weight @ schwarzian) / -6, float(weight @ error) / 6
+    return FlipCoefficient(value, doubt if np.isfinite(doubt) else np.inf)
+
+
+def fold_coefficient(f: MapFamily, points: ArrayLike, name: str) -> FoldCoefficient:
+    """Find curvature and speed of a fold, whose signs tell where its two orbits exist.
+
+    Parameters
+    ----------
+    f : MapFamily
+        The map at the fold.
+    points : array_like of float, shape (p,)
+        The orbit with multiplier 1, in the map's order.
+    name : str
+        The parameter.
+
+    Returns
+    -------
+    FoldCoefficient
+
+    Raises
+    ------
+    ValueError
+        ``name`` is not a parameter of the map.
+    """
+    x = np.asarray(points, dtype=np.float64)
+    moved = np.asarray(f.parameter_derivative(x, name), dtype=np.float64)
+    slope, (second, error_2), _ = _derivatives(f, x)
+    weight = _before(slope) ** 2 * _after(slope)
+    with np.errstate(all="ignore"):
+        value = float(weight @ second)
+        doubt = float(np.abs(weight) @ (error_2 + ROUNDING * np.abs(second)))
+    return FoldCoefficient(
+        value, doubt if np.isfinite(doubt) else np.inf, float(_after(slope) @ moved)
+    )
+
+
+def crossing_coefficients(
+    f: Map1D, points: ArrayLike, mixed: float, discriminant: float
+) -> CrossingCoefficients:
+    """Find what tells a transcritical crossing of two curves of orbits from a pitchfork.
+
+    Parameters
+    ----------
+    f : Map1D
+        The map at the crossing.
+    points : array_like of float, shape (p,)
+        The orbit there, with multiplier 1, in the map's order.
+    mixed, discriminant : float
+        g_xq, and g_xq^2 - g_xx g_qq, of g = f^p(x) - x.
+
+    Returns
+    -------
+    CrossingCoefficients
+    """
+    x = np.asarray(points, dtype=np.float64)
+    slope, (second, error_2), (third, _) = _derivatives(f, x)
+    before = _before(slope)
+    with np.errstate(all="ignore"):
+        weight = before**2 * _after(slope)
+        curvature, error = float(weight @ second), float(np.abs(weight) @ error_2)
+        # g' = 1, so that g''' = S g + 3/2 (g'')^2 with the Schwarzian derivative S.
+        schwarzian = third / slope - 1.5 * (second / slope) ** 2
+        cubic = float(before**2 @ schwarzian) + 1.5 * curvature**2
+    error += STRAIGHT * abs(cubic) * domain_width(f)
+    return CrossingCoefficients(curvature, error, cubic, mixed, discriminant)
+
+
+def _before(slope: Floats) -> Floats:
+    """Products of the slopes before each point: derivatives of f^0, f^1, ... at the first."""
+    product: Floats = np.concatenate([[1.0], np.cumprod(slope[:-1])])
+    return product
+
+
+def _after(slope: Floats) -> Floats:
+    """Products of the slopes after each point."""
+    product: Floats = _before(slope[::-1])[::-1]
+    return product
+
+
+def _derivatives(
+    f: Map1D, x: Floats
+) -> tuple[Floats, tuple[Floats, Floats], tuple[Floats, Floats]]:
+    """Return f', and f'' and f''' with errors, from values of f' on the branch of each point.
+
+    Short steps are for points close to a break: most others are known well enough without.
+    """
+    at_x = sample(f, x)
+    found = _differences(f, x, at_x, FEW_STEPS)
+    with np.errstate(invalid="ignore"):
+        sharp = np.all([doubt <= SHARP * np.abs(value) for value, doubt in found], axis=0)
+    if not sharp.all():
+        rough = ~sharp
+        finer = _differences(f, x[rough], sample(f, x[rough]), N_STEPS)
+        for old, new in zip(found, finer, strict=True):
+            for column, better in zip(old, new, strict=True):
+                column[rough] = better
+    return at_x.derivative, found[0], found[1]
+
+
+def _differences(
+    f: Map1D, x: Floats, at_x: PointValues, n_steps: int
+) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+    """Return f'' and f''' with errors, given the values at the points themselves."""
+    seen: dict[bytes, PointValues] = {}
+
+    def values(points: Floats) -> PointValues:
+        # First and second differences ask for the same points, once for slopes, once for labels.
+        key = points.tobytes()
+        if key not in seen:
+            seen[key] = at_x if key == x.tobytes() else sample(f, points)
+        return seen[key]
+
+    def slopes(points: Floats) -> Floats:
+        return values(points).derivative
+
+    def same_branch(here: Floats, points: Floats) -> NDArray[np.bool_]:
+        there = values(points)
+        labels = np.resize(at_x.label, here.shape)  # here is x again and again
+        same: NDArray[np.bool_] = (there.status == OK) & (labels == there.label)
+        return same
+
+    width = domain_width(f)
+    second = extrapolated_difference(slopes, x, width, same_branch, n_steps)
+    third = extrapolated_second_difference(slopes, x, width, same_branch, n_steps)
+    return second, third

@@ -1,0 +1,1 @@
+"""Where along a parameter something changes."""

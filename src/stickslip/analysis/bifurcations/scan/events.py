@@ -1,0 +1,388 @@
+"""Events between two values of a parameter: suspected from orbits that end, then solved for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.conditions.conditions import Collision, Crossing, Flip, Fold
+from stickslip.analysis.bifurcations.conditions.locate import solve, solve_near
+from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
+from stickslip.analysis.bifurcations.normal_forms import CrossingCoefficients, crossing_coefficients
+from stickslip.analysis.branches.along.borders import Border, ConditionLost
+from stickslip.analysis.branches.table import RESOLUTION, branch_table
+from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.maps.window import WindowMap
+from stickslip.analysis.orbits.cyclic import turned
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from stickslip.analysis.bifurcations.conditions.conditions import Condition
+    from stickslip.analysis.bifurcations.conditions.locate import Located
+    from stickslip.analysis.bifurcations.scan.nodes import Family
+    from stickslip.analysis.bifurcations.scan.tracking import Piece, Way
+    from stickslip.analysis.branches.breakpoints import Breakpoint
+    from stickslip.analysis.maps.protocol import Floats, MapFamily
+
+__all__ = [
+    "Event",
+    "Suspect",
+    "coefficients_at",
+    "flips_on",
+    "located",
+    "orbit_at",
+    "suspects_at_end",
+]
+
+EPS: Final = float(np.finfo(np.float64).eps)
+CLOSED: Final = 64.0  # roundings: f^p(x) - x so small is zero
+TOUCHES: Final = 1e-4  # of the values allowed: how far a crossing is from where a fold seems to be
+SAME_VALUE: Final = 1e-11  # of the range, beside the errors: events that coincide
+SAME_PLACE: Final = 1e-5  # of the domain: points of one event found in two ways
+REPEATS: Final = 1e-4  # of the domain: an orbit that closes up so far at a fold is at a flip
+CLOSING: Final = 0.02  # of the domain: an orbit so close to one of half its period may end there
+AGAIN: Final = 2.0  # times the reach of a suspect: so close to it lies what explains it
+NEAR_BORDER: Final = 1e-4  # of the domain: likewise borders,
+NEAR_ORBIT: Final = 3e-3  # and orbits, which move like roots beside folds and flips
+VICINITY: Final = 8.0  # steps ahead, where the border that stops an orbit is looked for
+SMALLEST_WINDOW: Final = 1e-5  # of the domain
+
+EventKind: TypeAlias = Literal[
+    "fold", "flip", "transcritical", "pitchfork", "border_collision", "enters_gap"
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Suspect:
+    """A condition that is expected to hold close to a value of the parameter.
+
+    Attributes
+    ----------
+    condition : Fold, Flip, Crossing or Collision
+    guess : float
+        Value of the parameter.
+    reach : float
+        How far off that may be.
+    bracket : tuple of float or None
+        Where the test function changes its sign, if that is known.
+    """
+
+    condition: Fold | Flip | Crossing | Collision
+    guess: float
+    reach: float
+    bracket: tuple[float, float] | None = None
+
+    def explained_by(self, event: Event, width: float) -> bool:
+        """Tell whether a known event is what is suspected: no need to solve for it again.
+
+        Parameters
+        ----------
+        event : Event
+        width : float
+            Of the domain.
+        """
+        mine, other = self.condition, event.condition
+        if type(mine) is not type(other) or abs(event.value - self.guess) > AGAIN * self.reach:
+            return False
+        if isinstance(mine, Collision) and isinstance(other, Collision):
+            near = abs(mine.border.x - other.border.x) <= NEAR_BORDER * width
+            same_kind = mine.border.kind == other.border.kind
+            return near and same_kind and mine.period % other.period == 0
+        assert not isinstance(mine, Collision)
+        assert not isinstance(other, Collision)
+        if mine.period != other.period:
+            return False
+        points = np.sort(mine.points), np.sort(other.points)
+        return bool(np.abs(points[0] - points[1]).max() <= NEAR_ORBIT * width)
+
+
+@dataclass(frozen=True, eq=False)
+class Event:
+    """A condition solved for.
+
+    Attributes
+    ----------
+    kind : str
+        ``fold``, ``flip``, ``transcritical``, ``pitchfork``, ``border_collision`` or
+        ``enters_gap``.
+    condition : Fold, Flip, Crossing or Collision
+        Started from the solution.
+    located : Located
+    """
+
+    kind: EventKind
+    condition: Condition
+    located: Located
+
+    @property
+    def value(self) -> float:
+        """Of the parameter."""
+        return float(self.located.value)
+
+    @property
+    def period(self) -> int:
+        """Of the orbit concerned."""
+        return self.condition.period
+
+    @property
+    def points(self) -> Floats:
+        """The orbit in the map's order, its smallest point first."""
+        points = np.array(self.located.reading.points)
+        return np.roll(points, -int(np.argmin(points)))
+
+    def same_as(self, other: Event, scale: float, width: float) -> bool:
+        """Tell whether two events are one that was found in two ways.
+
+        Parameters
+        ----------
+        other : Event
+        scale : float
+            Range of the parameter.
+        width : float
+            Of the domain.
+        """
+        slack = 8 * (self.located.error + other.located.error) + SAME_VALUE * scale
+        if abs(self.value - other.value) > slack:
+            return False
+        if {self.kind, other.kind} == {"fold", "flip"}:
+            return False
+        # Several orbits that meet one border meet it at the same point.
+        first, second = self.points, other.points
+        gaps = np.abs(first[:, None] - second[None, :])
+        return bool(gaps.min() <= SAME_PLACE * width)
+
+
+def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Event | None:
+    """Solve for a suspect; None if nothing of that kind is there.
+
+    Parameters
+    ----------
+    suspect : Suspect
+    family : Family
+    within : tuple of float
+        Values of the parameter that the solution must lie between.
+
+    Returns
+    -------
+    Event or None
+    """
+    try:
+        if suspect.bracket is not None:
+            found = solve(suspect.condition, family.whole, *suspect.bracket)
+        else:
+            found = solve_near(
+                suspect.condition,
+                family.whole,
+                min(max(suspect.guess, within[0]), within[1]),
+                step=suspect.reach,
+                within=within,
+            )
+    except (ConditionLost, ValueError):
+        return None
+    if found.quality == "failed" or not within[0] <= found.value <= within[1]:
+        return None
+    if not math.isfinite(found.error):
+        return None  # the test function is zero all along: an orbit that stays on a corner
+    condition = found.reading.condition
+    if isinstance(condition, Fold | Crossing):
+        if _repeats(np.array(condition.points), REPEATS * width_of(family)):
+            return None  # f^2p has slope 1 at a flip, too
+    if isinstance(condition, Fold):
+        # Where curves of orbits cross, the test function of a fold touches zero.
+        crossing = _crossing_at(found, condition, family, within)
+        if crossing is not None:
+            found = crossing
+    elif isinstance(condition, Crossing) and not _meets(found):
+        return None
+    return Event(_kind(found, family), found.reading.condition, found)
+
+
+def _crossing_at(
+    fold: Located, condition: Fold, family: Family, within: tuple[float, float]
+) -> Located | None:
+    """Solve for two curves of orbits that cross where a fold seems to be."""
+    start = Crossing(condition.period, condition.points, family.name)
+    reach = TOUCHES * (within[1] - within[0])
+    try:
+        found = solve_near(start, family.whole, fold.value, step=reach, within=within)
+    except (ConditionLost, ValueError):
+        return None
+    return found if found.quality != "failed" and _meets(found) else None
+
+
+def _meets(found: Located) -> bool:
+    """Tell whether the point of a crossing is periodic: f^p(x) - x is stationary there."""
+    path = found.reading.path
+    return abs(path[-1] - path[0]) <= CLOSED * EPS * max(1.0, *map(abs, path))
+
+
+def _repeats(points: Floats, slack: float) -> bool:
+    """Tell whether an orbit closes after a divisor of its period."""
+    p = len(points)
+    return any(_apart(points, d) <= slack for d in range(1, p) if p % d == 0)
+
+
+def _apart(points: Floats, turn: int) -> float:
+    return float(np.abs(np.roll(points, turn) - points).max())
+
+
+def width_of(family: Family) -> float:
+    """Width of a family's domain, or of its window: a scale of distances."""
+    return domain_width(family.at(float(family.f.parameters[family.name])))
+
+
+def _kind(found: Located, family: Family) -> EventKind:
+    condition = found.reading.condition
+    if isinstance(condition, Crossing):
+        return coefficients_at(found, family).kind
+    if isinstance(condition, Fold):
+        return "fold"
+    if isinstance(condition, Flip):
+        return "flip"
+    critical = found.reading.critical
+    return "enters_gap" if critical is not None and critical.kind == "edge" else "border_collision"
+
+
+def coefficients_at(found: Located, family: Family) -> CrossingCoefficients:
+    """Return the normal form of two curves of orbits that cross.
+
+    Along the points that are stationary in the parameter the slope of f^p changes by
+    (g_xq^2 - g_xx g_qq) / g_xq, which is the slope of the test function.
+    """
+    reading = found.reading
+    f = family.whole(found.value)
+    return crossing_coefficients(f, reading.points, reading.mixed, found.slope * reading.mixed)
+
+
+def orbit_at(event: Event, near: Floats, family: Family) -> Floats | None:
+    """Return the points at an event of an orbit that ends there, in the order of `near`.
+
+    On the two sides of a jump the ways back to it may take different numbers of steps: an
+    orbit that ends there need not have the event's own period, nor a multiple of it.
+    """
+    found = [] if len(near) % event.period else [turned(event.points, near)]
+    border = event.located.reading.critical
+    if isinstance(event.condition, Collision) and border is not None and border.kind == "jump":
+        paths = [path_from(family.whole(event.value), border, side, len(near)) for side in (-1, 1)]
+        found += [
+            turned(np.array(path.points[:-1]), near)
+            for path in paths
+            if path.complete and abs(path.points[-1] - border.x) <= SAME_PLACE * width_of(family)
+        ]
+    return min(found, key=lambda there: float(np.abs(there - near).max()), default=None)
+
+
+# ------------------------------------------------------------------ what to suspect
+
+
+def flips_on(piece: Piece) -> list[Suspect]:
+    """Suspect a flip wherever the multiplier passes -1 along an orbit."""
+    test = piece.multipliers + 1
+    found = []
+    for k in np.flatnonzero(test[:-1] * test[1:] <= 0):
+        if test[k] == 0 and k > 0:
+            continue  # the zero at a sample belongs to the span before it
+        nearest = k if abs(test[k]) < abs(test[k + 1]) else k + 1
+        share = test[k] / (test[k] - test[k + 1]) if test[k] != test[k + 1] else 0.5
+        low, high = float(piece.values[k]), float(piece.values[k + 1])
+        condition = Flip(piece.period, tuple(piece.points[nearest].tolist()))
+        found.append(Suspect(condition, low + share * (high - low), high - low, (low, high)))
+    return found
+
+
+def suspects_at_end(way: Way, family: Family) -> Iterator[Suspect]:
+    """Suspect what may have ended an orbit's way, the likeliest first.
+
+    Parameters
+    ----------
+    way : Way
+    family : Family
+
+    Yields
+    ------
+    Suspect
+        None where the orbit has only left the domain or the window.
+    """
+    end = way.end
+    if end is None or end.reason in ("arrived", "outside"):
+        return
+    if end.reason == "border":
+        yield from _collisions(way, family)
+    even = len(end.points) % 2 == 0
+    doubled = even and _apart(end.points, len(end.points) // 2) < CLOSING * width_of(family)
+    if end.reason == "doubling" or doubled:
+        yield _halved(way)
+    yield _fold(way)
+    yield _cross(way, family.name)
+    if end.reason == "standstill":
+        if even and not doubled:
+            yield _halved(way)
+        yield from _collisions(way, family)
+
+
+def _fold(way: Way) -> Suspect:
+    """Extrapolate (multiplier - 1)^2, which is linear beside a fold, to zero."""
+    end = way.end
+    assert end is not None
+    guess, reach = _zero_of([(m - 1) ** 2 for m in way.multipliers], way.values, end.step)
+    return Suspect(Fold(len(end.points), tuple(end.points.tolist())), guess, reach)
+
+
+def _cross(way: Way, name: str) -> Suspect:
+    """Extrapolate the multiplier, linear along an orbit that crosses another one, to 1."""
+    end = way.end
+    assert end is not None
+    guess, reach = _zero_of([m - 1 for m in way.multipliers], way.values, end.step)
+    return Suspect(Crossing(len(end.points), tuple(end.points.tolist()), name), guess, reach)
+
+
+def _halved(way: Way) -> Suspect:
+    """Extrapolate a doubled orbit's multiplier, linear beside the flip, to 1."""
+    end = way.end
+    assert end is not None
+    half = len(end.points) // 2
+    middle = 0.5 * (end.points + np.roll(end.points, half))[:half]
+    guess, reach = _zero_of([m - 1 for m in way.multipliers], way.values, end.step)
+    return Suspect(Flip(half, tuple(middle.tolist())), guess, reach)
+
+
+def _zero_of(test: Sequence[float], values: Sequence[float], step: float) -> tuple[float, float]:
+    """Extrapolate the last two values of a function to zero; the step bounds the distance."""
+    distance = step
+    if len(test) > 1 and test[-1] != test[-2]:
+        ahead = -test[-1] * (values[-1] - values[-2]) / (test[-1] - test[-2])
+        if 0 < ahead / step < 8:
+            distance = ahead
+    return values[-1] + distance, abs(distance)
+
+
+def _collisions(way: Way, family: Family) -> Iterator[Suspect]:
+    """Suspect that the orbit meets the nearest border on its point's way."""
+    end = way.end
+    assert end is not None
+    f = family.whole(end.q)
+    for place in [end.place] if end.reason == "border" else range(len(end.points)):
+        x, speed = float(end.points[place]), float(end.velocity[place])
+        ahead = abs(speed * end.step) if np.isfinite(speed) else 0.0
+        border = _nearest_border(f, x, VICINITY * ahead)
+        if border is None:
+            continue
+        side = -1 if x < border.d else 1
+        reach = 2 * abs(end.step)
+        condition = Collision(len(end.points), Border.of(border), side)
+        yield Suspect(condition, end.q + end.step, reach)
+
+
+def _nearest_border(f: MapFamily, x: float, distance: float) -> Breakpoint | None:
+    """Return the break that matters nearest to a point, from the table of a small window."""
+    width = domain_width(f)
+    half = max(distance, SMALLEST_WINDOW * width)
+    window = WindowMap(f, (x - half, x + half))
+    lo, hi = window.domain
+    table = branch_table(window, min(RESOLUTION, 1e-4 * (hi - lo)))
+    breaks = [item for item in table.breakpoints if item.kind != "smooth"]
+    return min(breaks, key=lambda item: abs(item.d - x), default=None)

@@ -1,0 +1,177 @@
+"""Where pairs of events may hide between two lists of orbits that agree.
+
+An orbit that is born and lost between two values of the parameter shows in neither list. But the
+functions whose zeros those events are come close to zero: the distance f^p(c) - c of an image of
+a break from the break, and the distance f^p(x) - x of an extremum from the diagonal. Three
+successive values of such a function make a parabola; where that reaches zero, or all but does, a
+list in between is worth while. This is a second look, independent of the lists.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.maps.protocol import Labels, mix_labels, sample
+from stickslip.status import OK
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stickslip.analysis.bifurcations.scan.nodes import Node, Words
+
+__all__ = ["Sighting", "hidden_values", "sightings"]
+
+POINTS: Final = 2000  # of the domain, where f^p is looked at for extrema beside the diagonal
+NEAR: Final = 0.1  # of the change from value to value: an extremum this small may be zero
+SAME_PLACE: Final = 0.05  # of the domain: an extremum is followed so far from value to value
+TOO_CLOSE: Final = 0.02  # of the spacing: nothing new can be seen so close to a list
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """A function of the parameter that vanishes where orbits are born or lost, at one value.
+
+    Attributes
+    ----------
+    what : hashable
+        Tells functions apart: a border, a side and the branches its images visit; or an
+        extremum's kind and period.
+    x : float
+        Where in the domain.
+    distance : float
+        The function.
+    """
+
+    what: Hashable
+    x: float
+    distance: float
+
+
+def sightings(node: Node, max_period: int, words: Words) -> list[Sighting]:
+    """Evaluate all functions that can be evaluated at a node.
+
+    Parameters
+    ----------
+    node : Node
+    max_period : int
+    words : Words
+
+    Returns
+    -------
+    list of Sighting
+    """
+    return [*_borders(node, max_period, words), *_extrema(node, max_period)]
+
+
+def _borders(node: Node, max_period: int, words: Words) -> Iterator[Sighting]:
+    """Distances of the images of all breaks from where they started."""
+    breaks = [item for item in node.table.breakpoints if item.kind != "smooth"]
+    if not breaks:
+        return
+    start = np.repeat([item.d for item in breaks], 2)
+    x = np.array([value for item in breaks for value in (item.left, item.right)])
+    names = [
+        (words.of(np.array([item.left_label, item.right_label], dtype=np.uint64)).tobytes(), side)
+        for item in breaks
+        for side in (-1, 1)
+    ]
+    word: Labels = np.zeros(len(x), dtype=np.uint64)
+    for period in range(1, max_period + 1):
+        for k in np.flatnonzero(np.isfinite(x)):
+            yield Sighting(
+                (names[k], period, int(word[k])), float(start[k]), float(x[k] - start[k])
+            )
+        got = sample(node.f, x)
+        word = mix_labels(word, words.of(got.label))
+        x = np.where(got.status == OK, got.value, np.nan)
+
+
+def _extrema(node: Node, max_period: int) -> Iterator[Sighting]:
+    """Distances from the diagonal of the extrema of f^p(x) - x, on the fast map."""
+    fast = node.fast
+    lo, hi = node.f.domain
+    x = lo + (hi - lo) * (np.arange(POINTS) + 0.5) / POINTS
+    orbit, slopes = fast.iterate_with_slopes(x, max_period)
+    labels = node.table.labels_at(orbit[:, :-1])
+    word: Labels = np.zeros(POINTS, dtype=np.uint64)
+    slope = np.ones(POINTS)
+    for period in range(1, max_period + 1):
+        word = mix_labels(word, labels[:, period - 1])
+        slope = slope * slopes[:, period - 1]
+        off, tilt = orbit[:, period] - x, slope - 1
+        with np.errstate(invalid="ignore"):
+            turns = (tilt[:-1] * tilt[1:] < 0) & (word[:-1] == word[1:])
+        for k in np.flatnonzero(turns & np.isfinite(off[:-1]) & np.isfinite(off[1:])):
+            share = tilt[k] / (tilt[k] - tilt[k + 1])
+            width = x[k + 1] - x[k]
+            # The parabola with these slopes, from either end: their mean.
+            left = off[k] + 0.5 * tilt[k] * share * width
+            right = off[k + 1] - 0.5 * tilt[k + 1] * (1 - share) * width
+            kind = "lowest" if tilt[k] < 0 else "highest"
+            yield Sighting((kind, period), float(x[k] + share * width), float(0.5 * (left + right)))
+
+
+def hidden_values(
+    values: Sequence[float], seen: Sequence[Sequence[Sighting]], width: float
+) -> list[float]:
+    """Return parameter values where a function may reach zero between lists, ascending.
+
+    Parameters
+    ----------
+    values : sequence of float, n of them
+        Ascending.
+    seen : sequence of sequence of Sighting
+        At each.
+    width : float
+        Of the domain.
+    """
+    found: list[float] = []
+    for k in range(1, len(values) - 1):
+        for sighting in seen[k]:
+            before = _same(sighting, seen[k - 1], width)
+            after = _same(sighting, seen[k + 1], width)
+            if before is None or after is None:
+                continue
+            q = _touching(
+                values[k - 1 : k + 2], (before.distance, sighting.distance, after.distance)
+            )
+            if q is not None:
+                found.append(q)
+    apart = TOO_CLOSE * min(b - a for a, b in pairwise(values))
+    kept: list[float] = []
+    for q in sorted(found):
+        clear = all(abs(q - other) > apart for other in (*values, *kept[-1:]))
+        if clear:
+            kept.append(q)
+    return kept
+
+
+def _same(sighting: Sighting, others: Sequence[Sighting], width: float) -> Sighting | None:
+    """Return the same function at another value: of those with its name the nearest."""
+    named = [other for other in others if other.what == sighting.what]
+    nearest = min(named, key=lambda other: abs(other.x - sighting.x), default=None)
+    if nearest is None or abs(nearest.x - sighting.x) > SAME_PLACE * width:
+        return None
+    return nearest
+
+
+def _touching(values: Sequence[float], distances: tuple[float, float, float]) -> float | None:
+    """Return where the parabola through three values of one sign reaches zero, or nearly does."""
+    a, b, c = distances
+    if not (a * b > 0 and b * c > 0):
+        return None
+    curve = np.polyfit(np.array(values) - values[1], distances, 2)
+    if curve[0] == 0 or curve[0] * b < 0:
+        return None
+    turn = -0.5 * curve[1] / curve[0]
+    q = values[1] + turn
+    if not values[0] < q < values[2]:
+        return None
+    least = np.polyval(curve, turn) * np.sign(b)
+    change = max(abs(a - b), abs(c - b))
+    return float(q) if least <= NEAR * change else None

@@ -1,0 +1,213 @@
+"""Complete lists of orbits at values of a parameter, with what it takes to join them."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.interpolation.interpolated import interpolated_map
+from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.maps.window import windowed
+from stickslip.analysis.orbits.bundles import OrbitBundle, solve_cyclic
+from stickslip.analysis.orbits.periodic import periodic_orbits
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.branches.table import BranchTable
+    from stickslip.analysis.interpolation.interpolated import InterpolatedMap
+    from stickslip.analysis.maps.protocol import Floats, Labels, MapFamily
+    from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
+
+__all__ = ["Family", "Node", "Words", "velocity"]
+
+ON_CORNER: Final = 1e-13  # of the domain: a point so close to a corner is on it
+REMEMBERED: Final = 512  # maps of a family kept: conditions ask for the same values again
+
+
+class Family:
+    """The maps of a family along one parameter, within a window of the domain.
+
+    Parameters
+    ----------
+    f : MapFamily
+    name : str
+        The parameter.
+    window : tuple of float, optional
+    """
+
+    def __init__(self, f: MapFamily, name: str, window: tuple[float, float] | None = None) -> None:
+        self.f, self.name, self.window = f, name, window
+        self._maps: OrderedDict[float, MapFamily] = OrderedDict()
+
+    def whole(self, q: float) -> MapFamily:
+        """Return the map at a value of the parameter, on all of its domain."""
+        q = float(q)
+        found = self._maps.get(q)
+        if found is None:
+            found = self._maps[q] = self.f.replace(**{self.name: q})
+            if len(self._maps) > REMEMBERED:
+                self._maps.popitem(last=False)
+        return found
+
+    def at(self, q: float) -> MapFamily:
+        """Return the map at a value of the parameter, restricted to the window."""
+        family: MapFamily = windowed(self.whole(q), self.window)
+        return family
+
+
+class Words:
+    """Labels of branches, those on both sides of a harmless breakpoint taken as one.
+
+    An orbit may pass from one to the other without anything happening to it.
+    """
+
+    def __init__(self) -> None:
+        self._smooth: set[tuple[int, int]] = set()
+        self._hard: set[tuple[int, int]] = set()
+        self._first: dict[int, int] = {}
+
+    def learn(self, table: BranchTable) -> None:
+        """Take in the breakpoints of another table."""
+        for item in table.breakpoints:
+            pair = (min(item.left_label, item.right_label), max(item.left_label, item.right_label))
+            (self._smooth if item.kind == "smooth" else self._hard).add(pair)
+        self._first = {}
+        for a, b in sorted(self._smooth - self._hard):
+            low, high = sorted((self._root(a), self._root(b)))
+            if low != high:
+                self._first[high] = low
+
+    @property
+    def telling(self) -> bool:
+        """Whether labels tell all branches apart: not so for a map that has none."""
+        return all(a != b for a, b in self._hard)
+
+    def of(self, labels: Labels) -> Labels:
+        """Return the least label of each group, shaped like ``labels``."""
+        if not self._first:
+            return labels
+        flat = [self._root(int(label)) for label in labels.ravel()]
+        return np.array(flat, dtype=np.uint64).reshape(labels.shape)
+
+    def same(self, a: Labels, b: Labels) -> bool:
+        """Tell whether two orbits visit the same branches."""
+        return bool(np.array_equal(a, b)) or bool(np.array_equal(self.of(a), self.of(b)))
+
+    def _root(self, label: int) -> int:
+        while label in self._first:
+            label = self._first[label]
+        return label
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """All orbits up to a period at one value of the parameter.
+
+    Attributes
+    ----------
+    q : float
+    f : MapFamily
+        Restricted to the window.
+    name : str
+        The parameter.
+    orbits : OrbitList
+    table : BranchTable
+        Of ``f``.
+    beside : float
+        How far from an event the node was put, if it was.
+    """
+
+    q: float
+    f: MapFamily
+    name: str
+    orbits: OrbitList
+    table: BranchTable
+    beside: float = math.inf
+
+    @classmethod
+    def make(cls, family: Family, q: float, max_period: int, beside: float = math.inf) -> Node:
+        """List the orbits at a value of the parameter."""
+        f = family.at(q)
+        table = branch_table(f)
+        return cls(float(q), f, family.name, periodic_orbits(f, max_period), table, beside)
+
+    @cached_property
+    def fast(self) -> InterpolatedMap:
+        """The table as a fast map."""
+        return interpolated_map(self.table)
+
+    @cached_property
+    def bundle(self) -> OrbitBundle:
+        """All orbits as arrays."""
+        return OrbitBundle.of(self.orbits, self.f)
+
+    @cached_property
+    def velocity(self) -> Floats:
+        """Derivative of each point with respect to the parameter, padded as the bundle is.
+
+        From f(x_k, q) = x_(k+1): f' x_k' - x_(k+1)' = -df/dq.
+        """
+        return velocity(self.bundle, self.f, self.name)
+
+    @cached_property
+    def breaks(self) -> Floats:
+        """Places of the breaks that matter, ascending."""
+        return np.array([item.d for item in self.table.breakpoints if item.kind != "smooth"])
+
+    @cached_property
+    def segments(self) -> Labels:
+        """Number of breaks left of each point, padded as the bundle is: labels of its own."""
+        counts = np.searchsorted(self.breaks, self.bundle.points, side="right")
+        return np.where(self.bundle.used, counts, 0).astype(np.uint64)
+
+    @cached_property
+    def on_corner(self) -> NDArray[np.bool_]:
+        """Which points lie on a corner, padded as the bundle is: there a label is an accident."""
+        corners = np.array([item.d for item in self.table.breakpoints if item.kind == "corner"])
+        with np.errstate(invalid="ignore"):
+            apart = np.abs(self.bundle.points[..., None] - corners)
+            return (apart <= ON_CORNER * self.width).any(axis=-1)
+
+    def find(self, points: Floats, tolerance: float) -> int | None:
+        """Place in the list of the orbit with these points, smallest first; None if absent."""
+        for k, orbit in enumerate(self.orbits):
+            if orbit.period == len(points) and np.abs(orbit.points - points).max() <= tolerance:
+                return k
+        return None
+
+    def select(self, places: Iterable[int]) -> tuple[PeriodicOrbit, ...]:
+        """Return some of the orbits."""
+        return tuple(self.orbits[k] for k in sorted(places))
+
+    @property
+    def width(self) -> float:
+        """Of the domain: the scale of distances."""
+        return domain_width(self.f)
+
+
+def velocity(bundle: OrbitBundle, f: MapFamily, name: str) -> Floats:
+    """Differentiate orbits of the map f with respect to a parameter.
+
+    Parameters
+    ----------
+    bundle : OrbitBundle
+    f : MapFamily
+    name : str
+
+    Returns
+    -------
+    ndarray of float, shaped like the bundle's points
+        Not finite where a multiplier is 1.
+    """
+    rates = np.full(bundle.points.shape, np.nan)
+    if len(bundle):
+        rates[bundle.used] = f.parameter_derivative(bundle.points[bundle.used], name)
+    return solve_cyclic(bundle.slopes, -rates, bundle.periods)

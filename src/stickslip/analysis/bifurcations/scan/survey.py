@@ -1,0 +1,397 @@
+"""A range of a parameter surveyed: complete lists, all their orbits joined, every change explained.
+
+Lists of orbits at neighbouring values must agree up to events in between. Each event that is
+located gets two lists of its own, just below and just above, so that between events all orbits
+match, and across an event those that do not are the ones that it concerns: nothing can be born or
+lost without being noticed. Where an orbit ends and no event is found, the interval is halved;
+what is still unexplained then is said.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import insort
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
+from stickslip.analysis.bifurcations.faults import attempted
+from stickslip.analysis.bifurcations.scan.events import Event, flips_on, located, suspects_at_end
+from stickslip.analysis.bifurcations.scan.near_misses import Sighting, hidden_values, sightings
+from stickslip.analysis.bifurcations.scan.nodes import Family, Node, Words
+from stickslip.analysis.bifurcations.scan.tracking import Piece, Way, follow, join
+from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.threads import in_threads
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+__all__ = ["Ending", "Span", "Survey"]
+
+BESIDE: Final = 1e-5  # of the range: how far from an event the lists beside it are made
+SPLIT: Final = 1e-9  # of the range: closer to each other no lists are made
+CLEAR: Final = 0.2  # share of the way to the next event that these may take up
+FOUND: Final = 1e-7  # of the domain's width: an orbit that arrives is looked up in the list
+NARROWEST: Final = 1e-4  # of the range: an unexplained change is not narrowed down further
+SECOND_LOOKS: Final = 2  # rounds of lists added where a pair of events may hide
+MAX_NODES: Final = 1000
+JITTER: Final = 0.11  # of a spacing: values of a grid keep away from round numbers
+GOLDEN: Final = 0.6180339887498949
+
+
+@dataclass(frozen=True, eq=False)
+class Ending:
+    """An orbit that does not reach the other end of a span.
+
+    Attributes
+    ----------
+    piece : Piece
+        As far as it was followed.
+    event : Event or None
+        What ended it.
+    reason : str
+        ``border``, ``fold``, ...: see `tracking.End`.
+    """
+
+    piece: Piece
+    event: Event | None
+    reason: str
+
+
+@dataclass(eq=False)
+class Span:
+    """What lies between two neighbouring nodes.
+
+    Attributes
+    ----------
+    left, right : Node
+    events : list of Event
+        At one value of the parameter; empty for a span between events.
+    pieces : list of Piece
+        Orbits that cross the span.
+    loose_left, loose_right : list of int
+        In a span with events, or not explained: places of the orbits that do not cross it.
+    endings : list of Ending
+        In a span between events: orbits that leave the window there, or end unexplained.
+    """
+
+    left: Node
+    right: Node
+    events: list[Event] = field(default_factory=list)
+    pieces: list[Piece] = field(default_factory=list)
+    loose_left: list[int] = field(default_factory=list)
+    loose_right: list[int] = field(default_factory=list)
+    endings: list[Ending] = field(default_factory=list)
+
+
+class Survey:
+    """The range of a parameter, cut into spans without and around events.
+
+    Parameters
+    ----------
+    family : Family
+    lo, hi : float
+        Ends of the range.
+    max_period : int
+    progress : callable, optional
+        Called with the share of the range that is done.
+
+    Attributes
+    ----------
+    spans : list of Span
+        Ascending, once `run` is done.
+    events : list of Event
+        Ascending.
+    unresolved : list of UnresolvedChange
+    grid_nodes : list of Node
+        At the values of the grid.
+    """
+
+    def __init__(
+        self,
+        family: Family,
+        lo: float,
+        hi: float,
+        max_period: int,
+        progress: Callable[[float], None] | None = None,
+    ) -> None:
+        self.family, self.lo, self.hi, self.max_period = family, lo, hi, max_period
+        self.progress = progress
+        self.width = domain_width(family.at(lo))
+        self.words = Words()
+        self.spans: list[Span] = []
+        self.events: list[Event] = []
+        self.unresolved: list[UnresolvedChange] = []
+        self.grid_nodes: list[Node] = []
+        self.n_nodes = 0
+        self._known: dict[tuple[float, int, int], Way] = {}
+
+    @property
+    def scale(self) -> float:
+        """Length of the range."""
+        return self.hi - self.lo
+
+    def run(self, n_values: int) -> None:
+        """Make the lists at the values of a grid, and explain all changes between them."""
+        self.grid_nodes = self._nodes(grid(self.lo, self.hi, n_values))
+        self._look_for_hidden()
+        kept = self.grid_nodes[:1]
+        for right in self.grid_nodes[1:]:
+            known = len(self.spans), len(self.unresolved), list(self.events)
+            self._explain_or_tell(kept[-1], right)
+            if right is not self.grid_nodes[-1] and self._is_at_event(right):
+                # What a list shows in the very middle of an event is an accident: not this one.
+                del self.spans[known[0] :], self.unresolved[known[1] :]
+                self.events = known[2]
+                self._known.clear()  # ways that have come too close to the event to miss it
+                continue
+            kept.append(right)
+            if self.progress is not None:
+                self.progress((right.q - self.lo) / self.scale)
+        self.grid_nodes = kept
+        self.spans.sort(key=lambda span: span.left.q)
+
+    def _is_at_event(self, node: Node) -> bool:
+        return any(abs(event.value - node.q) <= SPLIT * self.scale for event in self.events)
+
+    def _look_for_hidden(self) -> None:
+        """Add lists where a pair of events may hide between two of the grid."""
+        seen: dict[float, list[Sighting]] = {}
+        for _ in range(SECOND_LOOKS):
+            for node in self.grid_nodes:
+                if node.q not in seen:
+                    seen[node.q] = sightings(node, self.max_period, self.words)
+            values = [node.q for node in self.grid_nodes]
+            fresh = hidden_values(values, [seen[q] for q in values], self.width)
+            if not fresh:
+                return
+            self.grid_nodes += self._nodes(fresh)
+            self.grid_nodes.sort(key=lambda node: node.q)
+
+    def _nodes(self, values: Sequence[float], besides: Sequence[float] = ()) -> list[Node]:
+        """Make lists at several values, two at a time: most of the work is the map's own."""
+
+        def make(place: tuple[float, float]) -> Node:
+            return Node.make(self.family, place[0], self.max_period, place[1])
+
+        nodes = in_threads(make, zip(values, besides or [math.inf] * len(values), strict=True))
+        for node in nodes:
+            self.words.learn(node.table)
+        self.n_nodes += len(nodes)
+        return nodes
+
+    # ------------------------------------------------------------------ between events
+
+    def _explain_or_tell(self, left: Node, right: Node) -> None:
+        """Explain what happens between two nodes; if that fails, leave them unconnected."""
+        known = len(self.spans), len(self.unresolved), list(self.events)
+        noted: list[UnresolvedChange] = []
+        what = "the changes of orbits"
+        attempted(lambda: self._explain(left, right), what, left.q, right.q, noted)
+        if noted:
+            del self.spans[known[0] :], self.unresolved[known[1] :]
+            self.events = known[2]
+            ends = [list(range(len(node.orbits))) for node in (left, right)]
+            self.spans.append(Span(left, right, loose_left=ends[0], loose_right=ends[1]))
+            self.unresolved += noted
+
+    def _explain(self, left: Node, right: Node) -> None:
+        """Explain all that happens between two nodes, by adding nodes if need be."""
+        todo = [(left, right)]
+        while todo:
+            span = Span(*todo.pop())
+            fresh, unexplained = self._look(span)
+            if fresh:
+                todo += self._cut(span, fresh)
+            elif unexplained and self._may_narrow(span):
+                (middle,) = self._nodes([0.5 * (span.left.q + span.right.q)])
+                todo += [(span.left, middle), (middle, span.right)]
+            else:
+                self.spans.append(span)
+                self.unresolved += unexplained
+
+    def _may_narrow(self, span: Span) -> bool:
+        wide = span.right.q - span.left.q > NARROWEST * self.scale
+        return wide and self.n_nodes < MAX_NODES
+
+    def _look(self, span: Span) -> tuple[list[Event], list[UnresolvedChange]]:
+        """Join two lists; return events that are new, and what none explains."""
+        joined = join(span.left, span.right, self.family, self.words)
+        span.pieces = joined.pieces
+        ways = self._ways(span, joined.left, joined.right)
+        fresh: list[Event] = []
+        unexplained: list[UnresolvedChange] = []
+        for piece in span.pieces:
+            for suspect in flips_on(piece):
+                event = located(suspect, self.family, self._within(span))
+                if event is None:
+                    unexplained.append(
+                        self._open(span, piece, "the multiplier passes -1, but no flip is found")
+                    )
+                else:
+                    self._add(event, fresh)
+            if (np.diff(np.sign(piece.multipliers - 1)) != 0).any():
+                unexplained.append(
+                    self._open(span, piece, "the multiplier passes 1 without a fold")
+                )
+        for left, right, way in ways:
+            assert way.end is not None
+            piece = way.piece(left, right)
+            event = self._end_of(way, span, fresh)
+            if event is not None:
+                self._add(event, fresh)
+            elif way.end.reason == "arrived":
+                reason = "an orbit arrives that the complete list does not contain"
+                unexplained.append(self._open(span, piece, reason))
+            elif way.end.reason != "outside":
+                unexplained.append(self._open(span, piece, f"an orbit ends ({way.end.reason})"))
+            span.endings.append(Ending(piece, event, way.end.reason))
+        return fresh, unexplained
+
+    def _ways(
+        self, span: Span, loose_left: list[int], loose_right: list[int]
+    ) -> list[tuple[int | None, int | None, Way]]:
+        """Follow the orbits that were not matched; those that arrive become pieces."""
+        missing = {-1: set(loose_left), 1: set(loose_right)}
+        todo = [(side, k) for side in (-1, 1) for k in sorted(missing[side])]
+        # Those whose way is known in part come first: it ends where the others begin.
+        todo.sort(key=lambda item: self._key(span, *item) not in self._known)
+        lost: dict[tuple[int, int], Way] = {}
+        for side, k in todo:
+            if k not in missing[side]:
+                continue
+            way = self._follow(span, side, k)
+            there = self._arrival(way, span.right if side < 0 else span.left)
+            if there in missing[-side]:
+                left, right = (k, there) if side < 0 else (there, k)
+                span.pieces.append(way.piece(left, right))
+                missing[side].discard(k)
+                missing[-side].discard(there)
+                lost.pop((-side, there), None)
+            else:
+                lost[side, k] = way
+        return [(k, None, way) if side < 0 else (None, k, way) for (side, k), way in lost.items()]
+
+    def _key(self, span: Span, side: int, k: int) -> tuple[float, int, int]:
+        return (span.left if side < 0 else span.right).q, side, k
+
+    def _follow(self, span: Span, side: int, k: int) -> Way:
+        """Follow an orbit of one node of a span towards the other, from as far as is known."""
+        start, goal = (span.left, span.right) if side < 0 else (span.right, span.left)
+        key = self._key(span, side, k)
+        way = follow(start, k, goal.q, self.family, self.words, self._known.get(key))
+        if not self.words.telling:
+            self._end_at_passed_border(way, start, k, goal)
+        self._known[key] = way
+        return way
+
+    def _end_at_passed_border(self, way: Way, start: Node, k: int, goal: Node) -> None:
+        """Where labels do not tell branches apart, an orbit may have passed a break unnoticed."""
+        there = self._arrival(way, goal)
+        if there is None or way.end is None:
+            return
+        passed = np.flatnonzero(start.segments[k] != goal.segments[there])
+        if not passed.size or not len(goal.breaks):
+            return
+        place = int(passed[0])
+        x, speed = goal.bundle.points[there, place], goal.velocity[there, place]
+        border = goal.breaks[np.argmin(np.abs(goal.breaks - x))]
+        way.end = replace(
+            way.end,
+            reason="border",
+            points=goal.orbits[there].points,
+            velocity=goal.velocity[there, : way.end.points.size],
+            step=float((border - x) / speed),
+            place=place,
+        )
+
+    def _arrival(self, way: Way, node: Node) -> int | None:
+        """Place of an orbit that has arrived in the list there."""
+        if way.end is None or way.end.reason != "arrived":
+            return None
+        points = way.end.points
+        return node.find(np.roll(points, -int(np.argmin(points))), FOUND * node.width)
+
+    def _end_of(self, way: Way, span: Span, fresh: list[Event]) -> Event | None:
+        """Find the event that ends an orbit's way: a known one, or one to solve for."""
+        for suspect in suspects_at_end(way, self.family):
+            for event in fresh:
+                if suspect.explained_by(event, self.width):
+                    return event
+            found = located(suspect, self.family, self._within(span))
+            if found is not None:
+                return found
+        return None
+
+    def _within(self, span: Span) -> tuple[float, float]:
+        """Where events of a span may lie: a little beyond, as they may be known ones there."""
+        pad = 2 * BESIDE * self.scale
+        return max(span.left.q - pad, self.lo), min(span.right.q + pad, self.hi)
+
+    def _add(self, event: Event, fresh: list[Event]) -> None:
+        """Remember an event unless it is known."""
+        if not any(event.same_as(known, self.scale, self.width) for known in self.events):
+            insort(self.events, event, key=lambda item: item.value)
+            fresh.append(event)
+
+    def _open(self, span: Span, piece: Piece, reason: str) -> UnresolvedChange:
+        x = float(piece.points[0, 0])
+        return UnresolvedChange(reason, span.left.q, span.right.q, piece.period, x)
+
+    # ------------------------------------------------------------------ around events
+
+    def _cut(self, span: Span, fresh: list[Event]) -> list[tuple[Node, Node]]:
+        """Put nodes on both sides of new events; return the spans between them."""
+        groups = self._groups(fresh)
+        bounds = [span.left.q, *(group[0].value for group in groups), span.right.q]
+        places: dict[tuple[int, int], tuple[float, float]] = {}
+        for k, group in enumerate(groups):
+            rooms = bounds[k + 1] - bounds[k], bounds[k + 2] - bounds[k + 1]
+            # An event at the value of a list, as at an end of the range, has its list already.
+            open_sides = [side for side in (0, 1) if rooms[side] > SPLIT * self.scale]
+            beside = min(BESIDE * self.scale, *(CLEAR * rooms[side] for side in open_sides))
+            for side in open_sides:
+                value = group[-1].value + beside if side else group[0].value - beside
+                places[k, side] = value, beside
+        columns = ([place[k] for place in places.values()] for k in (0, 1))
+        nodes = dict(zip(places, self._nodes(*columns), strict=True))
+        plain: list[tuple[Node, Node]] = []
+        last = span.left
+        for k, group in enumerate(groups):
+            before, after = nodes.get((k, 0), last), nodes.get((k, 1), span.right)
+            if before is not last:
+                plain.append((last, before))
+            self.spans.append(self._around(before, after, group))
+            last = after
+        if last is not span.right:
+            plain.append((last, span.right))
+        return plain
+
+    def _groups(self, fresh: list[Event]) -> list[list[Event]]:
+        """Events in ascending order, those at one value together."""
+        groups: list[list[Event]] = []
+        for event in sorted(fresh, key=lambda item: item.value):
+            if groups:
+                last = groups[-1][-1]
+                slack = 8 * (last.located.error + event.located.error) + 1e-11 * self.scale
+                if event.value - last.value <= slack:
+                    groups[-1].append(event)
+                    continue
+            groups.append([event])
+        return groups
+
+    def _around(self, before: Node, after: Node, events: list[Event]) -> Span:
+        """Make the span that holds events: what does not cross it is what they concern."""
+        joined = join(before, after, self.family, self.words)
+        return Span(before, after, events, joined.pieces, joined.left, joined.right)
+
+
+def grid(lo: float, hi: float, n: int) -> list[float]:
+    """Return n ascending values with both ends, the others at no special places."""
+    step = (hi - lo) / (n - 1)
+    shift = JITTER * step * (2 * ((GOLDEN * np.arange(n)) % 1.0) - 1)
+    values = lo + step * np.arange(n) + shift
+    values[0], values[-1] = lo, hi
+    return [float(value) for value in values]

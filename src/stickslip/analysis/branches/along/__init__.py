@@ -1,0 +1,1 @@
+"""Breakpoints and branches followed along a parameter."""

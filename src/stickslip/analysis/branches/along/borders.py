@@ -1,0 +1,349 @@
+"""Breaks and turning points of a map, followed as its parameters change.
+
+A break is known by the labels on either side. In a map with nearby parameter values it is found
+by looking for the end of the left branch close to its last place; one-sided limits are taken as
+for a table. Where labels do not tell branches apart, or one of them is gone, the table of a
+small window decides.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Literal, Self, TypeAlias
+
+import numpy as np
+
+from stickslip.analysis.branches.along.border_search import Branch, Probe, Seen, find_change
+from stickslip.analysis.branches.breakpoints import kind_of
+from stickslip.analysis.branches.limits import limits_inside
+from stickslip.analysis.branches.mesh import Nodes
+from stickslip.analysis.branches.table import RESOLUTION, branch_table
+from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
+from stickslip.analysis.maps.window import WindowMap
+from stickslip.numerics.slope_zeros import slope_zeros
+
+if TYPE_CHECKING:
+    from stickslip.analysis.branches.breakpoints import Breakpoint, Kind
+    from stickslip.analysis.maps.protocol import Floats, Map1D
+
+__all__ = [
+    "Border",
+    "BorderReading",
+    "ConditionLost",
+    "Critical",
+    "CriticalKind",
+    "NearBreak",
+    "Side",
+    "TurningPoint",
+]
+
+Side: TypeAlias = Literal[-1, 1]
+CriticalKind: TypeAlias = Literal["jump", "corner", "smooth", "edge", "turning point"]
+
+REACH: Final = 1.5  # times the last move: where a critical point is looked for first
+WINDOW: Final = 1e-3  # of the domain: half width of the window whose table is asked, at least
+WIDER: Final = 8.0  # ... and times the last move
+EPS: Final = float(np.finfo(np.float64).eps)
+TURN: Final = 1e-7  # of the domain: half width of the first bracket of a turning point
+WIDENING: Final = 4.0  # of that bracket, until the slope changes its sign
+CONTINUOUS: Final = 1e-3  # of the slopes around: a slope that jumps over 0 is no turning point
+
+
+class ConditionLost(Exception):
+    """What a condition asks for does not exist at these parameter values.
+
+    Attributes
+    ----------
+    reason : str
+        A sentence.
+    """
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
+@dataclass(frozen=True)
+class BorderReading:
+    """A critical point of one map: where it is and what the map does on either side.
+
+    Attributes
+    ----------
+    x : float
+    left, right : float
+        One-sided values of the map, NaN beside a gap; equal at a turning point.
+    left_slope, right_slope : float
+        One-sided slopes; an infinite one shows a square root; 0 at a turning point.
+    kind : str
+        ``jump``, ``corner``, ``smooth``, ``edge`` or ``turning point``.
+    interval : tuple of float
+        Points on either side, adjacent floats at a break.
+    critical : Border or TurningPoint
+        The same one, started from here.
+    """
+
+    x: float
+    left: float
+    right: float
+    left_slope: float
+    right_slope: float
+    kind: CriticalKind
+    interval: tuple[float, float]
+    critical: Critical
+
+    def value(self, side: int) -> float:
+        """One-sided value: -1 left, 1 right."""
+        return self.left if side < 0 else self.right
+
+    @property
+    def uncertainty(self) -> float:
+        """How far off ``x`` may be: at a corner, whose sides meet, their values tell."""
+        known = self.interval[1] - self.interval[0]
+        if self.kind not in ("corner", "smooth"):
+            return known
+        steepness = abs(self.left_slope) + abs(self.right_slope)
+        return known + abs(self.right - self.left) / max(1.0, steepness)
+
+    def slope(self, side: int) -> float:
+        """One-sided slope: -1 left, 1 right."""
+        return self.left_slope if side < 0 else self.right_slope
+
+
+@dataclass(frozen=True)
+class Border:
+    """A break of a map between two branches, plain data: finds itself in a changed map.
+
+    Attributes
+    ----------
+    left_label, right_label : int or None
+        Labels of the branches on either side; None in a gap.
+    x : float
+        Where it was last.
+    kind : str
+        ``jump``, ``corner``, ``smooth`` or ``edge``.
+    reach : float
+        How far it moved when it was followed last; 0 if never.
+    """
+
+    left_label: int | None
+    right_label: int | None
+    x: float
+    kind: Kind
+    reach: float = field(default=0.0, compare=False)
+
+    @classmethod
+    def of(cls, breakpoint_: Breakpoint) -> Self:
+        """Make a border of a breakpoint of a map's table."""
+        b = breakpoint_
+        left = None if math.isnan(b.left) else b.left_label
+        right = None if math.isnan(b.right) else b.right_label
+        return cls(left, right, b.d, b.kind)
+
+    @property
+    def labelled(self) -> bool:
+        """Whether the labels tell the two sides apart."""
+        return self.left_label != self.right_label
+
+    def at(self, f: Map1D, *, heirs: bool = True) -> BorderReading:
+        """Find the break in a map with other parameter values.
+
+        Parameters
+        ----------
+        f : Map1D
+            Also a window of a map; the break is then looked for in the whole map.
+        heirs : bool
+            Whether a break that shares a branch with it may take its place, where its two
+            branches no longer meet; that is looked up in the table of a small window, which
+            may take long. Without labels it is always done so.
+
+        Returns
+        -------
+        BorderReading
+            ``kind`` and the labels are those of ``f``: a jump may have become a corner, a
+            new branch that continues the old one smoothly may have taken its place.
+
+        Raises
+        ------
+        ConditionLost
+            It is not there.
+        """
+        whole: Map1D = getattr(f, "whole", f)
+        reading = _by_labels(whole, self) if self.labelled else None
+        if reading is None:
+            if self.labelled and not heirs:
+                raise ConditionLost(f"the {self.kind} at {self.x:.12g} is gone")
+            reading = _by_table(whole, self)
+        lo, hi = f.domain
+        if not lo <= reading.x <= hi:
+            raise ConditionLost(f"the {self.kind} at {reading.x:.12g} has left the window")
+        return reading
+
+
+@dataclass(frozen=True)
+class TurningPoint:
+    """A smooth extremum of a map: f'(x) = 0 inside a branch.
+
+    Attributes
+    ----------
+    x : float
+        Where it was last.
+    reach : float
+        How far it moved when it was followed last; 0 if never.
+    """
+
+    x: float
+    reach: float = field(default=0.0, compare=False)
+
+    @property
+    def kind(self) -> CriticalKind:
+        """``turning point``."""
+        return "turning point"
+
+    def at(self, f: Map1D) -> BorderReading:
+        """Find the turning point in a map with other parameter values.
+
+        Raises
+        ------
+        ConditionLost
+            It is not there.
+        """
+        whole: Map1D = getattr(f, "whole", f)
+        scale = domain_width(whole)
+        ends, slopes = _slope_bracket(whole, self.x, max(REACH * self.reach, TURN * scale))
+        (x,) = slope_zeros(lambda t: values_and_slopes(whole, t)[1], ends, slopes).tolist()
+        around = sample(whole, np.clip(x + EPS * scale * np.array([-1.0, 0.0, 1.0]), *ends))
+        if not np.max(np.abs(around.derivative)) <= CONTINUOUS * np.abs(slopes).sum():
+            raise ConditionLost(f"no turning point near {self.x:.12g}: the slope jumps over 0")
+        lo, hi = f.domain
+        if not lo <= x <= hi:
+            raise ConditionLost(f"the turning point at {x:.12g} has left the window")
+        value = float(around.value[1])
+        moved = TurningPoint(x, abs(x - self.x))
+        interval = (float(np.nextafter(x, -math.inf)), float(np.nextafter(x, math.inf)))
+        return BorderReading(x, value, value, 0.0, 0.0, "turning point", interval, moved)
+
+
+Critical: TypeAlias = Border | TurningPoint
+
+
+# ---------------------------------------------------------------- breaks
+
+
+@dataclass(frozen=True)
+class NearBreak:
+    """What limits and kinds of breaks ask of a mesh, for one break (see `mesh.Prober`)."""
+
+    f: Map1D
+
+    @property
+    def value_scale(self) -> float:
+        """Width of the domain: a map's values lie there, but for some that leave it."""
+        return domain_width(self.f)
+
+    @property
+    def slope_scale(self) -> float:
+        """Mean steepness."""
+        return 1.0
+
+    @property
+    def resolution(self) -> float:
+        """As in tables."""
+        return RESOLUTION * min(1.0, self.value_scale)
+
+    def probe(self, x: Floats) -> Nodes:
+        """Evaluate the map."""
+        return Nodes.at(x, sample(self.f, x))
+
+
+def _by_labels(f: Map1D, border: Border) -> BorderReading | None:
+    """Find a border by the labels of its two branches; None where these do not meet."""
+    left, right = Branch.of(border.left_label), Branch.of(border.right_label)
+    probe = Probe(f)
+    found = find_change(probe, left, right, border.x, REACH * border.reach)
+    if found is None:
+        return None
+    last, first = found
+    near = NearBreak(f)
+    ends = _nodes(last, first)
+    room = np.array([probe.extent(last.x, left, -1), probe.extent(first.x, right, 1)])
+    limits = limits_inside(near, ends, np.array([-1.0, 1.0]), room)
+    # The first float to the right, but one that has a value; beside 0, 0 rather than a tiny one.
+    x = last.x if last.x == 0 or not first.branch.ok else first.x
+    limits = limits.moved(x - ends.x)
+    at_left, at_right = limits.take(slice(0, 1)), limits.take(slice(1, 2))
+    (kind,) = kind_of(near, at_left, at_right, np.array([first.x - last.x]))
+    moved = Border(border.left_label, border.right_label, x, kind, abs(x - border.x))
+    return BorderReading(
+        x,
+        float(limits.value[0]),
+        float(limits.value[1]),
+        float(limits.slope[0]),
+        float(limits.slope[1]),
+        kind,
+        (last.x, first.x),
+        moved,
+    )
+
+
+def _nodes(*seen: Seen) -> Nodes:
+    return Nodes(
+        np.array([s.x for s in seen]),
+        np.array([s.value for s in seen]),
+        np.array([s.slope for s in seen]),
+        np.array([s.branch.label for s in seen], dtype=np.uint64),
+        np.array([s.branch.ok for s in seen]),
+        np.array([s.margin for s in seen]),
+    )
+
+
+def _by_table(f: Map1D, border: Border) -> BorderReading:
+    """Find the nearest break that may have taken a border's place, in the table of a window."""
+    half = max(WINDOW * domain_width(f), WIDER * border.reach)
+    heirs = _heirs(f, border, half)
+    # Where labels tell nothing, every search begins here, however far the break has moved.
+    while not heirs and not border.labelled and half < domain_width(f):
+        half *= WIDER
+        heirs = _heirs(f, border, half)
+    if not heirs:
+        raise ConditionLost(f"the {border.kind} at {border.x:.12g} is gone")
+    # One that is of the same kind and shares a side comes first, then the nearest.
+    b = min(heirs, key=lambda b: (b.kind != border.kind, abs(b.d - border.x)))
+    found = Border.of(b)
+    moved = Border(found.left_label, found.right_label, b.d, b.kind, abs(b.d - border.x))
+    values = (b.left, b.right, b.left_slope, b.right_slope)
+    return BorderReading(b.d, *values, b.kind, b.interval, moved)
+
+
+def _heirs(f: Map1D, border: Border, half: float) -> list[Breakpoint]:
+    """Find breaks near a border that may have taken its place."""
+    lo, hi = f.domain
+    window = (max(border.x - half, lo), min(border.x + half, hi))
+    if not window[0] < window[1]:
+        return []
+    table = branch_table(WindowMap(f, window))
+    return [b for b in table.breakpoints if _may_replace(Border.of(b), border)]
+
+
+def _may_replace(other: Border, border: Border) -> bool:
+    """Tell whether a break may be a border after one of its branches gave way to another."""
+    if not border.labelled:
+        return other.kind == border.kind
+    shares = other.left_label == border.left_label or other.right_label == border.right_label
+    return shares and (other.kind != "smooth" or border.kind == "smooth")
+
+
+# ---------------------------------------------------------------- turning points
+
+
+def _slope_bracket(f: Map1D, x: float, reach: float) -> tuple[Floats, Floats]:
+    """Find points on either side of x with slopes of different signs; both of shape (2, 1)."""
+    lo, hi = f.domain
+    while True:
+        ends = np.array([[max(x - reach, lo)], [min(x + reach, hi)]])
+        _, slopes = values_and_slopes(f, ends)
+        if slopes[0] * slopes[1] <= 0:
+            return ends, slopes
+        if not np.isfinite(slopes).all() or (ends[0] == lo and ends[1] == hi):
+            raise ConditionLost(f"the turning point near {x:.12g} is gone")
+        reach *= WIDENING

@@ -1,0 +1,287 @@
+"""Where a map stops being one smooth function: label changes and breaks without one, bisected."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.branches.brackets import (
+    MAX_CHANGES,
+    LabelBrackets,
+    are_apart,
+    have_same_label,
+    midpoint,
+)
+from stickslip.analysis.branches.mesh import Mesh, Nodes
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.branches.mesh import Bools
+    from stickslip.analysis.maps.protocol import Floats
+
+__all__ = ["Cuts", "Unresolved", "find_cuts"]
+
+MAX_ROUNDS: Final = 200  # each halves
+MAX_SUSPECTS: Final = 256  # breaks without a label that are followed
+CROWD: Final = 4  # cuts within the resolution: events that flicker at a tie make two or three
+BLURRED: Final = 1e-3  # of the resolution: a wider cut holds more than one tie of events
+NEAR: Final = 64.0  # resolutions: doubtful cells this close are one suspect, or none by a break
+STEP: Final = 1e-10  # of the range of values: a step between adjacent floats is real above it
+BEND: Final = 1e-6  # of the slopes: likewise a change of the slope
+
+ACCUMULATE: Final = "branches accumulate: more label changes than are followed, in"
+CLOSE: Final = "label changes closer to each other than the resolution, in"
+NARROW_END: Final = "a branch narrower than the resolution at the end of the domain,"
+ROUGH: Final = "values look rough: more breaks without a label than are followed, in"
+
+
+@dataclass(frozen=True)
+class Unresolved:
+    """Something that could not be decided, and where.
+
+    Attributes
+    ----------
+    reason : str
+        A sentence.
+    lo, hi : float
+        The interval of the domain that it concerns.
+    period : int
+        Period of the orbits in question; 0 where it does not matter.
+    distance : float
+        How far from a decision, where that is known; else NaN.
+    """
+
+    reason: str
+    lo: float
+    hi: float
+    period: int = 0
+    distance: float = float("nan")
+
+    def __str__(self) -> str:
+        """One line."""
+        period = f", period {self.period}" if self.period else ""
+        away = "" if np.isnan(self.distance) else f", distance {self.distance:.2g}"
+        return f"{self.reason} [{self.lo:.12g}, {self.hi:.12g}]{period}{away}"
+
+
+@dataclass(frozen=True)
+class Cuts:
+    """Neighbouring points, ``left`` and ``right`` of each break of the map, ascending.
+
+    ``first`` and ``last`` are the outermost points of the map: the ends of its domain, unless
+    these belong to branches narrower than the resolution.
+    """
+
+    left: Nodes
+    right: Nodes
+    first: Nodes
+    last: Nodes
+
+    def take(self, index: Bools) -> Cuts:
+        """Return some of the cuts."""
+        return Cuts(self.left.take(index), self.right.take(index), self.first, self.last)
+
+    @property
+    def starts(self) -> Nodes:
+        """First points of the segments between cuts."""
+        return self.first.joined(self.right)
+
+    @property
+    def ends(self) -> Nodes:
+        """Last points of the segments between cuts."""
+        return self.left.joined(self.last)
+
+    def __len__(self) -> int:
+        """Return the number of cuts."""
+        return len(self.left)
+
+
+def find_cuts(mesh: Mesh) -> tuple[Cuts, list[Unresolved]]:
+    """Refine a mesh until nothing is open and every break lies between adjacent floats.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Refined in place; keeps points close to each break on both sides.
+
+    Returns
+    -------
+    cuts : Cuts
+        Breaks closer to each other than the resolution are one cut.
+    unresolved : list of Unresolved
+        Intervals with more label changes than ``MAX_CHANGES`` leaves room for.
+    """
+    search = _Search(mesh)
+    mesh.refine()
+    while len((pairs := search.new_pairs())[0]):
+        search.follow(*pairs)
+        mesh.refine()
+    search.follow_suspects()
+    return search.result()
+
+
+class _Search:
+    """Brackets of breaks, found and bisected in rounds."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.mesh = mesh
+        none = mesh.nodes.take(slice(0, 0))
+        self.left, self.right = none, none
+        self.wide = np.zeros(0, dtype=bool)
+        self.unresolved: list[Unresolved] = []
+
+    def new_pairs(self) -> tuple[Nodes, Nodes]:
+        """Neighbouring nodes with different labels that no cut separates yet."""
+        nodes = self.mesh.nodes
+        cells = np.flatnonzero(~nodes.same_as_next())
+        cells = cells[~np.isin(nodes.x[cells], self.left.x)]
+        left, right = nodes.take(cells), nodes.take(cells + 1)
+        # Of many changes within the resolution, only a few are taken apart.
+        crowded = self._cuts_near(left.x, right.x) >= CROWD
+        self._keep(left.take(crowded), right.take(crowded), np.zeros(crowded.sum(), dtype=bool))
+        return left.take(~crowded), right.take(~crowded)
+
+    def _cuts_near(self, lower: Floats, upper: Floats) -> NDArray[np.intp]:
+        """Count known cuts within the resolution of brackets that are narrower than it."""
+        step = self.mesh.resolution
+        known = np.sort(self.left.x)
+        count = np.searchsorted(known, upper + step) - np.searchsorted(known, lower - step)
+        return np.where(upper - lower <= step, count, 0)
+
+    def _keep(self, left: Nodes, right: Nodes, wide: Bools) -> None:
+        self.left, self.right = self.left.joined(left), self.right.joined(right)
+        self.wide = np.concatenate([self.wide, wide])
+
+    def follow(self, left: Nodes, right: Nodes) -> None:
+        """Bisect label changes to adjacent floats and keep them as cuts, with neighbours."""
+        brackets = LabelBrackets(self.mesh, left, right, MAX_CHANGES - len(self.left))
+        brackets.close()
+        self._keep(brackets.left, brackets.right, brackets.wide)
+        self._keep_neighbours(brackets.left, brackets.right)
+
+    def _keep_neighbours(self, left: Nodes, right: Nodes) -> None:
+        """Put the cuts into the mesh, and a point of each branch at the resolution from them."""
+        step = self.mesh.resolution
+        lo, hi = self.mesh.f.domain
+        # In a gap a neighbour would tell nothing, and may cost much.
+        inside_left = self.mesh.probe(np.maximum(left.x[left.ok] - step, lo))
+        inside_right = self.mesh.probe(np.minimum(right.x[right.ok] + step, hi))
+        self.mesh.insert(left.joined(right).joined(inside_left).joined(inside_right))
+
+    def follow_suspects(self) -> None:
+        """Bisect breaks without a label: by which side a point is more like."""
+        suspects = self._suspects()
+        if not suspects:
+            return
+        left = self.mesh.probe(np.array([lo for lo, _ in suspects]))
+        right = self.mesh.probe(np.array([hi for _, hi in suspects]))
+        for _ in range(MAX_ROUNDS):
+            active = np.flatnonzero(are_apart(self.mesh, left.x, right.x))
+            if not active.size:
+                break
+            lower, upper = left.take(active), right.take(active)
+            middle = self.mesh.probe(midpoint(lower.x, upper.x))
+            as_left = _more_like_left(lower, middle, upper)
+            left = left.replaced(active[as_left], middle.take(as_left))
+            right = right.replaced(active[~as_left], middle.take(~as_left))
+        real = self._is_break(left, right)
+        self._keep(left.take(real), right.take(real), np.zeros(int(real.sum()), dtype=bool))
+
+    def _is_break(self, left: Nodes, right: Nodes) -> Bools:
+        """Tell whether adjacent floats differ by more than a smooth function could."""
+        with np.errstate(all="ignore"):
+            steep = np.abs(left.slope) + np.abs(right.slope)
+            smooth_step = np.where(np.isfinite(steep), steep * (right.x - left.x), 0.0)
+            step = np.abs(right.value - left.value) - smooth_step
+            bend = np.abs(right.slope - left.slope) / (self.mesh.slope_scale + steep)
+        # Where the slope is infinite the quotient is NaN, and a break all the same.
+        real: Bools = (step > STEP * self.mesh.value_scale) | ~(bend <= BEND)
+        return real
+
+    def _suspects(self) -> list[tuple[float, float]]:
+        """Clusters of doubtful cells away from the cuts that are known already."""
+        near = NEAR * self.mesh.resolution
+        # The ends of the domain may be singular, too.
+        breaks = np.concatenate([self.left.x, self.right.x, self.mesh.f.domain])
+        clusters: list[tuple[float, float]] = []
+        for lo, hi in sorted(self.mesh.doubtful):
+            if np.any((breaks > lo - near) & (breaks < hi + near)):
+                continue
+            if clusters and lo - clusters[-1][1] <= near:
+                clusters[-1] = (clusters[-1][0], max(hi, clusters[-1][1]))
+            else:
+                clusters.append((lo, hi))
+        if len(clusters) > MAX_SUSPECTS:
+            self.unresolved.append(Unresolved(ROUGH, clusters[MAX_SUSPECTS][0], clusters[-1][1]))
+        return clusters[:MAX_SUSPECTS]
+
+    def result(self) -> tuple[Cuts, list[Unresolved]]:
+        """Cuts in ascending order, slivers between them merged away."""
+        self._open_wide()
+        order = np.argsort(self.left.x, kind="stable")
+        left, right = self.left.take(order), self.right.take(order)
+        # A branch narrower than the resolution is no branch: one cut from its left neighbour
+        # to its right one.
+        starts = np.ones(len(left), dtype=bool)
+        starts[1:] = left.x[1:] - right.x[:-1] >= self.mesh.resolution
+        ends = np.append(starts[1:], True) if len(left) else starts
+        left, right = left.take(starts), right.take(ends)
+        blurred = right.x - left.x > BLURRED * self.mesh.resolution
+        for lo, hi in zip(left.x[blurred], right.x[blurred], strict=True):
+            self.unresolved.append(Unresolved(CLOSE, float(lo), float(hi)))
+        return self._trimmed(left, right), self.unresolved
+
+    def _trimmed(self, left: Nodes, right: Nodes) -> Cuts:
+        """Let the map begin and end with branches wider than the resolution."""
+        nodes, step = self.mesh.nodes, self.mesh.resolution
+        first, last = nodes.take(slice(0, 1)), nodes.take(slice(-1, None))
+        if len(left) and left.x[0] - first.x[0] < step:
+            self.unresolved.append(Unresolved(NARROW_END, float(first.x[0]), float(left.x[0])))
+            first, left, right = (
+                right.take(slice(0, 1)),
+                left.take(slice(1, None)),
+                right.take(slice(1, None)),
+            )
+        if len(left) and last.x[0] - right.x[-1] < step:
+            self.unresolved.append(Unresolved(NARROW_END, float(right.x[-1]), float(last.x[0])))
+            last, left, right = (
+                left.take(slice(-1, None)),
+                left.take(slice(0, -1)),
+                right.take(slice(0, -1)),
+            )
+        return Cuts(left, right, first, last)
+
+    def _open_wide(self) -> None:
+        """Turn intervals that were not followed into gaps, with a cut where a branch ends.
+
+        Points of the mesh that came to lie inside later tell more: what is not followed ends at
+        the first of them, unless that is still of the branch on the left.
+        """
+        lower, nodes = self.left.take(self.wide), self.mesh.nodes
+        upper = nodes.take(np.searchsorted(nodes.x, lower.x, side="right"))
+        open_ = ~have_same_label(lower, upper)
+        lower, upper = lower.take(open_), upper.take(open_)
+        for lo, hi in zip(lower.x, upper.x, strict=True):
+            self.unresolved.append(Unresolved(ACCUMULATE, float(lo), float(hi)))
+        self.left, self.right = self.left.take(~self.wide), self.right.take(~self.wide)
+        inner_left = lower.without_value(np.nextafter(lower.x, upper.x))
+        inner_right = upper.without_value(np.nextafter(upper.x, lower.x))
+        # Beside a gap it is one with it: no cut.
+        self.left = self.left.joined(lower.take(lower.ok)).joined(inner_right.take(upper.ok))
+        self.right = self.right.joined(inner_left.take(lower.ok)).joined(upper.take(upper.ok))
+
+
+def _more_like_left(left: Nodes, middle: Nodes, right: Nodes) -> Bools:
+    """Tell which side continues to the middle: by values at a jump, by slopes at a corner."""
+    with np.errstate(all="ignore"):
+        off_left = np.abs(middle.value - left.value - left.slope * (middle.x - left.x))
+        off_right = np.abs(middle.value - right.value - right.slope * (middle.x - right.x))
+        width = right.x - left.x
+        jump = np.abs(right.value - left.value)
+        by_value = jump > 2 * (np.abs(left.slope) + np.abs(right.slope)) * width
+        by_slope = np.abs(middle.slope - left.slope) < np.abs(middle.slope - right.slope)
+        like_left: Bools = np.where(by_value, off_left < off_right, by_slope)
+    return like_left

@@ -1,0 +1,270 @@
+"""Laps: the maximal intervals on which a map is smooth and monotone, and their inverses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.maps.protocol import values_and_slopes
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.maps.protocol import Floats, Map1D
+
+    Indices = NDArray[np.intp]
+    Bools = NDArray[np.bool_]
+
+__all__ = ["HI", "LO", "Cells", "Laps"]
+
+LO: Final = -1  # number of the end of a lap that is the left end of the domain
+HI: Final = -2  # ... the right end
+
+MAX_NEWTON: Final = 60  # bracketed: even bisection alone is done by then
+SEED_STEPS: Final = 6  # Newton steps on the interpolant, free of evaluations
+SLOPE_MARGIN: Final = 1e-3  # the table's interpolants err by less than a tenth of it
+EPS: Final = float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Intervals between neighbouring nodes with values and slopes at both, shapes (n,)."""
+
+    x0: Floats
+    x1: Floats
+    v0: Floats
+    v1: Floats
+    s0: Floats
+    s1: Floats
+
+    def take(self, index: Indices) -> Cells:
+        """Return some of the cells."""
+        return Cells(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+
+    def steepness(self, x0: Floats, x1: Floats) -> tuple[Floats, Floats]:
+        """Least and largest absolute slope of the cubic interpolants between x0 and x1."""
+        with np.errstate(all="ignore"):
+            width = self.x1 - self.x0
+            mean = (self.v1 - self.v0) / width
+            b = 6 * mean - 4 * self.s0 - 2 * self.s1
+            c = 3 * (self.s0 + self.s1 - 2 * mean)
+            t0, t1, turn = (x0 - self.x0) / width, (x1 - self.x0) / width, -b / (2 * c)
+            ends = [self.s0 + t * (b + c * t) for t in (t0, t1)]
+            inside = (turn > t0) & (turn < t1)
+            ends.append(np.where(inside, self.s0 + b * turn / 2, ends[0]))
+        slopes = np.abs(ends)
+        regular = np.isfinite(slopes).all(axis=0)
+        finite = np.minimum(np.abs(self.s0), np.abs(self.s1))
+        least = np.where(regular, slopes.min(axis=0), finite)
+        # Slopes of a lap have one sign: where an interpolant's do not, it is close to 0.
+        signs = np.sign(ends)
+        least = np.where(regular & (signs.min(axis=0) < 0) & (signs.max(axis=0) > 0), 0.0, least)
+        return least, np.where(regular, slopes.max(axis=0), np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class Laps:
+    """All laps of a map in ascending order; arrays of shape (n,) unless said otherwise.
+
+    A lap is closed: its values and slopes at the ends are one-sided limits. Close to a
+    break the map is continued linearly from `guard_left` and `guard_right`, so that
+    evaluation never falls on the wrong side.
+
+    Attributes
+    ----------
+    f : Map1D
+    left, right : ndarray of float
+    value_left, value_right, slope_left, slope_right : ndarray of float
+    guard_left, guard_right : ndarray of float
+        Between them the map itself is evaluated.
+    direction : ndarray of int
+        +1 rising, -1 falling, 0 constant.
+    end_left, end_right : ndarray of int
+        What the lap ends at: number of a breakpoint; number of breakpoints + number of a
+        turning point; `LO`, `HI` for the ends of the domain.
+    cells : Cells
+        Of all laps, one lap after the other.
+    first_cell : ndarray of int, shape (n + 1,)
+        Where each lap's cells start.
+    value_scale : float
+        Range of the map's values.
+    """
+
+    f: Map1D
+    left: Floats
+    right: Floats
+    value_left: Floats
+    value_right: Floats
+    slope_left: Floats
+    slope_right: Floats
+    guard_left: Floats
+    guard_right: Floats
+    direction: Indices
+    end_left: Indices
+    end_right: Indices
+    cells: Cells
+    first_cell: Indices
+    value_scale: float
+
+    def __len__(self) -> int:
+        """Return the number of laps."""
+        return len(self.left)
+
+    @property
+    def value_min(self) -> Floats:
+        """Lower end of each lap's image."""
+        return np.minimum(self.value_left, self.value_right)
+
+    @property
+    def value_max(self) -> Floats:
+        """Upper end of each lap's image."""
+        return np.maximum(self.value_left, self.value_right)
+
+    def locate(self, x: Floats, side: Indices | None = None) -> Indices:
+        """Return the lap of each point, -1 in a gap, outside the domain or for NaN.
+
+        Parameters
+        ----------
+        x : ndarray of float, shape (m,)
+        side : ndarray of int, shape (m,), optional
+            At a common end of two laps: +1 the right one (default), -1 the left one.
+        """
+        to_left = np.zeros(x.shape, dtype=bool) if side is None else side < 0
+        found = np.where(
+            to_left,
+            np.searchsorted(self.left, x, side="left") - 1,
+            np.searchsorted(self.left, x, side="right") - 1,
+        )
+        # The ends of the domain have a lap on one side only.
+        found = np.where((found < 0) & (x >= self._lowest()), 0, found)
+        inside = (found >= 0) & (x <= np.append(self.right, -np.inf)[found])
+        return np.where(inside, found, -1).astype(np.intp)
+
+    def _lowest(self) -> float:
+        return float(self.left[0]) if len(self) else np.inf
+
+    def evaluate(self, lap: Indices, x: Floats) -> tuple[Floats, Floats]:
+        """Return value and slope on a lap, continued linearly across its breaks; shapes (m,)."""
+        inside = np.clip(x, self.guard_left[lap], self.guard_right[lap])
+        value, slope = values_and_slopes(self.f, inside)
+        beyond = np.where(np.isfinite(slope), x - inside, 0.0)
+        with np.errstate(invalid="ignore"):
+            value = np.where(beyond == 0, value, value + slope * beyond)
+        return value, slope
+
+    def inverse(self, lap: Indices, y: Floats) -> Floats:
+        """Return the point of each lap with value y; shapes (m,).
+
+        Values beyond a lap's image give its end. From the interpolant of the lap's cells
+        Newton's method, kept inside the cell, needs one to three evaluations.
+        """
+        cell = self._cell_of_value(lap, y)
+        solver = _Inversion(self, lap, y, self.cells.take(cell))
+        return solver.solve()
+
+    def steepness(self, lap: Indices, lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
+        """Bound the absolute slope on subintervals of laps, from the table alone.
+
+        Parameters
+        ----------
+        lap : ndarray of int, shape (m,)
+        lower, upper : ndarray of float, shape (m,)
+            Ends of subintervals of the laps.
+
+        Returns
+        -------
+        least, most : ndarray of float, shape (m,)
+            As sure as the table's interpolants, a margin for their error included.
+        """
+        first, last = self._cell_at(lap, lower), self._cell_at(lap, upper)
+        pairs = np.column_stack([first, last + 1]).ravel()
+        by_cell = self._cell_steepness
+        least = np.minimum.reduceat(np.append(by_cell[0], np.inf), pairs)[::2]
+        most = np.maximum.reduceat(np.append(by_cell[1], 0.0), pairs)[::2]
+        # Within one cell the subinterval's own ends tell more.
+        own = np.flatnonzero(first == last)
+        least[own], most[own] = self.cells.take(first[own]).steepness(lower[own], upper[own])
+        return least * (1 - SLOPE_MARGIN), most * (1 + SLOPE_MARGIN)
+
+    @cached_property
+    def _cell_steepness(self) -> tuple[Floats, Floats]:
+        return self.cells.steepness(self.cells.x0, self.cells.x1)
+
+    def _cell_at(self, lap: Indices, x: Floats) -> Indices:
+        cell = np.searchsorted(self.cells.x0, x, side="right") - 1
+        return np.clip(cell, self.first_cell[lap], self.first_cell[lap + 1] - 1)
+
+    def _cell_of_value(self, lap: Indices, y: Floats) -> Indices:
+        found = np.empty(len(lap), dtype=np.intp)
+        for number in np.unique(lap):
+            chosen = lap == number
+            first, last = self.first_cell[number], self.first_cell[number + 1]
+            sign = -1.0 if self.direction[number] < 0 else 1.0
+            # Rounding may leave tiny steps back beside a turning point.
+            starts = np.maximum.accumulate(sign * self.cells.v0[first:last])
+            place = np.searchsorted(starts, sign * y[chosen], side="right") - 1
+            found[chosen] = first + np.clip(place, 0, last - first - 1)
+        return found
+
+
+class _Inversion:
+    """Bracketed Newton iterations for f(x) = y, one per element."""
+
+    def __init__(self, laps: Laps, lap: Indices, y: Floats, cells: Cells) -> None:
+        self.laps, self.lap, self.y, self.cells = laps, lap, y, cells
+        self.lower, self.upper = cells.x0.copy(), cells.x1.copy()
+        self.sign = np.where(laps.direction[lap] < 0, -1.0, 1.0)
+        with np.errstate(all="ignore"):
+            bend = np.abs(cells.s1 - cells.s0) / (cells.x1 - cells.x0)
+        self.bend = np.where(np.isfinite(bend), bend, np.inf)
+
+    def solve(self) -> Floats:
+        x = self._seed()
+        todo = np.flatnonzero(self.upper > self.lower)
+        for _ in range(MAX_NEWTON):
+            if not todo.size:
+                break
+            x[todo], done = self._step(todo, x[todo])
+            todo = todo[~done]
+        return x
+
+    def _step(self, k: Indices, x: Floats) -> tuple[Floats, Bools]:
+        """Return better points, and which of them no further step can improve."""
+        value, slope = self.laps.evaluate(self.lap[k], x)
+        off = value - self.y[k]
+        high = self.sign[k] * off > 0
+        self.upper[k] = np.where(high, x, self.upper[k])
+        self.lower[k] = np.where(high, self.lower[k], x)
+        exact = np.abs(off) <= EPS * np.abs(self.y[k])
+        with np.errstate(all="ignore"):
+            step = -off / slope
+            better = np.clip(x + step, self.lower[k], self.upper[k])
+            # After a Newton step the error is step^2 f'' / (2 f').
+            sharp = step**2 * self.bend[k] <= 4 * EPS * np.abs(slope * better)
+            newton = sharp | (np.abs(better - x) > 0) & (better > self.lower[k]) & (
+                better < self.upper[k]
+            )
+        middle = 0.5 * (self.lower[k] + self.upper[k])
+        stuck = self.upper[k] - self.lower[k] <= 2 * np.spacing(np.abs(x))
+        fresh = np.where(exact | stuck & ~newton, x, np.where(newton, better, middle))
+        return fresh, exact | stuck | sharp
+
+    def _seed(self) -> Floats:
+        """Solve the cubic interpolant instead: close already, and free."""
+        c = self.cells
+        width, rise = c.x1 - c.x0, c.v1 - c.v0
+        with np.errstate(all="ignore"):
+            goal = (self.y - c.v0) / rise
+            goal = np.where(np.isfinite(goal), np.clip(goal, 0.0, 1.0), 0.5)
+            a, b = width * c.s0 / rise, width * c.s1 / rise
+            t = goal.copy()
+            for _ in range(SEED_STEPS):
+                off = t + t * (1 - t) * ((a - 1) * (1 - t) + (1 - b) * t) - goal
+                slope = a * (1 - t) * (1 - 3 * t) + b * t * (3 * t - 2) + 6 * t * (1 - t)
+                t = np.clip(t - off / slope, 0.0, 1.0)
+        # Ends with an infinite slope have no cubic.
+        t = np.where(np.isfinite(t), t, goal)
+        return c.x0 + t * width

@@ -1,0 +1,363 @@
+"""Sampling of a map until its shape is known: nodes, cells that passed a test, label changes.
+
+Values and derivatives are exact, so the cubic Hermite interpolant of a cell predicts a point
+in its inside. A cell passes if the prediction holds and leaves no doubt about the sign of the
+slope; else it is halved, down to the resolution. Jumps, corners and turning points fail the
+test at every width, so they are met even where no label tells of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Protocol
+
+import numpy as np
+
+from stickslip.analysis.maps.protocol import Map1D, PointValues, domain_width, is_ok, sample
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.maps.protocol import Floats, Labels
+
+    Bools = NDArray[np.bool_]
+    Indices = NDArray[np.intp]
+
+__all__ = ["Mesh", "Nodes", "Prober", "hermite", "hermite_slope", "slope_extremes"]
+
+N_START: Final = 101  # nodes of the first grid; ten times as many found nothing more
+GOLDEN: Final = 0.6180339887498949
+GAP_PROBES: Final = 6e-3  # of the domain: a gap without margins is not probed more closely
+GAP_FLOOR: Final = 1e-4  # ... nor one with margins, where they fall
+WELL_INSIDE: Final = 0.9  # of a cell: a margin that vanishes at its very end does so beyond it
+JITTER: Final = 0.07  # of a cell: no node on a symmetric place, where turning points like to sit
+VALUE_FIT: Final = 1e-7  # of the range of values: a prediction this good passes
+SLOPE_FIT: Final = 1e-4  # of the slopes: likewise
+CURVE_FIT: Final = 1e-3  # of the slopes: change of slope that neighbours may disagree about
+SIGN_MARGIN: Final = 4.0  # errors of prediction that a slope must stay away from 0
+FLAT: Final = 8 * float(np.finfo(np.float64).eps)  # of a value: smaller changes are rounding
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Points of a map in ascending order with what the map says there; shapes (n,)."""
+
+    x: Floats
+    value: Floats
+    slope: Floats
+    label: Labels
+    ok: Bools
+    margin: Floats
+
+    @classmethod
+    def at(cls, x: Floats, values: PointValues) -> Nodes:
+        """Take over what an evaluation says; labels mean nothing where it has no value."""
+        ok = is_ok(values) & np.isfinite(values.value)
+        label = np.where(ok, values.label, 0)
+        return cls(x, values.value, values.derivative, label, ok, values.margin)
+
+    def __len__(self) -> int:
+        """Return the number of nodes."""
+        return len(self.x)
+
+    def take(self, index: Indices | Bools | slice) -> Nodes:
+        """Return the nodes at an index, mask or slice."""
+        return Nodes(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+
+    def joined(self, other: Nodes) -> Nodes:
+        """Return both, one after the other, unsorted."""
+        pairs = ((getattr(self, n), getattr(other, n)) for n in self.__dataclass_fields__)
+        return Nodes(*(np.concatenate(pair) for pair in pairs))
+
+    def replaced(self, index: Indices, other: Nodes) -> Nodes:
+        """Return a copy with the nodes at ``index`` replaced."""
+        columns = []
+        for name in self.__dataclass_fields__:
+            column = getattr(self, name).copy()
+            column[index] = getattr(other, name)
+            columns.append(column)
+        return Nodes(*columns)
+
+    def merged(self, other: Nodes) -> tuple[Nodes, Indices]:
+        """Return both sorted together, and where the nodes of ``other`` have gone."""
+        order = np.argsort(np.concatenate([self.x, other.x]), kind="stable")
+        place = np.empty(len(order), dtype=np.intp)
+        place[order] = np.arange(len(order))
+        return self.joined(other).take(order), place[len(self) :]
+
+    def without_value(self, x: Floats) -> Nodes:
+        """Return nodes at other points where nothing is known."""
+        nothing = np.full(x.shape, np.nan)
+        no_label, not_ok = np.zeros_like(self.label), np.zeros_like(self.ok)
+        return Nodes(x, nothing, nothing, no_label, not_ok, nothing)
+
+    def same_as_next(self) -> Bools:
+        """Tell for each cell whether its two nodes have the same label, or both no value."""
+        same: Bools = (self.ok[1:] == self.ok[:-1]) & (self.label[1:] == self.label[:-1])
+        return same
+
+
+class Prober(Protocol):
+    """What limits are taken from: a map that can be evaluated, and its scales."""
+
+    @property
+    def f(self) -> Map1D:
+        """The map."""
+
+    @property
+    def resolution(self) -> float:
+        """Distance from a break at which its limits are taken."""
+
+    @property
+    def value_scale(self) -> float:
+        """Range of the map's values."""
+
+    @property
+    def slope_scale(self) -> float:
+        """Mean steepness."""
+
+    def probe(self, x: Floats) -> Nodes:
+        """Evaluate the map at points."""
+
+
+@dataclass
+class Mesh:
+    """A map under the probe: nodes, and the cells between them that are still open.
+
+    Attributes
+    ----------
+    f : Map1D
+    resolution : float
+        No cell is made narrower than this.
+    seeds : ndarray of float
+        Points of the domain that the first grid must have, besides its own.
+    nodes : Nodes
+    open : ndarray of bool, shape (n - 1,)
+        Cells still to be tested.
+    doubtful : set of (float, float)
+        Cells of one label that fail the test at the resolution.
+    n_evaluations : int
+    """
+
+    f: Map1D
+    resolution: float
+    seeds: Floats = field(default_factory=lambda: np.empty(0))
+    nodes: Nodes = field(init=False)
+    open: Bools = field(init=False)
+    doubtful: set[tuple[float, float]] = field(default_factory=set)
+    n_evaluations: int = 0
+
+    def __post_init__(self) -> None:
+        """Lay the first grid, off any symmetric places, with both ends of the domain."""
+        lo, hi = self.f.domain
+        inner = np.arange(1, N_START - 1)
+        share = (inner + JITTER * _wobble(inner)) / (N_START - 1)
+        grid = np.concatenate([[lo, hi], lo + (hi - lo) * share, self.seeds])
+        self.nodes = self.probe(np.unique(grid))
+        self.open = np.ones(len(self.nodes) - 1, dtype=bool)
+
+    @property
+    def value_scale(self) -> float:
+        """Range of the values met so far, the scale of their errors; of the domain if flat."""
+        values = self.nodes.value[self.nodes.ok]
+        spread = float(np.ptp(values)) if values.size else 0.0
+        return spread if spread > 0 else domain_width(self.f)
+
+    @property
+    def slope_scale(self) -> float:
+        """Mean steepness: range of the values over width of the domain."""
+        return self.value_scale / domain_width(self.f)
+
+    def probe(self, x: Floats) -> Nodes:
+        """Evaluate the map at ascending points and count."""
+        self.n_evaluations += x.size
+        return Nodes.at(x, sample(self.f, x))
+
+    def insert(self, nodes: Nodes) -> None:
+        """Add evaluated nodes; cells beside them are open again if above the resolution."""
+        _, first = np.unique(nodes.x, return_index=True)
+        nodes = nodes.take(first)
+        nodes = nodes.take(~np.isin(nodes.x, self.nodes.x))
+        self.nodes, place = self.nodes.merged(nodes)
+        self.open = _widen(self.open, place, len(self.nodes), value=True)
+        self.open &= np.diff(self.nodes.x) > 1.5 * self.resolution
+
+    def refine(self) -> None:
+        """Test and halve cells until none is open and no curvature jumps between them."""
+        while self.open.any():
+            while self.open.any():
+                self._refine_once()
+            self._reopen(self._bent() | self._dipping())
+
+    # ------------------------------------------------------------------ one round
+
+    def _refine_once(self) -> None:
+        nodes = self.nodes
+        width = np.diff(nodes.x)
+        candidate = self.open & nodes.same_as_next()
+        wide = self._wide_enough(width)
+        self._doubt(np.flatnonzero(candidate & ~wide & nodes.ok[1:]))
+        cells = np.flatnonzero(candidate & wide)
+        self.open[:] = False
+        if not cells.size:
+            return
+        share = 0.5 + JITTER * _wobble(len(nodes) + cells)
+        middle = self.probe(nodes.x[cells] + share * width[cells])
+        passed = self._passes(nodes.take(cells), middle, nodes.take(cells + 1))
+        self.nodes, place = nodes.merged(middle)
+        self.open = _widen(self.open, place, len(self.nodes), value=False)
+        failed = place[~passed]
+        self.open[failed - 1] = self.open[failed] = True
+
+    def _doubt(self, cells: Indices) -> None:
+        """Note cells that fail at the resolution."""
+        self.doubtful.update((float(self.nodes.x[i]), float(self.nodes.x[i + 1])) for i in cells)
+
+    def _reopen(self, cells: Bools) -> None:
+        """Open cells again, or doubt them at the resolution."""
+        width = np.diff(self.nodes.x)
+        narrow = (width <= 1.5 * self.resolution) | ~self._wide_enough(width)
+        self._doubt(np.flatnonzero(cells & narrow & self.nodes.ok[1:]))
+        self.open |= cells & ~narrow
+
+    def _bent(self) -> Bools:
+        """Tell which cells have a curvature that does not fit their neighbour's.
+
+        One test point can miss a corner by accident (at 1/6 of a cell the prediction for its
+        middle comes true); the second derivatives that the cubics of neighbouring cells have
+        at their common node give it away.
+        """
+        n = self.nodes
+        same = n.same_as_next() & n.ok[1:]
+        width = np.diff(n.x)
+        with np.errstate(all="ignore"):
+            mean = np.diff(n.value) / width
+            at_left = (6 * mean - 4 * n.slope[:-1] - 2 * n.slope[1:]) / width
+            at_right = (4 * n.slope[1:] + 2 * n.slope[:-1] - 6 * mean) / width
+            misfit = np.abs(at_left[1:] - at_right[:-1]) * np.maximum(width[1:], width[:-1])
+            typical = np.abs(n.slope[:-2]) + np.abs(n.slope[1:-1]) + np.abs(n.slope[2:])
+            bent = misfit > CURVE_FIT * (typical + 0.1 * self.slope_scale)
+        flat = self._flat(n.take(slice(None, -1)), n.take(slice(1, None)))
+        bent &= ~(flat[1:] & flat[:-1])
+        bent &= same[1:] & same[:-1]
+        cells = np.zeros(len(width), dtype=bool)
+        cells[1:] |= bent
+        cells[:-1] |= bent
+        return cells
+
+    def _dipping(self) -> Bools:
+        """Tell which cells may hide a branch: a margin falls towards 0 inside them.
+
+        The margin falls to 0 at a change of label. Where it would do so inside a cell, if it
+        went on as beside it, and yet both ends have one label, there may be two changes.
+        """
+        n = self.nodes
+        same = n.same_as_next()
+        width = np.diff(n.x)
+        left, right = _reach_of_margin(n.x, n.margin, same)
+        root_left, root_right = _reach_of_margin(n.x, n.margin**2, same)
+        # Roots from one side alone would open every cell beside a change that is known.
+        falls = np.minimum(np.minimum(left, right), np.maximum(root_left, root_right))
+        dipping: Bools = same & (falls < WELL_INSIDE * width)
+        return dipping
+
+    def _wide_enough(self, width: Floats) -> Bools:
+        """Tell which cells may be halved: in a gap, where values cost much, only coarse ones."""
+        in_gap = ~self.nodes.ok[1:]
+        known = ~np.isnan(self.nodes.margin[1:])
+        coarse = np.where(known, GAP_FLOOR, GAP_PROBES) * domain_width(self.f)
+        return width > np.where(in_gap, coarse, self.resolution)
+
+    def _passes(self, left: Nodes, middle: Nodes, right: Nodes) -> Bools:
+        """Tell for which cells the middle holds no surprise."""
+        gap = ~left.ok & ~middle.ok
+        same = left.ok & middle.ok & (left.label == middle.label)
+        with np.errstate(all="ignore"):
+            passed: Bools = gap | (same & self._fits(left, middle, right))
+        return passed
+
+    def _fits(self, left: Nodes, middle: Nodes, right: Nodes) -> Bools:
+        off_value = np.abs(middle.value - hermite(left, right, middle.x))
+        off_slope = np.abs(middle.slope - hermite_slope(left, right, middle.x))
+        typical = np.abs(left.slope) + np.abs(right.slope) + 0.1 * self.slope_scale
+        close = (off_value <= VALUE_FIT * self.value_scale) & (off_slope <= SLOPE_FIT * typical)
+        sure = _sign_is_sure(left, middle, off_slope) & _sign_is_sure(middle, right, off_slope)
+        # Where the value does not change in any digit, slopes have no consequence.
+        flat = self._flat(left, middle) & self._flat(middle, right)
+        rounding = FLAT * np.abs(middle.value)
+        return (close & sure) | (flat & (off_value <= VALUE_FIT * self.value_scale + rounding))
+
+    def _flat(self, left: Nodes, right: Nodes) -> Bools:
+        """Tell for which cells the slopes at the ends change no digit of the value."""
+        steepest = np.maximum(np.abs(left.slope), np.abs(right.slope))
+        rounding = FLAT * np.maximum(np.abs(left.value), np.abs(right.value))
+        return np.asarray(steepest * (right.x - left.x) <= rounding)
+
+
+def _wobble(k: Indices) -> Floats:
+    """Return numbers in [-1, 1) without pattern, always the same: results can be repeated."""
+    return np.asarray(2.0 * ((GOLDEN * k) % 1.0) - 1.0, dtype=np.float64)
+
+
+def _widen(flags: Bools, place: Indices, n_nodes: int, *, value: bool) -> Bools:
+    """Carry flags of cells over to the cells that new nodes have made."""
+    kept = np.setdiff1d(np.arange(n_nodes), place, assume_unique=True)
+    wide = np.repeat(flags, np.diff(kept))
+    # Nodes before the first or after the last old one do not occur: the ends are nodes.
+    if value:
+        wide[place] = True
+        wide[place - 1] = True
+    return wide
+
+
+def _reach_of_margin(x: Floats, margin: Floats, same: Bools) -> tuple[Floats, Floats]:
+    """How far into each cell a quantity falls to 0, going on as in the cell before or after."""
+    with np.errstate(all="ignore"):
+        slope = np.diff(margin) / np.diff(x)
+        from_left = np.where(same[:-1] & (slope[:-1] < 0), -margin[1:-1] / slope[:-1], np.inf)
+        from_right = np.where(same[1:] & (slope[1:] > 0), margin[1:-1] / slope[1:], np.inf)
+    return np.append(np.inf, from_left), np.append(from_right, np.inf)
+
+
+def _sign_is_sure(left: Nodes, right: Nodes, error: Floats) -> Bools:
+    """Tell where the slope of a cell keeps its sign, or changes it once, beyond doubt."""
+    least, most = slope_extremes(left, right)
+    least, most = least - SIGN_MARGIN * error, most + SIGN_MARGIN * error
+    changes = left.slope * right.slope < 0
+    sure: Bools = changes | (least >= 0) | (most <= 0)
+    return sure
+
+
+def hermite(left: Nodes, right: Nodes, x: Floats) -> Floats:
+    """Cubic through values and slopes at the two nodes of each cell, at x inside it."""
+    h = right.x - left.x
+    t = (x - left.x) / h
+    rise = right.value - left.value
+    a = h * left.slope - rise
+    b = rise - h * right.slope
+    value: Floats = left.value + t * rise + t * (1 - t) * (a * (1 - t) + b * t)
+    return value
+
+
+def hermite_slope(left: Nodes, right: Nodes, x: Floats) -> Floats:
+    """Slope of `hermite`."""
+    h = right.x - left.x
+    t = (x - left.x) / h
+    mean = (right.value - left.value) / h
+    slope: Floats = (
+        left.slope * (1 - t) * (1 - 3 * t) + right.slope * t * (3 * t - 2) + 6 * mean * t * (1 - t)
+    )
+    return slope
+
+
+def slope_extremes(left: Nodes, right: Nodes) -> tuple[Floats, Floats]:
+    """Least and largest slope of `hermite` on each cell."""
+    mean = (right.value - left.value) / (right.x - left.x)
+    # slope(t) = s0 + b t + c t^2
+    b = 6 * mean - 4 * left.slope - 2 * right.slope
+    c = 3 * (left.slope + right.slope - 2 * mean)
+    with np.errstate(all="ignore"):
+        t = -b / (2 * c)
+        inner = np.where((t > 0) & (t < 1), left.slope + b * t / 2, left.slope)
+    ends = np.minimum(left.slope, right.slope), np.maximum(left.slope, right.slope)
+    return np.minimum(ends[0], inner), np.maximum(ends[1], inner)

@@ -1,0 +1,257 @@
+"""Pieces of f^p: its smooth monotone intervals, pulled back lap by lap from those of f.
+
+f^(k+1) = f^k after f, so within one lap of f the ends of its pieces are the inverse images,
+under that lap, of the ends of the pieces of f^k. Every end carries its whole orbit, one-sided
+where it meets a break of f: nothing is ever computed by iterating across one, and ends are as
+accurate as one inversion, however much f^p stretches.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.branches.laps import Indices, Laps
+    from stickslip.analysis.maps.protocol import Floats
+
+__all__ = ["MAX_PIECES", "Pieces", "TooManyPiecesError", "first_pieces", "pieces_of_powers"]
+
+MAX_PIECES: Final = 200_000  # more of them no list of orbits is made for
+SAME: Final = 8 * float(np.finfo(np.float64).eps)  # of the domain's size: positions that coincide
+
+
+class TooManyPiecesError(RuntimeError):
+    """A power of the map has more pieces than are followed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """Ends of pieces of f^k from one side; arrays of shape (n, ...).
+
+    Attributes
+    ----------
+    orbit : ndarray of float, shape (n, k + 1)
+        The end, then its images by one-sided continuity.
+    number : ndarray of int, shape (n,)
+        Which end of a lap of f the orbit meets (see `Laps`) ...
+    depth : ndarray of int, shape (n,)
+        ... after how many maps.
+    """
+
+    orbit: Floats
+    number: Indices
+    depth: Indices
+
+    def take(self, index: Indices) -> Ends:
+        """Return some of the ends."""
+        return Ends(self.orbit[index], self.number[index], self.depth[index])
+
+    def replaced(self, where: NDArray[np.bool_], others: Ends) -> Ends:
+        """Return a copy with ends taken from ``others`` where the mask says so."""
+        return Ends(
+            np.where(where[:, None], others.orbit, self.orbit),
+            np.where(where, others.number, self.number),
+            np.where(where, others.depth, self.depth),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """All smooth monotone pieces of f^k, ascending; arrays of shape (n, ...).
+
+    Attributes
+    ----------
+    laps : Laps
+        Of f.
+    left, right : Ends
+        One-sided orbits of both ends; column 0 is the end itself, column k its image.
+    word : ndarray of int, shape (n, k)
+        Lap of f that each of the k maps uses.
+    """
+
+    laps: Laps
+    left: Ends
+    right: Ends
+    word: Indices
+
+    def __len__(self) -> int:
+        """Return the number of pieces."""
+        return len(self.word)
+
+    @property
+    def power(self) -> int:
+        """The k of f^k."""
+        return int(self.word.shape[1])
+
+    @property
+    def direction(self) -> Indices:
+        """+1 rising, -1 falling, 0 constant."""
+        signs: Indices = self.laps.direction[self.word].prod(axis=1)
+        return signs
+
+
+def first_pieces(laps: Laps) -> Pieces:
+    """Return the laps of f as pieces of f^1."""
+    zero = np.zeros(len(laps), dtype=np.intp)
+    return Pieces(
+        laps,
+        Ends(np.column_stack([laps.left, laps.value_left]), laps.end_left, zero),
+        Ends(np.column_stack([laps.right, laps.value_right]), laps.end_right, zero),
+        np.arange(len(laps))[:, None],
+    )
+
+
+def pieces_of_powers(laps: Laps, max_power: int) -> Iterator[Pieces]:
+    """Yield the pieces of f, f^2, ..., up to a power.
+
+    Parameters
+    ----------
+    laps : Laps
+        Of f; a table's ``laps``, or its ``pieces`` to have harmless breakpoints count too.
+    max_power : int
+
+    Yields
+    ------
+    Pieces
+
+    Raises
+    ------
+    TooManyPiecesError
+        The next power has more than ``MAX_PIECES``.
+    """
+    pieces = first_pieces(laps)
+    yield pieces
+    images = _EndImages(laps)
+    for _ in range(max_power - 1):
+        pieces = _pulled_back(pieces, images)
+        yield pieces
+
+
+class _EndImages:
+    """Orbits of the images of all lap ends, and from which side they are approached.
+
+    Row e is the left end of lap e, row n + e the right end of lap e.
+    """
+
+    def __init__(self, laps: Laps) -> None:
+        n = len(laps)
+        self.laps = laps
+        self.at = np.concatenate([laps.value_left, laps.value_right])
+        rising = np.where(laps.direction < 0, -1, 1)
+        # Just inside the left end of a rising lap values are above those at the end.
+        self.side = np.concatenate([rising, -rising]).astype(np.intp)
+        self.orbit = self.at[:, None]
+        self.number = np.concatenate([laps.end_left, laps.end_right])
+        self.n = n
+
+    def extend(self) -> None:
+        """Append one more image to every orbit."""
+        x = self.orbit[:, -1]
+        # A value that meets an end of a lap but for rounding belongs to the side it comes from.
+        lap = self.laps.locate(x + self.side * _tolerance(self.laps))
+        known = lap >= 0
+        value = np.full(x.shape, np.nan)
+        value[known], _ = self.laps.evaluate(lap[known], x[known])
+        direction = np.where(self.laps.direction[lap] < 0, -1, 1)
+        self.side = np.where(known, self.side * direction, self.side)
+        self.orbit = np.column_stack([self.orbit, value])
+
+    def ends(self, rows: Indices) -> Ends:
+        """Return the images, with the numbers of the ends that they are images of."""
+        return Ends(self.orbit[rows], self.number[rows], np.zeros(len(rows), dtype=np.intp))
+
+
+def _pulled_back(pieces: Pieces, images: _EndImages) -> Pieces:
+    """Pieces of f^(k+1) from those of f^k."""
+    laps = pieces.laps
+    images.extend()
+    lap, piece = _overlaps(pieces)
+    at_bottom, at_top = _image_ends(laps, lap)
+    lower, upper = pieces.left.take(piece), pieces.right.take(piece)
+    lower = _meet(laps, lap, lower, images, at_bottom, laps.value_min[lap] - lower.orbit[:, 0])
+    upper = _meet(laps, lap, upper, images, at_top, upper.orbit[:, 0] - laps.value_max[lap])
+    falls = laps.direction[lap] < 0
+    left, right = lower.replaced(falls, upper), upper.replaced(falls, lower)
+    word = np.column_stack([lap, pieces.word[piece]])
+    order = np.lexsort((left.orbit[:, 0], lap))
+    return Pieces(laps, left.take(order), right.take(order), word[order])
+
+
+def _overlaps(pieces: Pieces) -> tuple[Indices, Indices]:
+    """Pairs (lap of f, piece of f^k) such that the lap's image meets the piece's inside."""
+    laps = pieces.laps
+    tolerance = _tolerance(laps)
+    lefts, rights = pieces.left.orbit[:, 0], pieces.right.orbit[:, 0]
+    flat = laps.direction == 0
+    slack = np.where(flat, 0.0, tolerance)
+    first = np.searchsorted(rights, laps.value_min + slack, side="right")
+    stop = np.searchsorted(lefts, laps.value_max - slack, side="left")
+    # A constant lap maps into one piece, a point on a border into its left neighbour.
+    first = np.where(flat, np.searchsorted(rights, laps.value_min, side="left"), first)
+    stop = np.where(
+        flat, np.minimum(first + 1, np.searchsorted(lefts, laps.value_max, "right")), stop
+    )
+    counts = np.maximum(stop - first, 0)
+    if counts.sum() > MAX_PIECES:
+        raise TooManyPiecesError(
+            f"power {pieces.power + 1} of the map has {int(counts.sum())} pieces, more than the "
+            f"{MAX_PIECES} that are followed"
+        )
+    lap = np.repeat(np.arange(len(laps)), counts)
+    before = np.repeat(np.cumsum(counts) - counts, counts)
+    piece = np.arange(counts.sum()) - before + np.repeat(first, counts)
+    return lap, piece
+
+
+def _image_ends(laps: Laps, lap: Indices) -> tuple[Indices, Indices]:
+    """Rows of `_EndImages` of the lower and the upper end of each lap's image."""
+    n = len(laps)
+    falls = laps.direction[lap] < 0
+    return np.where(falls, n + lap, lap), np.where(falls, lap, n + lap)
+
+
+def _meet(
+    laps: Laps, lap: Indices, ends: Ends, images: _EndImages, row: Indices, beyond: Floats
+) -> Ends:
+    """Pull ends of pieces back through laps, or stop at the lap's own end.
+
+    Parameters
+    ----------
+    laps : Laps
+    lap : ndarray of int, shape (n,)
+    ends : Ends, n of them
+    images : _EndImages
+    row : ndarray of int, shape (n,)
+        The lap's end that maps to this side of its image.
+    beyond : ndarray of float, shape (n,)
+        How far the ends are outside the lap's image.
+    """
+    tolerance = _tolerance(laps)
+    own = images.ends(row)
+    ends = ends.replaced(beyond > tolerance, own)
+    at_lap_end = beyond >= -tolerance
+    x = np.concatenate([laps.left, laps.right])[row]
+    asked = np.flatnonzero(~at_lap_end)
+    x[asked] = _inverse_once(laps, lap[asked], ends.orbit[asked, 0])
+    number = np.where(at_lap_end, own.number, ends.number)
+    depth = np.where(at_lap_end, 0, ends.depth + 1)
+    return Ends(np.column_stack([x, ends.orbit]), number, depth)
+
+
+def _inverse_once(laps: Laps, lap: Indices, y: Floats) -> Floats:
+    """Invert each pair of lap and value only once: neighbouring pieces share their ends."""
+    pairs = np.column_stack([lap.astype(np.float64), y])
+    unique, back = np.unique(pairs, axis=0, return_inverse=True)
+    return laps.inverse(unique[:, 0].astype(np.intp), unique[:, 1])[back.ravel()]
+
+
+def _tolerance(laps: Laps) -> float:
+    """Distance below which positions coincide."""
+    return SAME * max(abs(end) for end in laps.f.domain)

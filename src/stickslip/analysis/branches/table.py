@@ -1,0 +1,307 @@
+"""The shape of a map as a table: branches, breakpoints, gaps, laps; made once per map."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final, cast, overload
+
+import numpy as np
+
+from stickslip.analysis.branches.breakpoints import Breakpoint, kind_of, limits_at_cuts
+from stickslip.analysis.branches.discontinuities import Unresolved, find_cuts
+from stickslip.analysis.branches.lap_table import (
+    Segments,
+    smooth_stretches,
+    split_at_smooth,
+    tabulate_laps,
+)
+from stickslip.analysis.branches.mesh import Mesh
+from stickslip.analysis.branches.pieces import TooManyPiecesError, pieces_of_powers
+from stickslip.analysis.branches.powers import Hints, hints_of
+from stickslip.analysis.maps.protocol import base_and_exponent
+from stickslip.checks import finite_number
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.branches.breakpoints import Kind
+    from stickslip.analysis.branches.discontinuities import Cuts
+    from stickslip.analysis.branches.laps import Laps
+    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
+
+__all__ = ["RESOLUTION", "Branch", "BranchTable", "branch_table"]
+
+RESOLUTION: Final = 1e-9
+SHOWN: Final = 40  # rows of a table in its repr
+REMEMBERED: Final = 64  # tables kept in memory, 100 kB each: one map is asked many questions
+LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Maximal interval of one label.
+
+    Attributes
+    ----------
+    left, right : float
+        Ends of the branch.
+    value_left, value_right : float
+        One-sided limits of the map there.
+    label : int
+    """
+
+    left: float
+    right: float
+    value_left: float
+    value_right: float
+    label: int = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BranchTable(Sequence[Branch]):
+    """Branches of a map of the line, complete for everything wider than ``resolution``.
+
+    A sequence of `Branch`, with the rest of the map's shape.
+
+    Attributes
+    ----------
+    f : Map1D
+    resolution : float
+    branches : tuple of Branch
+        Ascending; gaps lie between them where they do not touch.
+    breakpoints : tuple of Breakpoint
+        Ascending.
+    gaps : ndarray of float, shape (k, 2)
+        Open intervals without a value: last point before and first point after, or the end
+        of the domain.
+    turning_points, turning_values : ndarray of float, shape (m,)
+        Smooth extrema of the map.
+    laps : Laps
+        Maximal smooth monotone intervals.
+    pieces : Laps
+        The same, cut at every breakpoint, the harmless ones too.
+    unresolved : tuple of Unresolved
+        What stayed undecided, with reasons.
+    n_evaluations : int
+        Evaluations of the map that the table took.
+    """
+
+    f: Map1D
+    resolution: float
+    branches: tuple[Branch, ...]
+    breakpoints: tuple[Breakpoint, ...]
+    gaps: Floats
+    turning_points: Floats
+    turning_values: Floats
+    laps: Laps
+    pieces: Laps
+    unresolved: tuple[Unresolved, ...]
+    n_evaluations: int
+    _texts: dict[int, str] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        """Return the number of branches."""
+        return len(self.branches)
+
+    @overload
+    def __getitem__(self, index: int) -> Branch: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Branch, ...]: ...
+    def __getitem__(self, index: int | slice) -> Branch | tuple[Branch, ...]:
+        """Return one branch, or several as a tuple, from left to right."""
+        return self.branches[index]
+
+    def __repr__(self) -> str:
+        """Branches with their values, gaps, and what stayed open."""
+        lines = [
+            f"BranchTable: {len(self)} branches, {len(self.laps)} laps, complete above "
+            f"{self.resolution:.2g}",
+            "            left           right            f(left+)       f(right-)  label",
+        ]
+        lines += [
+            f"{b.left:16.10g}{b.right:16.10g}{b.value_left:20.10g}{b.value_right:16.10g}  "
+            f"{self.text(b.label)}"
+            for b in self.branches[:SHOWN]
+        ]
+        if len(self) > SHOWN:
+            lines.append(f"  ... {len(self) - SHOWN} more")
+        lines += [f"  gap: no value in ({lo:.12g}, {hi:.12g})" for lo, hi in self.gaps[:SHOWN]]
+        lines += [f"  unresolved: {item}" for item in self.unresolved[:SHOWN]]
+        return "\n".join(lines)
+
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Draw the map over its domain; see `stickslip.plot.event_map`."""
+        draw = importlib.import_module("stickslip.plot.event_map").event_map
+        axes: Axes = draw(self.f, ax, **style)
+        return axes
+
+    def matters(self, number: int) -> bool:
+        """Tell whether the end of a lap, by its number in `Laps`, is a break of the map."""
+        return 0 <= number < len(self.breakpoints) and self.breakpoints[number].kind != "smooth"
+
+    def labels_at(self, x: Floats) -> Labels:
+        """Label of the branch of each point, 0 in a gap; nothing is evaluated."""
+        lefts = np.array([b.left for b in self.branches])
+        rights = np.array([b.right for b in self.branches] + [-np.inf])
+        labels = np.array([b.label for b in self.branches] + [0], dtype=np.uint64)
+        place = np.searchsorted(lefts, x, side="right") - 1
+        return np.where((place >= 0) & (x <= rights[place]), labels[place], np.uint64(0))
+
+    def text(self, label: int) -> str:
+        """Itinerary of a branch in the map's own words, if it has any, else its label."""
+        if label not in self._texts:
+            branch = next((b for b in self.branches if b.label == label), None)
+            describe = getattr(self.f, "itinerary", None)
+            if branch is None or describe is None:
+                self._texts[label] = str(label)
+            else:
+                self._texts[label] = str(describe(0.5 * (branch.left + branch.right)))
+        return self._texts[label]
+
+
+def branch_table(f: Map1D, resolution: float = RESOLUTION) -> BranchTable:
+    """Return the table of a map, from memory if it was made before and the map still lives.
+
+    Parameters
+    ----------
+    f : Map1D
+    resolution : float
+        Branches, gaps and laps wider than this are found; narrower ones between two of the
+        same label may be missed, narrower ones between two different are part of one
+        breakpoint.
+
+    Raises
+    ------
+    ValueError
+        The resolution is not positive or not small beside the domain.
+    """
+    lo, hi = f.domain
+    resolution = finite_number("resolution", resolution)
+    if not 0 < resolution <= 1e-3 * (hi - lo):
+        raise ValueError(
+            f"resolution = {resolution!r}: a positive number, at most a thousandth of the "
+            f"domain's width {hi - lo:.6g}, is needed."
+        )
+    return _remembered(f, resolution) if isinstance(f, Hashable) else _make_table(f, resolution)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _remembered(f: Any, resolution: float) -> BranchTable:
+    return _make_table(f, resolution)
+
+
+def _make_table(f: Map1D, resolution: float) -> BranchTable:
+    hints, unresolved = _hints(f, resolution)
+    mesh = Mesh(f, resolution, hints.seeds)
+    cuts, too_many = find_cuts(mesh)
+    unresolved += too_many
+    breaks, segments = _classify(mesh, cuts, hints)
+    stretches = smooth_stretches(mesh, segments)
+    laps = tabulate_laps(mesh, stretches, len(breaks))
+    return BranchTable(
+        f=f,
+        resolution=resolution,
+        branches=_branches(segments),
+        breakpoints=tuple(breaks),
+        gaps=_gaps(segments),
+        turning_points=np.concatenate([s.x[s.turns] for s in stretches] or [np.empty(0)]),
+        turning_values=np.concatenate([s.value[s.turns] for s in stretches] or [np.empty(0)]),
+        laps=laps,
+        pieces=tabulate_laps(mesh, split_at_smooth(stretches, segments), len(breaks)),
+        unresolved=tuple(unresolved),
+        n_evaluations=mesh.n_evaluations,
+    )
+
+
+def _hints(f: Map1D, resolution: float) -> tuple[Hints, list[Unresolved]]:
+    """Ask the table of the base map what a power of it looks like."""
+    base, exponent = base_and_exponent(f)
+    if exponent == 1:
+        return Hints.none(), []
+    table = branch_table(base, resolution)
+    try:
+        *_, pieces = pieces_of_powers(table.pieces, exponent)
+    except TooManyPiecesError as reason:
+        lo, hi = f.domain
+        return Hints.none(), [Unresolved(f"{reason}: sampled without their help", lo, hi)]
+    return hints_of(pieces, len(table.breakpoints)), list(table.unresolved)
+
+
+def _classify(mesh: Mesh, cuts: Cuts, hints: Hints) -> tuple[list[Breakpoint], Segments]:
+    """Take limits at all cuts and drop those that are none: same label, smooth across."""
+    at_first, at_last = limits_at_cuts(mesh, cuts)
+    first, last = cuts.starts, cuts.ends
+    at_first = hints.sharpened(first.x, at_first, at_starts=True)
+    at_last = hints.sharpened(last.x, at_last, at_starts=False)
+    width = cuts.right.x - cuts.left.x
+    kinds = np.array(
+        kind_of(mesh, at_last.take(slice(0, -1)), at_first.take(slice(1, None)), width)
+    )
+    false = (kinds == "smooth") & (cuts.left.label == cuts.right.label)
+    if false.any():
+        return _classify(mesh, cuts.take(~false), hints)
+    where = _positions(cuts)
+    at_first = at_first.moved(np.concatenate([first.x[:1], where]) - first.x)
+    at_last = at_last.moved(np.concatenate([where, last.x[-1:]]) - last.x)
+    segments = Segments(first, last, at_first, at_last, where, kinds == "smooth")
+    scale = max(abs(end) for end in mesh.f.domain)
+    return [_breakpoint(cuts, segments, kinds, scale, i) for i in range(len(cuts))], segments
+
+
+def _positions(cuts: Cuts) -> Floats:
+    """One float per break: the first one right of it, but one that has a value.
+
+    Beside 0 it is 0, rather than the tiny number next to it.
+    """
+    use_left = (cuts.left.x == 0) | ~cuts.right.ok
+    return np.where(use_left, cuts.left.x, cuts.right.x)
+
+
+def _breakpoint(
+    cuts: Cuts, segments: Segments, kinds: NDArray[np.str_], scale: float, i: int
+) -> Breakpoint:
+    lo, hi = float(cuts.left.x[i]), float(cuts.right.x[i])
+    close = hi - lo <= LOCATED * scale
+    return Breakpoint(
+        d=float(segments.where[i]),
+        left=float(segments.at_last.value[i]),
+        right=float(segments.at_first.value[i + 1]),
+        left_slope=float(segments.at_last.slope[i]),
+        right_slope=float(segments.at_first.slope[i + 1]),
+        kind=cast("Kind", str(kinds[i])),
+        left_label=int(cuts.left.label[i]),
+        right_label=int(cuts.right.label[i]),
+        interval=(lo, hi),
+        quality="located" if close else "bracketed",
+    )
+
+
+def _branches(segments: Segments) -> tuple[Branch, ...]:
+    first, last = segments.first, segments.last
+    return tuple(
+        Branch(
+            float(first.x[i]),
+            float(last.x[i]),
+            float(segments.at_first.value[i]),
+            float(segments.at_last.value[i]),
+            int(first.label[i]),
+        )
+        for i in np.flatnonzero(first.ok)
+    )
+
+
+def _gaps(segments: Segments) -> Floats:
+    """Intervals without a value, from the last point before to the first one after."""
+    first, last = segments.first, segments.last
+    rows = [
+        (
+            last.x[i - 1] if i > 0 else first.x[i],
+            first.x[i + 1] if i + 1 < len(first) else last.x[i],
+        )
+        for i in np.flatnonzero(~first.ok)
+    ]
+    return np.array(rows, dtype=np.float64).reshape(-1, 2)

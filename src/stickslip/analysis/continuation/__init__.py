@@ -1,0 +1,1 @@
+"""Orbits followed along a parameter, to where they end."""

@@ -1,0 +1,181 @@
+"""Where a periodic orbit meets a break of the map, or the end of its domain, along a parameter.
+
+That is a condition of its own, solved to rounding: one point of the orbit is pinned to the
+break, and the parameter takes its place among the unknowns. Only one-sided values at the break
+enter, so that neither an orbit that ends there nor a root's infinite slope does any harm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.maps.protocol import sample
+from stickslip.status import OK
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.continuation.walls import Wall
+    from stickslip.analysis.maps.protocol import Floats, MapFamily
+
+__all__ = ["Meeting", "meet"]
+
+MAX_STEPS: Final = 60
+FIRST_CHANGE: Final = 1e-6  # of the parameter's range: for the first difference of the readings
+ROUNDING: Final = 4 * float(np.finfo(np.float64).eps)  # of the parameter's size: a last step
+SHRINKS: Final = 0.9  # at a tangency, too, each step is half or two thirds of the one before
+STALLED: Final = 1e-9  # of the parameter's range: steps that do not shrink below it are noise
+
+
+@dataclass(frozen=True, eq=False)
+class Meeting:
+    """A periodic orbit with a point on a wall.
+
+    Attributes
+    ----------
+    value : float
+        Of the parameter.
+    points : ndarray of float, shape (p,)
+    slopes : ndarray of float, shape (p,)
+        One-sided at the wall.
+    labels : ndarray of uint64, shape (p,)
+        Of the points as they are; at the wall maybe that of the other side.
+    residual : float
+    """
+
+    value: float
+    points: Floats
+    slopes: Floats
+    labels: NDArray[np.uint64]
+    residual: float
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """The equations at one guess: residuals and what their derivatives need."""
+
+    q: float
+    points: Floats
+    f: MapFamily
+    place: float
+    value: float
+    slopes: Floats
+    labels: NDArray[np.uint64]
+    residual: Floats
+
+
+def meet(
+    at: Callable[[float], MapFamily],
+    name: str,
+    points: Floats,
+    index: int,
+    wall: Wall,
+    value: float,
+    low: float,
+    high: float,
+) -> Meeting:
+    """Solve for the parameter at which a point of a periodic orbit lies on a wall.
+
+    Parameters
+    ----------
+    at : callable
+        The map at a value of the parameter.
+    name : str
+        Of the parameter.
+    points : ndarray of float, shape (p,)
+        The orbit nearby.
+    index : int
+        Which point meets the wall.
+    wall : Wall
+    value : float
+        Parameter of ``points``.
+    low, high : float
+        The parameter is kept between these.
+
+    Returns
+    -------
+    Meeting
+
+    Raises
+    ------
+    ConditionLost
+        The wall is gone, the orbit leaves the domain, or there is no meeting nearby.
+    """
+    problem = _Problem(at, name, index, wall)
+    aside = FIRST_CHANGE * (high - low)
+    before = problem.state(value + aside if value + aside <= high else value - aside, points)
+    now = problem.state(value, points)
+    last = np.inf
+    for _ in range(MAX_STEPS):
+        step = problem.newton_step(before, now)
+        change = abs(step[index])
+        noise = change <= STALLED * (high - low) and change >= SHRINKS * last
+        if noise or change <= ROUNDING * max(abs(now.q), high - low):
+            return problem.meeting(now)
+        q = min(max(now.q + step[index], low), high)
+        if not np.isfinite(step).all() or q == now.q:
+            break
+        before, now, last = now, problem.state(q, now.points + step), change
+    raise ConditionLost("the orbit does not meet the break nearby")
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    at: Callable[[float], MapFamily]
+    name: str
+    index: int
+    wall: Wall
+
+    def state(self, q: float, guess: Floats) -> _State:
+        """Evaluate the equations, the pinned point on the wall."""
+        f, k = self.at(q), self.index
+        place, value, slope = self.wall.reading(f)
+        points = np.clip(guess, *f.domain)
+        points[k] = place
+        values = sample(f, points)
+        rest = np.arange(len(points)) != k
+        if (values.status[rest] != OK).any():
+            raise ConditionLost("the orbit has no value on the way to the break")
+        images, slopes = values.value.copy(), values.derivative.copy()
+        images[k], slopes[k] = value, slope
+        residual = images - np.roll(points, -1)
+        return _State(q, points, f, place, value, slopes, values.label, residual)
+
+    def newton_step(self, before: _State, now: _State) -> Floats:
+        """Return changes of the points; in place of the pinned one that of the parameter.
+
+        The readings of the wall have no exact derivatives: those come from the last two.
+        """
+        k, p = self.index, len(now.points)
+        ahead = (np.arange(p) + 1) % p
+        difference = now.q - before.q
+        rates = np.zeros(p)
+        rest = np.arange(p) != k
+        if rest.any():
+            rates[rest] = now.f.parameter_derivative(now.points[rest], self.name)
+        rates[k] = (now.value - before.value) / difference
+        matrix = np.zeros((p, p))
+        matrix[np.arange(p), np.arange(p)] = np.where(rest, now.slopes, 0.0)
+        matrix[np.arange(p), ahead] -= np.where(ahead == k, 0.0, 1.0)
+        matrix[:, k] = rates
+        matrix[k - 1, k] -= (now.place - before.place) / difference
+        try:
+            return np.asarray(np.linalg.solve(matrix, -now.residual), dtype=np.float64)
+        except np.linalg.LinAlgError as reason:
+            raise ConditionLost("the orbit touches the break without crossing it") from reason
+
+    def meeting(self, state: _State) -> Meeting:
+        """Describe the solution."""
+        return Meeting(
+            float(state.q),
+            state.points,
+            state.slopes,
+            state.labels,
+            float(np.abs(state.residual).max()),
+        )

@@ -1,0 +1,1 @@
+"""Bifurcation diagrams: orbits at every value of a parameter."""

@@ -1,0 +1,319 @@
+"""How a bifurcation diagram is made: a survey of the range, then every value filled in."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from threading import Lock
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.attractors.along import Motion, Settler
+from stickslip.analysis.bifurcations.scan.nodes import Family
+from stickslip.analysis.bifurcations.scan.survey import Survey
+from stickslip.analysis.branches.along.break_lines import follow_breaks
+from stickslip.analysis.diagrams.assemble import trace_strands
+from stickslip.analysis.diagrams.at_values import fill
+from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
+from stickslip.analysis.maps.arguments import checked_range
+from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.threads import in_threads
+from stickslip.checks import (
+    MOST_KEPT,
+    check_callback,
+    flag,
+    grid,
+    shown,
+    whole_number,
+)
+from stickslip.numerics.targets import available_threads
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import ArrayLike
+
+    from stickslip.analysis.bifurcations.scan.nodes import Node
+    from stickslip.analysis.branches.along.break_lines import BreakLine
+    from stickslip.analysis.diagrams.assemble import Traced
+    from stickslip.analysis.maps.protocol import Floats, MapFamily
+
+__all__ = ["bifurcation_diagram"]
+
+SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
+FEWEST: Final = 48  # iterates by which a motion that is no cycle can be recognised
+REPORTED: Final = 16  # values between two reports of progress
+SMALLEST_CHUNK: Final = 64  # values that are worth a thread
+AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
+
+
+def bifurcation_diagram(
+    family: MapFamily,
+    name: str,
+    values: ArrayLike,
+    *,
+    max_period: int = 4,
+    window: tuple[float, float] | None = None,
+    iterates: int = 64,
+    attractors: bool = True,
+    lists: int = 24,
+    progress: Callable[[float], None] | None = None,
+) -> Diagram:
+    """Follow all periodic orbits, the attractors and the breakpoints of a map over a parameter.
+
+    Parameters
+    ----------
+    family : map with parameters
+        An event map, a `PiecewiseMap`, or anything else that offers `MapFamily`.
+    name : str
+        The parameter that varies.
+    values : tuple of (float, float, int) or array_like of float, shape (n,)
+        A grid ``(lo, hi, n)``, or a list or array of at least two ascending values.
+    max_period : int
+        All orbits up to this period are followed, stable or not.
+    window : tuple of float, optional
+        Part of the domain to look at; orbits that leave it have left.
+    iterates : int
+        Points kept of an attractor that is no cycle.
+    attractors : bool
+        Whether to look for attractors besides the stable ones among the orbits.
+    lists : int
+        Complete lists of orbits that are made over the range, besides those next to every
+        bifurcation; two orbits born and lost between neighbouring ones stay unseen.
+    progress : callable, optional
+        Called with the share of the work that is done, from 0 to 1.
+
+    Returns
+    -------
+    Diagram
+
+    Raises
+    ------
+    ValueError
+        The values are not numbers in ascending order, `name` is not a parameter, or a count
+        is below 1.
+
+    Notes
+    -----
+    Orbits: complete lists at some tens of values, all changes between them located, and
+    every orbit solved for at every value from where it begins to where it ends. Attractors:
+    handed on from value to value, with the orbits of all critical points followed at each;
+    "chaotic" rests on a finite number of iterates, `attractors` gives proof. One that holds
+    no image of a break or turning point is looked for near the lists only.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.0})
+    >>> diagram = bifurcation_diagram(f, "r", np.linspace(2.8, 3.5, 71), max_period=2)
+    >>> [(curve.period, curve.ends[0].reason) for curve in diagram.orbits]
+    [(1, 'end of range'), (1, 'end of range'), (2, 'flip')]
+    """
+    values = grid("values", values).copy()
+    if values.size < 2 or (np.diff(values) <= 0).any():
+        raise ValueError(
+            f"values = {shown(values)}: a grid (lo, hi, n) with lo < hi, or at least two numbers "
+            "in ascending order are needed."
+        )
+    checked_range(family, name, (values[0], values[-1]), "values")
+    max_period = whole_number("max_period", max_period, 1, at_most=MOST_KEPT)
+    iterates = whole_number("iterates", iterates, 1, at_most=MOST_KEPT)
+    lists = whole_number("lists", lists, 2, at_most=MOST_KEPT)
+    attractors = flag("attractors", attractors)
+    check_callback("progress", progress, "the share of the work that is done")
+    report = progress or (lambda share: None)
+    survey = Survey(
+        Family(family, name, window),
+        float(values[0]),
+        float(values[-1]),
+        max_period,
+        lambda share: report(0.4 * share),
+    )
+    survey.run(lists)
+    traced = trace_strands(survey)
+    maps = [survey.family.at(q) for q in values]
+    anchors = _anchors(survey)
+    breaks = follow_breaks(maps, values, [(node.q, node.table) for node in anchors])
+    report(0.5)
+    orbits = _orbit_curves(maps, values, traced)
+    critical = _critical_points(values, breaks, anchors)
+    steps = _Steps(report, 0.6, len(values))
+    table = _attractor_table(maps, values, orbits, critical, anchors, iterates, attractors, steps)
+    report(1.0)
+    return Diagram(
+        parameter=name,
+        values=values,
+        max_period=max_period,
+        window=window,
+        parameters={key: v for key, v in family.parameters.items() if key != name},
+        orbits=orbits,
+        attractors=table,
+        breakpoints=breaks,
+        unresolved=tuple(map(str, survey.unresolved)) + _missing(values, traced, orbits),
+    )
+
+
+def _anchors(survey: Survey) -> list[Node]:
+    """All values at which the survey has a complete list, ascending."""
+    nodes = {node.q: node for span in survey.spans for node in (span.left, span.right)}
+    return [nodes[q] for q in sorted(nodes)]
+
+
+class _Steps:
+    """Reports the share of the work done from several threads, in rising order."""
+
+    def __init__(self, report: Callable[[float], None], start: float, n: int) -> None:
+        self.report, self.start, self.n = report, start, n
+        self.done = 0
+        self.lock = Lock()
+
+    def count(self) -> None:
+        """Add one of the n steps."""
+        with self.lock:
+            self.done += 1
+            if self.done % REPORTED == 0:
+                self.report(self.start + (1.0 - self.start) * self.done / self.n)
+
+
+# ------------------------------------------------------------------ orbits
+
+
+def _orbit_curves(
+    maps: list[MapFamily], values: Floats, traced: Sequence[Traced]
+) -> tuple[OrbitCurve, ...]:
+    """Solve for every strand at every value; chunks of values on threads of their own."""
+    chunks = _chunks(len(values))
+    strands = [item.strand for item in traced]
+
+    def task(chunk: slice) -> list[tuple[Floats, Floats]]:
+        return fill(maps[chunk], values[chunk], strands)
+
+    parts = in_threads(task, chunks, len(chunks))
+    return tuple(
+        OrbitCurve(
+            period=item.strand.period,
+            points=np.concatenate([part[k][0] for part in parts]),
+            multipliers=np.concatenate([part[k][1] for part in parts]),
+            ends=item.ends,
+        )
+        for k, item in enumerate(traced)
+    )
+
+
+def _chunks(n: int) -> list[slice]:
+    """Cut n values into one stretch per processor core, if they are worth it."""
+    pieces = max(1, min(available_threads(), n // SMALLEST_CHUNK))
+    edges = [n * k // pieces for k in range(pieces + 1)]
+    return [slice(a, b) for a, b in pairwise(edges)]
+
+
+def _missing(
+    values: Floats, traced: Sequence[Traced], orbits: Sequence[OrbitCurve]
+) -> tuple[str, ...]:
+    """Say which orbits were not found at values where they exist."""
+    texts = []
+    for item, orbit in zip(traced, orbits, strict=True):
+        low, high = (end.value for end in item.ends)
+        slack = AT_END * (values[-1] - values[0])
+        absent = (values > low + slack) & (values < high - slack) & ~orbit.exists
+        if absent.any():
+            where = ", ".join(f"{value:.12g}" for value in values[absent][:3])
+            more = " ..." if absent.sum() > 3 else ""
+            texts.append(
+                f"an orbit of period {orbit.period} was not found at {absent.sum()} of its "
+                f"values: {where}{more}"
+            )
+    return tuple(texts)
+
+
+# ------------------------------------------------------------------ attractors
+
+
+def _critical_points(
+    values: Floats, breaks: Sequence[BreakLine], anchors: Sequence[Node]
+) -> list[Floats]:
+    """Gather breaks and turning points of the map at each value.
+
+    Turning points are interpolated: the map's value there is wrong by the square of that error.
+    """
+    lines = [line.d for line in breaks]
+    for left, right in pairwise(anchors):
+        one, other = left.table.turning_points, right.table.turning_points
+        inside = (values >= left.q) & (values <= right.q)
+        if len(one) != len(other):
+            one = other = one if len(one) > len(other) else other
+        share = (values - left.q) / (right.q - left.q)
+        for a, b in zip(one, other, strict=True):
+            lines.append(np.where(inside, a + (b - a) * share, np.nan))
+    stacked = np.array(lines).reshape(-1, len(values)).T
+    return [np.unique(row[np.isfinite(row)]) for row in stacked]
+
+
+def _attractor_table(
+    maps: list[MapFamily],
+    values: Floats,
+    orbits: Sequence[OrbitCurve],
+    critical: list[Floats],
+    anchors: Sequence[Node],
+    iterates: int,
+    search: bool,
+    steps: _Steps,
+) -> AttractorTable:
+    """Gather the stable orbits, and what else orbits settle on, at every value."""
+    near_lists = set(np.searchsorted(values, [node.q for node in anchors]).tolist())
+
+    def task(chunk: slice) -> list[list[Motion]]:
+        settler, rows = Settler(max(iterates, FEWEST)), []
+        for k in range(chunk.start, chunk.stop):
+            known = _stable_cycles(orbits, k)
+            rows.append(known)
+            if search:
+                spread = np.empty(0)
+                if k == chunk.start or k in near_lists:
+                    spread = _spread(maps[k])
+                cycles = [motion.points for motion in known]
+                rows[-1] = known + settler.at(maps[k], cycles, critical[k], spread)
+            steps.count()
+        return rows
+
+    chunks = _chunks(len(values))
+    rows = [row for part in in_threads(task, chunks, len(chunks)) for row in part]
+    return _as_table(rows, iterates)
+
+
+def _stable_cycles(orbits: Sequence[OrbitCurve], k: int) -> list[Motion]:
+    """Return the stable orbits of one value."""
+    found = []
+    for orbit in orbits:
+        multiplier = abs(orbit.multipliers[k])
+        if multiplier < 1:
+            with np.errstate(divide="ignore"):
+                exponent = float(np.log(multiplier)) / orbit.period
+            found.append(Motion("periodic", orbit.points[k], exponent))
+    return found
+
+
+def _spread(f: MapFamily) -> Floats:
+    """One random point in each of equal cells of the domain."""
+    rng = np.random.default_rng(0)
+    cells = np.arange(SPREAD) + rng.random(SPREAD)
+    return np.asarray(f.domain[0] + domain_width(f) * cells / SPREAD)
+
+
+def _as_table(rows: Sequence[Sequence[Motion]], iterates: int) -> AttractorTable:
+    """Arrange motions in rows, with all points of cycles and some of the others."""
+    motions = [(k, motion) for k, row in enumerate(rows) for motion in row]
+    kept = [
+        motion.points if motion.kind == "periodic" else motion.points[-iterates:]
+        for _, motion in motions
+    ]
+    points = np.full((len(motions), max(map(len, kept), default=1)), np.nan)
+    for line, some in zip(points, kept, strict=True):
+        line[: len(some)] = some
+    return AttractorTable(
+        where=np.array([k for k, _ in motions], dtype=np.intp),
+        kind=np.array([motion.kind for _, motion in motions], dtype=np.str_),
+        period=np.array([motion.period for _, motion in motions], dtype=np.intp),
+        lyapunov=np.array([motion.lyapunov for _, motion in motions], dtype=np.float64),
+        points=points,
+    )

@@ -1,0 +1,414 @@
+"""A map's table of laps as a very fast map: polynomials between exact values and slopes.
+
+Following an orbit asks for a map's value millions of times, and its event map may take tens of
+microseconds for each. The table of branches knows values and slopes at some hundred nodes, and
+where breaks, turning points and gaps lie; between neighbouring nodes the cubic through both
+values and slopes errs by the fourth power of their distance. So a few more nodes make a map that
+agrees with the true one to ten digits and costs some nanoseconds. What is found on it is a guess
+to be confirmed on the true map.
+
+Beside a graze the slope changes like the square root of the distance, or like its inverse. There
+a polynomial in that root fits better, and is taken where it predicts the map better.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.branches.laps import Cells
+from stickslip.analysis.interpolation._kernels import (
+    SQUARE_ROOT_LEFT,
+    SQUARE_ROOT_RIGHT,
+    CellPolynomials,
+    evaluate_cells,
+    iterate_cells,
+)
+from stickslip.analysis.maps.protocol import (
+    UNDEFINED,
+    PointValues,
+    checked_points,
+    sample,
+)
+from stickslip.status import OK
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from stickslip.analysis.branches.laps import Laps
+    from stickslip.analysis.branches.table import BranchTable
+    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
+
+    Bools = NDArray[np.bool_]
+    Integers = NDArray[np.int64]
+
+__all__ = ["FIT", "InterpolatedMap", "interpolated_map"]
+
+FIT: Final = 1e-9  # of the range of values: cells are halved until their polynomials err less
+HALVES: Final = 4.0  # factor by which halving a cell reduces its error at least (16 if smooth)
+TILT: Final = 0.15  # of a cell's width times the wrong slope in its middle: error beside it
+SAFETY: Final = 4.0  # by which errors predicted from neighbouring nodes are taken larger
+MAX_ROUNDS: Final = 16  # of halving
+MAX_CELLS: Final = 20_000
+NARROW: Final = 0.25  # resolutions: cells narrower than this are left as they are
+PROBES: Final = 64  # random points at which the finished map is compared with the true one
+GUIDE: Final = 4  # guide points per cell
+BETTER: Final = 0.25  # a polynomial in a square root must err by less than this share
+
+
+@dataclass(frozen=True, eq=False)
+class InterpolatedMap:
+    """A map of the line, interpolated between the nodes of its table.
+
+    It fits `Map1D`; labels are those of the map. `interpolated_map` makes it.
+
+    Attributes
+    ----------
+    f : Map1D
+        The true map.
+    table : BranchTable
+        Of the true map.
+    polynomials : CellPolynomials
+        What is evaluated.
+    cell_labels : ndarray of uint64, shape (n,)
+        Label of the true map in each cell.
+    cell_errors : ndarray of float, shape (n,)
+        Estimated largest error of the value in each cell.
+    error : float
+        Largest error of a value: the largest estimate, or what random points showed if that
+        was more; infinite where the map has a branch that its table does not know.
+    n_evaluations : int
+        Evaluations of the true map that it took.
+    """
+
+    f: Map1D
+    table: BranchTable
+    polynomials: CellPolynomials
+    cell_labels: Labels
+    cell_errors: Floats
+    error: float
+    n_evaluations: int
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """Domain of the true map."""
+        return self.f.domain
+
+    @cached_property
+    def laps(self) -> Laps:
+        """Laps of the true map, with the values inside taken from this one."""
+        return replace(self.table.laps, f=self)
+
+    @cached_property
+    def gap_statuses(self) -> Integers:
+        """Why there is no value, per gap: the true map's status in its middle."""
+        gaps = self.table.gaps
+        return np.asarray(sample(self.f, gaps.mean(axis=1)).status if len(gaps) else [], np.int64)
+
+    def evaluate(self, x: ArrayLike, /) -> PointValues:
+        """Return value, derivative, label and status at points of the domain.
+
+        Raises
+        ------
+        ValueError
+            A point is NaN or outside the domain.
+        """
+        points = checked_points(self.domain, x)
+        flat = points.ravel()
+        value, slope = np.empty(flat.shape), np.empty(flat.shape)
+        cell = np.empty(flat.shape, dtype=np.int64)
+        evaluate_cells(self.polynomials, flat, value, slope, cell)
+        known = cell >= 0
+        label = np.zeros(flat.shape, dtype=np.uint64)
+        label[known] = self.cell_labels[cell[known]]
+        status = np.full(flat.shape, OK, dtype=np.int64)
+        if not known.all():
+            status[~known] = self._statuses(flat[~known])
+        shape = points.shape
+        return PointValues(
+            value.reshape(shape),
+            slope.reshape(shape),
+            label.reshape(shape),
+            status.reshape(shape),
+            np.full(shape, np.nan),
+        )
+
+    def _statuses(self, x: Floats) -> Integers:
+        gaps = self.table.gaps
+        if not len(gaps):
+            return np.full(x.shape, UNDEFINED, dtype=np.int64)
+        place = np.clip(np.searchsorted(gaps[:, 0], x, side="right") - 1, 0, None)
+        inside = (x >= gaps[place, 0]) & (x <= gaps[place, 1])
+        found = np.where(inside, self.gap_statuses[place], UNDEFINED)
+        return np.where(found == OK, UNDEFINED, found)
+
+    def iterate(self, x: ArrayLike, n: int) -> Floats:
+        """Apply the map ``n`` times; shape ``x.shape + (n + 1,)``, NaN once an orbit has left."""
+        return self.iterate_with_slopes(x, n)[0]
+
+    def iterate_with_slopes(self, x: ArrayLike, n: int) -> tuple[Floats, Floats]:
+        """Apply the map ``n`` times, and tell the slope at each point but the last.
+
+        Raises
+        ------
+        ValueError
+            A starting point is outside the domain, or ``n`` is negative.
+        """
+        if n < 0:
+            raise ValueError(f"n = {n} applications of a map: n must be at least 0.")
+        start = checked_points(self.domain, x)
+        orbit, slope = np.empty((start.size, n + 1)), np.empty((start.size, n))
+        orbit[:, 0] = start.ravel()
+        iterate_cells(self.polynomials, orbit, slope)
+        return orbit.reshape((*start.shape, n + 1)), slope.reshape((*start.shape, n))
+
+
+def interpolated_map(table: BranchTable, fit: float = FIT) -> InterpolatedMap:
+    """Make the fast map of a table, with as many more nodes as it takes.
+
+    Parameters
+    ----------
+    table : BranchTable
+        Of the true map.
+    fit : float
+        Share of the range of values by which a value may be wrong. Where it cannot be had
+        (beside singularities, above ``MAX_CELLS`` cells) `InterpolatedMap.error` says so.
+
+    Returns
+    -------
+    InterpolatedMap
+
+    Raises
+    ------
+    ValueError
+        `fit` is not between 1e-13 and 1e-3.
+
+    Notes
+    -----
+    A cell passes unseen if its two neighbours predict its nodes well enough; the others are
+    compared with the true map in the middle, and halved there, until the halves are good.
+    Then random points are compared, half of them in the worst cells.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.5})
+    >>> fast = interpolated_map(ss.branches(f))
+    >>> bool(abs(fast.evaluate(0.3).value - f(0.3)) <= fast.error < 1e-9)
+    True
+    """
+    if not 1e-13 <= fit <= 1e-3:
+        raise ValueError(f"fit = {fit!r} of the range of values: 1e-13 to 1e-3 is allowed.")
+    return _Construction(table, fit).result()
+
+
+class _Construction:
+    """Cells that are halved where the polynomial on them is not good enough."""
+
+    def __init__(self, table: BranchTable, fit: float) -> None:
+        self.table, self.f = table, table.f
+        self.allowed = fit * table.laps.value_scale
+        wide = np.flatnonzero(table.laps.cells.x1 > table.laps.cells.x0)
+        self.cells = table.laps.cells.take(wide)
+        self.kind = _singular_ends(self.cells)
+        self.error = _predicted_errors(self.cells, _lap_of_cell(table.laps)[wide])
+        self.label = table.labels_at(0.5 * (self.cells.x0 + self.cells.x1))
+        self.breaks = np.array([b.d for b in table.breakpoints if b.kind != "smooth"])
+        self.n_evaluations = 0
+        for _ in range(MAX_ROUNDS):
+            open_cells = (self.error > self.allowed) & self._wide()
+            if not open_cells.any() or len(self.kind) > MAX_CELLS:
+                break
+            self._halve(np.flatnonzero(open_cells))
+        unknown = ~np.isfinite(self.error) & ~self._wide()
+        self.error[unknown] = np.abs(self.cells.v1 - self.cells.v0)[unknown]
+
+    def _wide(self) -> Bools:
+        return np.asarray(self.cells.x1 - self.cells.x0 > NARROW * self.table.resolution)
+
+    def _halve(self, k: NDArray[np.intp]) -> None:
+        """Compare cells with the true map in their middles and cut them there."""
+        cells = self.cells.take(k)
+        x = 0.5 * (cells.x0 + cells.x1)
+        got = sample(self.f, x)
+        self.n_evaluations += len(k)
+        kind, off, plain = self._better_kind(k, cells, x, got)
+        hidden = (got.status != OK) | (got.label != self.label[k])
+        left = replace(cells, x1=x, v1=got.value, s1=got.derivative)
+        right = replace(cells, x0=x, v0=got.value, s0=got.derivative)
+        # The half away from a root gets a cubic again.
+        at_left = np.where(kind == SQUARE_ROOT_LEFT, kind, 0)
+        at_right = np.where(kind == SQUARE_ROOT_RIGHT, kind, 0)
+        error = np.concatenate(
+            [np.where(half == kind, off, plain)[~hidden] / HALVES for half in (at_left, at_right)]
+        )
+        error = np.where(np.isfinite(error), error, np.inf)
+        # A branch that the table missed is nothing that halving could mend.
+        self.error[k[hidden]] = np.inf
+        keep = np.ones(len(self.kind), dtype=np.bool_)
+        keep[k] = hidden
+        cut = ~hidden
+        parts = (self.cells.take(np.flatnonzero(keep)), _some(left, cut), _some(right, cut))
+        joined = Cells(
+            *(np.concatenate([getattr(p, n) for p in parts]) for n in cells.__dataclass_fields__)
+        )
+        order = np.argsort(joined.x0, kind="stable")
+        self.cells = joined.take(order)
+        self.kind = np.concatenate([self.kind[keep], at_left[cut], at_right[cut]])[order]
+        self.error = np.concatenate([self.error[keep], error])[order]
+        self.label = np.concatenate([self.label[keep], self.label[k][cut], self.label[k][cut]])[
+            order
+        ]
+
+    def _better_kind(
+        self, k: NDArray[np.intp], cells: Cells, x: Floats, true: PointValues
+    ) -> tuple[Integers, Floats, Floats]:
+        """Choose the polynomials that predict the middles best, cubics if in doubt.
+
+        Returns kinds, errors in the middle, and those of cubics.
+        """
+        best = self.kind[k].copy()
+        plain = np.abs(_cubic(cells, x) - true.value)
+        # Where f'''' vanishes in the middle, so does the error, but not its slope.
+        tilt = np.abs(_middle_slopes(cells) - true.derivative) * (cells.x1 - cells.x0)
+        plain = np.maximum(plain, TILT * tilt)
+        off = np.where(best == 0, plain, np.abs(_values(cells, best, x) - true.value))
+        for kind, ends in ((SQUARE_ROOT_LEFT, cells.x0), (SQUARE_ROOT_RIGHT, cells.x1)):
+            trial = np.where(best == 0, kind, best)
+            other = np.abs(_values(cells, trial, x) - true.value)
+            better = (other < BETTER * off) & (off > self.allowed) & np.isin(ends, self.breaks)
+            best, off = np.where(better, trial, best), np.where(better, other, off)
+        return best, off, plain
+
+    def result(self) -> InterpolatedMap:
+        polynomials = _polynomials(self.cells, self.kind)
+        found = InterpolatedMap(
+            f=self.f,
+            table=self.table,
+            polynomials=polynomials,
+            cell_labels=self.label,
+            cell_errors=self.error,
+            error=0.0,
+            n_evaluations=self.n_evaluations + PROBES,
+        )
+        return replace(found, error=self._checked(found))
+
+    def _checked(self, found: InterpolatedMap) -> float:
+        """Compare random points, half of them in the cells with the largest estimates."""
+        rng = np.random.default_rng(0)
+        cells = self.cells
+        wide = np.flatnonzero(self._wide())
+        if not wide.size:
+            return float("inf")
+        worst = wide[np.argsort(self.error[wide])[-PROBES // 2 :]]
+        chosen = np.concatenate([worst, rng.choice(wide, PROBES - len(worst))])
+        x = cells.x0[chosen] + rng.random(len(chosen)) * (cells.x1 - cells.x0)[chosen]
+        true, fast = sample(self.f, x), found.evaluate(x)
+        if np.any(true.status != OK):
+            return float("inf")
+        off = float(np.max(np.abs(true.value - fast.value)))
+        return max(off, float(np.max(self.error[wide])))
+
+
+def _some(cells: Cells, chosen: Bools) -> Cells:
+    return cells.take(np.flatnonzero(chosen))
+
+
+def _singular_ends(cells: Cells) -> Integers:
+    """Cells with an infinite slope at one end hold a square root there."""
+    at_left, at_right = ~np.isfinite(cells.s0), ~np.isfinite(cells.s1)
+    return np.where(at_left, SQUARE_ROOT_LEFT, np.where(at_right, SQUARE_ROOT_RIGHT, 0))
+
+
+def _lap_of_cell(laps: Laps) -> NDArray[np.intp]:
+    return np.repeat(np.arange(len(laps)), np.diff(laps.first_cell))
+
+
+def _predicted_errors(cells: Cells, lap: NDArray[np.intp]) -> Floats:
+    """Errors of the cubics from how well two cells together predict the node between them.
+
+    The error of a cubic is f'''' / 24 times the squared distances from both ends. Cells at the
+    ends of laps, where the map may be singular, count as unknown.
+    """
+    error = np.full(len(lap), np.inf)
+    first, last = cells.take(np.arange(len(lap) - 1)), cells.take(np.arange(1, len(lap)))
+    both = Cells(first.x0, last.x1, first.v0, last.v1, first.s0, last.s1)
+    middle = last.x0
+    with np.errstate(all="ignore"):
+        off = np.abs(_cubic(both, middle) - last.v0)
+        bend = off / ((middle - both.x0) ** 2 * (both.x1 - middle) ** 2)  # f'''' / 24
+    inner = (lap[1:] == lap[:-1]) & np.isfinite(bend)
+    bend = np.where(inner, bend, np.nan)
+    own = np.maximum(np.append(bend, np.nan), np.insert(bend, 0, np.nan))
+    at_end = np.ones(len(lap), dtype=np.bool_)
+    at_end[1:-1] = (lap[2:] != lap[1:-1]) | (lap[:-2] != lap[1:-1])
+    error = SAFETY * own * (cells.x1 - cells.x0) ** 4 / 16
+    return np.where(at_end | ~np.isfinite(error), np.inf, error)
+
+
+def _cubic(cells: Cells, x: Floats) -> Floats:
+    """Cubic Hermite interpolant of each cell at one point of it."""
+    return _values(cells, np.zeros(len(x), dtype=np.int64), x)
+
+
+def _middle_slopes(cells: Cells) -> Floats:
+    """Slope of each cell's cubic in the middle."""
+    with np.errstate(all="ignore"):
+        mean = (cells.v1 - cells.v0) / (cells.x1 - cells.x0)
+        return np.asarray(1.5 * mean - 0.25 * (cells.s0 + cells.s1))
+
+
+def _values(cells: Cells, kind: Integers, x: Floats) -> Floats:
+    """Polynomial of each cell at one point of it."""
+    with np.errstate(all="ignore"):
+        t = (x - cells.x0) / (cells.x1 - cells.x0)
+        u = np.where(kind == SQUARE_ROOT_LEFT, np.sqrt(t), t)
+        u = np.where(kind == SQUARE_ROOT_RIGHT, np.sqrt(1 - t), u)
+        value = np.zeros(x.shape)
+        for column in _coefficients(cells, kind).T[::-1]:
+            value = value * u + column
+    return value
+
+
+def _coefficients(cells: Cells, kind: Integers) -> Floats:
+    """Coefficients, shape (n, 5), of the polynomials with the cells' values and slopes."""
+    width = cells.x1 - cells.x0
+    mirrored = kind == SQUARE_ROOT_RIGHT
+    sign = np.where(mirrored, -width, width)
+    start, end = np.where(mirrored, (cells.v1, cells.v0), (cells.v0, cells.v1))
+    first = sign * np.where(mirrored, cells.s1, cells.s0)
+    last = sign * np.where(mirrored, cells.s0, cells.s1)
+    rise, zero = end - start, np.zeros(width.shape)
+    with np.errstate(invalid="ignore"):
+        cubic = (start, first, 3 * rise - 2 * first - last, first + last - 2 * rise, zero)
+        # A finite slope: no term in u, the one in u^2 is the slope; d/du = 2 u d/dt.
+        quartic = (start, zero, first, 4 * rise - 2 * last - 2 * first, 2 * last - 3 * rise + first)
+        # An infinite one: a u + b u^2 from the other end.
+        root = (start, 2 * (rise - last), 2 * last - rise, zero, zero)
+    regular = np.where((kind > 0)[:, None], np.column_stack(quartic), np.column_stack(cubic))
+    found = np.where(np.isfinite(first)[:, None], regular, np.column_stack(root))
+    # Infinite slopes at both ends: a straight line in u.
+    line = np.column_stack((start, rise, zero, zero, zero))
+    return np.where(np.all(np.isfinite(found), axis=1, keepdims=True), found, line)
+
+
+def _polynomials(cells: Cells, kind: Integers) -> CellPolynomials:
+    if not len(kind):  # a map without any value: one cell that no point lies in
+        none = np.full(1, np.nan)
+        nowhere = np.zeros(1, dtype=np.int64)
+        return CellPolynomials(none, none, np.zeros((1, 5)), nowhere, nowhere, np.nan)
+    n = GUIDE * len(kind)
+    lo, hi = float(cells.x0[0]), float(cells.x1[-1])
+    guides = np.linspace(lo, hi, n + 1)
+    guide = np.clip(np.searchsorted(cells.x0, guides, side="right") - 1, 0, len(kind) - 1)
+    return CellPolynomials(
+        left=np.ascontiguousarray(cells.x0),
+        right=np.ascontiguousarray(cells.x1),
+        coefficients=np.ascontiguousarray(_coefficients(cells, kind)),
+        kind=np.ascontiguousarray(kind, dtype=np.int64),
+        guide=guide.astype(np.int64),
+        per_unit=n / (hi - lo),
+    )

@@ -1,0 +1,171 @@
+"""Derivatives of functions known by their values alone: complex step, else extrapolation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any
+
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.maps.protocol import Floats
+
+__all__ = ["N_STEPS", "complex_step", "extrapolated_difference", "extrapolated_second_difference"]
+
+EPS: Final = float(np.finfo(np.float64).eps)
+COMPLEX_STEP: Final = 1e-30  # small enough that its square is nothing beside any real part
+FIRST_STEP: Final = 1 / 64  # of the scale
+N_STEPS: Final = 28  # halvings: down to 1e-10 of the scale, for points close to a singularity
+APPROACH: Final = 0.75  # sides differ by f'' h: halved with the step
+NOISE: Final = 32.0  # roundings of the value in a difference that may be noise
+ORDER: Final = 4  # columns of the extrapolation table
+
+
+def complex_step(func: Callable[[NDArray[np.complex128]], Any], x: Floats) -> Floats:
+    """Differentiate an analytic function to rounding: Im f(x + ih) / h.
+
+    Parameters
+    ----------
+    func : callable
+        Takes an array, complex here, and returns one of the same shape.
+    x : ndarray of float
+
+    Returns
+    -------
+    ndarray of float
+        Nonsense where ``func`` is not analytic (``abs``, say): compare before use.
+    """
+    shifted = np.asarray(x, dtype=np.complex128) + 1j * COMPLEX_STEP
+    slope: Floats = np.imag(func(shifted)) / COMPLEX_STEP
+    # A constant may come back as one number.
+    return np.broadcast_to(slope, shifted.shape).copy()
+
+
+def extrapolated_difference(
+    func: Callable[[Floats], Floats],
+    x: Floats,
+    scale: float,
+    usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None = None,
+    n_steps: int = N_STEPS,
+) -> tuple[Floats, Floats]:
+    """Differentiate by Ridders' method: differences at halved steps, extrapolated to zero.
+
+    Parameters
+    ----------
+    func : callable
+        Takes and returns arrays of one shape; NaN where undefined.
+    x : ndarray of float, shape (n,)
+    scale : float
+        Length over which ``func`` may vary; the first step is 1/64 of it.
+    usable : callable, optional
+        ``usable(x, points)`` tells, as bools, which points lie on the branch of ``x``.
+    n_steps : int
+        Steps, each half as long as the one before.
+
+    Returns
+    -------
+    slope : ndarray of float, shape (n,)
+        NaN where no step stays on the branch.
+    error : ndarray of float, shape (n,)
+        Estimated from the extrapolation table.
+
+    Notes
+    -----
+    Central differences where both neighbours are on the branch, one-sided ones elsewhere;
+    the entry whose neighbours in the table agree best wins, so steps that reach across an
+    unmarked jump lose by themselves.
+    """
+    steps, points = _neighbours(x, scale, n_steps)
+    here = np.broadcast_to(x, points.shape)
+    values = func(points.ravel()).reshape(points.shape)
+    good = np.isfinite(values)
+    if usable is not None:
+        good &= usable(here.ravel(), points.ravel()).reshape(points.shape)
+    values = np.where(good, values, np.nan)
+    forward, backward, centre = values[0::2], values[1::2], func(x)
+    h = steps[:, None]
+    ahead, behind = (forward - centre) / h, (centre - backward) / h
+    central = np.where(
+        _sides_meet(ahead, behind, centre, h), (forward - backward) / (2 * h), np.nan
+    )
+    candidates = [(central, 2), (ahead, 1), (behind, 1)]
+    rounding = EPS * np.abs(centre) / h
+    slope, error = np.full(x.shape, np.nan), np.full(x.shape, np.inf)
+    for column, power in candidates:
+        found, doubt = _best_entry(column, power, rounding)
+        better = doubt < error
+        slope, error = np.where(better, found, slope), np.where(better, doubt, error)
+    return slope, error
+
+
+def extrapolated_second_difference(
+    func: Callable[[Floats], Floats],
+    x: Floats,
+    scale: float,
+    usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None = None,
+    n_steps: int = N_STEPS,
+) -> tuple[Floats, Floats]:
+    """Differentiate twice: central second differences, extrapolated like the first ones.
+
+    Parameters and returned values as in `extrapolated_difference`. Both neighbours must lie
+    on the branch of ``x``; a step that reaches across an unmarked break disagrees with the
+    others and loses.
+    """
+    steps, points = _neighbours(x, scale, n_steps)
+    here = np.broadcast_to(x, points.shape)
+    values = func(points.ravel()).reshape(points.shape)
+    if usable is not None:
+        values = np.where(
+            usable(here.ravel(), points.ravel()).reshape(points.shape), values, np.nan
+        )
+    centre, h = func(x), steps[:, None]
+    second = (values[0::2] - 2 * centre + values[1::2]) / h**2
+    return _best_entry(second, 2, 4 * EPS * np.abs(centre) / h**2)
+
+
+def _neighbours(x: Floats, scale: float, n_steps: int) -> tuple[Floats, Floats]:
+    """Return the steps, and the points a step above and below x for each, shape (2 k, n)."""
+    steps: Floats = np.asarray(scale * FIRST_STEP * 0.5 ** np.arange(n_steps), dtype=np.float64)
+    return steps, np.stack([x + sign * h for h in steps for sign in (1.0, -1.0)])
+
+
+def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> NDArray[np.bool_]:
+    """Tell at which steps the slopes to either side approach each other, or already agree.
+
+    Across a break they do not; and at a symmetric cusp central differences would agree with
+    each other all the same, at 0.
+    """
+    with np.errstate(invalid="ignore"):
+        split = np.abs(ahead - behind)
+        noise = NOISE * EPS * np.abs(centre) / h
+        approach = split[1:] <= APPROACH * split[:-1]
+    last = np.zeros((1, *split.shape[1:]), dtype=bool)
+    meets: NDArray[np.bool_] = np.concatenate([approach, last]) | (split <= noise)
+    return meets
+
+
+def _best_entry(column: Floats, power: int, rounding: Floats) -> tuple[Floats, Floats]:
+    """Extrapolate a column of differences whose error starts at h**power; pick by agreement.
+
+    Values are multiples of their last bit: differences over tiny steps may agree by accident,
+    so that what rounding may do to each of them counts as well.
+    """
+    best = np.full(column.shape[1:], np.nan)
+    error = np.full(column.shape[1:], np.inf)
+    # Central differences err in even powers of h only, one-sided ones in all.
+    for order in range(ORDER):
+        factor = 2.0 ** (power * (order + 1))
+        finer = (factor * column[1:] - column[:-1]) / (factor - 1)
+        rounding = rounding[1:]
+        doubt = np.abs(finer - column[1:]) + np.abs(finer - column[:-1]) + rounding
+        doubt = np.where(np.isnan(doubt), np.inf, doubt)
+        row = np.argmin(doubt, axis=0)
+        found, least = (np.take_along_axis(a, row[None], axis=0)[0] for a in (finer, doubt))
+        better = least < error
+        best, error = np.where(better, found, best), np.where(better, least, error)
+        column = finer
+    return best, error

@@ -1,0 +1,428 @@
+"""A user's own map of an interval: jumps, corners, gaps and square roots welcome."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, overload
+
+import numpy as np
+
+from stickslip.analysis.maps.differences import FIRST_STEP, complex_step, extrapolated_difference
+from stickslip.analysis.maps.power import EvaluatedMap, plain
+from stickslip.analysis.maps.protocol import (
+    UNDEFINED,
+    PointValues,
+    checked_points,
+    iterate,
+)
+from stickslip.analysis.maps.user_function import (
+    Function,
+    apply,
+    as_labels,
+    checked_callable,
+    checked_parameters,
+    takes_arrays,
+)
+from stickslip.checks import checked_interval, parameter_name, real_numbers, shown
+from stickslip.status import OK
+
+if TYPE_CHECKING:
+    from typing import Self
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from stickslip.analysis.maps.protocol import Floats, Labels
+    from stickslip.checks import Many
+
+__all__ = ["PiecewiseMap"]
+
+Breakpoints: TypeAlias = Sequence[float] | Callable[..., Sequence[float]]
+
+N_PROBES: Final = 64  # points where the ways to call and to differentiate are tried out
+GOLDEN: Final = 0.6180339887498949
+SHARES: Final = np.asarray((0.5 + GOLDEN * np.arange(1, N_PROBES + 1)) % 1.0, dtype=np.float64)
+COMPLEX_AGREES: Final = 1e-6  # complex step and differences, relative: else it is not analytic
+PARAMETER_SCALE: Final = 1e-2  # of a parameter's size: first step of differences in it
+
+
+class PiecewiseMap(EvaluatedMap):
+    """A piecewise-smooth map of an interval into the line, with named parameters.
+
+    Parameters
+    ----------
+    func : callable
+        ``func(x, **parameters)``; takes arrays or, if it cannot, single numbers (found out
+        by trying). NaN means that the map has no value there: a gap.
+    domain : pair of float
+        Ends ``lo < hi`` of the closed interval of arguments. Values outside it are legal:
+        the orbit leaves.
+    parameters : mapping of str to float, optional
+        Names and values, passed to every callable by keyword.
+    derivative : callable, optional
+        ``derivative(x, **parameters)``. Without it the derivative is taken by complex step
+        where that agrees with differences (error near rounding), else by extrapolated
+        differences (about 1e-10 of the scale).
+    parameter_derivative : mapping of str to callable, or callable, optional
+        ``{"r": df_dr}`` with ``df_dr(x, **parameters)``, or ``df(x, name, **parameters)``.
+        Differences where absent.
+    label : callable, optional
+        ``label(x, **parameters)``: a whole number per branch.
+    breakpoints : sequence of float, or callable, optional
+        Where the branches end (``breakpoints(**parameters)`` if they move); the label is
+        then the number of breakpoints at or left of x. Without label and breakpoints the
+        whole domain has label 0 and discontinuities are found from the values alone.
+
+    Raises
+    ------
+    ValueError
+        The domain is not an interval, a parameter is not a finite number, breakpoints are
+        outside the domain or not increasing, or ``func`` fails on points of the domain.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.5})
+    >>> f(0.5)
+    0.875
+    >>> f.replace(r=4).iterate(0.5, 2)
+    array([0.5, 1. , 0. ])
+    """
+
+    def __init__(
+        self,
+        func: Function,
+        domain: tuple[float, float],
+        *,
+        parameters: Mapping[str, float] | None = None,
+        derivative: Function | None = None,
+        parameter_derivative: Mapping[str, Function] | Function | None = None,
+        label: Function | None = None,
+        breakpoints: Breakpoints | None = None,
+    ) -> None:
+        self._func = func
+        self._domain = checked_interval("domain", domain)
+        self._parameters = checked_parameters({} if parameters is None else parameters)
+        self._given_derivative = derivative
+        self._given_parameter_derivative = parameter_derivative
+        self._given_label = label
+        self._given_breakpoints = breakpoints
+        self._check_parameter_derivative_names()
+        self._breakpoints = self._breakpoints_with(self._parameters)
+        self._analytic: bool | None = None  # unknown until a slope is asked for
+        self._learn_how_to_call()
+
+    # ------------------------------------------------------------------ what it is
+
+    @property
+    def func(self) -> Function:
+        """The function, as given."""
+        return self._func
+
+    @property
+    def callables(self) -> dict[str, Function]:
+        """Every function that was given, by what it is for."""
+        given: dict[str, Any] = {
+            "func": self._func,
+            "derivative": self._given_derivative,
+            "label": self._given_label,
+            "breakpoints": self._given_breakpoints,
+        }
+        slopes = self._given_parameter_derivative
+        if isinstance(slopes, Mapping):
+            given |= {f"derivative in {name}": slope for name, slope in slopes.items()}
+        else:
+            given["parameter_derivative"] = slopes
+        return {role: function for role, function in given.items() if callable(function)}
+
+    @property
+    def breakpoints(self) -> Floats:
+        """Where the user says that the branches end, at the present parameter values."""
+        return self._breakpoints.copy()
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """Ends of the closed interval of arguments."""
+        return self._domain
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Names and values; a copy."""
+        return dict(self._parameters)
+
+    def replace(self, **changes: float) -> Self:
+        """Return the same map with other parameter values.
+
+        Raises
+        ------
+        ValueError
+            A name is not one of the map's parameters, a value is not a finite number, or a
+            callable fails on the new values.
+
+        Notes
+        -----
+        The copy inherits what was found out by trying: which callables take arrays. It calls
+        each of them once, and tries again if that fails. Whether complex steps differentiate
+        ``func`` may well depend on the values (``a * abs(x)`` at a = 0), so every copy finds
+        that out for itself, when first asked for a slope.
+        """
+        for name in changes:
+            self._check_name(name)
+        other = copy.copy(self)
+        other._parameters = {**self._parameters, **checked_parameters(changes)}
+        other._analytic = None
+        if callable(self._given_breakpoints):
+            other._breakpoints = other._breakpoints_with(other._parameters)
+        if not other._still_callable():
+            other._learn_how_to_call()
+        return other
+
+    def __repr__(self) -> str:
+        """Name of the function, domain and parameters."""
+        name = getattr(self._func, "__name__", type(self._func).__name__)
+        values = "".join(f", {key}={value:.12g}" for key, value in self._parameters.items())
+        return f"PiecewiseMap({name}, [{self._domain[0]:.12g}, {self._domain[1]:.12g}]{values})"
+
+    # ------------------------------------------------------------------ values
+
+    def evaluate(self, x: ArrayLike, /) -> PointValues:
+        """Return value, derivative, label and status at points of the domain.
+
+        Parameters
+        ----------
+        x : array_like of float, any shape
+
+        Returns
+        -------
+        PointValues
+            Shaped like ``x``. In a gap the value and derivative are NaN and the status is
+            `stickslip.analysis.maps.protocol.UNDEFINED`.
+
+        Raises
+        ------
+        ValueError
+            An element is NaN or outside the domain.
+        """
+        points = checked_points(self._domain, x)
+        flat = points.ravel()
+        value = self._values(flat)
+        ok = np.isfinite(value)
+        slope = np.full(flat.shape, np.nan)
+        if ok.any():
+            slope[ok] = self._slopes(flat[ok])
+        shape = points.shape
+        return PointValues(
+            np.where(ok, value, np.nan).reshape(shape),
+            slope.reshape(shape),
+            self._labels(flat).reshape(shape),
+            np.where(ok, OK, UNDEFINED).astype(np.int64).reshape(shape),
+            self._margins(flat).reshape(shape),
+        )
+
+    @overload
+    def parameter_derivative(self, x: float, name: str, /) -> float: ...
+    @overload
+    def parameter_derivative(self, x: Many, name: str, /) -> Floats: ...
+    @overload
+    def parameter_derivative(self, x: ArrayLike, name: str, /) -> float | Floats: ...
+    def parameter_derivative(self, x: ArrayLike, name: str, /) -> float | Floats:
+        """Return df/d(name) at fixed x.
+
+        Raises
+        ------
+        ValueError
+            ``name`` is not a parameter, or a point is outside the domain.
+        """
+        self._check_name(name)
+        points = checked_points(self._domain, x)
+        return plain(self._parameter_slopes(points.ravel(), name).reshape(points.shape))
+
+    def iterate(self, x: ArrayLike, n: int) -> Floats:
+        """Apply the map ``n`` times; shape ``x.shape + (n + 1,)``, NaN once it has left."""
+        return iterate(self, x, n)
+
+    # ------------------------------------------------------------------ inside
+
+    def _value(self, x: ArrayLike) -> Floats:
+        points = checked_points(self._domain, x)
+        return self._values(points.ravel()).reshape(points.shape)
+
+    def _values(self, x: Floats) -> Floats:
+        return apply(self._func, x, self._parameters, self._in_arrays)
+
+    def _slopes(self, x: Floats) -> Floats:
+        if self._given_derivative is not None:
+            return apply(self._given_derivative, x, self._parameters, self._derivative_in_arrays)
+        if self._analytic is None:
+            self._analytic = self._complex_step_agrees()
+        if self._analytic:
+            return complex_step(lambda z: self._func(z, **self._parameters), x)
+        lo, hi = self._domain
+        return extrapolated_difference(self._values_inside, x, hi - lo, self._same_branch)[0]
+
+    def _values_inside(self, x: Floats) -> Floats:
+        """Values, NaN outside the domain, where ``func`` is never called."""
+        inside = (x >= self._domain[0]) & (x <= self._domain[1])
+        values = np.full(x.shape, np.nan)
+        values[inside] = self._values(x[inside])
+        return values
+
+    def _labels(self, x: Floats) -> Labels:
+        return self._labels_with(x, self._parameters, self._breakpoints)
+
+    def _labels_with(self, x: Floats, parameters: Mapping[str, Any], breakpoints: Floats) -> Labels:
+        if self._given_label is None:
+            return np.searchsorted(breakpoints, x, side="right").astype(np.uint64)
+        with np.errstate(all="ignore"):
+            if self._label_in_arrays:
+                labels = np.broadcast_to(self._given_label(x, **parameters), x.shape)
+            else:
+                labels = np.array([self._given_label(float(v), **parameters) for v in x])
+        return as_labels(labels)
+
+    def _margins(self, x: Floats) -> Floats:
+        """Distance to the next breakpoint, where the user has named them and no other label."""
+        if self._given_label is not None or not len(self._breakpoints):
+            return np.full(x.shape, np.nan)
+        return np.abs(x[:, None] - self._breakpoints).min(axis=1)
+
+    def _same_branch(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
+        inside = (y >= self._domain[0]) & (y <= self._domain[1])
+        same: NDArray[np.bool_] = inside & (self._labels(x) == self._labels(y))
+        return same
+
+    def _parameter_slopes(self, x: Floats, name: str) -> Floats:
+        given = self._given_parameter_derivative
+        if isinstance(given, Mapping) and name in given:
+            return apply(
+                given[name],
+                x,
+                self._parameters,
+                self._takes_arrays(f"parameter_derivative[{shown(name)}]", given[name]),
+            )
+        if callable(given):
+
+            def named(points: Any, **parameters: float) -> Any:
+                return given(points, name, **parameters)
+
+            return apply(
+                named, x, self._parameters, self._takes_arrays("parameter_derivative", named)
+            )
+        return self._parameter_differences(x, name)
+
+    def _parameter_differences(self, x: Floats, name: str) -> Floats:
+        now = self._parameters[name]
+        scale = PARAMETER_SCALE * max(abs(now), 1.0) / FIRST_STEP
+
+        def values(changed: Floats) -> Floats:
+            # Differences ask for all points at one value of the parameter after another.
+            return np.concatenate(
+                [
+                    self._values_on_branch(x, {**self._parameters, name: float(row[0])})
+                    for row in changed.reshape(-1, x.size)
+                ]
+            )
+
+        return extrapolated_difference(values, np.full(x.shape, now), scale)[0]
+
+    def _values_on_branch(self, x: Floats, parameters: Mapping[str, float]) -> Floats:
+        """Values with other parameters, NaN where the point has changed its branch."""
+        moved = self._breakpoints_with(parameters)
+        stays = self._labels_with(x, parameters, moved) == self._labels(x)
+        return np.where(stays, apply(self._func, x, parameters, self._in_arrays), np.nan)
+
+    # ------------------------------------------------------------------ checks
+
+    def _probes(self) -> Floats:
+        """Points of the domain at no special place, some between any two breakpoints."""
+        lo, hi = self._domain
+        ends = np.concatenate([[lo], self._breakpoints, [hi]])
+        return np.concatenate([a + (b - a) * SHARES for a, b in pairwise(ends)])
+
+    def _few_probes(self) -> Floats:
+        """Return the first three of the probes."""
+        lo, hi = self._domain
+        end = float(self._breakpoints[0]) if len(self._breakpoints) else hi
+        few: Floats = lo + (end - lo) * SHARES[:3]
+        return few
+
+    def _learn_how_to_call(self) -> None:
+        """Try out which callables take arrays; raise if one works in no way."""
+        label, derivative = self._given_label, self._given_derivative
+        self._in_arrays = self._takes_arrays("func", self._func)
+        self._label_in_arrays = label is not None and self._takes_arrays("label", label)
+        self._derivative_in_arrays = derivative is not None and self._takes_arrays(
+            "derivative", derivative
+        )
+        self._analytic = None
+
+    def _still_callable(self) -> bool:
+        """Tell whether the callables work, with these parameters, in the ways already known."""
+        few, parameters = self._few_probes(), self._parameters
+        try:
+            apply(self._func, few, parameters, self._in_arrays)
+            if self._given_label is not None:
+                apply(self._given_label, few, parameters, self._label_in_arrays)
+            if self._given_derivative is not None:
+                apply(self._given_derivative, few, parameters, self._derivative_in_arrays)
+        except Exception:  # whatever it is, the first way of trying names it
+            return False
+        return True
+
+    def _takes_arrays(self, role: str, func: Function) -> bool:
+        return takes_arrays(role, func, self._few_probes(), self._parameters)
+
+    def _complex_step_agrees(self) -> bool:
+        """Tell whether ``func`` carries complex arrays and is analytic at every probe."""
+        if not self._in_arrays:
+            return False
+        x = self._probes()
+        value = self._values(x)
+        x = x[np.isfinite(value)]
+        try:
+            with np.errstate(all="ignore"):
+                slope = complex_step(lambda z: self._func(z, **self._parameters), x)
+        except Exception:  # no complex arithmetic inside ``func``
+            return False
+        lo, hi = self._domain
+        check, error = extrapolated_difference(self._values_inside, x, hi - lo, self._same_branch)
+        allowed = COMPLEX_AGREES * (1 + np.abs(check)) + 10 * error
+        return bool(np.all(np.abs(slope - check) <= allowed))
+
+    def _breakpoints_with(self, parameters: Mapping[str, float]) -> Floats:
+        """Breakpoints inside the domain for given parameters, checked."""
+        given = self._given_breakpoints
+        if given is None:
+            return np.empty(0)
+        listed = given
+        if callable(given):
+            try:
+                listed = given(**parameters)
+            except Exception as reason:
+                name = getattr(given, "__name__", type(given).__name__)
+                values = ", ".join(f"{key}={value:.6g}" for key, value in parameters.items())
+                raise ValueError(
+                    f"breakpoints = {name}: the call {name}({values}) failed with "
+                    f"{type(reason).__name__}: {reason}. It must accept every parameter by its "
+                    "name."
+                ) from reason
+        points = real_numbers("breakpoints", listed)
+        lo, hi = self._domain
+        if points.ndim != 1 or not (np.isfinite(points).all() and (np.diff(points) > 0).all()):
+            raise ValueError(
+                f"breakpoints = {shown(listed)}: increasing finite numbers are needed."
+            )
+        return points[(points > lo) & (points <= hi)]
+
+    def _check_parameter_derivative_names(self) -> None:
+        given = self._given_parameter_derivative
+        if isinstance(given, Mapping):
+            for name, slope in given.items():
+                self._check_name(name)
+                checked_callable(f"parameter_derivative[{shown(name)}]", slope)
+        elif given is not None:
+            checked_callable("parameter_derivative", given)
+
+    def _check_name(self, name: object) -> None:
+        parameter_name("name", name, self._parameters, of=self)

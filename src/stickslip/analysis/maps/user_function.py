@@ -1,0 +1,107 @@
+"""A user's function of a point and of named parameters: how to call it, and what it returns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import numpy as np
+
+from stickslip.checks import finite_number, instance, shown
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.maps.protocol import Floats, Labels
+
+__all__ = [
+    "Function",
+    "apply",
+    "as_labels",
+    "checked_callable",
+    "checked_parameters",
+    "takes_arrays",
+]
+
+Function: TypeAlias = Callable[..., Any]
+
+LARGEST_LABEL: Final = 2.0**62
+
+
+def apply(func: Function, x: Floats, parameters: Mapping[str, float], in_arrays: bool) -> Floats:
+    """Evaluate a callable at points, shape (n,), as one array or one number at a time."""
+    with np.errstate(all="ignore"):
+        if not in_arrays:
+            return np.array([float(func(float(v), **parameters)) for v in x], dtype=np.float64)
+        result = np.asarray(func(x, **parameters), dtype=np.float64)
+    # A constant branch may come back as one number.
+    return np.broadcast_to(result, x.shape).astype(np.float64)
+
+
+def takes_arrays(role: str, func: Function, x: Floats, parameters: Mapping[str, float]) -> bool:
+    """Tell whether a callable works elementwise on arrays, tried out at a few points.
+
+    Raises
+    ------
+    ValueError
+        It works in no way.
+    """
+    checked_callable(role, func)
+    try:
+        one_by_one = apply(func, x, parameters, in_arrays=False)
+    except Exception as reason:
+        name = getattr(func, "__name__", type(func).__name__)
+        raise ValueError(
+            f"{role} = {name}: the call {name}(x{_keywords(parameters)}) failed at "
+            f"x = {x[0]:.6g} with {type(reason).__name__}: {reason}. It must accept a "
+            "point of the domain and every parameter by its name, and return a number."
+        ) from reason
+    try:
+        together = apply(func, x, parameters, in_arrays=True)
+    except Exception:  # any failure on arrays means: one number at a time
+        return False
+    return bool(np.allclose(together, one_by_one, rtol=1e-12, atol=0, equal_nan=True))
+
+
+def checked_callable(role: str, func: object) -> None:
+    """Check that something can be called.
+
+    Raises
+    ------
+    ValueError
+        It cannot.
+    """
+    if not callable(func):
+        raise ValueError(
+            f"{role} = {shown(func)} cannot be called: a function of the point and of the "
+            "parameters by name is needed."
+        )
+
+
+def _keywords(parameters: Mapping[str, float]) -> str:
+    return "".join(f", {name}=..." for name in parameters)
+
+
+def as_labels(numbers: NDArray[Any]) -> Labels:
+    """Turn whole numbers of any type into labels; those of a gap, NaN, mean nothing."""
+    if numbers.dtype == np.uint64:
+        return numbers.copy()
+    if numbers.dtype.kind == "f":
+        # Beyond the integers, one label for all.
+        numbers = np.clip(np.nan_to_num(numbers), -LARGEST_LABEL, LARGEST_LABEL)
+    # Labels may be negative: two's complement keeps them apart.
+    return numbers.astype(np.int64).astype(np.uint64)
+
+
+def checked_parameters(parameters: Mapping[str, float]) -> dict[str, float]:
+    """Return parameters as floats.
+
+    Raises
+    ------
+    ValueError
+        One is not a finite number.
+    """
+    instance("parameters", parameters, Mapping, 'names with their values, {"r": 3.5}')
+    for name in parameters:
+        instance("a name in parameters", name, str, "text")
+    return {name: finite_number(name, value) for name, value in parameters.items()}

@@ -1,1 +1,0 @@
-"""Maps of R^n: their periodic orbits, and how these change with a parameter."""

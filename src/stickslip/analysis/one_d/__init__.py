@@ -1,1 +1,0 @@
-"""Maps of the line: what needs the order of its points."""

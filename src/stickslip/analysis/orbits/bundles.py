@@ -1,0 +1,295 @@
+"""Many periodic orbits of one map, of any periods, moved to another parameter value at once.
+
+A few calls of the map serve all of them: what lists along a parameter and diagrams need.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.maps.protocol import sample
+from stickslip.analysis.orbits.cyclic import solve_cyclic, successors
+from stickslip.analysis.orbits.shooting import EPS, residual_is_rounding
+from stickslip.status import OK
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapFamily
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
+
+__all__ = ["Moved", "OrbitBundle", "move_orbits", "polish_orbits", "solve_cyclic"]
+
+MAX_NEWTON: Final = 12  # a guess that needs more was no guess of this orbit
+STALLED: Final = 1e-9  # of the domain's size: smaller steps must go on shrinking
+SAME: Final = 1e-9  # of the domain's size: points of an orbit that coincide
+MANY: Final = 64.0  # roundings that may add up in a value of the map
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitBundle:
+    """k periodic orbits of one map; arrays are padded to the longest period P.
+
+    Attributes
+    ----------
+    periods : ndarray of int, shape (k,)
+    points, slopes : ndarray of float, shape (k, P)
+        In the map's order; NaN beyond the period.
+    labels : ndarray of uint64, shape (k, P)
+        0 beyond the period.
+    """
+
+    periods: NDArray[np.intp]
+    points: Floats
+    slopes: Floats
+    labels: Labels
+
+    @classmethod
+    def of(cls, orbits: Sequence[PeriodicOrbit], f: Map1D) -> OrbitBundle:
+        """Gather orbits of the map f.
+
+        Raises
+        ------
+        ValueError
+            An orbit is infinitely unstable: it crosses a jump, where the map has no slope.
+        """
+        periods = np.array([orbit.period for orbit in orbits], dtype=np.intp)
+        points = np.full((len(orbits), int(periods.max(initial=1))), np.nan)
+        for row, orbit in zip(points, orbits, strict=True):
+            if orbit.jump is not None:
+                raise ValueError(
+                    f"the orbit through the jump d = {orbit.jump.d:.12g} is infinitely unstable "
+                    "and cannot be followed: follow the jump itself."
+                )
+            row[: orbit.period] = orbit.points
+        slopes, labels, _ = _evaluate(f, points, periods)
+        return cls(periods, points, np.where(np.isnan(points), np.nan, slopes), labels)
+
+    def __len__(self) -> int:
+        """Return the number of orbits."""
+        return len(self.periods)
+
+    def take(self, index: NDArray[np.intp] | NDArray[np.bool_] | slice) -> OrbitBundle:
+        """Return some of the orbits."""
+        return OrbitBundle(
+            self.periods[index], self.points[index], self.slopes[index], self.labels[index]
+        )
+
+    def orbit_points(self, row: int) -> Floats:
+        """Return the points of one orbit, shape (period,)."""
+        return self.points[row, : self.periods[row]]
+
+    @property
+    def used(self) -> NDArray[np.bool_]:
+        """Which places of the padded arrays are points, shape (k, P)."""
+        used: NDArray[np.bool_] = np.arange(self.points.shape[1]) < self.periods[:, None]
+        return used
+
+    @property
+    def multipliers(self) -> Floats:
+        """Product of each orbit's slopes, shape (k,)."""
+        product: Floats = np.where(self.used, self.slopes, 1.0).prod(axis=1)
+        return product
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """Orbits after a change of the parameter; arrays of shape (k,).
+
+    Attributes
+    ----------
+    bundle : OrbitBundle
+        The orbits where they are now; meaningless where not `converged`.
+    converged : ndarray of bool
+        Newton's method ended where only rounding is left.
+    given_up : ndarray of bool
+        Newton's method led too far away, or its steps grew.
+    same_labels : ndarray of bool
+        Converged, and all points are on the branches that they were on.
+    collapsed : ndarray of bool
+        Converged, but onto an orbit of which the period is a multiple.
+    distance : ndarray of float
+        Largest move of a point from where it was.
+    surprise : ndarray of float
+        Largest move of a point from where the derivatives foretold it.
+    """
+
+    bundle: OrbitBundle
+    converged: NDArray[np.bool_]
+    given_up: NDArray[np.bool_]
+    same_labels: NDArray[np.bool_]
+    collapsed: NDArray[np.bool_]
+    distance: Floats
+    surprise: Floats
+
+
+def move_orbits(
+    bundle: OrbitBundle, f: MapFamily, name: str, value: float
+) -> tuple[MapFamily, Moved]:
+    """Move orbits of the map f to another value of a parameter, together.
+
+    Parameters
+    ----------
+    bundle : OrbitBundle
+        Orbits of ``f``.
+    f : MapFamily
+    name : str
+        Of the parameter.
+    value : float
+        Its new value.
+
+    Returns
+    -------
+    f : MapFamily
+        The map at the new value.
+    moved : Moved
+
+    Notes
+    -----
+    One call for the derivatives with respect to the parameter, which foretell the points to
+    first order, and two or three evaluations of all points.
+    """
+    change = value - f.parameters[name]
+    at_value = f.replace(**{name: value})
+    if not len(bundle):
+        none = np.zeros(0, dtype=bool)
+        return at_value, _moved(bundle, bundle, bundle.points, none, none)
+    rates = np.full(bundle.points.shape, np.nan)
+    rates[bundle.used] = f.parameter_derivative(bundle.points[bundle.used], name)
+    velocity = solve_cyclic(bundle.slopes, -rates, bundle.periods)
+    return at_value, _polish(bundle, bundle.points + change * velocity, at_value)
+
+
+def polish_orbits(
+    bundle: OrbitBundle,
+    f: Map1D,
+    start: Floats | None = None,
+    *,
+    leash: float = np.inf,
+    contraction: float = np.inf,
+) -> Moved:
+    """Solve for orbits of the map f, starting from those of a bundle.
+
+    Parameters
+    ----------
+    bundle : OrbitBundle
+        Its points are foretold, its labels those that the orbits should have.
+    f : Map1D
+    start : ndarray of float, shaped like the bundle's points, optional
+        First guesses, if there are better ones.
+    leash : float
+        Orbits that go further than this from where they are foretold are given up.
+    contraction : float
+        Those of which a step is longer than this share of the one before are given up, too.
+
+    Returns
+    -------
+    Moved
+    """
+    return _polish(bundle, bundle.points, f, start, leash, contraction)
+
+
+def _evaluate(f: Map1D, points: Floats, periods: NDArray[np.intp]) -> tuple[Floats, Labels, Floats]:
+    """Return slopes, labels and f(x_i) - x_(i+1) in padded rows: 1, 0 and 0 beyond the period."""
+    used = np.arange(points.shape[1]) < periods[:, None]
+    values = sample(f, points[used])
+    ok = values.status == OK
+    slopes, residuals = np.ones(points.shape), np.zeros(points.shape)
+    labels = np.zeros(points.shape, dtype=np.uint64)
+    slopes[used] = np.where(ok, values.derivative, np.nan)
+    labels[used] = np.where(ok, values.label, np.uint64(0))
+    following = successors(points)
+    following[np.arange(len(points)), periods - 1] = points[:, 0]
+    residuals[used] = np.where(ok, values.value, np.nan) - following[used]
+    return slopes, labels, residuals
+
+
+def _polish(
+    bundle: OrbitBundle,
+    foretold: Floats,
+    f: Map1D,
+    start: Floats | None = None,
+    leash: float = np.inf,
+    contraction: float = np.inf,
+) -> Moved:
+    """Newton's method on all rows at once; rows that are done are left alone."""
+    scale = max(abs(end) for end in f.domain)
+    points = np.clip(foretold if start is None else start, *f.domain)
+    slopes, residuals, steps = (np.full(points.shape, np.nan) for _ in range(3))
+    labels = np.zeros(points.shape, dtype=np.uint64)
+    todo = np.arange(len(points))
+    last = np.full(len(points), np.inf)
+    given_up = np.zeros(len(points), dtype=bool)
+    for _ in range(MAX_NEWTON):
+        periods = bundle.periods[todo]
+        slope, label, residual = _evaluate(f, points[todo], periods)
+        step = solve_cyclic(slope, -residual, periods)
+        slopes[todo], labels[todo], residuals[todo], steps[todo] = slope, label, residual, step
+        with np.errstate(invalid="ignore"):
+            moves = ~residual_is_rounding(slope, residual, scale)
+            size = np.abs(step).max(axis=1)
+            moves &= size > EPS * scale  # not if NaN: the orbit is lost
+            # Small steps that shrink no more are the rounding of the map itself.
+            moves &= (size > STALLED * scale) | (size < 0.25 * last[todo])
+            lost = moves & (size > STALLED * scale) & ~(size <= contraction * last[todo])
+            last[todo] = size
+        # An orbit may lie at the very end of the domain.
+        points[todo[moves]] = np.clip(points[todo[moves]] + step[moves], *f.domain)
+        if np.isfinite(leash):
+            lost |= moves & (np.nanmax(np.abs(points[todo] - foretold[todo]), axis=1) > leash)
+        given_up[todo[lost]] = True
+        todo = todo[moves & ~lost]
+        if not todo.size:
+            break
+    converged = residual_is_rounding(slopes, residuals, scale, MANY)
+    converged &= np.isfinite(steps).all(axis=1) & ~given_up
+    # The last residuals still make for one step, which need not be checked.
+    points[converged] = np.clip(points[converged] + steps[converged], *f.domain)
+    unused = ~bundle.used
+    points[unused] = slopes[unused] = np.nan
+    moved = OrbitBundle(bundle.periods, points, slopes, labels)
+    return _moved(bundle, moved, foretold, converged, given_up, SAME * scale)
+
+
+def _moved(
+    before: OrbitBundle,
+    now: OrbitBundle,
+    foretold: Floats,
+    converged: NDArray[np.bool_],
+    given_up: NDArray[np.bool_],
+    same: float = 0.0,
+) -> Moved:
+    """Compare orbits with where they were and with where they should be."""
+    used = before.used
+    same_labels = (now.labels == before.labels).all(axis=1) & converged
+
+    def largest(difference: Floats) -> Floats:
+        return np.where(used, np.abs(difference), 0.0).max(axis=1, initial=0.0)
+
+    return Moved(
+        bundle=now,
+        converged=converged,
+        given_up=given_up,
+        same_labels=same_labels,
+        collapsed=_collapsed(now, same) & converged,
+        distance=largest(now.points - before.points),
+        surprise=largest(now.points - foretold),
+    )
+
+
+def _collapsed(bundle: OrbitBundle, same: float) -> NDArray[np.bool_]:
+    """Tell which orbits repeat after a divisor of their period."""
+    collapsed = np.zeros(len(bundle), dtype=bool)
+    columns = np.arange(bundle.points.shape[1])
+    for q in range(1, bundle.points.shape[1] // 2 + 1):
+        rows = np.flatnonzero((bundle.periods % q == 0) & (bundle.periods > q))
+        points, periods = bundle.points[rows], bundle.periods[rows]
+        later = np.take_along_axis(points, (columns + q) % periods[:, None], axis=1)
+        apart = np.where(bundle.used[rows], np.abs(later - points), 0.0)
+        collapsed[rows] |= apart.max(axis=1, initial=0.0) <= same
+    return collapsed

@@ -1,0 +1,350 @@
+"""Where pieces of f^p meet the diagonal: brackets with exactly one fixed point each.
+
+A falling piece crosses the diagonal at most once. A rising one may cross it twice (both
+orbits of a fold) or three times (an orbit and its double), so it is halved until the slope
+of f^p on a part excludes 1, or the end values and slopes together exclude a crossing. Slopes
+are bounded in two ways: by products of bounds from the table of f, and by the cubic through
+values and slopes of f^p itself, trusted as far as it predicts the middle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Final, Self
+
+import numpy as np
+
+from stickslip.analysis.orbits.orbit import NearFold
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.branches.laps import Indices, Laps
+    from stickslip.analysis.branches.pieces import Pieces
+    from stickslip.analysis.maps.protocol import Floats
+
+    Bools = NDArray[np.bool_]
+
+__all__ = ["Brackets", "brackets_on_diagonal", "forward_orbits"]
+
+EPS: Final = float(np.finfo(np.float64).eps)
+TOUCH: Final = 16 * EPS  # of the scale: f^p(x) - x this small may be 0
+FLAT: Final = 1e-13  # of the scale: where all of g is smaller nothing can be told
+NARROW: Final = 3e-7  # of the scale: width of a fold's bottom that rounding levels
+ALONG: Final = 1e-6  # slopes this close to 1, with g = 0: f^p runs along the diagonal
+TRUSTED: Final = 0.25  # relative error of the predicted slope above which a cubic means nothing
+TILT: Final = 3.1  # largest slope of t^2 (1 - t)^2 over its value in the middle
+MAX_HALVINGS: Final = 60
+MAX_PARTS: Final = 100_000  # no more are halved at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Brackets:
+    """Intervals on one piece of f^p each; arrays of shape (n, ...).
+
+    Attributes
+    ----------
+    piece : ndarray of int, shape (n,)
+    word : ndarray of int, shape (n, p)
+    left, right : ndarray of float, shape (n, p + 1)
+        Orbits of both ends.
+    slope_left, slope_right : ndarray of float, shape (n,)
+        Of f^p at the ends.
+    """
+
+    piece: Indices
+    word: Indices
+    left: Floats
+    right: Floats
+    slope_left: Floats
+    slope_right: Floats
+
+    def __len__(self) -> int:
+        """Return the number of intervals."""
+        return len(self.piece)
+
+    def take(self, index: Indices | Bools) -> Self:
+        """Return some of the intervals."""
+        return type(self)(*(getattr(self, f.name)[index] for f in fields(self)))
+
+    def joined(self, other: Brackets) -> Self:
+        """Return both, one after the other."""
+        pairs = ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
+        return type(self)(*(np.concatenate(pair) for pair in pairs))
+
+    @property
+    def off_left(self) -> Floats:
+        """f^p(x) - x at the left end."""
+        off: Floats = self.left[:, -1] - self.left[:, 0]
+        return off
+
+    @property
+    def off_right(self) -> Floats:
+        """f^p(x) - x at the right end."""
+        off: Floats = self.right[:, -1] - self.right[:, 0]
+        return off
+
+    @property
+    def width(self) -> Floats:
+        """Lengths of the intervals."""
+        width: Floats = self.right[:, 0] - self.left[:, 0]
+        return width
+
+
+def brackets_on_diagonal(pieces: Pieces, near: float) -> tuple[Brackets, list[NearFold]]:
+    """Find an interval for every fixed point of f^p, one per class of shifted words.
+
+    Parameters
+    ----------
+    pieces : Pieces
+        Of f^p, all of them.
+    near : float
+        Pieces that come this close to the diagonal without touching it are near-folds.
+
+    Returns
+    -------
+    brackets : Brackets
+        On each g = f^p(x) - x is monotone and changes its sign, or vanishes at an end.
+    near_folds : list of NearFold
+    """
+    touch = TOUCH * _scale(pieces.laps)
+    whole = _whole_pieces(pieces)
+    candidates = whole.take(_may_cross(whole, pieces.direction, touch))
+    candidates = candidates.take(_one_per_class(candidates))
+    rising = pieces.direction[candidates.piece] > 0
+    found, near_folds = _Halving(pieces.laps, candidates.take(rising), near).run()
+    return candidates.take(~rising).joined(found), near_folds
+
+
+def _scale(laps: Laps) -> float:
+    return max(abs(end) for end in laps.f.domain)
+
+
+def _whole_pieces(pieces: Pieces) -> Brackets:
+    n = len(pieces)
+    unknown = np.full(n, np.nan)
+    return Brackets(
+        np.arange(n), pieces.word, pieces.left.orbit, pieces.right.orbit, unknown, unknown
+    )
+
+
+def _may_cross(whole: Brackets, direction: Indices, touch: float) -> Bools:
+    """Tell which pieces change sides of the diagonal, or, rising, overlap their image."""
+    changes = (whole.off_left >= -touch) & (whole.off_right <= touch)
+    overlaps = (whole.left[:, -1] <= whole.right[:, 0] + touch) & (
+        whole.right[:, -1] >= whole.left[:, 0] - touch
+    )
+    crosses: Bools = np.where(direction > 0, overlaps, changes)
+    return crosses
+
+
+def _one_per_class(candidates: Brackets) -> Indices:
+    """Choose one of the pieces that the points of the same orbit visit: the widest."""
+    word = candidates.word
+    least = word.copy()
+    for shift in range(1, word.shape[1]):
+        rolled = np.roll(word, -shift, axis=1)
+        smaller = _lexicographically_less(rolled, least)
+        least[smaller] = rolled[smaller]
+    if not len(word):
+        return np.zeros(0, dtype=np.intp)
+    _, group = np.unique(least, axis=0, return_inverse=True)
+    order = np.lexsort((-candidates.width, group.ravel()))
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = np.diff(group.ravel()[order]) > 0
+    return np.sort(order[first])
+
+
+def _lexicographically_less(a: Indices, b: Indices) -> Bools:
+    differs = a != b
+    place = np.argmax(differs, axis=1)
+    row = np.arange(len(a))
+    less: Bools = a[row, place] < b[row, place]
+    return less
+
+
+def forward_orbits(
+    laps: Laps, word: Indices, x: Floats, lower: Floats, upper: Floats
+) -> tuple[Floats, Floats]:
+    """Follow points through given laps.
+
+    Parameters
+    ----------
+    laps : Laps
+    word : ndarray of int, shape (n, p)
+    x : ndarray of float, shape (n,)
+    lower, upper : ndarray of float, shape (n, p + 1)
+        Orbits of two points around x: rounding is not allowed to carry the orbit of x
+        outside of them.
+
+    Returns
+    -------
+    orbit : ndarray of float, shape (n, p + 1)
+    slope : ndarray of float, shape (n,)
+        Product of the slopes on the way.
+    """
+    bottom, top = np.minimum(lower, upper), np.maximum(lower, upper)
+    orbit, slope = np.empty_like(bottom), np.ones(len(x))
+    orbit[:, 0] = x
+    for k in range(word.shape[1]):
+        value, one = laps.evaluate(word[:, k], orbit[:, k])
+        orbit[:, k + 1] = np.clip(value, bottom[:, k + 1], top[:, k + 1])
+        slope *= one
+    return orbit, slope
+
+
+class _Halving:
+    """Rising pieces, halved until each part has no crossing or one."""
+
+    def __init__(self, laps: Laps, whole: Brackets, near: float) -> None:
+        self.laps, self.near = laps, near
+        self.scale = _scale(laps)
+        self.touch = TOUCH * self.scale
+        self.whole = whole
+        self.found = whole.take(np.zeros(0, dtype=np.intp))
+        self.closest: dict[int, NearFold] = {}
+
+    def run(self) -> tuple[Brackets, list[NearFold]]:
+        """Return brackets and near-folds."""
+        parts = self.whole
+        undecided = self._undecided(parts, *self._steepness(parts))
+        parts = self._with_slopes(parts.take(undecided))
+        for _ in range(MAX_HALVINGS):
+            if not 0 < len(parts) <= MAX_PARTS:
+                break
+            parts = self._halve(parts)
+        self._give_up(parts)
+        crossing = set(self.found.piece.tolist())
+        # Beside a crossing the distance is small without a reason.
+        notes = [n for k, n in self.closest.items() if not (n.resolved and k in crossing)]
+        return self.found, notes
+
+    def _steepness(self, parts: Brackets) -> tuple[Floats, Floats]:
+        """Bounds of the slope of f^p on each part: products of bounds along the orbit."""
+        least, most = np.ones(len(parts)), np.ones(len(parts))
+        for k in range(parts.word.shape[1]):
+            a, b = parts.left[:, k], parts.right[:, k]
+            one = self.laps.steepness(parts.word[:, k], np.minimum(a, b), np.maximum(a, b))
+            with np.errstate(invalid="ignore"):
+                least, most = least * one[0], most * one[1]
+        return np.nan_to_num(least, nan=0.0), np.nan_to_num(most, nan=np.inf, posinf=np.inf)
+
+    def _undecided(self, parts: Brackets, least: Floats, most: Floats) -> Bools:
+        """Settle what the slopes settle; tell which parts are left."""
+        monotone = (least >= 1) | (most <= 1)
+        left, right = parts.off_left, parts.off_right
+        up = (left <= self.touch) & (right >= -self.touch)
+        down = (left >= -self.touch) & (right <= self.touch)
+        crosses = monotone & np.where(least >= 1, up, down)
+        self.found = self.found.joined(parts.take(crosses))
+        low, high = _bounds_of_g(left, right, parts.width, least - 1, most - 1)
+        sure, end = np.maximum(low, -high), np.minimum(np.abs(left), np.abs(right))
+        # Close to the diagonal the bound must be sharp, to tell how close.
+        sharp = (sure > self.near) | (end <= 2 * self.near)
+        clear = ~monotone & (sure > self.touch) & sharp
+        self._note_near(parts.take(clear), end[clear], resolved=True)
+        return ~monotone & ~clear
+
+    def _with_slopes(self, parts: Brackets) -> Brackets:
+        """Evaluate the slopes of f^p at both ends."""
+        slopes = []
+        for orbit in (parts.left, parts.right):
+            slope = np.ones(len(parts))
+            for k in range(parts.word.shape[1]):
+                slope = slope * self.laps.evaluate(parts.word[:, k], orbit[:, k])[1]
+            slopes.append(slope)
+        return Brackets(parts.piece, parts.word, parts.left, parts.right, *slopes)
+
+    def _halve(self, parts: Brackets) -> Brackets:
+        """Return the halves that are still undecided."""
+        x = 0.5 * (parts.left[:, 0] + parts.right[:, 0])
+        orbit, slope = forward_orbits(self.laps, parts.word, x, parts.left, parts.right)
+        error = _slope_error(parts, orbit[:, -1], slope)
+        first = Brackets(parts.piece, parts.word, parts.left, orbit, parts.slope_left, slope)
+        second = Brackets(parts.piece, parts.word, orbit, parts.right, slope, parts.slope_right)
+        halves, error = first.joined(second), np.concatenate([error, error])
+        halves, error = self._without_flat(halves, error)
+        least, most = self._steepness(halves)
+        by_cubic = _cubic_slopes(halves, error)
+        undecided = self._undecided(
+            halves, np.maximum(least, by_cubic[0]), np.minimum(most, by_cubic[1])
+        )
+        return halves.take(undecided)
+
+    def _without_flat(self, parts: Brackets, error: Floats) -> tuple[Brackets, Floats]:
+        """Put aside parts on which f^p is the diagonal within rounding, or of no width."""
+        size = np.maximum(np.abs(parts.off_left), np.abs(parts.off_right))
+        width = parts.width
+        tilt = np.maximum(np.abs(parts.slope_left - 1), np.abs(parts.slope_right - 1))
+        narrow = (width <= NARROW * self.scale) | (tilt <= ALONG)
+        hopeless = (size <= FLAT * self.scale) & narrow
+        hopeless |= width <= 4 * EPS * self.scale
+        self._give_up(parts.take(hopeless))
+        return parts.take(~hopeless), error[~hopeless]
+
+    def _give_up(self, parts: Brackets) -> None:
+        distance = np.minimum(np.abs(parts.off_left), np.abs(parts.off_right))
+        self._note_near(parts, distance, resolved=False)
+
+    def _note_near(self, parts: Brackets, distance: Floats, *, resolved: bool) -> None:
+        """Remember how close each piece came to the diagonal without crossing it."""
+        for k in np.flatnonzero(distance <= self.near):
+            piece = int(parts.piece[k])
+            known = self.closest.get(piece)
+            if known is None or distance[k] < known.distance or (known.resolved and not resolved):
+                x = 0.5 * float(parts.left[k, 0] + parts.right[k, 0])
+                period = parts.word.shape[1]
+                self.closest[piece] = NearFold(period, x, float(distance[k]), resolved)
+
+
+def _bounds_of_g(
+    left: Floats, right: Floats, width: Floats, least: Floats, most: Floats
+) -> tuple[Floats, Floats]:
+    """Bounds of a function from its end values and bounds of its slope, least < 0 < most."""
+    with np.errstate(all="ignore"):
+        # The lowest possible graph falls from the left end and rises to the right one.
+        t = np.where(np.isinf(most), width, (right - left - most * width) / (least - most))
+        low = left + least * np.clip(t, 0, width)
+        t = np.where(np.isinf(most), 0.0, (right - left - least * width) / (most - least))
+        high = right - least * (width - np.clip(t, 0, width))
+    return low, high
+
+
+def _slope_error(parts: Brackets, value: Floats, slope: Floats) -> Floats:
+    """Error of the slope of the cubic through values and slopes at both ends of a part.
+
+    It is seen in the middle, from the true value and slope there. The slope alone would not do:
+    a fourth derivative bends the cubic's slope everywhere but in the middle, where it moves the
+    value.
+    """
+    width = parts.width
+    with np.errstate(all="ignore"):
+        rise = parts.right[:, -1] - parts.left[:, -1]
+        mean = parts.left[:, -1] + 0.5 * rise
+        foretold = mean + 0.125 * width * (parts.slope_left - parts.slope_right)
+        off_slope = slope - (1.5 * rise / width - 0.25 * (parts.slope_left + parts.slope_right))
+        error: Floats = np.abs(off_slope) + TILT * np.abs(value - foretold) / width
+    return error
+
+
+def _cubic_slopes(parts: Brackets, error: Floats) -> tuple[Floats, Floats]:
+    """Bounds of the slope from the cubics of the halves, if the whole one predicted well.
+
+    The error of a cubic's slope falls at least eightfold with each halving of a smooth
+    piece, so that seen for the whole is a wide margin for a half.
+    """
+    s0, s1 = parts.slope_left, parts.slope_right
+    with np.errstate(all="ignore"):
+        mean = (parts.right[:, -1] - parts.left[:, -1]) / parts.width
+        b, c = 6 * mean - 4 * s0 - 2 * s1, 3 * (s0 + s1 - 2 * mean)
+        t = -b / (2 * c)
+        inner = np.where((t > 0) & (t < 1), s0 + b * t / 2, s0)
+    low = np.minimum(np.minimum(s0, s1), inner) - error
+    high = np.maximum(np.maximum(s0, s1), inner) + error
+    # Rounding in the mean slope of a narrow part is no bend.
+    noise = 4 * EPS * np.abs(parts.right[:, -1]) / np.maximum(parts.width, EPS)
+    trusted = error <= TRUSTED * np.maximum(np.maximum(np.abs(s0), np.abs(s1)), 1.0)
+    return (
+        np.where(trusted, low - noise, 0.0),
+        np.where(trusted, high + noise, np.inf),
+    )

@@ -1,0 +1,230 @@
+"""Periodic orbits of a map: what is known of each, and lists of them."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar, overload
+
+from stickslip.checks import whole_number
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from stickslip.analysis.branches.discontinuities import Unresolved
+    from stickslip.analysis.maps.protocol import Floats, Labels
+
+__all__ = ["JumpCrossing", "NearFold", "OrbitList", "OrbitSequence", "PeriodicOrbit"]
+
+SHOWN: Final = 24  # orbits in a list's repr
+
+
+class _AnyOrbit(Protocol):
+    @property
+    def period(self) -> int: ...
+
+    @property
+    def stable(self) -> bool: ...
+
+
+Orbit = TypeVar("Orbit", bound=_AnyOrbit)
+
+
+@dataclass(frozen=True)
+class JumpCrossing:
+    """Where an infinitely unstable orbit crosses a jump of the map.
+
+    Attributes
+    ----------
+    d : float
+        The jump, a point of the orbit.
+    y : float
+        Its image, a value that the filled-in jump takes on.
+    share : float
+        Place of y in the jump: 0 at f(d-), 1 at f(d+).
+    rising : bool
+        Whether the p-th power of the filled-in map rises across d: then points on either
+        side move away from the orbit, else they hop across it.
+    """
+
+    d: float
+    y: float
+    share: float
+    rising: bool
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicOrbit:
+    """A periodic orbit of a map.
+
+    Attributes
+    ----------
+    points : ndarray of float, shape (period,)
+        In the map's order, the smallest first.
+    period : int
+        Minimal.
+    multiplier : float
+        Derivative of the period-th power of the map at the orbit: product of exact
+        derivatives. Infinite for an infinitely unstable orbit.
+    stable : bool
+        The multiplier is inside (-1, 1).
+    itinerary : tuple of str, length period
+        What the map says of each point's branch: its own text if it has one, else the label.
+    labels : ndarray of uint64, shape (period,)
+    quality : str
+        ``located``: Newton's method converged inside the bracket. ``bracketed``: only the
+        interval is known.
+    interval : ndarray of float, shape (period, 2)
+        Contains the points: from the residuals and the map's rounding.
+    residual : float
+        Largest abs(f(x_i) - x_(i+1)).
+    jump : JumpCrossing or None
+        For an infinitely unstable orbit.
+    """
+
+    points: Floats
+    period: int
+    multiplier: float
+    stable: bool
+    itinerary: tuple[str, ...]
+    labels: Labels = field(repr=False)
+    quality: str
+    interval: Floats
+    residual: float
+    jump: JumpCrossing | None = None
+
+    @property
+    def infinitely_unstable(self) -> bool:
+        """Whether the orbit crosses a jump."""
+        return self.jump is not None
+
+    def __repr__(self) -> str:
+        """Period, multiplier and points in one line, the crossing of a jump in a second."""
+        points = ", ".join(f"{x:.12g}" for x in self.points)
+        facts = f"period {self.period}, multiplier {self.multiplier:.10g}, {self.kind}"
+        text = f"PeriodicOrbit({facts}: {points})"
+        if self.jump is None:
+            return text
+        d, y, share = self.jump.d, self.jump.y, self.jump.share
+        return f"{text}\n  crosses the jump d = {d:.15g} at y = {y:.15g}, share {share:.10g}"
+
+    @property
+    def kind(self) -> str:
+        """``stable``, ``unstable`` or ``infinitely unstable``."""
+        if self.jump is not None:
+            return "infinitely unstable"
+        return "stable" if self.stable else "unstable"
+
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Draw the orbit on the plane (d, f(d)); see `stickslip.plot.orbits`."""
+        axes: Axes = importlib.import_module("stickslip.plot.orbits").draw_orbit(self, ax, **style)
+        return axes
+
+
+@dataclass(frozen=True)
+class NearFold:
+    """A piece of f^p that all but touches the diagonal: two orbits about to be born, or lost.
+
+    Attributes
+    ----------
+    period : int
+        The p; a divisor of it may be the orbits' minimal period.
+    x : float
+        Where f^p comes closest to the diagonal.
+    distance : float
+        abs(f^p(x) - x).
+    resolved : bool
+        Whether it is settled that there is no orbit; if not, there are none or two, or
+        f^p runs along the diagonal.
+    """
+
+    period: int
+    x: float
+    distance: float
+    resolved: bool
+
+
+class OrbitSequence(Sequence[Orbit]):
+    """Periodic orbits, a sequence: its ``orbits``."""
+
+    orbits: tuple[Orbit, ...]
+
+    def __len__(self) -> int:
+        """Return the number of orbits."""
+        return len(self.orbits)
+
+    @overload
+    def __getitem__(self, index: int) -> Orbit: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Orbit, ...]: ...
+    def __getitem__(self, index: int | slice) -> Orbit | tuple[Orbit, ...]:
+        """Return one orbit, or several as a tuple."""
+        return self.orbits[index]
+
+    @property
+    def stable(self) -> tuple[Orbit, ...]:
+        """Those with all multipliers inside the unit circle."""
+        return tuple(orbit for orbit in self.orbits if orbit.stable)
+
+    def of_period(self, p: int) -> tuple[Orbit, ...]:
+        """Those of minimal period p."""
+        p = whole_number("p", p)
+        return tuple(orbit for orbit in self.orbits if orbit.period == p)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OrbitList(OrbitSequence[PeriodicOrbit]):
+    """All periodic orbits up to a period: a sequence with what stayed open.
+
+    Attributes
+    ----------
+    orbits : tuple of PeriodicOrbit
+        By period, then by smallest point.
+    max_period : int
+    resolution : float
+        Pieces of the map narrower than this may have been missed.
+    near_folds : tuple of NearFold
+    unresolved : tuple of Unresolved
+        What could not be decided, with reasons.
+    complete : int
+        Highest period up to which the list is complete above the resolution.
+    n_evaluations : int
+        Evaluations of the map, without those for its table of branches.
+    """
+
+    orbits: tuple[PeriodicOrbit, ...]
+    max_period: int
+    resolution: float
+    near_folds: tuple[NearFold, ...]
+    unresolved: tuple[Unresolved, ...]
+    complete: int
+    n_evaluations: int
+
+    def __repr__(self) -> str:
+        """Table of the orbits, then what stayed open."""
+        lines = [
+            f"OrbitList: {len(self)} orbits up to period {self.max_period}, complete to period "
+            f"{self.complete} for pieces wider than {self.resolution:.2g}",
+            "  period      multiplier  kind                 points",
+        ]
+        for orbit in self.orbits[:SHOWN]:
+            points = ", ".join(f"{x:.10g}" for x in orbit.points)
+            lines.append(
+                f"  {orbit.period:6d}  {orbit.multiplier:14.8g}  {orbit.kind:19s}  {points}"
+            )
+        if len(self) > SHOWN:
+            lines.append(f"  ... {len(self) - SHOWN} more")
+        for near in self.near_folds:
+            settled = "no orbit" if near.resolved else "none, two or a whole interval of them"
+            lines.append(
+                f"  near-fold of period {near.period} at {near.x:.12g}, "
+                f"distance {near.distance:.2g}: {settled}"
+            )
+        lines += [f"  unresolved: {item}" for item in self.unresolved]
+        return "\n".join(lines)
+
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Draw all orbits on the plane (d, f(d)); see `stickslip.plot.orbits`."""
+        axes: Axes = importlib.import_module("stickslip.plot.orbits").draw_orbits(self, ax, **style)
+        return axes

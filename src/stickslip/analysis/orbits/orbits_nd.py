@@ -1,0 +1,202 @@
+"""Periodic orbits of a map of R^n: what is known of each, and lists of them."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.orbits.orbit import OrbitSequence
+from stickslip.analysis.orbits.shooting_nd import monodromy
+
+if TYPE_CHECKING:
+    import os
+
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.maps.protocol import Floats, Labels
+    from stickslip.analysis.maps.protocol_nd import MapND
+
+__all__ = ["OrbitListND", "PeriodicOrbitND", "Unseen", "make_orbit", "multipliers_of"]
+
+SHOWN: Final = 24  # orbits in a list's repr
+MULTIPLIERS_SHOWN: Final = 3
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicOrbitND:
+    """A periodic orbit of a map of R^n.
+
+    Attributes
+    ----------
+    points : ndarray of float, shape (period, n)
+        In the map's order, the one with the smallest first coordinate first.
+    period : int
+        Minimal.
+    multipliers : ndarray of complex, shape (n,)
+        Eigenvalues of the Jacobian of the period-th power at the orbit, largest modulus first.
+    stable : bool
+        All of them are inside the unit circle.
+    itinerary : tuple of str, length period
+        What the map says of each point's piece: its own text if it has one, else the label.
+    labels : ndarray of uint64, shape (period,)
+    residual : float
+        Largest abs(f(x_i) - x_(i+1)).
+    hits : int
+        How many seeds led to it, of those that led to an orbit of this period.
+    """
+
+    points: Floats
+    period: int
+    multipliers: NDArray[np.complex128]
+    stable: bool
+    itinerary: tuple[str, ...]
+    labels: Labels = field(repr=False)
+    residual: float
+    hits: int = 0
+
+    @property
+    def kind(self) -> str:
+        """``stable`` or ``unstable``."""
+        return "stable" if self.stable else "unstable"
+
+    def __repr__(self) -> str:
+        """Period and multipliers in one line, a line for each point."""
+        lines = [f"PeriodicOrbitND(period {self.period}, {self.kind})"]
+        lines.append(f"  multipliers  {multipliers_text(self.multipliers, self.multipliers.size)}")
+        lines += [f"  {', '.join(f'{x:.12g}' for x in point)}" for point in self.points]
+        return "\n".join(lines)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to a .json file that `stickslip.load` reads."""
+        importlib.import_module("stickslip.analysis.storage").save(self, path)
+
+
+def multipliers_text(multipliers: NDArray[np.complex128], shown: int = MULTIPLIERS_SHOWN) -> str:
+    """Write multipliers in decreasing modulus, a complex pair once."""
+    kept = [value for value in multipliers if value.imag >= 0.0]
+    texts = [
+        f"{value.real:.8g}" + (f" ± {value.imag:.8g}i" if value.imag else "")
+        for value in kept[:shown]
+    ]
+    return ", ".join(texts) + (", ..." if len(kept) > shown else "")
+
+
+def multipliers_of(jacobians: Floats) -> NDArray[np.complex128]:
+    """Eigenvalues of the Jacobian of f^p, largest modulus first, from (p, n, n)."""
+    values = np.linalg.eigvals(monodromy(jacobians)).astype(np.complex128)
+    order = np.lexsort((-values.imag, -values.real, -np.round(np.abs(values), 12)))
+    return np.asarray(values[order])
+
+
+def make_orbit(
+    f: MapND, points: Floats, jacobians: Floats, labels: Labels, residual: float, hits: int = 0
+) -> PeriodicOrbitND:
+    """Put together what is known of an orbit, started at its smallest first coordinate."""
+    turn = -int(np.argmin(points[:, 0]))
+    points, jacobians = np.roll(points, turn, axis=0), np.roll(jacobians, turn, axis=0)
+    labels = np.roll(labels, turn)
+    multipliers = multipliers_of(jacobians)
+    text = getattr(f, "itinerary", None)
+    itinerary = [str(label) for label in labels] if text is None else text(points)
+    return PeriodicOrbitND(
+        points=points,
+        period=len(points),
+        multipliers=multipliers,
+        stable=bool(np.abs(multipliers[0]) < 1.0),
+        itinerary=tuple(map(str, itinerary)),
+        labels=labels,
+        residual=float(residual),
+        hits=hits,
+    )
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """An estimate, from how often each orbit of a period was found, of what was not found.
+
+    Attributes
+    ----------
+    period : int
+    n_hits : int
+        Seeds that led to an orbit of this minimal period.
+    once, twice : int
+        Orbits found once and twice.
+
+    Notes
+    -----
+    Good, Biometrika 40 (1953) 237-264; Chao, Scand. J. Statist. 11 (1984) 265-270. Both take
+    seeds for independent draws. An orbit that no seed is led to, because Newton's method
+    converges nowhere near it, is beyond any such estimate.
+    """
+
+    period: int
+    n_hits: int
+    once: int
+    twice: int
+
+    @property
+    def probability(self) -> float:
+        """Probability (Good-Turing) that the next hit would be an orbit not in the list."""
+        return self.once / self.n_hits if self.n_hits else 1.0
+
+    @property
+    def at_least(self) -> float:
+        """Expected number of orbits not found, at least (Chao's estimate from below)."""
+        return self.once * (self.once - 1) / (2.0 * (self.twice + 1))
+
+    def __str__(self) -> str:
+        """One line."""
+        if not self.n_hits:
+            return f"period {self.period}: no seed led to an orbit"
+        return (
+            f"period {self.period}: {self.n_hits} seeds led to an orbit, {self.once} orbits were "
+            f"found once; the next hit would be new with probability {self.probability:.2g} "
+            f"(Good-Turing), not found are {self.at_least:.1f} or more (Chao)"
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OrbitListND(OrbitSequence[PeriodicOrbitND]):
+    """Periodic orbits found up to a period: a sequence, with an estimate of what is missing.
+
+    Attributes
+    ----------
+    orbits : tuple of PeriodicOrbitND
+        By period, then by first coordinate.
+    max_period : int
+    unseen : tuple of Unseen
+        A period each.
+    n_seeds : int
+        Of each period.
+    n_evaluations : int
+        Evaluations of the map.
+    """
+
+    orbits: tuple[PeriodicOrbitND, ...]
+    max_period: int
+    unseen: tuple[Unseen, ...]
+    n_seeds: int
+    n_evaluations: int
+
+    def __repr__(self) -> str:
+        """Table of the orbits, then the estimates."""
+        lines = [
+            f"OrbitListND: {len(self)} orbits up to period {self.max_period} from {self.n_seeds} "
+            "seeds a period; others may exist",
+            "  period    hits  kind      first point; multipliers",
+        ]
+        for orbit in self.orbits[:SHOWN]:
+            point = ", ".join(f"{x:.10g}" for x in orbit.points[0])
+            known = multipliers_text(orbit.multipliers)
+            lines.append(f"  {orbit.period:6d}  {orbit.hits:6d}  {orbit.kind:8s}  {point}; {known}")
+        if len(self) > SHOWN:
+            lines.append(f"  ... {len(self) - SHOWN} more")
+        lines += [f"  {item}" for item in self.unseen]
+        return "\n".join(lines)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to a .json file that `stickslip.load` reads."""
+        importlib.import_module("stickslip.analysis.storage").save(self, path)

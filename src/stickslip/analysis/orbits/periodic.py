@@ -1,0 +1,320 @@
+"""Every periodic orbit of a map of the line, up to a period and a resolution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from stickslip.analysis.branches.discontinuities import Unresolved
+from stickslip.analysis.branches.pieces import TooManyPiecesError, pieces_of_powers
+from stickslip.analysis.branches.table import RESOLUTION, branch_table
+from stickslip.analysis.orbits.diagonal import brackets_on_diagonal, forward_orbits
+from stickslip.analysis.orbits.jump_orbits import orbits_through_jumps
+from stickslip.analysis.orbits.orbit import NearFold, OrbitList, PeriodicOrbit
+from stickslip.analysis.orbits.shooting import Polished, polish
+from stickslip.checks import MOST_KEPT, whole_number
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from stickslip.analysis.branches.laps import Indices, Laps
+    from stickslip.analysis.branches.pieces import Pieces
+    from stickslip.analysis.branches.table import BranchTable
+    from stickslip.analysis.maps.protocol import Floats, Map1D, MapValues
+    from stickslip.analysis.orbits.diagonal import Brackets
+
+__all__ = ["periodic_orbits"]
+
+SAME: Final = 1e-13  # of the scale, beside the points' errors: orbits that coincide
+BORDER: Final = 1e-12  # of the scale: a point this close to a break is on it
+SHRINKINGS: Final = 80  # halvings of a bracket before Newton's method gets a last chance
+
+
+def periodic_orbits(
+    f: Map1D,
+    max_period: int = 1,
+    *,
+    period: int | None = None,
+    infinitely_unstable: bool = False,
+    resolution: float = RESOLUTION,
+) -> OrbitList:
+    """Find all periodic orbits of a map, stable and unstable, each once.
+
+    Parameters
+    ----------
+    f : Map1D
+        An event map, a `PiecewiseMap` or a power of one.
+    max_period : int
+        Minimal periods 1 to this.
+    period : int, optional
+        Instead: minimal period exactly this.
+    infinitely_unstable : bool
+        Whether to list orbits of the map with its jumps filled in, too: one point is a jump
+        d, its image y any value between f(d-) and f(d+).
+    resolution : float
+        Of the map's table of branches (see `branch_table`).
+
+    Returns
+    -------
+    OrbitList
+        Complete for every piece of f, ..., f^p whose laps of f are wider than the
+        resolution; ``near_folds`` and ``unresolved`` say what could not be decided.
+
+    Raises
+    ------
+    ValueError
+        A period is not a whole number >= 1.
+
+    Notes
+    -----
+    Breakpoints and turning points of f^p come from those of f by inverting one lap after
+    another; every piece of f^p between them that meets the diagonal is searched, rising
+    ones after splitting them where the slope is 1 (docs/theory/maps.md).
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.2})
+    >>> [(orbit.period, orbit.stable) for orbit in ss.periodic_orbits(f, 4)]
+    [(1, False), (1, False), (2, True)]
+    """
+    if period is None:
+        highest = whole_number("max_period", max_period, at_most=MOST_KEPT)
+        wanted = range(1, highest + 1)
+    else:
+        highest = whole_number("period", period, at_most=MOST_KEPT)
+        wanted = range(highest, highest + 1)
+    table = branch_table(f, resolution)
+    search = _Search(table)
+    for p, pieces in search.powers(highest):
+        if p in wanted:
+            search.add_orbits(pieces)
+            if infinitely_unstable:
+                search.add_jump_orbits(pieces)
+    return search.result(highest)
+
+
+@dataclass(frozen=True)
+class _Counted:
+    """A map that counts its evaluations."""
+
+    f: Map1D
+    count: list[int] = field(default_factory=lambda: [0])
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        return self.f.domain
+
+    def evaluate(self, x: ArrayLike, /) -> MapValues:
+        self.count[0] += np.size(x)
+        return self.f.evaluate(x)
+
+
+class _Search:
+    """Orbits found so far, and what stayed open."""
+
+    def __init__(self, table: BranchTable) -> None:
+        self.table = table
+        self.counted = _Counted(table.f)
+        # Cut at harmless breakpoints, too: across them slopes bend, and no cubic foretells that.
+        self.laps: Laps = replace(table.pieces, f=self.counted)
+        self.scale = max(abs(end) for end in table.f.domain)
+        self.orbits: list[PeriodicOrbit] = []
+        self.near_folds: list[NearFold] = []
+        self.unresolved: list[Unresolved] = list(table.unresolved)
+        self.complete = 0
+
+    def powers(self, highest: int) -> Any:
+        """Yield (p, pieces of f^p) as far as they can be followed."""
+        try:
+            for pieces in pieces_of_powers(self.laps, highest):
+                self.complete = pieces.power
+                yield pieces.power, pieces
+        except TooManyPiecesError as reason:
+            lo, hi = self.table.f.domain
+            self.unresolved.append(Unresolved(f"{reason}:", lo, hi, self.complete + 1))
+
+    def result(self, highest: int) -> OrbitList:
+        """Return the list, by period and place."""
+        order = sorted(self.orbits, key=lambda orbit: (orbit.period, orbit.points[0]))
+        return OrbitList(
+            orbits=tuple(order),
+            max_period=highest,
+            resolution=self.table.resolution,
+            near_folds=tuple(self.near_folds),
+            unresolved=tuple(self.unresolved),
+            complete=self.complete,
+            n_evaluations=self.counted.count[0],
+        )
+
+    # ------------------------------------------------------------------ ordinary orbits
+
+    def add_orbits(self, pieces: Pieces) -> None:
+        """Add all orbits of one minimal period."""
+        brackets, near_folds = brackets_on_diagonal(pieces, self.table.resolution)
+        self.near_folds += near_folds
+        brackets, found = self._solved(brackets)
+        minimal = ~self._repeats(found)
+        brackets, found = brackets.take(minimal), _rows(found, minimal)
+        once = self._distinct(found)
+        self._append(brackets.take(once), _rows(found, once))
+
+    def _solved(self, brackets: Brackets) -> tuple[Brackets, Polished]:
+        """Solve each bracket: Newton from a guess by inverse branches, else after halving."""
+        found = self._polished(brackets, self._guess(brackets))
+        failed = np.flatnonzero(~found.converged)
+        if failed.size:
+            shrunk = self._shrunk(brackets.take(failed))
+            middle = 0.5 * (shrunk.left + shrunk.right)[:, :-1]
+            found = _with_rows(found, failed, self._polished(shrunk, middle))
+        return brackets, found
+
+    def _guess(self, brackets: Brackets) -> Floats:
+        """Start in the middle of bracket and image and go back once around the orbit.
+
+        That divides the error by the multiplier before Newton's method has begun.
+        """
+        word = brackets.word
+        bottom = np.minimum(brackets.left, brackets.right)
+        top = np.maximum(brackets.left, brackets.right)
+        low = np.maximum(bottom[:, 0], bottom[:, -1])
+        high = np.minimum(top[:, 0], top[:, -1])
+        x = np.clip(0.5 * (low + high), bottom[:, -1], top[:, -1])
+        points = np.empty(word.shape)
+        for k in range(word.shape[1] - 1, -1, -1):
+            x = np.clip(self.laps.inverse(word[:, k], x), bottom[:, k], top[:, k])
+            points[:, k] = x
+        return points
+
+    def _polished(self, brackets: Brackets, points: Floats) -> Polished:
+        lap = brackets.word.ravel()
+        slack = SAME * self.scale
+        lo, hi = self.table.f.domain
+        lower = np.maximum(np.minimum(brackets.left, brackets.right)[:, :-1] - slack, lo)
+        upper = np.minimum(np.maximum(brackets.left, brackets.right)[:, :-1] + slack, hi)
+        return polish(lambda k, x: self.laps.evaluate(lap[k], x), points, lower, upper, self.scale)
+
+    def _shrunk(self, brackets: Brackets) -> Brackets:
+        """Halve brackets by following their middles, down to adjacent floats."""
+        left, right = brackets.left.copy(), brackets.right.copy()
+        rises = brackets.off_right >= brackets.off_left
+        for _ in range(SHRINKINGS):
+            x = 0.5 * (left[:, 0] + right[:, 0])
+            orbit, _ = forward_orbits(self.laps, brackets.word, x, left, right)
+            beyond = ((orbit[:, -1] >= x) == rises)[:, None]
+            left, right = np.where(beyond, left, orbit), np.where(beyond, orbit, right)
+        return replace(brackets, left=left, right=right)
+
+    def _repeats(self, found: Polished) -> Any:
+        """Tell which orbits have a shorter period, a divisor."""
+        p = found.points.shape[1]
+        repeats = np.zeros(len(found.points), dtype=bool)
+        slack = 4 * np.where(np.isfinite(found.error), found.error, 0.0) + SAME * self.scale
+        for q in (q for q in range(1, p) if p % q == 0):
+            moved = np.abs(np.roll(found.points, -q, axis=1) - found.points)
+            repeats |= (moved <= slack).all(axis=1)
+        return repeats
+
+    def _distinct(self, found: Polished) -> Indices:
+        """Choose orbits that are not another one once more."""
+        points, error = _from_smallest(found.points), found.error.max(axis=1, initial=0.0)
+        order = np.argsort(points[:, 0], kind="stable")
+        kept: list[int] = []
+        for k in order:
+            slack = 2 * (error[k] if np.isfinite(error[k]) else 0.0) + SAME * self.scale
+            for j in reversed(kept):
+                if points[k, 0] - points[j, 0] > slack:
+                    kept.append(int(k))
+                    break
+                if np.abs(points[k] - points[j]).max() <= slack:
+                    break
+            else:
+                kept.append(int(k))
+        return np.array(kept, dtype=np.intp)
+
+    # ------------------------------------------------------------------ as results
+
+    def _append(self, brackets: Brackets, found: Polished) -> None:
+        """Describe orbits and add them, except those on a jump or on the edge of a gap."""
+        if not len(brackets):
+            return
+        for k in range(len(brackets)):
+            if not self._is_on_border(brackets.word[k], found.points[k]):
+                self.orbits.append(self._orbit(brackets, found, k))
+
+    def _is_on_border(self, word: Indices, points: Floats) -> bool:
+        """Report orbits that touch a break; tell if it is one that no orbit survives."""
+        period = len(points)
+        for lap, x in zip(word, points, strict=True):
+            for end, number in (
+                (self.laps.left[lap], self.laps.end_left[lap]),
+                (self.laps.right[lap], self.laps.end_right[lap]),
+            ):
+                if abs(x - end) > BORDER * self.scale or not self.table.matters(number):
+                    continue
+                kind = self.table.breakpoints[number].kind
+                reason = f"an orbit point is on the {kind}"
+                self.unresolved.append(
+                    Unresolved(reason, float(x), float(x), period, float(abs(x - end)))
+                )
+                if kind != "corner":
+                    return True
+        return False
+
+    def _orbit(self, brackets: Brackets, found: Polished, k: int) -> PeriodicOrbit:
+        start = int(np.argmin(found.points[k]))
+
+        def turned(row: Any) -> Any:
+            return np.roll(row, -start, axis=0)
+
+        multiplier = float(found.slopes[k].prod())
+        points = turned(found.points[k])
+        labels = self.table.labels_at(points)
+        located = bool(found.converged[k])
+        if located:
+            interval = points[:, None] + turned(found.error[k])[:, None] * np.array([-1.0, 1.0])
+        else:
+            ends = np.stack([brackets.left[k, :-1], brackets.right[k, :-1]], axis=1)
+            interval = turned(np.sort(ends, axis=1))
+        return PeriodicOrbit(
+            points=points,
+            period=len(points),
+            multiplier=multiplier,
+            stable=abs(multiplier) < 1,
+            itinerary=tuple(self.table.text(int(label)) for label in labels),
+            labels=labels,
+            quality="located" if located else "bracketed",
+            interval=interval,
+            residual=float(found.residual[k]),
+        )
+
+    def add_jump_orbits(self, pieces: Pieces) -> None:
+        """Add all infinitely unstable orbits of one period."""
+        orbits, unresolved = orbits_through_jumps(pieces, self.table)
+        self.orbits += orbits
+        self.unresolved += unresolved
+
+
+def _from_smallest(points: Floats) -> Floats:
+    """Rotate each orbit so that it starts with its smallest point."""
+    n, p = points.shape
+    start = np.argmin(points, axis=1)
+    return points[np.arange(n)[:, None], (start[:, None] + np.arange(p)) % p]
+
+
+def _rows(found: Polished, index: Any) -> Polished:
+    return Polished(
+        found.points[index],
+        found.slopes[index],
+        found.error[index],
+        found.residual[index],
+        found.converged[index],
+    )
+
+
+def _with_rows(found: Polished, index: Indices, other: Polished) -> Polished:
+    for name in ("points", "slopes", "error", "residual", "converged"):
+        getattr(found, name)[index] = getattr(other, name)
+    return found

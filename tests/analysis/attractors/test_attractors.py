@@ -1,0 +1,410 @@
+"""Attractors against maps whose long-term behaviour is known."""
+
+import time
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from stickslip import Coulomb, TwoBlock, examples
+from stickslip.analysis.attractors.attractors import attractors, attractors_of
+from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.examples import (
+    border_collision,
+    doubling,
+    logistic,
+    maximal_orbit,
+    square_root,
+    tent,
+    tent_with_hole,
+)
+from stickslip.analysis.interpolation.interpolated import interpolated_map
+from stickslip.analysis.maps.piecewise_map import PiecewiseMap
+from stickslip.analysis.maps.window import WindowMap
+from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.mechanics.eventmap.event_map import EventMap
+
+SHARES = 0.15  # chaotic transients of two almost equal maps end differently
+EDGE = 1e-10  # band edges are images of breakpoints and turning points: far better than 1e-8
+
+
+def cubic(a):
+    return PiecewiseMap(
+        lambda x, a: a * x - x**3,
+        (-1.6, 1.6),
+        parameters={"a": a},
+        derivative=lambda x, a: a - 3 * x**2,
+    )
+
+
+def images(f, x, n):
+    return f.iterate(x, n)[1:]
+
+
+# --- cycles -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("r", "period"),
+    [(2.9, 1), (3.2, 2), (3.5, 4), (3.55, 8), (3.83, 3), (3.845, 6), (3.74, 5), (3.9603, 4)],
+)
+def test_windows_of_the_logistic_map(r, period):
+    (found,) = attractors(logistic(r))
+    assert (found.kind, found.period) == ("periodic", period)
+    assert found.basin_share == 1
+    points = np.sort(found.orbit.points)
+    assert np.allclose(np.sort(logistic(r)(points)), points, rtol=0, atol=1e-14)
+    assert float(found.lyapunov) == pytest.approx(np.log(abs(found.orbit.multiplier)) / period)
+
+
+def test_closed_form_of_the_two_cycle():
+    r = 3.2
+    (found,) = attractors(logistic(r))
+    root = np.sqrt((r + 1) * (r - 3))
+    assert np.sort(found.orbit.points) == pytest.approx(
+        [(r + 1 - root) / (2 * r), (r + 1 + root) / (2 * r)], abs=1e-15
+    )
+    assert found.orbit.multiplier == pytest.approx(4 + 2 * r - r**2, abs=1e-13)
+
+
+def test_superstable_orbit():
+    (found,) = attractors(logistic(1 + np.sqrt(5)))
+    assert (found.kind, found.period) == ("periodic", 2)
+    assert abs(found.orbit.multiplier) < 1e-14
+
+
+def test_cycle_just_inside_a_window_is_found_behind_its_chaotic_transient():
+    # The window of period 3 opens at 1 + sqrt(8) = 3.828427...
+    (found,) = attractors(logistic(3.82843))
+    assert (found.kind, found.period) == ("periodic", 3)
+
+
+def test_intermittency_just_below_the_window_is_chaos():
+    (found,) = attractors(logistic(3.8284))
+    assert found.kind == "chaotic"
+
+
+def test_orbit_that_passes_a_square_root():
+    lam, mu = 0.2, 0.1
+    points, multiplier = maximal_orbit(lam, mu, 2)
+    (found,) = attractors(square_root(lam, mu))
+    assert np.sort(found.orbit.points) == pytest.approx(np.sort(points), abs=1e-14)
+    assert found.orbit.multiplier == pytest.approx(multiplier, rel=1e-12)
+
+
+def test_coexisting_fixed_points_beside_a_jump():
+    f = border_collision(a=0.5, b=0.5, mu=-0.5, jump=1.0)
+    found = attractors(f)
+    assert sorted(a.orbit.points[0] for a in found) == pytest.approx([-1, 1])
+    assert sum(a.basin_share for a in found) == 1
+
+
+def test_period_is_minimal_at_a_flip():
+    # Just before the flip at r = 3 every other point recurs much closer than every point.
+    (found,) = attractors(logistic(2.999))
+    assert (found.kind, found.period) == ("periodic", 1)
+    (found,) = attractors(logistic(3.001))
+    assert (found.kind, found.period) == ("periodic", 2)
+
+
+# --- neutral ----------------------------------------------------------------------------------
+
+
+def test_flip_is_undecided():
+    (found,) = attractors(logistic(3.0))
+    assert found.kind == "undecided"
+    assert "unit circle" in found.reason
+    assert found.orbit.points == pytest.approx([2 / 3], abs=1e-9)
+
+
+def test_fold_is_undecided():
+    (found,) = attractors(logistic(1 + np.sqrt(8)))
+    assert (found.kind, found.period) == ("undecided", 3)
+    assert "unit circle" in found.reason
+
+
+def test_continuum_of_neutral_cycles_is_one_entry():
+    f = border_collision(a=0.5, b=-2.0, mu=1.0)  # slopes of a left-right pair multiply to -1
+    (found,) = attractors(f)
+    assert found.kind == "undecided"
+
+
+def test_rotation_is_undecided():
+    f = PiecewiseMap(
+        lambda x: np.where(x < 1 - 0.381966, x + 0.381966, x - 0.618034),
+        (0, 1),
+        derivative=np.ones_like,
+        breakpoints=[1 - 0.381966],
+    )
+    found = attractors(f)
+    assert all(a.kind == "undecided" and a.reason for a in found)
+
+
+# --- chaos ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("slope", "bands"), [(1.05, 8), (1.1, 4), (1.2, 2), (1.5, 1), (2.0, 1)])
+def test_bands_of_the_tent_map(slope, bands):
+    # 2^k bands for 2^(1/2^(k+1)) < slope <= 2^(1/2^k), bounded by images of the top.
+    f = tent(slope)
+    (found,) = attractors(f)
+    assert found.kind == "chaotic"
+    assert found.period == len(found.bands) == bands
+    assert float(found.lyapunov) == pytest.approx(np.log(slope), abs=1e-12)
+    expected = np.sort(images(f, 0.5, 2 * bands))
+    assert np.sort(found.bands.ravel()) == pytest.approx(expected, abs=EDGE)
+
+
+def test_bands_merge_at_the_square_root_of_two():
+    (found,) = attractors(tent(np.sqrt(2)))
+    s = np.sqrt(2)
+    assert found.bands == pytest.approx(np.array([[s * (1 - s / 2), s / 2]]), abs=EDGE)
+
+
+@pytest.mark.parametrize(("r", "bands"), [(3.58, 4), (3.6, 2), (3.678, 2), (3.7, 1), (4.0, 1)])
+def test_bands_of_the_logistic_map(r, bands):
+    f = logistic(r)
+    (found,) = attractors(f)
+    assert found.kind == "chaotic"
+    assert found.period == len(found.bands) == bands
+    expected = np.sort(images(f, 0.5, 2 * bands))
+    assert np.sort(found.bands.ravel()) == pytest.approx(expected, abs=EDGE)
+    assert all(cause.startswith("image") for cause in found.edges)
+    assert found.lyapunov.value > 5 * found.lyapunov.error
+
+
+def test_exponent_of_the_full_logistic_map():
+    (found,) = attractors(logistic(4.0))
+    value, error = found.lyapunov
+    assert abs(value - np.log(2)) < 5 * error
+
+
+def test_coexisting_chaotic_attractors():
+    found = attractors(cubic(2.5))
+    assert [a.kind for a in found] == ["chaotic", "chaotic"]
+    left, right = sorted((a.bands for a in found), key=lambda b: b[0, 0])
+    assert left == pytest.approx(-right[::-1, ::-1], abs=EDGE)
+    top = 2 * (2.5 / 3) ** 1.5
+    assert right[0, 1] == pytest.approx(top, abs=EDGE)
+
+
+@settings(max_examples=15)
+@given(slope=st.floats(1.05, 1.99))
+def test_bands_map_onto_themselves(slope):
+    f = tent(slope)
+    (found,) = attractors(f, n_seeds=4)
+    x = np.concatenate([np.linspace(low, high, 50) for low, high in found.bands])
+    assert np.all(found.contains(f(x), slack=1e-10))
+
+
+# --- transients -------------------------------------------------------------------------------
+
+
+def test_chaotic_transient_that_leaves_is_no_attractor():
+    # Past r = 4 orbits escape at the top, here after some ten thousand steps.
+    found = attractors(logistic(4 + 1e-8), n_seeds=8)
+    assert all(a.kind == "undecided" for a in found)
+    assert all("reach a gap" in a.reason or "lost" in a.reason for a in found)
+
+
+def test_everything_leaves_through_the_gap():
+    found = attractors(tent_with_hole(3.0))
+    assert len(found) == 0
+    assert found.left == 1
+    assert sum(found.statuses.values()) >= found.n_seeds
+
+
+# --- on the interpolated table ------------------------------------------------------------------
+
+
+def same_place(one, other):
+    return one.bands.shape == other.bands.shape and np.allclose(
+        one.bands, other.bands, rtol=0, atol=EDGE
+    )
+
+
+def check_both_ways(f):
+    fast, plain = attractors(f), attractors(f, interpolate=False)
+    fast_ones, plain_ones = ([a for a in found if a.basin_share > 0] for found in (fast, plain))
+    assert sorted((a.kind, a.period) for a in fast_ones) == sorted(
+        (a.kind, a.period) for a in plain_ones
+    )
+    for a in (a for a in fast_ones if a.kind != "undecided"):
+        (b,) = (b for b in plain_ones if b.kind == a.kind and same_place(a, b))
+        assert a.edges == b.edges
+        (value, error), (other, doubt) = a.lyapunov, b.lyapunov
+        assert abs(value - other) <= 5 * np.hypot(error, doubt) + 1e-9
+        assert abs(a.basin_share - b.basin_share) <= SHARES
+    assert abs(fast.left - plain.left) <= SHARES
+
+
+@pytest.mark.parametrize(
+    "f",
+    [
+        *(logistic(r) for r in (2.9, 3.5, 3.55, 3.6, 3.678, 3.7, 3.83, 3.845, 3.8284, 3.9603, 4.0)),
+        *(tent(slope) for slope in (1.05, 1.2, 2**0.5, 1.9)),
+        *(cubic(a) for a in (1.5, 2.5)),
+        *(square_root(0.3, mu) for mu in (0.5, 0.05, 0.001)),
+        border_collision(a=0.5, b=0.5, mu=-0.5, jump=1.0),
+        border_collision(a=0.85, b=-1.19),
+        doubling(2.5),
+        tent_with_hole(3.0),
+        *(EventMap(examples.coulomb(V=V)) for V in (0.0366, 0.03698, 0.0370, 0.0371, 0.0372)),
+    ],
+    ids=repr,
+)
+def test_interpolation_shows_what_the_map_shows(f):
+    check_both_ways(f)
+
+
+@settings(max_examples=15)
+@given(
+    alpha=st.floats(0.1, 3),
+    beta=st.floats(0.5, 2),
+    mu=st.floats(0.05, 0.9),
+    V=st.floats(0.01, 0.3),
+)
+# Bands of the stand-in that touch: its rounding leaves a gap of 1e-11 between them.
+@example(alpha=1.9375, beta=1.625, mu=0.4375, V=0.125)
+def test_interpolation_shows_what_event_maps_show(alpha, beta, mu, V):
+    check_both_ways(EventMap(TwoBlock(alpha=alpha, beta=beta, V=V, friction=Coulomb(mu=mu))))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("alpha", [1.2085, 1.211, 1.2155])
+def test_interpolation_shows_what_law_9_shows(alpha):
+    check_both_ways(WindowMap(EventMap(examples.law9(alpha=alpha)), (0.379, 0.390)))
+
+
+class Counted:
+    """A map that counts how often it is evaluated."""
+
+    def __init__(self, f):
+        self.f, self.count = f, 0
+        self.domain = f.domain
+
+    def evaluate(self, x):
+        self.count += np.size(x)
+        return self.f.evaluate(x)
+
+
+@pytest.mark.parametrize(("r", "most"), [(3.5, 1000), (3.6, 1000), (3.7, 1000), (3.84, 1000)])
+def test_few_evaluations_are_enough(r, most):
+    f = Counted(logistic(r))
+    table = branch_table(f)
+    f.count = 0
+    attractors_of(f, table)
+    assert f.count < most
+
+
+def test_table_and_orbits_at_hand_are_used():
+    f = cubic(1.5)
+    found = attractors_of(f, branch_table(f), periodic_orbits(f, 2))
+    assert sorted(a.orbit.points[0] for a in found) == pytest.approx([-np.sqrt(0.5), np.sqrt(0.5)])
+    with pytest.raises(ValueError, match="n_seeds = 0"):
+        attractors_of(f, branch_table(f), n_seeds=0)
+
+
+def test_stand_in_that_the_map_does_not_confirm_is_dropped():
+    wrong = interpolated_map(branch_table(logistic(3.5)))  # a cycle of period 4
+    f = logistic(3.7)
+    (found,) = attractors_of(f, branch_table(f), fast=wrong)
+    assert (found.kind, found.period) == ("chaotic", 1)
+
+
+def test_edges_know_where_they_come_from():
+    f = tent(1.2)
+    (found,) = attractors(f)
+    for edge, (x, side, order) in zip(found.bands.ravel(), found.sources, strict=True):
+        assert x == 0.5
+        assert side in (-1, 1)
+        assert f.iterate(x, order)[-1] == pytest.approx(edge, abs=1e-14)
+
+
+def test_edges_of_many_bands_are_explained():
+    (found,) = attractors(logistic(3.56998))
+    assert found.period == len(found.bands) == 64
+    assert {order for _, _, order in found.sources} == set(range(1, 129))
+
+
+def test_bands_that_hold_an_attractor_are_none():
+    assert len(attractors(tent(1.01))) == 1
+
+
+def test_orbit_that_comes_late_is_no_second_attractor():
+    # Just past the flip of P1 orbits spiral away from it for thousands of steps.
+    f = WindowMap(EventMap(examples.law9(alpha=1.209875)), (0.379, 0.390))
+    (found,) = attractors(f)
+    assert (found.kind, found.period) == ("chaotic", 2)
+
+
+@pytest.mark.paper
+@pytest.mark.parametrize(
+    ("beyond", "period"), [(-1e-9, 4), (1e-5, 95), (1e-6, 123), (1e-7, 155), (1e-9, 215)]
+)
+def test_long_periods_beside_the_collision_of_s4(beyond, period):
+    f = EventMap(examples.coulomb(V=0.036975923520307 + beyond))
+    (found,) = (a for a in attractors_of(f, branch_table(f)) if a.period != 1)
+    assert (found.kind, found.period) == ("periodic", period)
+    points = found.orbit.points
+    assert np.abs(f.evaluate(points).value - np.roll(points, -1)).max() < 1e-14
+    assert np.diff(np.sort(points)).min() > 1e-12  # minimal: all points differ
+
+
+# --- interface --------------------------------------------------------------------------------
+
+
+def test_given_seeds_see_their_own_attractor_only():
+    f = cubic(1.5)
+    (found,) = attractors(f, seeds=[0.3, 0.4])
+    assert found.orbit.points == pytest.approx([np.sqrt(0.5)])
+    assert found.basin_share == 1
+
+
+def test_known_stable_orbits_are_attractors_without_a_seed():
+    f = cubic(1.5)
+    (other,) = attractors(f, seeds=[-0.3])
+    found = attractors(f, seeds=[0.3], known=[other.orbit])
+    assert sorted(a.orbit.points[0] for a in found) == pytest.approx([-np.sqrt(0.5), np.sqrt(0.5)])
+    assert sorted(a.basin_share for a in found) == [0, 1]
+
+
+def test_results_repeat():
+    one, two = attractors(cubic(2.5)), attractors(cubic(2.5))
+    assert repr(one) == repr(two)
+    assert one[0].kind == one[:1][0].kind
+    assert len(list(one)) == len(one)
+
+
+@pytest.mark.parametrize("name", ["n_seeds", "max_period", "max_steps"])
+def test_counts_below_one_are_refused(name):
+    with pytest.raises(ValueError, match=f"{name} = 0"):
+        attractors(logistic(3.2), **{name: 0})
+
+
+@pytest.mark.parametrize("max_steps", [1, 2])
+def test_orbits_that_were_hardly_followed_have_an_exponent(max_steps):
+    found = attractors(logistic(3.2), max_steps=max_steps, n_seeds=4)
+    assert "undecided" in {item.kind for item in found}
+    assert np.isfinite([item.lyapunov.value for item in found]).all()
+
+
+def test_seed_outside_the_domain_is_refused():
+    with pytest.raises(ValueError, match="outside the domain"):
+        attractors(logistic(3.2), seeds=[1.5])
+
+
+def test_one_seed_is_quick():
+    f = logistic(3.5)
+    attractors(f, seeds=[0.3])
+    start = time.perf_counter()
+    attractors(f, seeds=[0.3])
+    assert time.perf_counter() - start < 1.0  # 0.05 s on an idle machine
+
+
+def test_plot_shows_bands_and_points():
+    ax = attractors(cubic(2.5)).plot()
+    assert len(ax.collections) == 2
+    ax = attractors(cubic(1.5))[0].plot()
+    assert len(ax.lines) == 1

@@ -1,0 +1,222 @@
+"""Crises and band mergings against closed forms and independent solutions."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from stickslip import examples
+from stickslip.analysis.bifurcations.crisis.crises import crises
+from stickslip.analysis.bifurcations.crisis.parameter_point import parameter_point
+from stickslip.analysis.examples import logistic, tent
+from stickslip.analysis.maps.piecewise_map import PiecewiseMap
+from stickslip.analysis.maps.window import WindowMap
+from stickslip.mechanics.eventmap.event_map import EventMap
+
+LOCATED = 1e-10  # what a located value is good for at least; most are at rounding
+
+
+def found(at, values, **options):
+    return crises(at, [parameter_point(at, value) for value in values], **options)
+
+
+def values(events, kind=None):
+    return [event.value for event in events if kind in (None, event.kind)]
+
+
+CUBIC = PiecewiseMap(
+    lambda x, a: a * x - x**3,
+    (-2.2, 2.2),
+    parameters={"a": 2.5},
+    derivative=lambda x, a: a - 3 * x**2,
+)
+
+
+def cubic(a):
+    return CUBIC.replace(a=a)
+
+
+# --- band merging -----------------------------------------------------------------------------
+
+
+def test_bands_of_the_tent_map_merge_at_roots_of_two():
+    events = found(tent, [1.15, 1.3, 1.5])
+    assert {event.kind for event in events} == {"band_merging"}
+    assert values(events) == pytest.approx([2**0.25, 2**0.5], abs=LOCATED)
+    first, second = events
+    assert [a.period for a in first.attractors_before] == [4]
+    assert [a.period for a in first.attractors_after] == [2]
+    # The orbit between the bands: the fixed point s / (1 + s), and its double.
+    assert second.points == pytest.approx([2**0.5 / (1 + 2**0.5)])
+    assert first.period == 2
+    assert all(
+        abs(e.value - v) <= 10 * e.error for e, v in zip(events, (2**0.25, 2**0.5), strict=True)
+    )
+
+
+def image_of_top(r, n):
+    x = 0.5
+    for _ in range(n):
+        x = r * x * (1 - x)
+    return x
+
+
+def two_cycle(r):
+    root = np.sqrt((r + 1) * (r - 3))
+    return np.array([r + 1 - root, r + 1 + root]) / (2 * r)
+
+
+def test_inverse_cascade_of_the_logistic_map():
+    # Where the third image of 1/2 is the fixed point: r^3 - 2 r^2 - 4 r - 8 = 0.
+    (two,) = np.real([z for z in np.roots([1, -2, -4, -8]) if abs(z.imag) < 1e-12])
+    four = brentq(lambda r: image_of_top(r, 7) - two_cycle(r)[1], 3.58, 3.6, xtol=1e-15)
+    events = found(logistic, [3.572, 3.58, 3.62, 3.7])
+    assert {event.kind for event in events} == {"band_merging"}
+    assert values(events)[-2:] == pytest.approx([four, two], abs=LOCATED)
+    # Feigenbaum's ratio from the other side of the accumulation.
+    gaps = np.diff(values(events))
+    assert len(events) == 3
+    assert gaps[1] / gaps[0] == pytest.approx(4.669, rel=0.05)
+    assert [a.period for e in events for a in e.attractors_after] == [4, 2, 1]
+
+
+def test_a_cascade_is_followed_from_a_coarse_grid():
+    events = found(logistic, [3.5, 3.7])
+    periods = [event.attractors_after[0].period for event in events]
+    assert periods[-4:] == [8, 4, 2, 1]
+
+
+# --- interior crises --------------------------------------------------------------------------
+
+
+def test_end_of_the_window_of_period_three():
+    def off(r):
+        # The unstable cycle of period 3 has the point right of 1/2, above the stable one's.
+        cycle = brentq(lambda x: _third(r, x) - x, 0.53, 0.57, xtol=1e-16)
+        return image_of_top(r, 6) - cycle
+
+    def _third(r, x):
+        for _ in range(3):
+            x = r * x * (1 - x)
+        return x
+
+    expected = brentq(off, 3.855, 3.859, xtol=1e-15)
+    (event,) = found(logistic, [3.853, 3.86])
+    assert event.kind == "interior_crisis"
+    assert event.value == pytest.approx(expected, abs=LOCATED)
+    assert event.period == 3
+    assert [a.period for a in event.attractors_before] == [3]
+    assert [a.period for a in event.attractors_after] == [1]
+
+
+def test_two_attractors_become_one():
+    # f(f(c)) = 0 for the symmetric cubic map: a^2 = 27 / 4.
+    (event,) = found(cubic, [2.59, 2.61])
+    assert event.kind == "interior_crisis"
+    assert event.value == pytest.approx(np.sqrt(27 / 4), abs=LOCATED)
+    assert event.points == pytest.approx([0.0], abs=1e-12)
+    assert (len(event.attractors_before), len(event.attractors_after)) == (2, 1)
+
+
+# --- boundary crises --------------------------------------------------------------------------
+
+
+def test_attractor_meets_a_cycle_on_the_boundary_of_its_basin():
+    # The cubic map's extremum 2 (a / 3)^(3/2) is on the cycle +-sqrt(a + 1) at a = 3.
+    (event,) = found(cubic, [2.95, 3.05])
+    assert event.kind == "boundary_crisis"
+    assert event.value == pytest.approx(3.0, abs=LOCATED)
+    assert sorted(event.points) == pytest.approx([-2.0, 2.0])
+    assert [a.kind for a in event.attractors_before] == ["chaotic"]
+    assert event.attractors_after == ()
+
+
+@pytest.mark.parametrize(("family", "last"), [(logistic, 4.0), (tent, 2.0)])
+def test_crisis_at_the_very_end_of_the_range(family, last):
+    (event,) = found(family, [last - 0.02, last])
+    assert event.kind == "boundary_crisis"
+    assert event.value == last
+    assert event.points == pytest.approx([0.0], abs=1e-12)
+
+
+def test_crisis_at_the_very_beginning_of_the_range():
+    (event,) = found(lambda q: logistic(4 - q), [0.0, 0.02])
+    assert (event.kind, event.value) == ("boundary_crisis", 0.0)
+    assert event.attractors_before == ()
+
+
+# --- nothing to report ------------------------------------------------------------------------
+
+
+def test_chaos_that_only_changes_its_shape_is_no_event():
+    assert found(tent, [1.5, 1.7, 1.9]) == []
+
+
+def test_cycles_are_no_business_of_crises():
+    assert found(logistic, [3.1, 3.3, 3.5]) == []
+
+
+def test_changes_across_known_bifurcations_are_theirs():
+    # The window of period 3 opens in a fold; its chaos is not searched for a crisis.
+    fold = 1 + np.sqrt(8)
+    looked = []
+
+    def at(r):
+        looked.append(r)
+        return logistic(r)
+
+    grid = [parameter_point(logistic, r) for r in (3.82, 3.84)]
+    assert crises(at, grid, breaks=[fold]) == []
+    assert len(looked) < 12
+
+
+def test_values_must_ascend():
+    point = parameter_point(tent, 1.5)
+    for grid in ([point], [point, point]):
+        with pytest.raises(ValueError, match="ascending values"):
+            crises(tent, grid)
+
+
+# --- the paper's law (9) ----------------------------------------------------------------------
+
+
+def law9(alpha):
+    return WindowMap(EventMap(examples.law9(alpha=alpha)), (0.379, 0.390))
+
+
+@pytest.mark.paper
+def test_boundary_crisis_of_law_9():
+    (event,) = found(law9, [1.2152, 1.2154])
+    assert event.kind == "boundary_crisis"
+    assert event.value == pytest.approx(1.215285651451, abs=1e-12)  # f(f(c)) = U1
+    assert event.condition.k == 2
+    assert event.period == 1
+    assert sorted(a.kind for a in event.attractors_before) == ["chaotic", "periodic"]
+    assert [a.kind for a in event.attractors_after] == ["periodic"]
+
+
+@pytest.mark.paper
+def test_two_bands_of_law_9_merge_at_p1():
+    (event,) = found(law9, [1.2121, 1.2131])
+    assert event.kind == "band_merging"
+    assert event.value == pytest.approx(1.2126875739476, abs=1e-12)
+    f = law9(event.value)
+    # The third image of the cusp is P1, by the map itself.
+    cusp = f.iterate(event.located.reading.critical.x, 3)[-1]
+    assert cusp == pytest.approx(event.points[0], abs=1e-10)
+    assert float(f.evaluate(event.points[0]).value) == pytest.approx(event.points[0], abs=1e-13)
+
+
+@pytest.mark.paper
+@pytest.mark.slow
+def test_chaos_after_the_cascade_of_s1():
+    events = found(law9, [1.2157, 1.2158, 1.2159, 1.2161, 1.2167, 1.217])
+    simple = [event for event in events if event.period <= 2]  # others end windows of chaos
+    assert [(event.kind, event.period) for event in simple] == [
+        ("band_merging", 2),
+        ("band_merging", 1),
+        ("interior_crisis", 1),
+        ("boundary_crisis", 2),
+    ]
+    assert values(simple)[-3:] == pytest.approx(
+        [1.2158032077116, 1.2159799290608, 1.2169001602016], abs=1e-12
+    )

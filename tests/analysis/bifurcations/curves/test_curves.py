@@ -1,0 +1,300 @@
+"""Bifurcation curves in two parameters whose equations are known."""
+
+import math
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
+from stickslip.analysis.bifurcations.curves.curves import continue_bifurcation
+from stickslip.analysis.branches.along.borders import Border, TurningPoint
+from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.examples import border_collision, logistic
+from stickslip.analysis.maps.piecewise_map import PiecewiseMap
+
+ON_CURVE = 1e-11  # of parameters of order 1
+SPECIAL = 1e-9  # of points where the type changes: roots of derivatives
+RANGE_ENDS = ("end of range", "end of range")
+
+
+def follow(f, condition, parameter, value, **plane):
+    b = SimpleNamespace(condition=condition, parameter=parameter, value=value, kind="any")
+    return continue_bifurcation(b, f, **plane)
+
+
+def quadratic(a=0.0, b=0.0):
+    """Make x -> a + b x - x^2, with fixed points in closed form."""
+    return PiecewiseMap(lambda x, a, b: a + b * x - x * x, (-20, 20), parameters={"a": a, "b": b})
+
+
+def of_kind(curve, kind):
+    return [mark for mark in curve.bifurcations if mark.kind == kind]
+
+
+# ---------------------------------------------------------------- folds and flips
+
+
+def test_flip_curve():
+    curve = follow(
+        quadratic(0.75), Flip(1, (0.5,)), "a", 0.75, along="b", range=(-0.5, 0.9), solve_for="a"
+    )
+    a, b = curve.parameters["a"], curve.parameters["b"]
+    assert (b[0], b[-1]) == (-0.5, 0.9)
+    assert np.all(np.diff(b) > 0)
+    assert a == pytest.approx((1 + b) * (3 - b) / 4, abs=ON_CURVE)
+    assert curve.points[:, 0] == pytest.approx((1 + b) / 2, abs=ON_CURVE)
+    assert curve.multipliers == pytest.approx(-np.ones(len(a)), abs=ON_CURVE)
+    assert curve.end_reasons == RANGE_ENDS
+    assert not curve.bifurcations
+    assert (curve.along, curve.solve_for, curve.period, curve.kind) == ("b", "a", 1, "any")
+
+
+def test_fold_curve_through_its_turning_point():
+    # a = -(1 - b)^2 / 4: over a the curve turns back at a = 0, b = 1.
+    f = quadratic(-0.25, 0.0)
+    curve = follow(f, Fold(1, (-0.5,)), "a", -0.25, along="a", range=(-0.5, 0.1), solve_for="b")
+    a, b = curve.parameters["a"], curve.parameters["b"]
+    assert a == pytest.approx(-((1 - b) ** 2) / 4, abs=ON_CURVE)
+    assert (a[0], a[-1]) == (-0.5, -0.5)
+    assert (b[0], b[-1]) == pytest.approx((1 - math.sqrt(2), 1 + math.sqrt(2)), abs=ON_CURVE)
+    assert a.max() > -1e-3
+    assert curve.end_reasons == RANGE_ENDS
+    with pytest.raises(ValueError, match=r"passes a = -0\.25 several times"):
+        curve.at(a=-0.25)
+    assert curve.at(a=-0.25, near=1.9).value == pytest.approx(2.0, abs=ON_CURVE)
+    assert curve.at(b=1.5).value == pytest.approx(-1 / 16, abs=ON_CURVE)
+
+
+def test_closed_curve():
+    # A fold where (a - 5)^2 + b^2 = 1.
+    f = PiecewiseMap(
+        lambda x, a, b: x + x * x + (a - 5) ** 2 + b * b - 1,
+        (-3, 3),
+        parameters={"a": 6.0, "b": 0.0},
+    )
+    curve = follow(f, Fold(1, (0.0,)), "a", 6.0, along="b", range=(-2, 2), solve_for="a")
+    a, b = curve.parameters["a"] - 5, curve.parameters["b"]
+    assert a * a + b * b == pytest.approx(np.ones(len(a)), abs=ON_CURVE)
+    assert curve.end_reasons == ("the curve is closed", "the curve is closed")
+    angle = np.unwrap(np.arctan2(b, a))
+    assert abs(angle[-1] - angle[0]) == pytest.approx(2 * np.pi, abs=1e-9)
+
+
+def test_cusp():
+    # x + a + b x - x^3: folds where b = 3 x^2, a = -2 x^3.
+    f = PiecewiseMap(
+        lambda x, a, b: x + a + b * x - x**3, (-2, 2), parameters={"a": -0.128, "b": 0.48}
+    )
+    for along, other, width in (("b", "a", (-0.1, 0.6)), ("a", "b", (-0.2, 0.2))):
+        value = f.parameters[other]
+        curve = follow(f, Fold(1, (0.4,)), other, value, along=along, range=width, solve_for=other)
+        x = curve.points[:, 0]
+        assert curve.parameters["a"] == pytest.approx(-2 * x**3, abs=ON_CURVE)
+        assert curve.parameters["b"] == pytest.approx(3 * x**2, abs=ON_CURVE)
+        # Past the cusp the other branch is followed to the end of the range.
+        assert x.min() < -0.4 < 0.4 < x.max()
+        assert curve.end_reasons == RANGE_ENDS
+        (cusp,) = curve.bifurcations
+        assert cusp.kind == "cusp"
+        assert list(cusp.parameters.values()) == pytest.approx([0, 0], abs=SPECIAL)
+        assert cusp.points == pytest.approx((0,), abs=1e-6)
+        k = int(cusp.position)
+        assert x[k] * x[k + 1] < 0
+
+
+def test_generalised_flip():
+    # -(1 + m) x + c x^2 - x^3 flips at m = 0; cubic coefficient c^2 - 1.
+    f = PiecewiseMap(
+        lambda x, m, c: -(1 + m) * x + c * x * x - x**3, (-2, 2), parameters={"m": 0.0, "c": 0.3}
+    )
+    curve = follow(f, Flip(1, (0.0,)), "m", 0.0, along="c", range=(-0.5, 1.5), solve_for="m")
+    assert curve.parameters["m"] == pytest.approx(np.zeros(len(curve.points)), abs=ON_CURVE)
+    (mark,) = curve.bifurcations
+    assert mark.kind == "generalised flip"
+    assert mark.parameters["c"] == pytest.approx(1, abs=1e-8)
+
+
+def test_fold_that_meets_a_break():
+    # The left branch ends at 0.2; its fold moves there with b.
+    f = PiecewiseMap(
+        lambda x, a, b: np.where(x < 0.2, a + b * x - x * x, -1.0), (-2, 2),
+        parameters={"a": -0.25, "b": 0.0}, breakpoints=[0.2],
+    )  # fmt: skip
+    curve = follow(f, Fold(1, (-0.5,)), "a", -0.25, along="b", range=(-0.5, 2.0), solve_for="a")
+    assert curve.parameters["b"][-1] == pytest.approx(1.4, abs=1e-8)
+    (mark,) = curve.bifurcations
+    assert (mark.kind, mark.parameters["b"]) == ("breakpoint", pytest.approx(1.4, abs=SPECIAL))
+    assert mark.parameters["a"] == pytest.approx(-0.04, abs=SPECIAL)
+    assert "meets another break, the jump at " in mark.what
+    assert curve.end_reasons == ("end of range", mark.what)
+
+
+# ---------------------------------------------------------------- borders
+
+
+def normal_form(**changes):
+    f = border_collision(a=0.5, b=-2.0, mu=0.0, size=10.0)
+    return f.replace(**changes)
+
+
+def border_of(f):
+    (b,) = breakpoints(f)
+    return Border.of(b)
+
+
+def test_multipliers_at_a_border_pass_one_minus_one_and_zero():
+    f = normal_form()
+    curve = follow(
+        f, Collision(1, border_of(f), -1), "mu", 0.0, along="a", range=(-1.5, 1.5), solve_for="mu"
+    )
+    a = curve.parameters["a"]
+    assert curve.parameters["mu"] == pytest.approx(np.zeros(len(a)), abs=ON_CURVE)
+    assert curve.one_sided == pytest.approx(np.column_stack([a, np.full(len(a), -2.0)]))
+    assert curve.multipliers == pytest.approx(a)
+    # Equal slopes of the two sides, at a = b = -2, are outside the range.
+    marks = {mark.kind: mark.parameters["a"] for mark in curve.bifurcations}
+    assert marks == {
+        "multiplier 1": pytest.approx(1, abs=SPECIAL),
+        "multiplier -1": pytest.approx(-1, abs=SPECIAL),
+        "multiplier 0": pytest.approx(0, abs=SPECIAL),
+    }
+    assert "on the left of the border passes 1: the colliding orbit also folds" in str(
+        of_kind(curve, "multiplier 1")[0]
+    )
+
+
+def test_corner_that_straightens_and_jump_that_closes():
+    f = normal_form()
+    curve = follow(
+        f, Collision(1, border_of(f), -1), "mu", 0.0, along="a", range=(-3.0, 1.5), solve_for="mu"
+    )
+    (mark,) = of_kind(curve, "kind of border")
+    assert mark.parameters["a"] == pytest.approx(-2, abs=SPECIAL)
+    g = normal_form(jump=0.5, mu=-0.5)
+    curve = follow(
+        g, Collision(1, border_of(g), 1), "mu", -0.5, along="jump", range=(-1, 1), solve_for="mu"
+    )
+    assert curve.parameters["mu"] == pytest.approx(-curve.parameters["jump"], abs=ON_CURVE)
+    assert curve.multipliers == pytest.approx(np.full(len(curve.points), -2.0))
+    (mark,) = curve.bifurcations
+    assert (mark.kind, mark.parameters["jump"]) == ("kind of border", pytest.approx(0, abs=SPECIAL))
+
+
+def two_breaks(a=0.0, c=0.0):
+    """Return x + ... left of 0; a jump at 1 that the orbit of the border may reach."""
+
+    def values(x, a, c):
+        return np.where(x < 0, a + 0.8, np.where(x < 1, x - 0.8 + c, 0.5 * x - 2 + c))
+
+    return PiecewiseMap(values, (-4, 4), parameters={"a": a, "c": c}, breakpoints=[0, 1])
+
+
+def test_border_collision_whose_orbit_meets_another_jump():
+    # 0- -> a + 0.8 -> a + c = 0, as long as a + 0.8 < 1.
+    f = two_breaks()
+    border = Border.of(breakpoints(f)[0])
+    curve = follow(
+        f, Collision(2, border, -1), "c", 0.0, along="a", range=(-0.5, 0.5), solve_for="c"
+    )
+    a, c = curve.parameters["a"], curve.parameters["c"]
+    assert c == pytest.approx(-a, abs=1e-8)
+    assert a[0] == -0.5
+    assert a[-1] == pytest.approx(0.2, abs=1e-8)
+    (mark,) = of_kind(curve, "second border")
+    assert mark.parameters == {
+        "a": pytest.approx(0.2, abs=SPECIAL), "c": pytest.approx(-0.2, abs=SPECIAL),
+    }  # fmt: skip
+    assert curve.end_reasons == ("end of range", mark.what)
+
+
+def test_curve_of_a_border_that_leaves_the_domain():
+    f = PiecewiseMap(
+        lambda x, c, h: np.where(x < c, h + 0.5 * (x - c), 0.2), (0, 1),
+        parameters={"c": 0.6, "h": 0.6}, breakpoints=lambda c, h: [c] if c < 1 else [],
+    )  # fmt: skip
+    curve = follow(
+        f, Collision(1, border_of(f), -1), "h", 0.6, along="c", range=(0.5, 1.5), solve_for="h"
+    )
+    assert curve.parameters["h"] == pytest.approx(curve.parameters["c"], abs=1e-8)
+    assert curve.parameters["c"][-1] == pytest.approx(1.0, abs=1e-6)
+    assert curve.end_reasons[0] == "end of range"
+    assert "is gone" in curve.end_reasons[1]
+
+
+# ---------------------------------------------------------------- crises
+
+
+def test_boundary_crisis_of_a_family_of_parabolas():
+    # f^2(c) = fixed point on the left: conjugate to r = 4 of the logistic map.
+    f = quadratic(2.0, 0.0)
+    crisis = Connection(TurningPoint(0.0), 1, 2, (-2.0,))
+    curve = follow(f, crisis, "a", 2.0, along="b", range=(-0.5, 0.5), solve_for="a")
+    a, b = curve.parameters["a"], curve.parameters["b"]
+    # x = y + b / 2 turns it into A - y^2 with A = a - b / 2 + b^2 / 4 = 2.
+    assert a == pytest.approx(2 + b / 2 - b * b / 4, abs=ON_CURVE)
+    assert curve.multipliers == pytest.approx(np.full(len(a), 4.0), abs=1e-9)
+    point = curve.at(b=0.25)
+    assert point.value == pytest.approx(2 + 0.125 - 1 / 64, abs=ON_CURVE)
+    assert abs(point.value - (2 + 0.125 - 1 / 64)) <= 4 * point.error
+    assert point.error < ON_CURVE
+    assert point.parameters == {"b": 0.25, "a": point.value}
+
+
+# ---------------------------------------------------------------- arguments and files
+
+
+def test_curve_passes_through_its_start_exactly():
+    f = quadratic(0.75)
+    curve = follow(f, Flip(1, (0.5,)), "a", 0.75, along="b", range=(-0.5, 0.9), solve_for="a")
+    assert 0.0 in curve.parameters["b"]
+    assert "flip" not in repr(curve)
+    assert "BifurcationCurve: any of period 1, a over b" in repr(curve)
+    assert "ends: end of range; end of range" in repr(curve)
+
+
+def test_arguments_are_checked():
+    f, flip = quadratic(0.75), Flip(1, (0.5,))
+    with pytest.raises(ValueError, match="'r' is not a parameter"):
+        follow(f, flip, "a", 0.75, along="r", range=(0, 1), solve_for="a")
+    with pytest.raises(ValueError, match="two different parameters"):
+        follow(f, flip, "a", 0.75, along="a", range=(0, 1), solve_for="a")
+    with pytest.raises(ValueError, match="lo < hi"):
+        follow(f, flip, "a", 0.75, along="b", range=(1, 0), solve_for="a")
+    with pytest.raises(ValueError, match="does not contain b = 0"):
+        follow(f, flip, "a", 0.75, along="b", range=(0.5, 1), solve_for="a")
+    with pytest.raises(ValueError, match="no such bifurcation near"):
+        follow(f, flip, "a", 9.0, along="b", range=(-0.5, 0.5), solve_for="a")
+    curve = follow(f, flip, "a", 0.75, along="b", range=(-0.5, 0.5), solve_for="a")
+    with pytest.raises(ValueError, match="exactly one of b"):
+        curve.at(a=0.75, b=0.0)
+    for b in (0.7, 1e300):
+        with pytest.raises(
+            ValueError, match=rf"b = {re.escape(format(b, 'g'))} is not on the curve"
+        ):
+            curve.at(b=b)
+    with pytest.raises(ValueError, match=r"b = 'spam' .* is not a real number"):
+        curve.at(b="spam")
+    with pytest.raises(ValueError, match=r"near = \(0, 1\) .* is not a real number"):
+        curve.at(b=0.1, near=(0, 1))
+
+
+def test_curve_and_its_loaded_copy_are_the_same(tmp_path):
+    from stickslip.analysis.storage import load
+
+    f = quadratic(0.75)
+    curve = follow(f, Flip(1, (0.5,)), "a", 0.75, along="b", range=(-0.5, 0.9), solve_for="a")
+    curve.save(tmp_path / "flip.json")
+    copy = load(tmp_path / "flip.json", f)
+    assert np.array_equal(copy.parameters["a"], curve.parameters["a"])
+    assert copy.conditions == curve.conditions
+    assert copy.at(b=0.3).value == curve.at(b=0.3).value
+    alone = load(tmp_path / "flip.json")
+    with pytest.raises(ValueError, match="without its system"):
+        alone.at(b=0.3)
+
+
+def test_logistic_map_has_one_parameter_only():
+    with pytest.raises(ValueError, match="'s' is not a parameter"):
+        follow(logistic(3.0), Flip(1, (2 / 3,)), "r", 3.0, along="r", range=(2, 4), solve_for="s")

@@ -1,0 +1,207 @@
+"""Lists of orbits along a parameter: every change of their number is explained by an event."""
+
+from collections import Counter
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.analysis import examples
+from stickslip.analysis.bifurcations.explain import concerned_orbits
+from stickslip.analysis.bifurcations.scan.nodes import Family, Words
+from stickslip.analysis.bifurcations.scan.survey import Survey
+
+MU = (-0.3, 0.3)
+MAX_PERIOD = 4
+
+
+def surveyed(f, name, lo, hi, *, max_period=MAX_PERIOD, n=24, window=None):
+    survey = Survey(Family(f, name, window), lo, hi, max_period)
+    survey.run(n)
+    return survey
+
+
+def random_family(rng):
+    """Parabolas between up to three moving breaks, half of which are corners; parameter mu."""
+    n = int(rng.integers(1, 4))
+    centre = np.sort(rng.uniform(-0.8, 0.8, n))
+    if n > 1 and np.diff(centre).min() < 0.25:
+        return random_family(rng)
+    speed = rng.uniform(-0.3, 0.3, n)
+    slope = rng.choice([-1, 1], n + 1) * rng.uniform(0.5, 3, n + 1)
+    height, lift = rng.uniform(-0.5, 0.5, n + 1), rng.uniform(-2, 2, n + 1)
+    bend = rng.uniform(-2, 2, n + 1) * (rng.random(n + 1) < 0.7)
+    corner = rng.random(n) < 0.5
+
+    def breaks(mu):
+        return centre + speed * mu
+
+    def piece(k, x, mu):
+        return slope[k] * x + bend[k] * x * x + height[k] + lift[k] * mu
+
+    def func(x, mu):
+        offset = np.zeros(n + 1)
+        for k, c in enumerate(breaks(mu)):
+            if corner[k]:
+                offset[k + 1] = piece(k, c, mu) + offset[k] - piece(k + 1, c, mu)
+        k = np.searchsorted(breaks(mu), x, side="right")
+        return piece(k, x, mu) + offset[k]
+
+    def derivative(x, mu):
+        k = np.searchsorted(breaks(mu), x, side="right")
+        return slope[k] + 2 * bend[k] * x
+
+    return ss.PiecewiseMap(
+        func, (-1, 1), parameters={"mu": 0.0}, derivative=derivative, breakpoints=breaks
+    )
+
+
+def counts(orbits):
+    return Counter(orbit.period for orbit in orbits)
+
+
+def changes(survey):
+    """Every change of the number of orbits: (parameter value, changes by period)."""
+    found = []
+    for span in survey.spans:
+        if span.events:
+            shares, left_open = concerned_orbits(span)
+            assert not left_open
+            for event, share in zip(span.events, shares, strict=True):
+                change = counts(span.right.select(share.after))
+                change.subtract(counts(span.left.select(share.before)))
+                found.append((event.value, change))
+        for ending in span.endings:
+            if ending.reason == "outside":
+                ends_here = ending.piece.left is not None
+                q = ending.piece.values[-1 if ends_here else 0]
+                found.append((q, Counter({ending.piece.period: -1 if ends_here else 1})))
+    return found
+
+
+def assert_explained(f, survey, name, pairs):
+    """Count the orbits at both values of each pair, and all that happens in between."""
+    assert not survey.unresolved
+    events = changes(survey)
+    for low, high in pairs:
+        expected = counts(ss.periodic_orbits(f.replace(**{name: low}), survey.max_period))
+        for value, change in events:
+            if low < value < high:
+                expected.update(change)
+        found = counts(ss.periodic_orbits(f.replace(**{name: high}), survey.max_period))
+        assert +expected == +found, (low, high)
+
+
+@pytest.mark.parametrize("seed", [3, 5, 104, 108])
+def test_every_change_of_the_number_of_orbits_is_explained(seed):
+    rng = np.random.default_rng(seed)
+    f = random_family(rng)
+    survey = surveyed(f, "mu", *MU)
+    assert_explained(f, survey, "mu", np.sort(rng.uniform(*MU, (6, 2)), axis=1))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(1000, 1040))
+def test_every_change_of_the_number_of_orbits_is_explained_in_many_families(seed):
+    rng = np.random.default_rng(seed)
+    f = random_family(rng)
+    survey = surveyed(f, "mu", *MU)
+    assert_explained(f, survey, "mu", np.sort(rng.uniform(*MU, (6, 2)), axis=1))
+
+
+def test_every_orbit_of_the_tent_map_is_born_on_its_corner():
+    survey = surveyed(examples.tent(1.5), "slope", 1.02, 1.98)
+    assert not survey.unresolved
+    assert {event.kind for event in survey.events} == {"border_collision"}
+    # The border 1/2 has period p: f^p(1/2) = 1/2, for p = 3 the golden mean.
+    by_period = {event.period: event.value for event in survey.events}
+    assert by_period[3] == pytest.approx(0.5 * (1 + np.sqrt(5)), abs=1e-12)
+    total = sum((change for _, change in changes(survey)), Counter())
+    at_start = counts(ss.periodic_orbits(examples.tent(1.02), 4))
+    at_end = counts(ss.periodic_orbits(examples.tent(1.98), 4))
+    at_start.update(total)
+    assert at_start == at_end
+
+
+def test_a_fold_pair_within_one_step_of_the_grid_is_found():
+    # Two orbits live for 1.3e-3 of the range 2, the grid's step is 0.087.
+    where, height = 0.313, 4e-7
+    f = ss.PiecewiseMap(
+        lambda x, q: x - 0.3 * x * x + height - (q - where) ** 2,
+        (-1, 1),
+        parameters={"q": 0.0},
+        derivative=lambda x, q: 1 - 0.6 * x,
+    )
+    survey = surveyed(f, "q", -1, 1, max_period=2)
+    assert [event.kind for event in survey.events] == ["fold", "fold"]
+    expected = [where - np.sqrt(height), where + np.sqrt(height)]
+    assert [event.value for event in survey.events] == pytest.approx(expected, abs=1e-12)
+    assert not survey.unresolved
+
+
+def test_a_pair_born_and_lost_on_a_corner_within_one_step_of_the_grid_is_found():
+    where, height, corner = 0.313, 4e-7, 0.2
+
+    def func(x, q):
+        rise = np.where(x < corner, 1.5, -2.0) * (x - corner)
+        return corner + rise + height - (q - where) ** 2
+
+    f = ss.PiecewiseMap(
+        func,
+        (-1, 1),
+        parameters={"q": 0.0},
+        derivative=lambda x, q: np.where(x < corner, 1.5, -2.0),
+        breakpoints=[corner],
+    )
+    survey = surveyed(f, "q", -1, 1, max_period=2)
+    assert {event.kind for event in survey.events} == {"border_collision"}
+    expected = [where - np.sqrt(height), where + np.sqrt(height)]
+    assert [event.value for event in survey.events] == pytest.approx(expected, abs=1e-12)
+
+
+def test_labels_joined_in_a_ring_by_harmless_breakpoints():
+    # Branches 1, 2, 3 with smooth breakpoints between any two of them; 4 beyond a corner.
+    def table(*pairs, kind="smooth"):
+        breaks = [SimpleNamespace(left_label=a, right_label=b, kind=kind) for a, b in pairs]
+        return SimpleNamespace(breakpoints=breaks)
+
+    words = Words()
+    words.learn(table((1, 2), (2, 3), (3, 1)))
+    words.learn(table((3, 4), kind="corner"))
+    labels = np.array([3, 2, 1, 4], dtype=np.uint64)
+    assert words.of(labels).tolist() == [1, 1, 1, 4]
+    assert words.telling
+
+
+def test_orbits_pass_a_corner_that_no_label_shows():
+    f = ss.PiecewiseMap(
+        lambda x, mu: np.where(x < 0, 0.5 * x, 0.8 * x) + mu, (-2, 2), parameters={"mu": 0.1}
+    )
+    survey = surveyed(f, "mu", -0.11, 0.13, max_period=2)
+    (event,) = survey.events
+    assert (event.kind, event.period) == ("border_collision", 1)
+    assert event.value == pytest.approx(0, abs=1e-12)
+    assert not survey.unresolved
+
+
+def test_an_event_at_the_end_of_the_range():
+    survey = surveyed(examples.logistic(3.0), "r", 3.0, 3.2, max_period=2)
+    (event,) = survey.events
+    assert (event.kind, event.value) == ("flip", pytest.approx(3.0, abs=1e-14))
+    assert not survey.unresolved
+
+
+def test_two_values_that_are_neighbours_among_the_floats_are_joined():
+    # The grid comes next to the exchange of stability at 1, and multipliers are 1 to rounding.
+    survey = surveyed(examples.logistic(3.2), "r", 0.0, 1.0, max_period=1)
+    assert [event.kind for event in survey.events] == ["transcritical"]
+
+
+def test_orbits_that_leave_the_window_are_no_events():
+    # The fixed point 1 - 1/r passes 0.7 at r = 10/3.
+    survey = surveyed(examples.logistic(3.2), "r", 3.1, 3.4, max_period=1, window=(0.5, 0.7))
+    assert not survey.events
+    assert not survey.unresolved
+    (ending,) = [ending for span in survey.spans for ending in span.endings]
+    assert ending.reason == "outside"

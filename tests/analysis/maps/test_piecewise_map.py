@@ -1,0 +1,235 @@
+"""The user's own map: ways to give it, derivatives, errors, powers."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip.analysis import examples
+from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.maps.piecewise_map import PiecewiseMap
+from stickslip.analysis.maps.protocol import (
+    UNDEFINED,
+    Map1D,
+    MapFamily,
+    MapValues,
+    base_and_exponent,
+)
+
+BY_DIFFERENCES = 1e-8  # of the scale of the values
+EXAMPLES = [
+    examples.tent(1.8),
+    examples.logistic(3.6),
+    examples.doubling(2.5),
+    examples.tent_with_hole(3.0),
+    examples.border_collision(0.5, -2.0, 0.3, 0.2),
+    examples.square_root(0.2, 0.05),
+]
+
+
+@pytest.mark.parametrize("f", EXAMPLES, ids=repr)
+def test_examples_keep_the_protocol(f):
+    assert isinstance(f, Map1D)
+    assert isinstance(f, MapFamily)
+    x = np.linspace(*f.domain, 12).reshape(3, 4)
+    values = f.evaluate(x)
+    assert isinstance(values, MapValues)
+    for column in (values.value, values.derivative, values.label, values.status):
+        assert column.shape == (3, 4)
+    assert values.label.dtype == np.uint64
+    assert np.array_equal(np.isnan(values.value), values.status != 0)
+
+
+@pytest.mark.parametrize("f", EXAMPLES, ids=repr)
+def test_given_derivatives_agree_with_differences(f):
+    bare = PiecewiseMap(
+        f.func, f.domain, parameters=f.parameters, breakpoints=[b.d for b in breakpoints(f)]
+    )
+    lo, hi = f.domain
+    x = lo + (hi - lo) * ((0.618034 * np.arange(1, 60)) % 1)
+    scale = 1 + np.abs(f.derivative(x))
+    assert np.nanmax(np.abs(bare.derivative(x) - f.derivative(x)) / scale) < BY_DIFFERENCES
+    for name in f.parameters:
+        off = bare.parameter_derivative(x, name) - f.parameter_derivative(x, name)
+        assert np.nanmax(np.abs(off)) < 10 * BY_DIFFERENCES
+
+
+def test_scalar_functions_are_called_with_scalars():
+    def func(x, c):
+        return math.sin(x) if x < c else math.cos(x)
+
+    f = PiecewiseMap(func, (0, 2), parameters={"c": 1.0})
+    assert f(0.5) == math.sin(0.5)
+    assert isinstance(f(0.5), float)
+    assert f([0.5, 1.5]) == pytest.approx([math.sin(0.5), math.cos(1.5)])
+    assert f.derivative([0.5, 1.5]) == pytest.approx([math.cos(0.5), -math.sin(1.5)], abs=1e-9)
+
+
+def test_a_function_that_mixes_up_its_points_counts_as_scalar():
+    f = PiecewiseMap(lambda x: 0.5 * np.max(x), (0, 1))
+    assert f([0.2, 0.8]) == pytest.approx([0.1, 0.4])
+
+
+@given(x=st.floats(0, 1))
+def test_analytic_functions_are_differentiated_to_rounding(x):
+    f = PiecewiseMap(lambda x: np.exp(-x) * np.sin(5 * x), (0, 1))
+    known = np.exp(-x) * (5 * np.cos(5 * x) - np.sin(5 * x))
+    assert f.derivative(x) == pytest.approx(known, abs=1e-14)
+
+
+@given(x=st.floats(0, 1).filter(lambda x: abs(x - 0.4) > 1e-6))
+def test_differences_do_not_reach_across_an_unmarked_corner(x):
+    f = PiecewiseMap(lambda x: abs(x - 0.4), (0, 1))
+    assert f.derivative(x) == pytest.approx(1.0 if x > 0.4 else -1.0, abs=1e-6)
+
+
+def test_constant_functions():
+    f = PiecewiseMap(lambda x: 0.25, (0, 1))
+    assert f([0.1, 0.9]).tolist() == [0.25, 0.25]
+    assert f.derivative([0.1, 0.9]).tolist() == [0.0, 0.0]
+
+
+def test_nan_is_a_gap():
+    values = examples.tent_with_hole(3.0).evaluate([0.2, 0.5])
+    assert values.status.tolist() == [0, UNDEFINED]
+    assert np.isnan(values.value[1])
+    assert np.isnan(values.derivative[1])
+
+
+def test_orbits_that_leave_are_nan_from_there_on():
+    f = examples.border_collision(3.0, 3.0, 1.0)
+    orbit = f.iterate([1.0, -0.5], 3)
+    assert orbit.shape == (2, 4)
+    assert orbit[0, :3].tolist() == [1.0, 4.0, 13.0]
+    assert np.isnan(orbit[0, 3])
+    assert orbit[1].tolist() == [-0.5] * 4
+
+
+def test_labels_by_a_callable():
+    f = PiecewiseMap(lambda x: x, (-1, 1), label=lambda x: -3 if x < 0 else 5)
+    labels = f.evaluate([-0.5, 0.5, 0.7]).label
+    assert labels[0] != labels[1] == labels[2]
+
+
+def test_breakpoints_that_move_with_a_parameter():
+    f = examples.doubling(2.5).replace(slope=4.0)
+    assert f.evaluate([0.1, 0.3, 0.6, 0.9]).label.tolist() == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize("f", EXAMPLES, ids=repr)
+def test_a_copy_is_like_a_map_made_afresh(f):
+    for name, value in f.parameters.items():
+        changed = f.replace(**{name: value + 0.05})
+        fresh = type(f)(
+            f.func,
+            f.domain,
+            parameters=changed.parameters,
+            derivative=f._given_derivative,
+            parameter_derivative=f._given_parameter_derivative,
+            breakpoints=f._given_breakpoints,
+        )
+        x = np.linspace(*f.domain, 50)
+        for mine, other in zip(
+            vars(changed.evaluate(x)).values(), vars(fresh.evaluate(x)).values(), strict=True
+        ):
+            assert np.array_equal(mine, other, equal_nan=True)
+
+
+def test_a_copy_finds_out_whether_it_is_analytic():
+    # At a = 0 the complex step through the modulus happens to be right.
+    f = PiecewiseMap(lambda x, a: a * abs(x) + x, (0.1, 1), parameters={"a": 0.0})
+    assert f.derivative(0.5) == pytest.approx(1.0, abs=1e-14)
+    assert f.replace(a=1.0).derivative(0.5) == pytest.approx(2.0, abs=1e-8)
+    assert f.replace(a=1.0).replace(a=0.0).derivative(0.5) == f.derivative(0.5)
+
+
+def test_a_copy_tries_again_where_arrays_no_longer_work():
+    def func(x, n):
+        return 0.5 * x if n < 2 else 0.5 * math.sin(x)
+
+    f = PiecewiseMap(func, (0.1, 1), parameters={"n": 1})
+    assert f.replace(n=2)([0.3, 0.5]) == pytest.approx([0.5 * math.sin(0.3), 0.5 * math.sin(0.5)])
+    with pytest.raises(ValueError, match=r"func\(x, n=\.\.\.\) failed at x = .*ZeroDivisionError"):
+        _reciprocal().replace(n=0)
+
+
+def _reciprocal():
+    def func(x, n):
+        return x * (1 / n)
+
+    return PiecewiseMap(func, (0, 1), parameters={"n": 1.0})
+
+
+def test_replace_leaves_the_original_alone():
+    f = examples.logistic(3.5)
+    g = f.replace(r=4)
+    assert (f(0.5), g(0.5)) == (0.875, 1.0)
+    assert g.parameters == {"r": 4.0}
+    g.parameters["r"] = 0.0
+    assert g(0.5) == 1.0
+
+
+@given(x=st.floats(0, 1), p=st.integers(1, 5))
+def test_a_power_is_repeated_application(x, p):
+    f = examples.logistic(3.7)
+    orbit = f.iterate(x, p)
+    power = f.power(p)
+    assert power(x) == orbit[-1]
+    assert power.derivative(x) == pytest.approx(np.prod(f.derivative(orbit[:-1])))
+    assert base_and_exponent(power) == (f, p)
+    assert base_and_exponent(power.power(2)) == (f, 2 * p)
+
+
+def test_labels_of_powers_tell_words_apart():
+    f = examples.tent(2.0)
+    x = (np.arange(8) + 0.5) / 8
+    labels = f.power(3).evaluate(x).label
+    assert len(set(labels.tolist())) == 8
+    assert f.power(3).itinerary(0.9) == "1 | 0 | 0"
+    assert f.power(3).evaluate(x + 0.01).label.tolist() == labels.tolist()
+
+
+def test_a_power_has_gaps_where_an_orbit_meets_one():
+    power = examples.tent_with_hole(3.0).power(2)
+    assert np.isnan(power(1 / 6))
+    assert power.itinerary(1 / 6).count("|") == 1
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: PiecewiseMap(lambda x: x, (1, 0)), "lo < hi"),
+        (lambda: PiecewiseMap(lambda x: x, (0, math.inf)), r"domain\[1\] = inf is not allowed"),
+        (lambda: PiecewiseMap(lambda x: x, 3), "pair of numbers"),
+        (lambda: PiecewiseMap(lambda x, a: x, (0, 1), parameters={"a": math.nan}), "finite number"),
+        (lambda: PiecewiseMap(lambda x, a: x, (0, 1), parameters={"a": True}), "finite number"),
+        (lambda: PiecewiseMap(lambda x: x, (0, 1), parameters={"a": 1.0}), "failed at"),
+        (lambda: PiecewiseMap(lambda x: 1 // 0, (0, 1)), "ZeroDivisionError"),
+        (lambda: PiecewiseMap(lambda x: x, (0, 1), breakpoints=[0.5, 0.2]), "increasing"),
+        (
+            lambda: PiecewiseMap(lambda x: x, (0, 1), parameter_derivative={"q": lambda x: x}),
+            "not a parameter",
+        ),
+        (lambda: examples.tent().replace(slop=1.0), "Did you mean 'slope'"),
+        (lambda: examples.tent().parameter_derivative(0.3, "r"), "not a parameter"),
+        (lambda: examples.tent()(1.5), r"x = 1.5 is outside the domain \[0, 1\]"),
+        (lambda: examples.tent()([0.1, math.nan]), r"x\[1\] = nan"),
+        (lambda: examples.tent().iterate(0.1, -1), "n = -1 is not allowed.* from 0 to"),
+        (lambda: examples.tent().power(0), "whole number >= 1"),
+    ],
+)
+def test_errors_say_what_is_wrong(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
+def test_an_argument_a_few_ulp_outside_counts_as_the_end():
+    assert examples.tent()(1 + 4e-16) == 0.0
+    with pytest.raises(ValueError, match="outside"):
+        examples.tent()(1 + 1e-14)
+
+
+def test_repr_names_function_domain_and_parameters():
+    assert repr(examples.logistic(3.5)) == "PiecewiseMap(_logistic, [0, 1], r=3.5)"

@@ -1,0 +1,80 @@
+"""Turning points between adjacent floats, in few calls."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip.numerics.slope_zeros import slope_zeros
+
+FEW = 8  # calls; halving would take some fifty
+ULP = 4  # of the zero, or of the bracket's ends beside 0
+
+
+class Slope:
+    """A function of points that counts its calls."""
+
+    def __init__(self, function):
+        self.function, self.calls = function, 0
+
+    def __call__(self, x):
+        self.calls += 1
+        return self.function(x)
+
+
+def brackets(slope, lower, upper):
+    ends = np.array([lower, upper])
+    return ends, slope(ends)
+
+
+@given(
+    zero=st.floats(0.1, 0.9),
+    bend=st.floats(-0.8, 0.8),
+    width=st.floats(1e-6, 0.05),
+    share=st.floats(0.05, 0.95),
+    sign=st.sampled_from([-1.0, 1.0]),
+)
+def test_a_simple_zero_is_found_to_adjacent_floats(zero, bend, width, share, sign):
+    def function(x):
+        u = x - zero
+        return sign * u * (1 + bend * u + u * u)
+
+    slope = Slope(function)
+    ends, at = brackets(function, [zero - share * width], [zero + (1 - share) * width])
+    (found,) = slope_zeros(slope, ends, at)
+    assert abs(found - zero) <= ULP * np.spacing(zero)
+    assert slope.calls <= FEW
+
+
+def test_many_brackets_at_once():
+    zeros = np.arange(1, 9) * np.pi
+    slope = Slope(np.sin)
+    found = slope_zeros(slope, *brackets(np.sin, zeros - 0.3, zeros + 0.2))
+    np.testing.assert_allclose(found, zeros, rtol=4e-16)
+    assert slope.calls <= FEW
+
+
+@pytest.mark.parametrize("infinite", [0, 1])
+def test_an_infinite_slope_at_an_end_says_only_its_sign(infinite):
+    function = lambda x: x - 0.3  # noqa: E731
+    ends, at = brackets(function, [0.0], [1.0])
+    at[infinite] *= np.inf
+    (found,) = slope_zeros(Slope(function), ends, at)
+    assert found == pytest.approx(0.3, abs=1e-16)
+
+
+def test_a_jump_over_zero_is_closed_in_on_all_the_same():
+    function = lambda x: np.where(x < 0.7, -1.0, 3.0)  # noqa: E731
+    (found,) = slope_zeros(Slope(function), *brackets(function, [0.0], [1.0]))
+    assert abs(found - 0.7) <= ULP * np.spacing(0.7)
+
+
+def test_a_slope_of_zero_at_an_end_gives_a_point_inside():
+    function = lambda x: x * x  # noqa: E731
+    ends = np.array([[0.5], [0.75]])
+    found = slope_zeros(Slope(lambda x: function(x - 0.5)), ends, np.array([[0.0], [1.0]]))
+    assert 0.5 < found[0] <= 0.5 + ULP * np.spacing(0.5)
+
+
+def test_no_brackets():
+    assert slope_zeros(Slope(np.sin), np.empty((2, 0)), np.empty((2, 0))).size == 0
