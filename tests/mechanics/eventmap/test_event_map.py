@@ -256,7 +256,7 @@ def test_errors_name_index_value_and_domain():
         f([[0.1, np.nan], [0.0, 0.0]])
     with pytest.raises(ValueError, match=r"d = -inf"):
         f(-np.inf)
-    with pytest.raises(ValueError, match="d must be real numbers"):
+    with pytest.raises(ValueError, match="d = '0.1' is not made of real numbers"):
         f("0.1")
     for method in (f.derivative, f.evaluate, f.itinerary):
         with pytest.raises(ValueError, match=r"d = nan"):
