@@ -90,8 +90,9 @@ def finite_number(
     allowed = f"a finite number{_range(name, above, at_least, at_most)}"
     whose = f" of {of}" if of else ""
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
+        kind = f" ({type(value).__name__})"
         raise ValueError(
-            f"{name} = {shown(value)}{whose} is not a real number: "
+            f"{name} = {shown(value).removesuffix(kind)}{kind}{whose} is not a real number: "
             f"{name} must be {allowed}. Give one number, not an array or text."
         )
     try:

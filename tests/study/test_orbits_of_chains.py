@@ -78,7 +78,7 @@ def test_lists_and_branches_are_saved_with_their_model(orbits, tmp_path):
 def test_options_of_the_other_kind_of_map_are_refused():
     with pytest.raises(ValueError, match=r"'infinitely_unstable' is no option .* Known: n_seeds"):
         ss.periodic_orbits(CHAIN, infinitely_unstable=True)
-    with pytest.raises(ValueError, match=r"n_seeds is no option .* resolution"):
+    with pytest.raises(ValueError, match=r"'n_seeds' is no option .* resolution"):
         ss.periodic_orbits(COULOMB, n_seeds=3)
     orbit = ss.periodic_orbits(COULOMB.chain, 1, n_seeds=32)[0]
     with pytest.raises(ValueError, match="no map with parameters"):

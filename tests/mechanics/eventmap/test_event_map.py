@@ -256,7 +256,7 @@ def test_errors_name_index_value_and_domain():
         f([[0.1, np.nan], [0.0, 0.0]])
     with pytest.raises(ValueError, match=r"d = -inf"):
         f(-np.inf)
-    with pytest.raises(ValueError, match="d must be real numbers"):
+    with pytest.raises(ValueError, match=r"d = '0\.1' is not made of real numbers"):
         f("0.1")
     for method in (f.derivative, f.evaluate, f.itinerary):
         with pytest.raises(ValueError, match=r"d = nan"):
@@ -410,3 +410,10 @@ def test_random_systems_use_every_stepper():
     for stepper, law in LAW_OF.items():
         model = random_model(np.random.default_rng(0), law)
         assert repr(stepper) in repr(ss.event_map(model))
+
+
+@pytest.mark.parametrize("shape", [(0,), (0, 3), (3, 0)])
+def test_a_result_without_motions_can_be_shown(shape):
+    result = ss.event_map(PAPER).evaluate(np.empty(shape))
+    assert repr(result).startswith("EventMapResult")
+    assert result.value.shape == shape
