@@ -13,7 +13,7 @@ from flint import arb
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation
 from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
-from stickslip.checks import shown, whole_number
+from stickslip.checks import finite_number, shown, whole_number
 from stickslip.proofs.border import proven_border
 from stickslip.proofs.certificate import Certificate, certificate, refusal
 from stickslip.proofs.complete import survey
@@ -123,10 +123,11 @@ def certify_orbit(
     model: TwoBlock, d: float, period: int = 1, *, digits: int = 30, exact: ExactValues = None
 ) -> Certificate:
     """Prove the periodic orbit through a point near d; see `certify`."""
-    values = _checked(model, digits, exact, period=period)
+    values, digits, period = _checked(model, digits, exact, period)
+    near = arb(finite_number("d", d))
 
     def prove() -> dict[str, Any]:
-        return proven_orbit(Setting(values), arb(float(d)), period, digits)[2]
+        return proven_orbit(Setting(values), near, period, digits)[2]
 
     return _proof("orbit", prove, values, digits)
 
@@ -135,10 +136,9 @@ def certify_jump(
     model: TwoBlock, d: float, *, digits: int = 30, exact: ExactValues = None
 ) -> Certificate:
     """Prove the jump of the event map near d; see `certify`."""
-    values = _checked(model, digits, exact)
-    return _proof(
-        "jump", lambda: proven_jump(Setting(values), arb(float(d)), digits), values, digits
-    )
+    values, digits, _ = _checked(model, digits, exact)
+    near = arb(finite_number("d", d))
+    return _proof("jump", lambda: proven_jump(Setting(values), near, digits), values, digits)
 
 
 def certify_bifurcation(
@@ -164,13 +164,14 @@ def certify_bifurcation(
     parameter : str
         The one that varies.
     """
-    values = _checked(model, digits, exact, period=period)
+    values, digits, period = _checked(model, digits, exact, period)
+    near = arb(finite_number("d", d))
     if kind not in (*MULTIPLIERS, "border_collision"):
-        raise ValueError(f"kind = {kind!r} is not border_collision, fold or flip")
+        raise ValueError(f"kind = {shown(kind)} is not border_collision, fold or flip")
     if parameter not in model.parameters:
         known = ", ".join(model.parameters)
-        raise ValueError(f"parameter = {parameter!r} is not one of the model's: {known}")
-    near, value = arb(float(d)), arb(float(model.parameters[parameter]))
+        raise ValueError(f"parameter = {shown(parameter)} is not one of the model's: {known}")
+    value = arb(float(model.parameters[parameter]))
     setting = Setting(values, (parameter,))
     stated = {name: v for name, v in values.items() if name not in setting.replaced}
 
@@ -209,7 +210,9 @@ def certify_orbits(
     ValueError
         An argument is out of range.
     """
-    values = _checked(model, digits, exact, period=max_period, name="max_period")
+    values, digits, max_period = _checked(
+        model, digits, exact, max_period, name="max_period", at_most=LONGEST_LISTED
+    )
 
     def prove() -> dict[str, Any]:
         found = survey(Setting(values), max_period, digits)
@@ -329,11 +332,18 @@ def _inside(d: arb, setting: Setting, coordinates: list[arb]) -> None:
 
 
 def _checked(
-    model: TwoBlock, digits: int, exact: ExactValues, *, period: int = 1, name: str = "period"
-) -> dict[str, Fraction]:
-    whole_number(name, period, at_most=LONGEST_LISTED if name == "max_period" else LONGEST_PERIOD)
-    whole_number("digits", digits, 5, at_most=1000)
-    return exact_parameters(model, exact)
+    model: TwoBlock,
+    digits: int,
+    exact: ExactValues,
+    period: int = 1,
+    *,
+    name: str = "period",
+    at_most: int = LONGEST_PERIOD,
+) -> tuple[dict[str, Fraction], int, int]:
+    """Return the exact parameters, the digits and the period."""
+    period = whole_number(name, period, at_most=at_most)
+    digits = whole_number("digits", digits, 5, at_most=1000)
+    return exact_parameters(model, exact), digits, period
 
 
 def _decimal(value: Fraction) -> str:

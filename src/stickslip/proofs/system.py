@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from flint import arb, fmpq
 
-from stickslip.checks import instance
+from stickslip.checks import instance, shown
 from stickslip.mechanics.model.arguments import two_blocks
 from stickslip.proofs.jet import HALF, Number, spread
 from stickslip.proofs.smooth import Falling, TaylorStep
@@ -75,8 +75,8 @@ def fraction(name: str, value: Exact) -> Fraction:
         return Fraction(int(exact.numerator), int(exact.denominator))  # NumPy's stay NumPy's
     except (ValueError, TypeError, OverflowError, ZeroDivisionError):
         raise ValueError(
-            f"{name} = {value!r} is not a finite exact number: give text such as '1.2' or '6/5', "
-            "an int, a Fraction, a Decimal or a float, which is read as the decimal it prints"
+            f"{name} = {shown(value)} is not a finite exact number: give text such as '1.2' or "
+            "'6/5', an int, a Fraction, a Decimal or a float, read as the decimal that it prints"
         ) from None
 
 
