@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+import stickslip as ss
 from stickslip import examples
 from stickslip.analysis.bifurcations.crisis.crises import crises
 from stickslip.analysis.bifurcations.crisis.parameter_point import parameter_point
@@ -167,6 +168,12 @@ def test_changes_across_known_bifurcations_are_theirs():
     grid = [parameter_point(logistic, r) for r in (3.82, 3.84)]
     assert crises(at, grid, breaks=[fold]) == []
     assert len(looked) < 12
+
+
+@pytest.mark.slow
+def test_sides_of_a_coarsely_located_change_stay_in_the_family():
+    """A meeting located to within the whole range was looked at with a negative mu."""
+    assert not ss.bifurcations(examples.coulomb(), "mu", (0.15, 0.3), max_period=1).unresolved
 
 
 def test_values_must_ascend():

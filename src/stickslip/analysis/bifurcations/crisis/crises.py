@@ -59,6 +59,7 @@ LOOKS: Final = 32  # values between two of the grid at which attractors are foun
 MOST_BANDS: Final = 32  # of attractors whose changes are searched thoroughly
 GLANCE: Final = 1e-4  # of an interval: step that tells where an edge and an orbit move
 OVERSHOOT: Final = 3.0  # intervals: meetings foretold further away are not tried
+CLEAR: Final = 100  # errors of a value to where its sides are looked at
 STEP: Final = 0.2  # of the way to a meeting: how well it is foretold
 TOUCHING: Final = 1e-8  # of the domain's width: an edge this close to an orbit meets it
 
@@ -308,10 +309,12 @@ class _Search:
             )
         except ConditionLost:
             return None
-        return None if located.quality == "failed" else located
+        # Both sides are looked at beyond the error: they must lie in the family.
+        clear = CLEAR * located.error < ends[1] - ends[0]
+        return located if clear and located.quality != "failed" else None
 
     def _sides(self, located: Located, beside: float) -> tuple[ParameterPoint, ParameterPoint]:
-        beside = max(beside, 100 * located.error)
+        beside = max(beside, CLEAR * located.error)
         below = self._look(located.value - beside)
         above = self._look(located.value + beside)
         return below, above
