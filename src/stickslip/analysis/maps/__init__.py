@@ -1,1 +1,1 @@
-"""Maps: what a map offers, maps given by functions, powers, parts and fast stand-ins."""
+"""Maps: what a map offers, and maps by functions, powers and windows."""
