@@ -114,7 +114,7 @@ def test_json_is_one_document(found, capsys):
         ("--parameter V --range 0.03", ["--range"]),
         ("--parameter V", ["--range"]),
         ("--range 0.03 0.04", ["--parameter"]),
-        (f"{QUESTION} --max-period 0", ["max_period", "0", ">= 1"]),
+        (f"{QUESTION} --max-period 0", ["max_period", "0", "from 1 to"]),
         (f"{QUESTION} --max-period 1.5", ["--max-period", "1.5", "whole number"]),
         (f"{QUESTION} --values 1", ["--values 1", "at least 2"]),
         (f"{QUESTION} --window 0.2 0.1", ["window", "0.2", "0.1"]),

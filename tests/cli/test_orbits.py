@@ -85,8 +85,8 @@ def test_a_list_that_is_not_complete_fails_and_says_what_is_open(found, capsys):
 @pytest.mark.parametrize(
     ("options", "fragments"),
     [
-        ("--max-period 0", ["max_period", "0", ">= 1"]),
-        ("--period -2", ["period", "-2", ">= 1"]),
+        ("--max-period 0", ["max_period", "0", "from 1 to"]),
+        ("--period -2", ["period", "-2", "from 1 to"]),
         ("--period 2 --max-period 3", ["--period", "--max-period"]),
         ("--max-period 1.5", ["--max-period", "1.5", "whole number"]),
         ("--period many", ["--period", "many"]),

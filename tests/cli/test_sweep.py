@@ -141,7 +141,7 @@ def test_a_store_of_another_plan_is_refused(plan, capsys):
         ("n = 64},\n]", f"max_period = {LONG}}},\n]", "max_period of lyapunov_exponent = 9999"),
         ('name = "attractor"', f"name = {LONG}", "observables[0].name = 9999"),
         ('name = "attractor"', "name = [1]", "observables[0].name = [1]"),
-        ("seed = 3", f"seed = {LONG * 20}", "a whole number in it has more than 4300 digits"),
+        ("seed = 3", f"seed = {LONG * 20}", "a whole number of more than 4300 digits"),
         ("seed = 3", 'map = "m:f"', "model, map: exactly one of them"),
     ],
 )

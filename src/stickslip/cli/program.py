@@ -100,9 +100,10 @@ def run(tokens: list[str]) -> int:
         _drop_output()
         return DONE
     except (Exception, KeyboardInterrupt) as error:
+        code = _tell(tokens, error, exit_code_of(error))
         if _is_full(error):
             _drop_output()
-        return _tell(tokens, error, exit_code_of(error))
+        return code
 
 
 def _refuse_undecoded(tokens: list[str]) -> None:
@@ -122,7 +123,6 @@ def _flush() -> None:
     except BrokenPipeError:
         raise
     except OSError as error:
-        _drop_output()
         raise UsageError(f"cannot write to the standard output: {error.strerror}") from error
 
 

@@ -127,8 +127,10 @@ def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
             raise ValueError(f"{TOO_DEEP}: more than {MOST_NESTED} dots in a key, line {line}")
         try:
             table = tomllib.loads(text)
-        except ValueError as error:  # a whole number of thousands of digits, too
+        except tomllib.TOMLDecodeError as error:
             raise ValueError(f"not TOML: {error}") from None
+        except ValueError:
+            raise ValueError("not TOML: a whole number of more than 4300 digits") from None
         except RecursionError:
             raise ValueError(TOO_DEEP) from None
         _refuse_deep(table)

@@ -227,10 +227,10 @@ class BlocksEventMap:
         rows = points.reshape(-1, self.dimension)
         orbits = np.empty((len(rows), n + 1, self.dimension))
         orbits[:, 0] = rows
-        self.follow(orbits)
+        self._fill(orbits)
         return orbits.reshape(*points.shape[:-1], n + 1, self.dimension)
 
-    def follow(self, orbits: Floats) -> None:
+    def _fill(self, orbits: Floats) -> None:
         """Fill orbits (m, steps + 1, n_blocks - 1) from their first points on, not checked."""
         engine = self._engine
 

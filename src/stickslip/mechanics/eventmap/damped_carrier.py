@@ -60,7 +60,7 @@ class DampedCarrier:
 
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1) from their first entries on."""
-        self.inner.follow(orbits[..., None])
+        self.inner._fill(orbits[..., None])
 
     def itinerary(self, d: float) -> str:
         """Modes of each phase, as text."""
