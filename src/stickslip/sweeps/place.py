@@ -201,25 +201,27 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
         instance("storage_options", name, str, f"a name, as in {told}")
     try:
         fs, path = url_to_fs(url, **options)
-    except (ImportError, ValueError) as error:
-        raise ValueError(f"store = {url!r} cannot be reached: {error}") from error
+    except (ImportError, RecursionError, TypeError, ValueError) as error:
+        raise ValueError(f"store = {shown(url)} cannot be reached: {error}") from error
     local = isinstance(fs, LocalFileSystem)
     if "/" not in path.strip("/") and not local:
-        raise ValueError(f"store = {url!r}: a name inside the bucket is needed, {url}/name.")
+        raise ValueError(f"store = {shown(url)}: a name inside the bucket is needed.")
     if not local:
         try:
             fs.exists(f"{path}/zarr.json")
         except Exception as error:  # of a library for each kind of bucket
             raise ValueError(
-                f"store = {url!r} cannot be reached ({type(error).__name__}: {error}). Give its "
-                "credentials and endpoint in storage_options, or as its library finds them."
+                f"store = {shown(url)} cannot be reached ({type(error).__name__}: {error}). Give "
+                "its credentials and endpoint in storage_options, or as its library finds them."
             ) from error
         return Place(url, path.rstrip("/"), fs, local, options=options)
     folder, archive = Path(path), None
     if folder.suffix == ZIP:
         folder, archive = folder.with_name(folder.name + WORKING), folder
     if folder.exists() and not folder.is_dir():
-        raise StoreRefused(f"store = {url!r}: there is a file of that name. Take another name.")
+        raise StoreRefused(
+            f"store = {shown(url)}: there is a file of that name. Take another name."
+        )
     return Place(url, str(folder), fs, local, archive)
 
 

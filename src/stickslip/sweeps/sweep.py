@@ -181,6 +181,7 @@ def sweep(
     if client is not None and threads is not None:
         raise ValueError("threads and client: a client's workers have their own threads.")
     check_callback("progress", progress, "a Progress")
+    device = one_of("device", device, DEVICES)
     # A GPU takes one tile after the other, each with as many orbits as it has threads.
     cores = 1 if device == "cuda" else available_threads()
     cores = cores if threads is None else whole_number("threads", threads, 1)
@@ -293,8 +294,8 @@ def _job(
 
 
 def _check_device(device: str, system: System, observables: tuple[Observable, ...]) -> None:
-    """Refuse a device that is unknown, missing, or of no use for a sweep."""
-    if one_of("device", device, DEVICES) == "cpu":
+    """Refuse a device that is missing, or of no use for a sweep."""
+    if device == "cpu":
         return
     system.on(device)
     for each in observables:

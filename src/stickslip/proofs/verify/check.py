@@ -228,7 +228,7 @@ def _passed(
     (_, a), (_, b) = found
     if not a * b < 0:
         raise Refused(f"value is stated as {c.value}, but {otherwise} there")
-    for narrowed in (0, 8, 22, 40):
+    for narrowed in (0, 8, 22, 30):
         width = wide * arb(10) ** -narrowed
         share = (a / (a - b)).mid()  # of the secant; what follows proves what it found
         root = (low + share * (high - low)).mid()
