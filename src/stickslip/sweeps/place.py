@@ -201,7 +201,11 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
         instance("storage_options", name, str, f"a name, as in {told}")
     try:
         fs, path = url_to_fs(url, **options)
-    except (ImportError, RecursionError, TypeError, ValueError) as error:
+    except (RecursionError, TypeError) as error:
+        raise ValueError(
+            f"storage_options = {shown(options)}: the file system does not take them."
+        ) from error
+    except (ImportError, ValueError) as error:
         raise ValueError(f"store = {shown(url)} cannot be reached: {error}") from error
     local = isinstance(fs, LocalFileSystem)
     if "/" not in path.strip("/") and not local:

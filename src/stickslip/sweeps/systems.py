@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
+from stickslip.checks import shown
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
 from stickslip.mechanics.eventmap.cuda_carrier import check_damping, check_traced
@@ -66,7 +67,9 @@ def as_system(given: Any) -> System:
         given = event_map(given)
     if isinstance(given, BlocksEventMap):
         return BlocksSystem(given)
-    raise ValueError(f"system = {given!r}: a sweep takes a model, its event map or a PiecewiseMap.")
+    raise ValueError(
+        f"system = {shown(given)}: a sweep takes a model, its event map or a PiecewiseMap."
+    )
 
 
 class ModelSystem(System):
