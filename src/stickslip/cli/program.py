@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import traceback
@@ -92,7 +93,7 @@ def run(tokens: list[str]) -> int:
         code = application()(
             tokens, exit_on_error=False, print_error=False, result_action="return_value"
         )
-        _flush()
+        sys.stdout.flush()
         return DONE if code is None else int(code)
     except CycloptsError as error:
         return _tell(tokens, error, BAD_USAGE)
@@ -101,7 +102,7 @@ def run(tokens: list[str]) -> int:
         return DONE
     except (Exception, KeyboardInterrupt) as error:
         code = _tell(tokens, error, exit_code_of(error))
-        if _is_full(error):
+        if _is_lost(error):
             _drop_output()
         return code
 
@@ -114,16 +115,6 @@ def _refuse_undecoded(tokens: list[str]) -> None:
                 f"argument {number}, {token!r}, is not text in the encoding of the system, "
                 f"{sys.getfilesystemencoding()}"
             )
-
-
-def _flush() -> None:
-    """Write what is left of the result."""
-    try:
-        sys.stdout.flush()
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        raise UsageError(f"cannot write to the standard output: {error.strerror}") from error
 
 
 def _tell(tokens: list[str], error: BaseException, code: int) -> int:
@@ -146,16 +137,17 @@ def _tell(tokens: list[str], error: BaseException, code: int) -> int:
     return code
 
 
-def _is_full(error: BaseException) -> bool:
-    """Whether the standard output takes no more; an error of any other file names the file."""
-    return isinstance(error, OSError) and error.filename is None and error.errno in FULL
+def _is_lost(error: BaseException) -> bool:
+    """Whether the standard output is full or closed; an error of any other file names the file."""
+    lost = (*FULL, errno.EBADF)
+    return isinstance(error, OSError) and error.filename is None and error.errno in lost
 
 
 def _message(error: BaseException) -> str:
     expected = isinstance(error, CycloptsError | CommandError) or exit_code_of(error) != 1
     if isinstance(error, OSError) and error.filename is not None:
         return f"cannot use {error.filename}: {error.strerror}"
-    if isinstance(error, OSError) and _is_full(error):
+    if isinstance(error, OSError) and _is_lost(error):
         return f"cannot write to the standard output: {error.strerror}"
     text = str(error) or type(error).__name__
     return text if expected else f"{type(error).__name__}: {text} (-v shows where)"

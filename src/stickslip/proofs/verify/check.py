@@ -131,6 +131,28 @@ def _discontinuous(motion: Motion, low: arb, high: arb) -> None:
         raise Refused(f"no jump is shown at d = {low.str(12, radius=False)}")
 
 
+class _Side:
+    """The jump near the orbit's first point, at one value of the parameter.
+
+    Its `ends` are two points with the stated itineraries, `edge` the one on the orbit's side, and
+    `miss` says how far f^period of that misses it.
+    """
+
+    def __init__(self, motion: Motion, c: Border, digits: int) -> None:
+        stated, reach = ball(c.points[0]), ball(c.reach).mid()
+        low, high = (stated.mid() - reach).mid(), (stated.mid() + reach).mid()
+        words = [motion.step(x)[0] for x in (low, high)]
+        if sorted(words) != sorted([c.itinerary[0], c.itinerary_beyond]):
+            raise Refused(
+                f"around d = {c.points[0]} the itineraries are stated as {c.itinerary[0]!r} and "
+                f"{c.itinerary_beyond!r}, and are {words[0]!r} and {words[1]!r}"
+            )
+        self.motion = motion
+        self.ends = _bisected(motion, low, high, words, digits)
+        self.edge = self.ends[words.index(c.itinerary[0])]
+        self.miss = _power(motion, self.edge, c.itinerary)[0] - self.edge
+
+
 def _border(values: dict[str, str], c: Border, digits: int) -> None:
     """Check that the orbit is there on one side of a value of the parameter, and lost on the other.
 
@@ -138,31 +160,30 @@ def _border(values: dict[str, str], c: Border, digits: int) -> None:
     """
     stated = ball(c.value)
     low, high = ((stated.mid() + sign * stated.rad()).mid() for sign in (-1, 1))
-    a, b = (_miss(_at(values, c, p), c, digits) for p in (low, high))
-    if not a * b < 0:
+    sides = [_Side(_at(values, c, p), c, digits) for p in (low, high)]
+    if not sides[0].miss * sides[1].miss < 0:
         raise Refused(f"value is stated as {c.value}, but nothing changes there")
     width = arb(10) ** (-digits - 4)
     for _ in range(2):
+        a, b = (side.miss for side in sides)
         root = (low - a * (high - low) / (b - a)).mid()  # of the secant
         low, high = (root - width).mid(), (root + width).mid()
         if not (stated.contains(low) and stated.contains(high)):
             raise Refused(f"value is stated as {c.value}, and is {root.str(digits, radius=False)}")
-        a, b = (_miss(_at(values, c, p), c, digits) for p in (low, high))
-    sides = [_at(values, c, p) for p in (low, high)]
-    with_orbit, without = sides if c.exists == "below" else sides[::-1]
-    start, _ = _edge(with_orbit, c, digits)
-    x, _ = _branch(with_orbit, c.itinerary, start, 3, arb(10) ** (-digits - 20))
+        sides = [_Side(_at(values, c, p), c, digits) for p in (low, high)]
+    there, without = sides if c.exists == "below" else sides[::-1]
+    x, _ = _branch(there.motion, c.itinerary, there.edge, 3, arb(10) ** (-digits - 20))
     points = []
     for k, text in enumerate(c.points):
         points.append(x)
         if not ball(text).contains(x):
             raise Refused(f"points[{k}] is stated as {text}, and is {x.str(digits)}")
-        _, x, _ = with_orbit.step(x)
+        _, x, _ = there.motion.step(x)
     _distinct(points)
-    for motion in sides:
-        _discontinuous(motion, *_edge(motion, c, digits)[1])
+    for side in sides:
+        _discontinuous(side.motion, *side.ends)
     near = ball(c.points[0]).mid() + arb(0, ball(c.reach).upper())
-    for box in _open(without, [near], c.period, [], arb(10) ** (-3 * digits), c.itinerary):
+    for box in _open(without.motion, [near], c.period, [], arb(10) ** (-3 * digits), c.itinerary):
         raise Refused(f"the orbit is not shown to be lost: one may pass d = {box.str(digits)}")
 
 
@@ -310,30 +331,6 @@ def _series(motion: Motion, words: list[str], x: arb, order: int) -> tuple[list[
         total = series(shift)
     ctx.cap = before
     return points, total
-
-
-def _edge(motion: Motion, c: Border, digits: int) -> tuple[arb, tuple[arb, arb]]:
-    """Close in on the jump near the orbit's first point; return its end on the orbit's side, both.
-
-    The itinerary on that side is the orbit's, on the other one the stated one.
-    """
-    stated = ball(c.points[0])
-    reach = ball(c.reach).mid()
-    low, high = (stated.mid() - reach).mid(), (stated.mid() + reach).mid()
-    words = [motion.step(x)[0] for x in (low, high)]
-    if sorted(words) != sorted([c.itinerary[0], c.itinerary_beyond]):
-        raise Refused(
-            f"around d = {c.points[0]} the itineraries are stated as {c.itinerary[0]!r} and "
-            f"{c.itinerary_beyond!r}, and are {words[0]!r} and {words[1]!r}"
-        )
-    ends = _bisected(motion, low, high, words, digits)
-    return ends[words.index(c.itinerary[0])], ends
-
-
-def _miss(motion: Motion, c: Border, digits: int) -> arb:
-    """How far f^period of the jump's one side misses the jump."""
-    x, _ = _edge(motion, c, digits)
-    return _power(motion, x, c.itinerary)[0] - x
 
 
 def _list(motion: Motion, c: List, digits: int) -> None:
