@@ -13,25 +13,6 @@ from numpy.typing import NDArray
 
 from stickslip.vocabulary import did_you_mean
 
-__all__ = [
-    "MOST_KEPT",
-    "MOST_STEPS",
-    "Many",
-    "check_callback",
-    "checked_interval",
-    "dimensions",
-    "finite_number",
-    "flag",
-    "grid",
-    "instance",
-    "one_of",
-    "parameter_name",
-    "random_generator",
-    "real_numbers",
-    "shown",
-    "whole_number",
-]
-
 Floats: TypeAlias = NDArray[np.float64]
 Many: TypeAlias = NDArray[Any] | Sequence[Any]
 """Points of which values come back as an array, unlike that of a float."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 
-__all__ = ["MissingExtraError", "require_extra"]
-
 
 class MissingExtraError(ModuleNotFoundError):
     """A package that one of the project's extras brings is not installed."""

@@ -13,23 +13,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, TextIO
 
-__all__ = [
-    "FULL",
-    "PICTURE_FORMATS",
-    "as_list",
-    "checked_path",
-    "checked_suffix",
-    "columns_of",
-    "flat",
-    "read_text",
-    "undo_all",
-    "undone_unless_finished",
-    "whole_file",
-    "write_csv",
-    "write_table",
-    "write_text",
-]
-
 PICTURE_FORMATS: Final = ("svg", "pdf", "png")
 LONGEST_PATH: Final = 4096
 MOST_BYTES: Final = 2**22

@@ -13,8 +13,6 @@ from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Final
 
-__all__ = ["TERMS", "Term", "did_you_mean", "label", "symbol"]
-
 
 @dataclass(frozen=True)
 class Term:

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.analysis.branches.along.break_lines import BreakLine
 from stickslip.analysis.diagrams.assemble import StrandEnd
-from stickslip.analysis.diagrams.diagram import AttractorTable, BreakLine, Diagram, OrbitCurve
+from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
 from stickslip.cli import main
 from stickslip.cli.diagram import _rows
 from stickslip.study.diagram import bifurcation_diagram

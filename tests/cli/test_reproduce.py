@@ -1,14 +1,14 @@
-"""``stickslip reproduce`` end to end; what the figures show is tested in tests/paper."""
+"""``stickslip reproduce`` end to end; what the figures show is tested in tests/studies."""
 
 import json
 
 import pytest
 
-from stickslip import paper
+from stickslip import studies
 from stickslip.cli import main
-from stickslip.paper.claim import Claim, Finding
-from stickslip.paper.report import Report
-from stickslip.paper.reproduction import Reproduction
+from stickslip.studies.claim import Claim, Finding
+from stickslip.studies.report import Report
+from stickslip.studies.reproduction import Reproduction
 
 FIGURE_2 = [
     "fig02.pdf",
@@ -63,7 +63,7 @@ def test_check_fails_where_a_claim_does(passed, code, tmp_path, capsys, monkeypa
     claim = Claim("cube", 2, "2", "The world is a cube", (finding,))
     report = Report("Author (2000)", "Title", (claim,), ())
     answer = Reproduction((tmp_path / "report.md",), (), report)
-    monkeypatch.setattr(paper, "reproduce", lambda *_, **__: answer)
+    monkeypatch.setattr(studies, "reproduce", lambda *_, **__: answer)
     assert main(["reproduce", "2", "--out", str(tmp_path)]) == 0
     assert main(["reproduce", "2", "--out", str(tmp_path), "--check"]) == code
     printed = capsys.readouterr().out

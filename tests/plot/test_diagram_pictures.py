@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
+from stickslip.analysis.branches.along.break_lines import BreakLine
 from stickslip.analysis.diagrams.assemble import StrandEnd
-from stickslip.analysis.diagrams.diagram import AttractorTable, BreakLine, Diagram, OrbitCurve
+from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
 from stickslip.plot.bifurcations import (
     BREAK,
     MARKS,

@@ -22,7 +22,8 @@ from stickslip.proofs.jet import precision, variables
 from stickslip.proofs.power import Setting, step
 from stickslip.proofs.smooth import Falling, TaylorStep
 from stickslip.proofs.system import System, exact_parameters
-from stickslip.proofs.verify.check import Refused, check_text
+from stickslip.proofs.verify.check import check_text
+from stickslip.proofs.verify.words import Refused
 
 BINARY = {name: Fraction(value) for name, value in LAW9.items()}
 FLIP = {"alpha": 1.20985979564076}

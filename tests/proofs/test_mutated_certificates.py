@@ -17,7 +17,8 @@ pytest.importorskip("flint", reason="needs the extra 'certify'")
 import stickslip as ss
 from stickslip.proofs.certify import certify_bifurcation, certify_jump, certify_orbit
 from stickslip.proofs.verify import words
-from stickslip.proofs.verify.check import Refused, check
+from stickslip.proofs.verify.check import check
+from stickslip.proofs.verify.words import Refused
 
 DIGITS = 8
 FAST, MANY = 250, 3000  # mutants of each kind

@@ -13,7 +13,8 @@ pytest.importorskip("flint", reason="needs the extra 'certify'")
 import stickslip as ss
 from stickslip.proofs.certify import certify_bifurcation, certify_jump, certify_orbit
 from stickslip.proofs.verify import check, falling, motion, words
-from stickslip.proofs.verify.check import Refused, check_text
+from stickslip.proofs.verify.check import check_text
+from stickslip.proofs.verify.words import Refused
 
 
 def model(V=0.0366):

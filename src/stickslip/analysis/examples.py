@@ -12,19 +12,6 @@ from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = [
-    "border_collision",
-    "doubling",
-    "logistic",
-    "logistic_points",
-    "maximal_orbit",
-    "maximal_window",
-    "square_root",
-    "tent",
-    "tent_points",
-    "tent_with_hole",
-]
-
 
 def tent(slope: float = 2.0) -> PiecewiseMap:
     """Make the tent map slope * min(x, 1 - x) on [0, 1], with a corner at 1/2.

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["SmoothMap", "delayed_logistic", "henon", "kinked"]
-
 Function = Callable[..., Any]
 
 

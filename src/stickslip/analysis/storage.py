@@ -50,8 +50,6 @@ if TYPE_CHECKING:
     import os
     from pathlib import Path
 
-__all__ = ["FORMAT", "TYPES", "VERSION", "load", "register_map", "save"]
-
 FORMAT: Final = "stickslip result"
 VERSION: Final = 1  # raised when older programs would misread a file
 KIND: Final = "is"  # key that tells what an object stands for

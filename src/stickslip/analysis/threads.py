@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Final, TypeVar
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-__all__ = ["in_threads"]
-
 THREADS: Final = 2  # what is Python between the kernels would keep more waiting
 
 Item = TypeVar("Item")

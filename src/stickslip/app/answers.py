@@ -13,8 +13,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Part", "message", "plain"]
-
 ALIGNED: Final = 8  # bytes: what the page's typed arrays need
 DTYPES: Final = {"f8": "<f8", "f4": "<f4", "i4": "<i4", "u1": "|u1"}
 

@@ -12,8 +12,6 @@ from stickslip.app.views.motion import MAX_EVENTS, start_of
 from stickslip.mechanics.friction import LAWS, TabulatedFriction
 from stickslip.study.model_values import FAMILY, model_values
 
-__all__ = ["as_python", "model_text"]
-
 CLASSES: Final = {"two_block": "TwoBlock"} | {name: k.cls.__name__ for name, k in FAMILY.items()}
 LAW_CLASSES: Final = {name: law.__name__ for name, law in LAWS.items()} | {
     TabulatedFriction.name: TabulatedFriction.__name__

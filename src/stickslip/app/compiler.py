@@ -29,8 +29,6 @@ from stickslip.study.model_values import model_values
 if TYPE_CHECKING:
     from stickslip.study.model_values import Model
 
-__all__ = ["Compiler", "typical"]
-
 LOG: Final = logging.getLogger(__name__)
 
 WINDOW: Final = (0.38, 0.39)  # of law (9), where every motion soon returns

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from stickslip.app import requests
     from stickslip.app.session import Workers
 
-__all__ = ["Downloads"]
-
 LARGEST: Final = 64 * 1024  # bytes of a request
 AT_ONCE: Final = 3  # files that one client may wait for
 IN_ALL: Final = 12  # files that are made at a time

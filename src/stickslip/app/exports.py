@@ -13,8 +13,6 @@ from stickslip.app.views import VIEWS
 from stickslip.plot.animation import can_write
 from stickslip.vocabulary import did_you_mean
 
-__all__ = ["KNOWN", "File", "NotHereError", "export", "formats"]
-
 KNOWN: Final = requests.REQUESTS | requests.PICTURES
 TYPES: Final = {
     "svg": "image/svg+xml",

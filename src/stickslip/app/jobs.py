@@ -18,16 +18,6 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Final
 
-__all__ = [
-    "CalledOffError",
-    "Gate",
-    "Job",
-    "TimeIsUpError",
-    "checkpoint",
-    "progress_between",
-    "undisturbed",
-]
-
 SLICE: Final = 0.02  # seconds of work after which others get their turn
 OVERDUE: Final = 0.1  # seconds of work after which a slot that others wait for is taken back
 REPORTED: Final = 0.2  # seconds between two reports of progress

@@ -18,8 +18,6 @@ from stickslip.mechanics.friction.ranges import Choice
 from stickslip.study.model_values import model_values
 from stickslip.vocabulary import TERMS
 
-__all__ = ["described_limits"]
-
 GREEK: Final = re.compile(r"\\([a-z]+)")
 
 

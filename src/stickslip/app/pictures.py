@@ -34,8 +34,6 @@ from stickslip.study.maps import attractors, basins, periodic_orbits
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["DRAWN", "film_of", "picture_of"]
-
 HEIGHT: Final = 4.0  # inches, over the width of two columns
 
 Draw = Callable[[Any], Any]

@@ -7,8 +7,6 @@ from typing import Any, Final
 from stickslip import examples
 from stickslip.study.model_values import model_values
 
-__all__ = ["CHAIN", "OSCILLATOR", "preset_names", "presets"]
-
 COULOMB_RANGE: Final = (0.0366, 0.0372)  # of V, figure 4
 LAW9_RANGE: Final = (1.208, 1.21865)  # of alpha, figure 11
 LAW9_WINDOW: Final = (0.379, 0.39)

@@ -10,8 +10,6 @@ from stickslip.checks import finite_number
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["SLIDERS", "refuse_far"]
-
 FAR: Final = 10.0  # times beyond a slider's end: what is stiffer takes the server minutes
 BLOCK: Final = re.compile(r"(_\d+)+$")
 

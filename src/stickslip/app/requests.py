@@ -18,32 +18,6 @@ from stickslip.vocabulary import did_you_mean
 if TYPE_CHECKING:
     from stickslip.study.model_values import Model
 
-__all__ = [
-    "PICTURES",
-    "REQUESTS",
-    "BadRequestError",
-    "Basins",
-    "Cobweb",
-    "Cycle",
-    "Diagram",
-    "EventMap",
-    "Export",
-    "Law",
-    "Locus",
-    "Mechanism",
-    "Message",
-    "Motion",
-    "Plane",
-    "Portrait",
-    "Request",
-    "Start",
-    "export_of",
-    "is_ours",
-    "message_of",
-    "model_of",
-    "request_of",
-]
-
 MOST_BLOCKS: Final = 20
 MOST_KNOTS: Final = 200  # of a tabulated law
 RAISE: Final = dis.opmap["RAISE_VARARGS"]

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.websockets import WebSocket
 
-__all__ = ["application"]
-
 STATIC: Final = files("stickslip.app") / "static"
 LIMITS: Final = Limits()
 FULL: Final = "too many pages are open"

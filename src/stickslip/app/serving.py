@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from starlette.applications import Starlette
 
-__all__ = ["BackgroundServer", "listening_socket", "serve", "url_of"]
-
 MESSAGE_SIZE: Final = 64 * 1024  # bytes of a request; answers are larger
 SWITCH: Final = 1e-3  # seconds: so that answers are sent while others compute
 START_SECONDS: Final = 10.0

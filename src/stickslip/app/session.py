@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from stickslip.app.answers import Part
     from stickslip.app.requests import Message, Request
 
-__all__ = ["TRY_AGAIN", "Limits", "Session", "Workers", "client_of", "told"]
-
 LOG: Final = logging.getLogger(__name__)
 
 AT_ONCE: Final = 2  # quick jobs of a page in threads, and slow ones

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from stickslip.app.answers import Part
 
-__all__ = ["COLUMNS", "as_csv", "as_json"]
-
 COLUMNS: Final[dict[type[requests.Request], str]] = {
     requests.EventMap: "branches",
     requests.Cobweb: "orbit",

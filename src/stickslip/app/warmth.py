@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from stickslip.app.jobs import Gate
     from stickslip.app.session import Session
 
-__all__ = ["Warmth"]
-
 LOG: Final = logging.getLogger(__name__)
 
 WINDOW: Final = (0.38, 0.39)  # of law (9), where every motion soon returns

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.eventmap.records import Controls
     from stickslip.mechanics.model.two_block import TwoBlock
 
-__all__ = ["WatchedMap", "watched_map"]
-
 SLOW: Final = 0.05  # seconds between two checks: from then on fewer motions are followed at once
 QUICK: Final = 0.01  # ... more of them
 FIRST: Final = 16  # motions before the second check

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from stickslip.app.serving import BackgroundServer
     from stickslip.study.model_values import Model
 
-__all__ = ["Explorer", "explore"]
-
 NOTEBOOKS: Final = (
     "http://localhost:*",
     "http://127.0.0.1:*",

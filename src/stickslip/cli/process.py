@@ -23,8 +23,6 @@ from typing import Any, Final, NoReturn
 from stickslip.cli.failure import INTERRUPTED
 from stickslip.files import undo_all
 
-__all__ = ["advise", "all_or_none", "interrupted", "run_as_process", "say_interrupted"]
-
 SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
 AGAIN: Final = 0.05  # seconds after which an interrupt that nobody handles is repeated
 PATIENCE: Final = 0.6  # seconds that work may take to end by itself

@@ -44,7 +44,7 @@ def command(
     check
         Exit with code 4 unless every claim holds, as it is printed or with a correction.
     """
-    from stickslip.paper.sources import GALVANETTO
+    from stickslip.studies.sources import GALVANETTO
 
     return deliver("reproduce", GALVANETTO, figures, out, check=check, output=output)
 
@@ -59,7 +59,7 @@ def deliver(
     output: OutputOptions,
 ) -> int:
     """Compute a study, write its files, and print what became of its claims."""
-    from stickslip import paper
+    from stickslip import studies
 
     if out.exists() and not out.is_dir():
         raise UsageError(f"--out {out} is a file; figures go to a folder")
@@ -67,7 +67,7 @@ def deliver(
     def track(numbers: Sequence[int]) -> Iterator[int]:
         return tracked(numbers, len(numbers), "figures", quiet=output.quiet)
 
-    done = paper.reproduce(figures or None, out, source=source, track=track)
+    done = studies.reproduce(figures or None, out, source=source, track=track)
     written = [str(path) for path in done.files]
     claims = done.report.claims
     if output.json:

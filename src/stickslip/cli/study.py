@@ -46,10 +46,10 @@ def command(
     check
         Exit with code 4 unless every claim holds, as it is stated or with a correction.
     """
-    from stickslip import paper
+    from stickslip import studies
 
     if list:
-        known = paper.sources()
+        known = studies.sources()
         rows = {
             field: [getattr(item, field) for item in known] for field in ("name", "source", "title")
         }

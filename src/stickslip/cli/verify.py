@@ -27,7 +27,8 @@ def command(certificate: Path, /, *, output: OutputOptions = OutputOptions()) ->
     certificate
         The file.
     """
-    from stickslip.proofs.verify.check import Refused, check_text
+    from stickslip.proofs.verify.check import check_text
+    from stickslip.proofs.verify.words import Refused
 
     reason = ""
     try:

@@ -10,8 +10,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["AlongParameter"]
-
 
 class AlongParameter:
     """A curve of solutions whose ``parameters`` holds the one that varies, by its name."""

@@ -19,17 +19,6 @@ from numpy.typing import NDArray
 
 from stickslip.numerics.zeros import zero_between
 
-__all__ = [
-    "Curve",
-    "CurvePoint",
-    "Equations",
-    "LeavesRegion",
-    "StepControl",
-    "StepTooLong",
-    "WalkEnd",
-    "turns_back",
-]
-
 Floats: TypeAlias = NDArray[np.float64]
 Equations: TypeAlias = Callable[[Floats], tuple[Floats, Floats, Any]]
 

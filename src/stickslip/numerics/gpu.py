@@ -19,8 +19,6 @@ from stickslip.numerics.targets import write_module
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["THREADS", "device_array", "gpu_name", "launch_on_gpu", "local_arrays", "require_gpu"]
-
 # Threads of a block: small, because a motion needs many registers.
 THREADS = 128
 

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from stickslip.numerics.targets import kernel
 
-__all__ = ["CHAOTIC", "LEFT", "PERIODIC", "UNDECIDED", "LongRun", "Path", "new_path", "read_off"]
-
 Floats = NDArray[np.float64]
 
 # Kinds of orbits.

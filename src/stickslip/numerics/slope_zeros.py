@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["slope_zeros"]
-
 MAX_ROUNDS: Final = 80
 ASIDE: Final = 1e-2  # of the bracket: first guess of how far the chord's zero may be off
 SPREAD: Final = 0.25  # of the bracket: three points so far apart quarter it

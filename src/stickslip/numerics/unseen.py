@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-__all__ = ["unseen_share"]
-
 
 def unseen_share(hits: Iterable[int]) -> float:
     """Estimate the probability that the next random start finds something new.

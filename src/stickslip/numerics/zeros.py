@@ -7,8 +7,6 @@ from typing import Final
 
 import numpy as np
 
-__all__ = ["zero_between"]
-
 MAX_STEPS: Final = 60
 WIDTH: Final = 4 * float(np.finfo(np.float64).eps)  # of the place: a bracket so narrow is closed
 

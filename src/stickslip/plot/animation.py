@@ -17,8 +17,6 @@ from stickslip.vocabulary import symbol
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["can_write", "film"]
-
 RATE: Final = 20  # frames a second
 STEP: Final = 0.25  # units of time from frame to frame
 MOST_FRAMES: Final = 120

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-__all__ = ["BASIN_COLORS", "draw_bands", "draw_basins", "draw_density"]
-
 BASIN_COLORS: Final = tuple(
     PALETTE[name] for name in ("sky", "orange", "green", "purple", "vermillion", "blue")
 )

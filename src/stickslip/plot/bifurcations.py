@@ -13,21 +13,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-__all__ = [
-    "BREAK",
-    "MARKS",
-    "STABLE",
-    "UNSTABLE",
-    "draw_bifurcation",
-    "draw_bifurcations",
-    "draw_branch",
-    "draw_breakpoint_curve",
-    "draw_curve",
-    "draw_stretches",
-    "mark",
-    "parameter_label",
-]
-
 MARGINAL: Final = 1e-6  # of a multiplier of a located fold or flip, from 1 or -1
 STABLE: Final[dict[str, Any]] = {"color": "black", "lw": 1.6, "zorder": 4}
 UNSTABLE: Final[dict[str, Any]] = {"color": PALETTE["vermillion"], "lw": 0.6, "zorder": 3}

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike
 
-__all__ = ["COLORS", "draw_cobweb"]
-
 COLORS: Final = tuple(PALETTE[name] for name in ("sky", "orange", "green", "purple", "vermillion"))
 
 

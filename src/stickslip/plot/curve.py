@@ -10,8 +10,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Curve", "trace"]
-
 _ROUNDS = 40  # bisections; enough for 1e-9 of the window, and a bound in every case
 _MOST_POINTS = 50_000
 

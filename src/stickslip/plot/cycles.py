@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-__all__ = ["plot_cycle_branch", "plot_cycles", "plot_return_region"]
-
 SAMPLES: Final = 600  # of a cycle
 COLORS: Final = tuple(PALETTE[name] for name in ("blue", "orange", "green", "vermillion", "purple"))
 MARKERS = {"fold": "o", "flip": "s", "neimark_sacker": "^", "branch_point": "x", "hopf": "*"}

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-__all__ = ["draw_attractors", "draw_breakpoints", "draw_diagram", "draw_orbit_curve"]
-
 DOTS: Final[dict[str, Any]] = {
     "color": PALETTE["blue"],
     "ls": "none",

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike
 
-__all__ = ["cobweb", "draw_curve", "event_map", "mark_orbit"]
-
 
 def event_map(
     f: Any,

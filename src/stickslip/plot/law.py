@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.friction.law import FrictionLaw
     from stickslip.study.model_values import Model
 
-__all__ = ["friction_characteristic", "friction_characteristics"]
-
 
 def friction_characteristic(
     law: FrictionLaw,

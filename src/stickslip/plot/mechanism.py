@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["mechanism"]
-
 # Lengths of the drawing, in its own units.
 _BLOCK: Final = (1.4, 1.15)  # width, height
 _FIRST: Final = 2.2  # centre of the first block with all springs slack; a wall is at 0

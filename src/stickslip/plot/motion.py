@@ -16,15 +16,6 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.model.two_block import TwoBlock
 
-__all__ = [
-    "draw_portrait",
-    "phase_portrait",
-    "plot_trajectory",
-    "sample_times",
-    "stick_interval",
-    "time_series",
-]
-
 
 def sample_times(
     t: NDArray[np.float64],

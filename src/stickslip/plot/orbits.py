@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-__all__ = ["draw_orbit", "draw_orbits"]
-
 
 def draw_orbit(orbit: Any, ax: Axes | None = None, **style: Any) -> Axes:
     """Mark the points of a periodic orbit over their predecessors.

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.model.two_block import TwoBlock
 
-__all__ = ["stick_locus", "trajectory_in_plane"]
-
 
 def stick_locus(model: TwoBlock, ax: Axes | None = None) -> Axes:
     """Draw the locus, the edges on which global stick ends, and the map's domain AC.

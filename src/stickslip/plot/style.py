@@ -19,17 +19,6 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-__all__ = [
-    "PALETTE",
-    "WIDTHS",
-    "axes_or_new",
-    "check_formats",
-    "new_figure",
-    "panel_letter",
-    "save",
-    "style",
-]
-
 WIDTHS: Final = MappingProxyType({"one": 3.46, "two": 7.09})
 """Widths in inches of a figure over one and over two columns (88 and 180 mm)."""
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-__all__ = ["SweepMap", "draw_sweep"]
-
 SCALE: Final = "viridis"  # even to the eye, and to colour-blind ones
 CLIPPED: Final = 1.0  # percent of the values at each end that may lie beyond the scale
 CYCLES: Final = 2.0  # how far a scale of exponents goes down, times how far it goes up

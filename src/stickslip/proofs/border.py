@@ -14,8 +14,6 @@ from stickslip.proofs.power import Image, Setting, step
 from stickslip.proofs.verify.words import rounded
 from stickslip.proofs.wave import Undecided
 
-__all__ = ["proven_border"]
-
 RADII: Final = tuple(10.0**-k for k in range(4, 15))
 
 

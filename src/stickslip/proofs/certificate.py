@@ -10,8 +10,6 @@ from typing import Any
 from stickslip.files import checked_path, checked_suffix, write_text
 from stickslip.proofs.verify.words import SCHEMA, read
 
-__all__ = ["Certificate", "certificate", "refusal"]
-
 
 @dataclass(frozen=True)
 class Certificate:

@@ -30,16 +30,6 @@ from stickslip.proofs.wave import Undecided
 if TYPE_CHECKING:
     from stickslip.mechanics.model.two_block import TwoBlock
 
-__all__ = [
-    "Enclosure",
-    "certify",
-    "certify_bifurcation",
-    "certify_jump",
-    "certify_orbit",
-    "certify_orbits",
-    "enclose",
-]
-
 ExactValues: TypeAlias = Mapping[str, Exact] | None
 
 SPARE_BITS: Final = 80  # beyond the digits asked for: what events near grazing lose

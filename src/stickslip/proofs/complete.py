@@ -17,8 +17,6 @@ from stickslip.proofs.power import Setting, step
 from stickslip.proofs.system import number
 from stickslip.proofs.wave import Undecided
 
-__all__ = ["Survey", "survey"]
-
 BOXES: Final = 32  # to start with
 SPLIT_FIRST: Final = 1e-3  # wider boxes are halved rather than followed along all possibilities
 POSSIBILITIES: Final = 64

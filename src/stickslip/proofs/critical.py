@@ -14,8 +14,6 @@ from stickslip.proofs.power import Setting, step
 from stickslip.proofs.verify.words import rounded
 from stickslip.proofs.wave import Undecided
 
-__all__ = ["MULTIPLIERS", "proven_critical"]
-
 MULTIPLIERS: Final = {"fold": 1, "flip": -1}
 RADII: Final = tuple(10.0**-k for k in range(5, 20, 3))
 FORM_BITS: Final = 112  # beyond the digits of the normal form

@@ -15,8 +15,6 @@ from stickslip.proofs.smooth import TaylorStep
 from stickslip.proofs.system import Phase
 from stickslip.proofs.wave import Undecided, Wave, root
 
-__all__ = ["Decision", "Event", "possible_events"]
-
 LONGEST: Final = 200.0  # a phase, in units of sqrt(m / k)
 STEPS: Final = 1000
 CAUTION: Final = 0.9  # share taken of a step that is proven to be safe

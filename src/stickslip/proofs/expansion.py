@@ -16,8 +16,6 @@ from flint import arb, arb_poly, arb_series, ctx
 from stickslip.proofs.germ import Germ, combine
 from stickslip.proofs.jet import Jet, Number, centre, spread, tight
 
-__all__ = ["Arc", "Expansion", "Unbounded"]
-
 
 class Unbounded(Exception):
     """The radius is too large for a bound."""

@@ -15,8 +15,6 @@ from stickslip.proofs.jet import Number, spread, tight
 from stickslip.proofs.system import System
 from stickslip.proofs.wave import Undecided
 
-__all__ = ["Piece", "image", "images"]
-
 Modes: TypeAlias = tuple[int, int]
 Pair: TypeAlias = tuple[Number, Number]
 

@@ -15,8 +15,6 @@ from flint import arb
 
 from stickslip.proofs.jet import Jet, centre, sin_cos, spread, tight
 
-__all__ = ["Germ", "combine", "dot", "germ", "like", "principal"]
-
 
 class Germ:
     """c_0 + c_1 x + ... + c_n x^n + O(x^{n+1}), x the distance from d.

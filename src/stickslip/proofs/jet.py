@@ -18,8 +18,6 @@ from typing import Any, Final, TypeAlias
 
 from flint import arb, ctx
 
-__all__ = ["HALF", "Jet", "Number", "hull", "outward", "precision", "variables"]
-
 HALF: Final = arb(1) / 2
 
 

@@ -13,8 +13,6 @@ from stickslip.proofs.power import Image, Setting, step
 from stickslip.proofs.verify.words import rounded
 from stickslip.proofs.wave import Undecided
 
-__all__ = ["mechanism", "parted", "proven_jump"]
-
 RADII: Final = tuple(10.0**-k for k in range(5, 15))
 
 

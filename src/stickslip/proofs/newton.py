@@ -13,8 +13,6 @@ from flint import arb, arb_mat, ctx
 from stickslip.proofs.jet import Jet, precision, variables
 from stickslip.proofs.wave import Undecided
 
-__all__ = ["NoZero", "nearer", "zero"]
-
 ROUNDS: Final = 30
 SEARCH_BITS: Final = 128  # until a zero is proven; its digits need more
 POLISHING: Final = 6  # steps of Newton's method without proof

@@ -15,8 +15,6 @@ from stickslip.proofs.system import law_of
 from stickslip.proofs.verify.words import rounded
 from stickslip.proofs.wave import Undecided
 
-__all__ = ["RADII", "closing", "proven_orbit"]
-
 RADII: Final = tuple(10.0**-k for k in range(4, 15))
 
 

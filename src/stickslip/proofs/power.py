@@ -19,8 +19,6 @@ from stickslip.proofs.germ import Germ, germ, like, principal
 from stickslip.proofs.jet import Jet, Number, variables
 from stickslip.proofs.system import System, law_of, number
 
-__all__ = ["Image", "Setting", "step"]
-
 
 @dataclass(frozen=True)
 class Setting:

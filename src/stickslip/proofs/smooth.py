@@ -17,8 +17,6 @@ from stickslip.proofs.wave import Undecided
 if TYPE_CHECKING:
     from stickslip.proofs.system import Modes, Pair, System
 
-__all__ = ["Falling", "TaylorStep"]
-
 RADII: Final = 12  # tried for one step
 FIRST_SHARE: Final = 0.85  # of the radius of convergence, as the coefficients show it
 NEXT_SHARE: Final = 0.85

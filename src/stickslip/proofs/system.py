@@ -19,17 +19,6 @@ from stickslip.proofs.wave import Wave
 if TYPE_CHECKING:
     from stickslip.mechanics.model.two_block import TwoBlock
 
-__all__ = [
-    "Constant",
-    "Exact",
-    "Phase",
-    "System",
-    "exact_parameters",
-    "fraction",
-    "law_of",
-    "number",
-]
-
 Exact: TypeAlias = str | int | float | Fraction | Decimal
 
 

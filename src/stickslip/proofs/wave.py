@@ -9,8 +9,6 @@ from flint import arb
 from stickslip.proofs.germ import Germ, principal
 from stickslip.proofs.jet import Jet, Number, centre, sin_cos, spread, tight
 
-__all__ = ["Basis", "Undecided", "Wave", "root"]
-
 
 class Undecided(Exception):
     """The box is too wide, or the digits are too few, to tell what happens."""

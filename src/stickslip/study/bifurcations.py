@@ -43,14 +43,6 @@ if TYPE_CHECKING:
     )
     from stickslip.analysis.continuation.orbit_branch_nd import OrbitBranchND
 
-__all__ = [
-    "as_family",
-    "bifurcations",
-    "continue_bifurcation",
-    "continue_breakpoint",
-    "continue_orbit",
-]
-
 System: TypeAlias = MapFamily | TwoBlock
 
 

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.diagrams.diagram import Diagram
 
-__all__ = ["bifurcation_diagram"]
-
 
 def bifurcation_diagram(
     system: Any,

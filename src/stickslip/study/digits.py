@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["digits", "with_error"]
-
 
 def digits(number: float, error: float) -> str:
     """Write a number to the decimal place of its error.

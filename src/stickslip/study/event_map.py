@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.flow.engine import EngineName
 
-__all__ = ["EventMap", "event_map"]
-
 NOT_KEPT: Final = ("device", "threads")  # of the machine, not of the result
 
 

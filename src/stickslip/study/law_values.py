@@ -10,8 +10,6 @@ from stickslip.checks import shown
 from stickslip.mechanics.friction import LAWS, FrictionLaw, TabulatedFriction
 from stickslip.vocabulary import did_you_mean
 
-__all__ = ["friction_of", "law_values", "listed", "refuse_missing", "refuse_unknown", "within"]
-
 TABLE: Final = ("speed", "force")
 ABOVE_TABLES: Final = (
     *("kind", "alpha", "beta", "V", "damping", "static", "mass", "stiffness", "support", "ends"),

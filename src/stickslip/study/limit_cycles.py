@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.cycle.neutral import NeutralFamily
     from stickslip.mechanics.cycle.sliding import Model
 
-__all__ = ["CycleList", "limit_cycles"]
-
 SHOWN: Final = 12
 
 

@@ -30,16 +30,6 @@ from stickslip.study.event_map import event_map
 from stickslip.study.mechanism import UNKNOWN, Mechanism, mechanism_between
 from stickslip.vocabulary import did_you_mean
 
-__all__ = [
-    "attractors",
-    "basins",
-    "branches",
-    "breakpoints",
-    "invariant_density",
-    "lyapunov_exponent",
-    "periodic_orbits",
-]
-
 P = ParamSpec("P")
 R = TypeVar("R")
 MapOrModel: TypeAlias = Map1D | TwoBlock

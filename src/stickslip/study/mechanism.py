@@ -15,8 +15,6 @@ from stickslip import status
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.flow.trajectory import Event, Trajectory
 
-__all__ = ["Mechanism", "mechanism_between"]
-
 # Events of neighbouring motions that are the same one differ by rounding, times how much the
 # motion stretches it.
 SAME_TIME = 1e-5

@@ -14,8 +14,6 @@ from stickslip.study.model_values import Model, model_of_values, model_values
 if TYPE_CHECKING:
     from os import PathLike
 
-__all__ = ["model_text", "read_model", "read_toml", "write_model"]
-
 MOST_NESTED: Final = 20
 TOO_DEEP: Final = "its keys, arrays or tables are nested too deeply"
 LONG_KEY: Final = re.compile(

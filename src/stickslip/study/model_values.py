@@ -27,8 +27,6 @@ from stickslip.study.law_values import (
 )
 from stickslip.vocabulary import did_you_mean
 
-__all__ = ["Model", "model_of_values", "model_values"]
-
 Model: TypeAlias = TwoBlock | BeltModel
 
 NUMBERS: Final = ("alpha", "beta", "V")

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["QuasistaticMap", "QuasistaticSlips", "quasistatic_map"]
-
 
 @dataclass(frozen=True)
 class QuasistaticSlips:

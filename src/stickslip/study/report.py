@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.outcome import Outcome
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
-__all__ = ["Report"]
-
 BANDS_SHOWN: Final = 4  # of an attractor, in a line
 POINTS_SHOWN: Final = 4  # of an orbit, in a line
 

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.outcome import Outcome
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
-__all__ = ["SCHEMA", "agrees", "document"]
-
 SCHEMA: Final = 1
 
 

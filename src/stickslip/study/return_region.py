@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int64]
 
-__all__ = ["Gap", "ReturnRegion", "return_region"]
-
 HALVINGS: Final = 44  # of a cell of the grid: its edges are found to rounding
 SAME_PERIOD: Final = 1e-3  # relative, between a cycle and the branch that it is compared with
 UNDECIDED: Final = (status_codes.EVENT_LIMIT, status_codes.TIME_LIMIT)

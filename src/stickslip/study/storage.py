@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.analysis.maps.protocol_nd import MapND
 from stickslip.analysis.storage import load as _load
-from stickslip.analysis.storage import register_part, save
+from stickslip.analysis.storage import register_part
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.study import quasistatic  # noqa: F401 (registers its maps)
@@ -16,8 +16,6 @@ from stickslip.study.model_values import model_of_values, model_values
 
 if TYPE_CHECKING:
     import os
-
-__all__ = ["load", "save"]
 
 
 def load(path: str | os.PathLike[str], system: Any = None) -> Any:

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     Floats: TypeAlias = NDArray[np.float64]
 
-__all__ = ["Axis", "as_axes", "axis"]
-
 MOST_VALUES: Final = 10**8
 SCALES: Final = ("linear", "log")
 

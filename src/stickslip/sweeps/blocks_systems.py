@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from stickslip.sweeps.orbits import Run
     from stickslip.sweeps.system import Columns, Floats
 
-__all__ = ["BlocksSystem", "MotionSystem"]
-
 
 class MotionSystem(System):
     """A model without an event map: one block, or a forced one."""

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from stickslip.sweeps.points import Points
 
-__all__ = ["CoexistingAttractors"]
-
 SAME_POINT: Final = 1e-6  # of the domain: cycles whose rightmost points are this close are one
 
 

@@ -20,8 +20,6 @@ from stickslip.sweeps.job import Computed
 if TYPE_CHECKING:
     from stickslip.sweeps.job import Job, Tile
 
-__all__ = ["connect", "in_dask", "in_threads"]
-
 # Tiles handed out for each core: enough that no core waits while results are written.
 AHEAD: Final = 3
 # And at least so many through a scheduler, where the way there and back takes its time.

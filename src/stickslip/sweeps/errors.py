@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["StoreAbsent", "StoreBusy", "StoreFull", "StoreRefused", "TilesFailed", "WorkersLost"]
-
 
 class StoreRefused(ValueError):
     """The store holds something else than what is asked for; nothing was changed."""

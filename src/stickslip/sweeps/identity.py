@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.friction.law import FrictionLaw
 
-__all__ = ["digest", "function_identity", "import_function", "law_identity"]
-
 
 def digest(content: Any) -> str:
     """Hash of values that JSON can hold, or of bytes."""

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from stickslip.sweeps.orbits import Run
     from stickslip.sweeps.system import System
 
-__all__ = ["D0", "Computed", "Job", "Tile", "compute", "default_chunks", "tiles"]
-
 FORMAT: Final = 1  # raised when the same description would give other results
 D0: Final = "d0"  # name of an axis of starting points
 POINTS_PER_TILE: Final = {"cpu": 4096, "cuda": 65_536}  # a GPU takes as many orbits at once

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from stickslip.study.limit_cycles import CycleList
     from stickslip.sweeps.points import Points
 
-__all__ = ["LimitCycles"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class LimitCycles(Observable):

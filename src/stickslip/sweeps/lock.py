@@ -25,8 +25,6 @@ from stickslip.sweeps.place import room_for
 if TYPE_CHECKING:
     from stickslip.sweeps.place import Place
 
-__all__ = ["writing"]
-
 LOCK: Final = "lock"  # what the object beside the store is called after it
 HOLDER: Final = "writer"  # who holds the file lock, for the message alone
 RENEWED_EVERY: Final = 20.0  # seconds

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from stickslip.sweeps.orbits import Run
     from stickslip.sweeps.points import Points
 
-__all__ = ["Columns", "Observable", "Output", "whole"]
-
 Columns: TypeAlias = "dict[str, NDArray[Any]]"
 
 

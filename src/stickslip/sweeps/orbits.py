@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["Run", "follow_map", "joined"]
-
 
 class Run(NamedTuple):
     """How orbits are followed; equal runs of several observables are done once.

@@ -18,8 +18,6 @@ from stickslip.extras import require_extra
 from stickslip.files import whole_file
 from stickslip.sweeps.errors import StoreFull, StoreRefused
 
-__all__ = ["Place", "place_of", "room_for"]
-
 EXTRA = ("fsspec", "zarr", "xarray", "filelock", "psutil")
 ZIP = ".zip"
 GONE = "gone"  # a work folder that is being removed

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
     from stickslip.sweeps.observable import Observable
 
-__all__ = ["Plan", "read_plan"]
-
 T = TypeVar("T", bound=msgspec.Struct)
 
 

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["Orbits", "Points"]
-
 
 class Orbits(NamedTuple):
     """What is known of orbits, in the order of grid points, the seeds of one together."""

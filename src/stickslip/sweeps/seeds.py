@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["spread_shares", "spread_starts"]
-
 BITS = 53  # of a random number
 
 

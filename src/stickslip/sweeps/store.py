@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from stickslip.sweeps.observable import Output
     from stickslip.sweeps.place import Place
 
-__all__ = ["MARKS", "Store", "create_or_open", "examined", "finished", "read_marks"]
-
 ATTRIBUTE: Final = "stickslip"  # of two files: what the sweep is and who computed it
 SEAL: Final = "checksum"  # in it: of all else in that file
 METADATA: Final = "zarr.json"

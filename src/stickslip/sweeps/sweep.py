@@ -44,8 +44,6 @@ if TYPE_CHECKING:
     from stickslip.sweeps.store import Store
     from stickslip.sweeps.system import System
 
-__all__ = ["Progress", "open_sweep", "sweep"]
-
 LARGEST_SEED = 2**63
 MOST_CHUNKS = 10**8  # 9 bytes of memory each
 MOST_BYTES = 2**31 - 1  # of a variable in a chunk: what its codec takes

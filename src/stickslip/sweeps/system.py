@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     Floats: TypeAlias = NDArray[np.float64]
     Columns: TypeAlias = Mapping[str, Floats]
 
-__all__ = ["System", "rows"]
-
 
 class System:
     """A system with named parameters; columns hold a value of each varied one for a grid point.

@@ -14,8 +14,8 @@ from stickslip.checks import shown
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
 from stickslip.mechanics.eventmap.cuda_carrier import check_damping, check_traced
-from stickslip.mechanics.eventmap.follow import ModelTable, follow
-from stickslip.mechanics.eventmap.follow_records import new_followed
+from stickslip.mechanics.eventmap.follow import follow
+from stickslip.mechanics.eventmap.follow_records import ModelTable, new_followed
 from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.flow.engine import engine_for
 from stickslip.mechanics.model.belt_model import BeltModel
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.flow.engine import Engine, EngineName
     from stickslip.numerics.long_run import LongRun
     from stickslip.sweeps.system import Columns, Floats
-
-__all__ = ["as_system"]
 
 OWN = ("alpha", "beta", "V")  # parameters that the kernels take as numbers, not through the law
 

@@ -11,8 +11,6 @@ from llvmlite import binding
 from stickslip.numerics.gpu import gpu_name
 from stickslip.numerics.targets import config, source_hash
 
-__all__ = ["difference", "target"]
-
 
 @cache
 def _cpu() -> tuple[str, str]:

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from stickslip import examples as models
 from stickslip.analysis import examples
-from stickslip.analysis.orbits.bundles import OrbitBundle, move_orbits, polish_orbits, solve_cyclic
+from stickslip.analysis.orbits.bundles import OrbitBundle, move_orbits, polish_orbits
+from stickslip.analysis.orbits.cyclic import solve_cyclic
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.event_map import EventMap
 

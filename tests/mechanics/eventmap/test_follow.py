@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 import stickslip as ss
 from stickslip.mechanics.eventmap import follow as following
-from stickslip.mechanics.eventmap.follow import ModelTable, follow
+from stickslip.mechanics.eventmap.follow import follow
+from stickslip.mechanics.eventmap.follow_records import ModelTable
 from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.flow.engine import engine_for
 

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
-__all__ = ["Motion", "Settler"]
-
 Kind: TypeAlias = Literal["periodic", "chaotic", "undecided"]
 
 SHORT_BLOCK: Final = 16  # steps that lead back to an attractor that has changed a little

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
-__all__ = ["Attractor", "AttractorKind", "AttractorList"]
-
 AttractorKind: TypeAlias = Literal["periodic", "chaotic", "undecided"]
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.attractors.attractor import Attractor, AttractorList
+from stickslip.analysis.attractors.attractor import AttractorList
 from stickslip.analysis.attractors.recurrence import confirmed
 from stickslip.analysis.attractors.search import AttractorSearch
 from stickslip.analysis.branches.table import branch_table
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Map1D
-
-__all__ = ["Attractor", "AttractorList", "attractors", "attractors_of"]
 
 N_SEEDS: Final = 64
 MAX_PERIOD: Final = 64

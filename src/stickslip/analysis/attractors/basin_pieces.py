@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stickslip.analysis.attractors.attractors import Attractor
+    from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.attractors.recurrence import Cycle
     from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.maps.protocol import Floats, Map1D

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.attractors.attractors import AttractorList, attractors
+from stickslip.analysis.attractors.attractor import AttractorList
+from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.attractors.basin_edges import EdgeCause, explain, first_causes
 from stickslip.analysis.attractors.basin_pieces import LEFT, UNDECIDED, first_pieces, refined
 from stickslip.analysis.branches.table import branch_table

@@ -18,7 +18,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
-from stickslip.analysis.attractors.attractors import Attractor
+from stickslip.analysis.attractors.attractor import Attractor
 from stickslip.analysis.attractors.bands import inside
 from stickslip.analysis.attractors.lyapunov import LyapunovExponent, advance
 from stickslip.analysis.branches.table import branch_table

@@ -47,8 +47,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
-__all__ = ["AttractorSearch"]
-
 FIRST_BLOCK: Final = 256
 GROWTH: Final = 4  # each block of steps is this many times longer than the one before
 SETTLED: Final = 1e-6  # of the domain's width: a recurrence this close proposes a period

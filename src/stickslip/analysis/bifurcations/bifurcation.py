@@ -15,20 +15,11 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from stickslip.analysis.attractors.attractors import Attractor
+    from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.bifurcations.outcome import Outcome
     from stickslip.analysis.continuation.orbit_branch import OrbitBranch
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
-
-__all__ = [
-    "BIFURCATION_KINDS",
-    "Bifurcation",
-    "BifurcationKind",
-    "BifurcationList",
-    "Cascade",
-    "UnresolvedChange",
-]
 
 BifurcationKind: TypeAlias = Literal[
     "fold",

@@ -40,8 +40,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
-__all__ = ["N_VALUES", "bifurcations"]
-
 T = TypeVar("T")
 
 N_VALUES: Final = 24

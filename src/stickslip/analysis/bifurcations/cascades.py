@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, MapFamily
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
-__all__ = ["accumulation", "cascades"]
-
 LONGEST: Final = 256  # period of the last flip that is solved for
 SHARP: Final = 1e-3  # of a gap: flips known less well than that end a cascade
 WAY: Final = 0.45  # a doubled orbit flips where its parent's multiplier has moved on by about so

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.continuation.orbit_branch import EndReason
     from stickslip.analysis.maps.protocol import Floats, Labels
 
-__all__ = ["orbit_branches"]
-
 UP: Final = 1
 DOWN: Final = -1
 

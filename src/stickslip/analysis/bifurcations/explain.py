@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.survey import Span
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["Concerned", "concerned_orbits", "explained", "with_attractors"]
-
 
 PARENT: Final = 1e-3  # of the domain: how far the orbit that flips may be from where it does
 

@@ -10,8 +10,6 @@ from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["attempted"]
-
 T = TypeVar("T")
 
 

@@ -25,15 +25,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily, PointValues
 
-__all__ = [
-    "CrossingCoefficients",
-    "FlipCoefficient",
-    "FoldCoefficient",
-    "crossing_coefficients",
-    "flip_coefficient",
-    "fold_coefficient",
-]
-
 ROUNDING: Final = 16 * float(np.finfo(np.float64).eps)  # differences may agree by chance
 STRAIGHT: Final = 1e-7  # of the domain: a curvature that so small a shift makes is none
 FEW_STEPS: Final = 14  # down to 2e-6 of the domain

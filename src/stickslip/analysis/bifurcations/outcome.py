@@ -8,8 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
-__all__ = ["LocalAttractor", "Outcome", "disagreement"]
-
 OrbitOutcome: TypeAlias = Literal[
     "persist",
     "born in pairs",

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.mesh import Bools, Indices, Mesh, Nodes
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["MAX_CHANGES", "LabelBrackets", "are_apart", "have_same_label", "midpoint"]
-
 MAX_CHANGES: Final = 4096  # label changes followed before the rest is reported as unresolved
 FINEST: Final = 2.0**-12  # of the spacing of floats at the domain's size: adjacent enough near 0
 MAX_ROUNDS: Final = 200  # each halves at least: 65 suffice from any domain to FINEST

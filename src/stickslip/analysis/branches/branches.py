@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Map1D
 
-__all__ = ["BreakpointList", "branches", "breakpoints"]
-
 SHOWN: Final = 40  # rows of a list in its repr
 
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.mesh import Mesh, Prober
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["Breakpoint", "Kind", "kind_of", "limits_at_cuts"]
-
 Kind: TypeAlias = Literal["jump", "corner", "smooth", "edge"]
 
 JUMP: Final = 1e-10  # of the range of values: smaller steps are rounding, beside a tie of events

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.mesh import Bools
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["Cuts", "Unresolved", "find_cuts"]
-
 MAX_ROUNDS: Final = 200  # each halves
 MAX_SUSPECTS: Final = 256  # breaks without a label that are followed
 CROWD: Final = 4  # cuts within the resolution: events that flicker at a tie make two or three

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.mesh import Mesh, Nodes
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["Segments", "Stretch", "smooth_stretches", "split_at_smooth", "tabulate_laps"]
-
 GUARD: Final = 1 / 64  # of the resolution: closer to a break the map is continued linearly
 
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     Indices = NDArray[np.intp]
     Bools = NDArray[np.bool_]
 
-__all__ = ["HI", "LO", "Cells", "Laps"]
-
 LO: Final = -1  # number of the end of a lap that is the left end of the domain
 HI: Final = -2  # ... the right end
 

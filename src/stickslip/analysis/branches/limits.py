@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.mesh import Nodes, Prober
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["Limits", "limits_inside"]
-
 CLOSEST: Final = 1 / 64  # of h: the point that the value is taken from
 ROOM: Final = 1 / 64  # h is at most this share of the branch
 STEEPENS: Final = 1.5  # growth of the slope from 4 h to h beyond which it diverges

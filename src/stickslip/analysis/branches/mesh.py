@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     Bools = NDArray[np.bool_]
     Indices = NDArray[np.intp]
 
-__all__ = ["Mesh", "Nodes", "Prober", "hermite", "hermite_slope", "slope_extremes"]
-
 N_START: Final = 101  # nodes of the first grid; ten times as many found nothing more
 GOLDEN: Final = 0.6180339887498949
 GAP_PROBES: Final = 6e-3  # of the domain: a gap without margins is not probed more closely

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.laps import Indices, Laps
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["MAX_PIECES", "Pieces", "TooManyPiecesError", "first_pieces", "pieces_of_powers"]
-
 MAX_PIECES: Final = 200_000  # more of them no list of orbits is made for
 SAME: Final = 8 * float(np.finfo(np.float64).eps)  # of the domain's size: positions that coincide
 

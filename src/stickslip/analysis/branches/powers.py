@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.pieces import Ends, Pieces
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["Hints", "hints_of"]
-
 ASIDE: Final = 64  # ulp of the domain's size: sides of a break that was pulled back
 
 

@@ -12,8 +12,6 @@ from stickslip.checks import finite_number
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
-__all__ = ["preimages"]
-
 SAME: Final = 8 * float(np.finfo(np.float64).eps)  # of the scale: points that coincide
 
 

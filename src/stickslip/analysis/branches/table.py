@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
 
-__all__ = ["RESOLUTION", "Branch", "BranchTable", "branch_table"]
-
 RESOLUTION: Final = 1e-9
 SHOWN: Final = 40  # rows of a table in its repr
 REMEMBERED: Final = 64  # tables kept in memory, 100 kB each: one map is asked many questions

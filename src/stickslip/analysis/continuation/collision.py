@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.continuation.walls import Wall
     from stickslip.analysis.maps.protocol import Floats, MapFamily
 
-__all__ = ["Meeting", "meet"]
-
 MAX_STEPS: Final = 60
 FIRST_CHANGE: Final = 1e-6  # of the parameter's range: for the first difference of the readings
 ROUNDING: Final = 4 * float(np.finfo(np.float64).eps)  # of the parameter's size: a last step

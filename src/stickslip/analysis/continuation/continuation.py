@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.numerics.continuation import CurvePoint
 
-__all__ = ["continue_orbit"]
-
 MAX_STEP: Final = 1 / 32
 MAX_POINTS: Final = 2000
 

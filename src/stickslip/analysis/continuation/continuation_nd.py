@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
     from stickslip.numerics.continuation import WalkEnd
 
-__all__ = ["continue_orbit"]
-
 MAX_STEP: Final = 1 / 32
 MAX_POINTS: Final = 2000
 BENDS: Final = 0.5  # an entry of a Jacobian changes at most so much per step, beside 1 + abs(it)

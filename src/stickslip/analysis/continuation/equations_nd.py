@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Labels
     from stickslip.analysis.maps.protocol_nd import FamilyND
 
-__all__ = ["DepartureND", "LinearizedND", "OrbitEquationsND"]
-
 
 @dataclass(frozen=True, eq=False)
 class LinearizedND:

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily
 
-__all__ = ["flip_of_half", "shrinks_to_half"]
-
 MAX_SECANT: Final = 30
 FIRST_CHANGE: Final = 1e-5  # of the parameter's range: for the first secant
 ROUNDING: Final = 4 * EPS

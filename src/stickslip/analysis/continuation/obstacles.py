@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.continuation.walls import Wall
     from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily
 
-__all__ = ["Obstacle", "obstacles", "unlabelled_obstacles"]
-
 OVERTAKES: Final = 32.0  # times the orbit's step: how far a break may come from
 TINY: Final = 1e-12
 NEARBY: Final = 1e-4  # of the domain: where a break without a label is looked for

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.along.borders import Border
     from stickslip.analysis.maps.protocol import Floats, Labels, MapFamily
 
-__all__ = ["BranchEnd", "EndReason", "OrbitBranch", "PassedBifurcation"]
-
 EndReason: TypeAlias = Literal[
     "end of range",
     "breakpoint",

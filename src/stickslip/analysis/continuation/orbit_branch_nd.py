@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Labels
     from stickslip.analysis.maps.protocol_nd import FamilyND
 
-__all__ = ["OrbitBranchND", "OrbitEndND", "PassedBifurcationND"]
-
 EndReasonND: TypeAlias = Literal[
     "end of range",
     "breakpoint",

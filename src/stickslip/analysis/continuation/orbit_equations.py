@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats, Labels, MapFamily
 
-__all__ = ["Departure", "Linearized", "OrbitEquations"]
-
 
 @dataclass(frozen=True, eq=False)
 class Linearized:

@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Labels, MapFamily
     from stickslip.numerics.continuation import WalkEnd
 
-__all__ = ["Half", "OrbitFollower", "Row"]
-
 MAX_OBSTACLES: Final = 200  # smooth breaks crossed, and false alarms
 BENDS: Final = 0.5  # a slope changes at most so much per step, beside 1 + abs(slope) ...
 BENDS_UNLABELLED: Final = 0.05  # ... and where no label would tell of a corner

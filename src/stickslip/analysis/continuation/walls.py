@@ -13,8 +13,6 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Map1D
 
-__all__ = ["BorderWall", "DomainEnd", "Wall"]
-
 
 class Wall(Protocol):
     """A place of the map that moves with its parameters and that an orbit may meet.

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.tracking import Piece
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["StrandEnd", "Traced", "trace_strands"]
-
 ROOTS: Final = ("fold", "flip", "standstill", "doubling")  # where points move like a square root
 CLOSE: Final = 0.05  # of the domain's width: how far an orbit may be from the event that ends it
 

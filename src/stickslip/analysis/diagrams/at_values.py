@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import domain_width, sample
-from stickslip.analysis.orbits.bundles import solve_cyclic
+from stickslip.analysis.orbits.cyclic import solve_cyclic
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.maps.protocol import Floats, Map1D
-
-__all__ = ["Strand", "fill"]
 
 PASSED: Final = 3  # values just passed that foretell the next
 AHEAD: Final = 2  # known places ahead that do

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.diagrams.assemble import StrandEnd
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["AttractorTable", "BreakLine", "Diagram", "OrbitCurve"]
-
 SHOWN: Final = 40  # orbits in a diagram's table
 
 

@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.diagrams.assemble import Traced
     from stickslip.analysis.maps.protocol import Floats, MapFamily
 
-__all__ = ["bifurcation_diagram"]
-
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
 FEWEST: Final = 48  # iterates by which a motion that is no cycle can be recognised
 REPORTED: Final = 16  # values between two reports of progress

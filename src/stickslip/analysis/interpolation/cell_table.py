@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     Bools = NDArray[np.bool_]
     Integers = NDArray[np.int64]
 
-__all__ = ["TabulatedMap", "tabulated"]
-
 ERROR: Final = 3e-15  # of a value: what a cell's polynomial may be off at its nodes
 CHECKS: Final = 32  # random points of each cell at which polynomial and map are compared
 ALLOWED: Final = 5e-15  # ... and the largest difference there

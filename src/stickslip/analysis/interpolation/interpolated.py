@@ -45,8 +45,6 @@ if TYPE_CHECKING:
     Bools = NDArray[np.bool_]
     Integers = NDArray[np.int64]
 
-__all__ = ["FIT", "InterpolatedMap", "interpolated_map"]
-
 FIT: Final = 1e-9  # of the range of values: cells are halved until their polynomials err less
 HALVES: Final = 4.0  # factor by which halving a cell reduces its error at least (16 if smooth)
 TILT: Final = 0.15  # of a cell's width times the wrong slope in its middle: error beside it

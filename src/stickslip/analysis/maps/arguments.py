@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.analysis.maps.protocol_nd import FamilyND
 
-__all__ = ["checked_parameter", "checked_range"]
-
 
 def checked_parameter(f: MapFamily | FamilyND, name: object, role: str = "name") -> None:
     """Check that a map has a parameter of that name.

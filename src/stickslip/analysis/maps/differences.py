@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["N_STEPS", "complex_step", "extrapolated_difference", "extrapolated_second_difference"]
-
 EPS: Final = float(np.finfo(np.float64).eps)
 COMPLEX_STEP: Final = 1e-30  # small enough that its square is nothing beside any real part
 FIRST_STEP: Final = 1 / 64  # of the scale

@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Labels
     from stickslip.checks import Many
 
-__all__ = ["PiecewiseMap"]
-
 Breakpoints: TypeAlias = Sequence[float] | Callable[..., Sequence[float]]
 
 N_PROBES: Final = 64  # points where the ways to call and to differentiate are tried out

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.checks import Many
 
-__all__ = ["EvaluatedMap", "LineMap", "PowerMap", "plain"]
-
 
 class LineMap:
     """What every map of the line offers besides its values: for classes that fit `Map1D`."""

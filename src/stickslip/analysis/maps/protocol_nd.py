@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats, MapValues
 
-__all__ = ["FamilyND", "MapND", "sample"]
-
 
 @runtime_checkable
 class MapND(Protocol):

@@ -14,15 +14,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats, Labels
 
-__all__ = [
-    "Function",
-    "apply",
-    "as_labels",
-    "checked_callable",
-    "checked_parameters",
-    "takes_arrays",
-]
-
 Function: TypeAlias = Callable[..., Any]
 
 LARGEST_LABEL: Final = 2.0**62

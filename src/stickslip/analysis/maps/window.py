@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats, Map1D, MapValues
 
-__all__ = ["WindowMap", "windowed"]
-
 
 @dataclass(frozen=True)
 class WindowMap(EvaluatedMap):

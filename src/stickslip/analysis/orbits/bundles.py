@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapFamily
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
-__all__ = ["Moved", "OrbitBundle", "move_orbits", "polish_orbits", "solve_cyclic"]
-
 MAX_NEWTON: Final = 12  # a guess that needs more was no guess of this orbit
 STALLED: Final = 1e-9  # of the domain's size: smaller steps must go on shrinking
 SAME: Final = 1e-9  # of the domain's size: points of an orbit that coincide

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["inverse_bound", "solve_cyclic", "successors", "turn_towards", "turned"]
-
 
 def successors(points: Floats) -> Floats:
     """Return the point after each one around its cycle: the last axis turned by one place.

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     Bools = NDArray[np.bool_]
 
-__all__ = ["Brackets", "brackets_on_diagonal", "forward_orbits"]
-
 EPS: Final = float(np.finfo(np.float64).eps)
 TOUCH: Final = 16 * EPS  # of the scale: f^p(x) - x this small may be 0
 FLAT: Final = 1e-13  # of the scale: where all of g is smaller nothing can be told

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["orbits_through_jumps"]
-
 SAME: Final = 1e-12  # of the scale: solutions that coincide, or lie on an end of the jump
 ROUNDING: Final = 4 * float(np.finfo(np.float64).eps)  # of the scale: of one evaluation
 

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.discontinuities import Unresolved
     from stickslip.analysis.maps.protocol import Floats, Labels
 
-__all__ = ["JumpCrossing", "NearFold", "OrbitList", "OrbitSequence", "PeriodicOrbit"]
-
 SHOWN: Final = 24  # orbits in a list's repr
 
 

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Labels
     from stickslip.analysis.maps.protocol_nd import MapND
 
-__all__ = ["OrbitListND", "PeriodicOrbitND", "Unseen", "make_orbit", "multipliers_of"]
-
 SHOWN: Final = 24  # orbits in a list's repr
 MULTIPLIERS_SHOWN: Final = 3
 

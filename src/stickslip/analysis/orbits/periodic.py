@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Map1D, MapValues
     from stickslip.analysis.orbits.diagonal import Brackets
 
-__all__ = ["periodic_orbits"]
-
 SAME: Final = 1e-13  # of the scale, beside the points' errors: orbits that coincide
 BORDER: Final = 1e-12  # of the scale: a point this close to a break is on it
 SHRINKINGS: Final = 80  # halvings of a bracket before Newton's method gets a last chance

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
     from stickslip.analysis.orbits.shooting_nd import Solutions
 
-__all__ = ["periodic_orbits"]
-
 N_SEEDS: Final = 512
 TRANSIENT: Final = 32  # iterates after which points count as being on an attractor
 STARTS: Final = 32  # orbits that are iterated for seeds

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
 
-__all__ = ["EPS", "Polished", "itinerary_of", "polish", "residual_is_rounding", "solve_orbit"]
-
 MAX_NEWTON: Final = 20
 EPS: Final = float(np.finfo(np.float64).eps)
 DENSE: Final = 16  # longest period whose equations are solved as a full matrix

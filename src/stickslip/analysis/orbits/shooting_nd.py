@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Labels, PointValues
     from stickslip.analysis.maps.protocol_nd import MapND
 
-__all__ = ["Solutions", "monodromy", "shooting_matrix", "solve_orbits"]
-
 MAX_STEPS: Final = 40
 HALVINGS: Final = 6
 DECREASE: Final = 0.25  # of the step's share: how much smaller the residual must become

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.app import requests
 
-__all__ = ["basins"]
-
 
 def basins(request: requests.Basins) -> Iterator[Part]:
     """Find the attractors, then the exact edges of their basins."""

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.app.requests import Diagram, Request
 
-__all__ = ["map_of", "naming", "range_of", "two_blocks"]
-
 
 def two_blocks(request: Request) -> TwoBlock:
     """Make the model of a view that only two blocks have.

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["diagram"]
-
 SEEDS: Final = 12  # orbits that the first dots are taken from
 SETTLING: Final = 150  # steps of each before dots are kept
 KEPT: Final = 24  # dots of each

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["Known"]
-
 NEAR: Final = 0.05  # largest change of a parameter, of its size
 MOVED: Final = 0.05  # of the domain's width: an orbit further off is another one
 SAME: Final = 1e-9  # of the domain's width: points that coincide

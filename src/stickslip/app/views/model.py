@@ -15,8 +15,6 @@ from stickslip.mechanics.model import locus as geometry
 if TYPE_CHECKING:
     from stickslip.app import requests
 
-__all__ = ["law", "locus"]
-
 
 def law(request: requests.Law) -> Iterator[Part]:
     """Tabulate the friction law of each block."""

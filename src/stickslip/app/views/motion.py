@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["MAX_EVENTS", "cycle", "found_cycle", "motion", "simulated", "start_of"]
-
 MAX_EVENTS: Final = 20_000
 CYCLE_SAMPLES: Final = 2000
 CODES: Final = np.array([0, 1, 2], dtype=np.uint8)

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["CycleBifurcation", "CycleBranch", "CycleEnd", "CycleEndReason", "CycleKind"]
-
 CycleKind: TypeAlias = Literal[
     "fold",
     "flip",

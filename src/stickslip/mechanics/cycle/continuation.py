@@ -39,8 +39,6 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.cycle.sliding import Model
 
-__all__ = ["continue_cycle"]
-
 CONTROL: Final = StepControl(first=0.005, smallest=1e-13, largest=1 / 32, patience=64)
 MAX_CHANGES: Final = 24  # changes of the sequence of modes that one branch is followed through
 ORDER: Final = ("landing", "grazing", "limit", "tie")

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["Partner", "on_section", "partners"]
-
 SAMPLES: Final = 48  # per unit of time, when a block's rest in space is looked for
 FAR: Final = 0.1  # of the period: an event this far from the section is far
 BESIDE: Final = 1e-6  # of the range: how far beside a change of modes cycles are sought

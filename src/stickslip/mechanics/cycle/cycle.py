@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["NEUTRAL", "Cycle", "cycle_of", "events_of", "same_cycle"]
-
 SAME: Final = 1e-9  # relative: periods that rounding tells apart
 NEUTRAL: Final = 1e-7  # multipliers this close to the unit circle neither attract nor repel
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["Equilibrium", "Model", "equilibria"]
-
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium:

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Complexes = NDArray[np.complex128]
 
-__all__ = ["HopfPoint", "hopf_points"]
-
 N_SPEEDS: Final = 400
 NEUTRAL: Final = 1e-12  # of the largest frequency: growth rates this small are rounding
 SAME: Final = 1e-11  # relative: speeds that rounding tells apart

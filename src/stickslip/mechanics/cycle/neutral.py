@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["NeutralFamily", "neutral_family"]
-
 N_SPEEDS: Final = 65  # at which a law is asked whether it is constant
 
 

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["NoCycleError", "find_cycle"]
-
 CLOSE: Final = 1e-3  # of the state's size: a return this close is worth an attempt
 SETTLED: Final = 1e-9  # ... and this close is a cycle that attracts
 REACH: Final = 30.0  # distances of the return that Newton's method may move the state

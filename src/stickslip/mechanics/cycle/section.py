@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int64]
 
-__all__ = ["Section", "Shooting", "Shot", "Word", "multipliers", "word_of"]
-
 Word: TypeAlias = tuple[tuple[int, int], ...]
 """Changes of mode in one period: block (from 0) and its new mode."""
 

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int64]
 
-__all__ = ["Leg", "Shooter", "State"]
-
 ALIASES = {"beta": "static_2"}
 """Parameters of `TwoBlock` that a chain calls otherwise."""
 

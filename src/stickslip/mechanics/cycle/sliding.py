@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Complexes = NDArray[np.complex128]
 
-__all__ = ["Model", "Modes", "force_derivatives", "modes", "steady_displacements"]
-
 Model: TypeAlias = TwoBlock | BeltModel
 
 

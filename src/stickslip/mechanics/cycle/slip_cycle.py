@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["slip_cycle"]
-
 PATIENCE: Final = 2.5  # periods of the slowest mode in which two extremes of a kind must come
 STEP: Final = 1 / 64  # of the fastest mode's period: where extremes are looked for
 CLOSE: Final = 0.05  # of the motion's size: a return this close is worth an attempt

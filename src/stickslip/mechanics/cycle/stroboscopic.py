@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["StroboscopicMap", "stroboscopic_map"]
-
 
 FORGOTTEN: Final = 64 * np.finfo(np.float64).eps
 """Of a Jacobian: growth this small is the rounding of zero."""

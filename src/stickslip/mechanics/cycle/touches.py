@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["Touch", "TouchKind", "touches"]
-
 TouchKind: TypeAlias = Literal["grazing", "limit", "landing", "tie"]
 
 SIDES: Final = ((AT_UPPER_LIMIT, -1.0), (AT_LOWER_LIMIT, 1.0))

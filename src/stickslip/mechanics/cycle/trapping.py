@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["TrappingBall", "trapping_ball"]
-
 N_SAMPLES: Final = 48  # states of a ball in which the derivative of the return is computed
 SAFETY: Final = 2.0  # times the largest second difference among them
 HALVINGS: Final = 24

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["BlocksEventMap"]
-
 SMALLEST_TILE = 64  # fewer motions are not worth a thread
 MODES = np.array(["-", ".", "+"])
 

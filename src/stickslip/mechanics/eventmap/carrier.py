@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["Carrier", "PlainCarrier", "new_scratch"]
-
 # Fewer motions than this are not worth a thread.
 SMALLEST_TILE = {"exact": 4000, "taylor": 64, "collocation": 16}
 NO_ITINERARY = np.zeros(0, dtype=np.int8)

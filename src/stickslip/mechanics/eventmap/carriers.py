@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.eventmap.records import Controls
     from stickslip.mechanics.model.two_block import TwoBlock
 
-__all__ = ["carrier_for"]
-
 DEVICES = ("cpu", "cuda")
 
 

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["CudaCarrier", "batches", "check_damping", "check_traced"]
-
 # Numbers that one launch brings back: bounds the memory of the device.
 LARGEST_BATCH = 1 << 26
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.flow.system import Floats
     from stickslip.numerics.long_run import LongRun
 
-__all__ = ["follow_on_gpu"]
-
 PATH_NUMBERS = 3  # that each step of an orbit leaves on the device
 
 

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["DampedCarrier"]
-
 
 class DampedCarrier:
     """Two damped blocks: the flow of the family."""

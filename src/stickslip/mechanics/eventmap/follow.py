@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.flow.system import Floats
     from stickslip.numerics.long_run import LongRun
 
-__all__ = ["ModelTable", "follow"]
-
 # Points of paths that are kept at once, and the least number of orbits side by side.
 PATH_POINTS = 1 << 20
 LEAST_SLOTS = 64

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from stickslip.mechanics.flow._lane_kernels import Plant
 from stickslip.mechanics.flow.system import Floats, Ints
 
-__all__ = ["Abreast", "Followed", "ModelTable", "new_abreast", "new_followed"]
-
 
 class ModelTable(NamedTuple):
     """Models of two blocks, and which starting point belongs to which.

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["LaneCarrier"]
-
 SMALLEST_TILE = 8192
 
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["Lanes", "lanes_serve", "new_lane_scratch"]
-
 NO_SLOPE = np.empty(0)
 # Scratch of each thread, most of a megabyte: whatever the model, one kernel uses it at a time.
 _LOCAL = threading.local()

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["PoolCarrier"]
-
 SMALLEST_TILE = 512
 
 

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["QuasistaticCarrier"]
-
 
 class QuasistaticCarrier(PlainCarrier):
     """Carries motions with the belt at rest: the kernels of the moving belt, V = 0 in them.

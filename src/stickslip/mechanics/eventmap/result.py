@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from stickslip import status as status_codes
 
-__all__ = ["EventMapResult"]
-
 Floats: TypeAlias = NDArray[np.float64]
 
 

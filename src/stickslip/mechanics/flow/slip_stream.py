@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.flow.engine import EngineName
     from stickslip.mechanics.flow.recorder import Recorder
 
-__all__ = ["SlipStream", "slips"]
-
 
 class SlipStream(Iterator[Slip]):
     """Slips as they end; `slips` makes it.

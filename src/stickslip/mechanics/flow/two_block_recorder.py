@@ -13,8 +13,6 @@ from stickslip.mechanics.flow.recorder import Floats, Ints, Recorder, StatesInsi
 from stickslip.mechanics.flow.system import BACKWARD, LANDING, Phases, limit, new_motion
 from stickslip.numerics.roots import EPSILON
 
-__all__ = ["TwoBlockRecorder"]
-
 
 class TwoBlockRecorder(Recorder):
     """A motion of a `TwoBlock`."""

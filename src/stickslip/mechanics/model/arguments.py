@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["checked_model", "checked_parameter", "state_vector", "two_blocks"]
-
 Model: TypeAlias = TwoBlock | BeltModel
 
 

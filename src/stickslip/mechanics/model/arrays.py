@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["belt_velocity", "one_per_block", "positive_definite", "semidefinite", "symmetric"]
-
 MOST_BLOCKS: Final = 2000
 """Springs and modes of so many fill a small memory, and take a minute."""
 

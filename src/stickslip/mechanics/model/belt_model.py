@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["BeltModel", "Friction", "laws_of"]
-
 Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, ...]
 
 MOST_POINTS = 10**8

@@ -22,8 +22,6 @@ from stickslip.mechanics.model.structure import Structure
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["Blocks"]
-
 
 class Blocks(BeltModel):
     """Blocks on a moving belt with full matrices: M X'' + C X' + K X = friction + g(t).

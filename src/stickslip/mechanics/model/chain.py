@@ -16,8 +16,6 @@ from stickslip.mechanics.model.blocks import checked_forcing
 from stickslip.mechanics.model.harmonic import Harmonic
 from stickslip.mechanics.model.structure import Structure
 
-__all__ = ["Chain", "Ends", "Oscillator"]
-
 Ends = Literal["free", "fixed", "periodic"]
 
 

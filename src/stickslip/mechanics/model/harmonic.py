@@ -8,8 +8,6 @@ import numpy as np
 
 from stickslip.checks import MOST_KEPT, dimensions, finite_number, real_numbers, whole_number
 
-__all__ = ["Harmonic"]
-
 
 @dataclass(frozen=True)
 class Harmonic:

@@ -16,8 +16,6 @@ from stickslip.checks import real_numbers
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["ULP_SLACK", "admit", "contains", "corners", "half_width", "onset", "spring_force"]
-
 ULP_SLACK = 4
 """How many units in the last place outside its domain a ``d`` may lie and count as its end."""
 

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.model.units import Quantity, Units
 
-__all__ = ["PhysicalTrajectory"]
-
 
 @dataclass(frozen=True)
 class PhysicalTrajectory:

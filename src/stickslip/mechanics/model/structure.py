@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 MOST_STATES = 10**8
 """That may be drawn at once."""
 
-__all__ = ["Structure"]
-
 
 @dataclass(frozen=True, eq=False)
 class Structure:

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["TwoBlock"]
-
 Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, FrictionLaw]
 
 

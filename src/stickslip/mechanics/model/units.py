@@ -13,8 +13,6 @@ from stickslip.checks import finite_number, one_of, real_numbers
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Quantity", "Units"]
-
 Quantity = Literal[
     "displacement", "time", "frequency", "velocity", "acceleration", "force", "energy"
 ]

@@ -26,8 +26,6 @@ from stickslip.proofs.verify.words import (
     rounded,
 )
 
-__all__ = ["Refused", "check", "check_text"]
-
 COARSE: Final = 1e-3  # wider intervals of d are halved before possibilities are listed
 NARROWEST: Final = 1e-9  # an interval of d, before it counts as undecided
 

@@ -14,8 +14,6 @@ from flint import arb, arb_series, ctx
 from stickslip.proofs.verify.motion import GLYPHS, Motion, Signal, flat
 from stickslip.proofs.verify.words import Refused
 
-__all__ = ["FallingMotion"]
-
 SHORTEST: Final = 2.0**-12  # a step
 MOST_STEPS: Final = 5000
 
@@ -27,21 +25,25 @@ class Piece:
         self.terms, self.length = terms, length
 
     def __call__(self, t: Any) -> Any:
+        """Value at t."""
         value = self.terms[-1]
         for c in self.terms[-2::-1]:
             value = value * t + c
         return value
 
     def derivative(self) -> Piece:
+        """Return the derivative."""
         return Piece([c * k for k, c in enumerate(self.terms)][1:], self.length)
 
     def times(self, k: Any) -> Piece:
+        """Multiply by k."""
         return Piece([c * k for c in self.terms], self.length)
 
     def __add__(self, other: Piece) -> Piece:
         return Piece([a + b for a, b in zip(self.terms, other.terms, strict=True)], self.length)
 
     def above(self, low: Any) -> Piece:
+        """Subtract a level."""
         return Piece([self.terms[0] - low, *self.terms[1:]], self.length)
 
     def range(self) -> Piece:

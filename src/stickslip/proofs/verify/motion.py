@@ -9,8 +9,6 @@ from flint import arb, arb_series, ctx
 
 from stickslip.proofs.verify.words import Refused, ball
 
-__all__ = ["Motion"]
-
 # Of parameters: what is proven must be so of a system with dry friction, and take bounded time.
 RANGES: Final = {
     "alpha": (0.0, 1e4),
@@ -31,6 +29,7 @@ class Wave:
         self.constant, self.rate, self.terms = constant, rate, terms
 
     def __call__(self, t: Any) -> Any:
+        """Value at t."""
         value = self.constant + self.rate * t
         for omega, a, b in self.terms:
             angle = omega * t
@@ -39,9 +38,11 @@ class Wave:
         return value
 
     def derivative(self) -> Wave:
+        """Return the derivative."""
         return Wave(self.rate, arb(0), [(w, b * w, -(a * w)) for w, a, b in self.terms])
 
     def times(self, k: Any) -> Wave:
+        """Multiply by k."""
         terms = [(w, a * k, b * k) for w, a, b in self.terms]
         return Wave(self.constant * k, self.rate * k, terms)
 
@@ -51,6 +52,7 @@ class Wave:
         )
 
     def above(self, low: Any) -> Wave:
+        """Subtract a level."""
         return Wave(self.constant - low, self.rate, self.terms)
 
     def range(self) -> Wave:

@@ -14,25 +14,6 @@ import msgspec
 from flint import arb, fmpq
 from msgspec import Meta, Struct
 
-__all__ = [
-    "LONGEST_LISTED",
-    "LONGEST_PERIOD",
-    "SCHEMA",
-    "Border",
-    "Certificate",
-    "Flip",
-    "Fold",
-    "Jump",
-    "List",
-    "Orbit",
-    "Refused",
-    "Varied",
-    "ball",
-    "fraction",
-    "read",
-    "rounded",
-]
-
 SCHEMA: Final = "stickslip-certificate-2"
 LONGEST_PERIOD: Final = 1000  # of an orbit
 LONGEST_LISTED: Final = 32  # of a complete list, whose work grows like a power of the period

@@ -24,8 +24,6 @@ from stickslip.analysis.maps.protocol import domain_width, sample
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
-__all__ = ["FarImage", "OneSided", "far_image"]
-
 Fate = Literal["returns", "settles", "leaves", "wanders"]
 
 MAX_STEPS: Final = 20_000

@@ -10,11 +10,9 @@ import numpy as np
 from stickslip.analysis.bifurcations.outcome import LocalAttractor, OrbitOutcome, Outcome
 
 if TYPE_CHECKING:
-    from stickslip.analysis.attractors.attractors import Attractor
+    from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
-
-__all__ = ["observed"]
 
 MOVED: Final = 0.02  # of the window: how far an attractor may move between two parameters
 

@@ -9,7 +9,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from stickslip.analysis.bifurcations.border_collision.jump_return import OneSided, far_image
-from stickslip.analysis.bifurcations.border_collision.observed import observed
 from stickslip.analysis.bifurcations.border_collision.skew_tent import (
     attractor_of_skew_tent,
     doubled_side,
@@ -25,8 +24,6 @@ from stickslip.analysis.bifurcations.outcome import (
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.border_collision.jump_return import FarImage
     from stickslip.analysis.maps.protocol import Map1D
-
-__all__ = ["observed", "predicted_at_corner", "predicted_at_gap", "predicted_at_jump"]
 
 NONE: Final = LocalAttractor("none")
 

@@ -23,8 +23,6 @@ from typing import Final
 
 from stickslip.analysis.bifurcations.outcome import LocalAttractor
 
-__all__ = ["attractor_of_skew_tent", "doubled_side", "paired_side"]
-
 LONGEST: Final = 1_000_000  # steps of the corner's orbit on the left branch
 NONE: Final = LocalAttractor("none")
 UNDECIDED: Final = LocalAttractor("undecided")

@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.along.borders import BorderReading, Critical
     from stickslip.analysis.maps.protocol import Map1D
 
-__all__ = ["Collision", "Condition", "Connection", "Crossing", "Flip", "Fold", "Reading"]
-
 
 @dataclass(frozen=True)
 class Reading:

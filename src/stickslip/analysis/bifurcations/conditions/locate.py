@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
     from stickslip.analysis.maps.protocol import Map1D
 
-__all__ = ["Located", "MapAt", "Readings", "solve", "solve_near"]
-
 MapAt: TypeAlias = "Callable[[float], Map1D]"
 
 MAX_STEPS: Final = 80  # bisection alone takes 60

@@ -18,18 +18,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.along.borders import BorderReading
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
-__all__ = [
-    "Followed",
-    "Path",
-    "bend",
-    "follow_orbit",
-    "multiplier_noise",
-    "path_from",
-    "path_of",
-    "rounding",
-    "slope_one",
-]
-
 EPS: Final = float(np.finfo(np.float64).eps)
 ROUNDINGS: Final = 4.0  # of a value of the map, for one that does not tell its accuracy
 STEP: Final = 1e-7  # of the domain: second derivatives are differences of slopes this far apart

@@ -20,8 +20,6 @@ from stickslip.analysis.maps.protocol import domain_width, sample
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, MapFamily
 
-__all__ = ["Stationary", "stationary_in_parameter"]
-
 EPS: Final = float(np.finfo(np.float64).eps)
 STEP: Final = 1e-7  # of the domain: differences are taken so far apart
 NEARBY: Final = 1e-3  # of the domain: no stationary point is looked for further away

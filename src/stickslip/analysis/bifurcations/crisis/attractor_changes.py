@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.bifurcations.crisis.parameter_point import ParameterPoint
 
-__all__ = ["KINDS", "Change", "CrisisKind", "changes", "kind_of_change", "partner_of"]
-
 CrisisKind: TypeAlias = Literal["boundary_crisis", "interior_crisis", "band_merging"]
 
 KINDS: Final[tuple[CrisisKind, ...]] = get_args(CrisisKind)

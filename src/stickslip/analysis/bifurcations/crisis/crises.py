@@ -43,12 +43,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition
     from stickslip.analysis.bifurcations.conditions.locate import Located, MapAt
 
-__all__ = [
-    "CrisisEvent",
-    "CrisisKind",
-    "crises",
-]
-
 
 BESIDE: Final = 2e-3  # of a grid interval: how far from an event its two sides are looked at
 NUDGES: Final = (1.0, 8.0, 0.1)  # times that, where windows or transients are in the way

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Map1D, MapValues
 
-__all__ = ["RememberingMap"]
-
 
 class RememberingMap:
     """A map of the line whose values are kept; all else it leaves to the map.

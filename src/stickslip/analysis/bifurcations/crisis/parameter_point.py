@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Map1D
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
-__all__ = ["ParameterPoint", "parameter_point"]
-
 
 MAX_STEPS: Final = 5376  # of orbits at a quick look: three growing blocks
 MAX_PERIOD: Final = 64  # of stable cycles there

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.interpolation.interpolated import InterpolatedMap
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["Edge", "Meeting", "edges_of", "meetings"]
-
 SAMPLES: Final = 128  # points on either half of a gap, closer and closer towards its ends
 NEAREST: Final = 1e-7  # of the gap: the first point's distance from an end
 SLACK: Final = 1e-9  # of the domain's width: an orbit this close to another is the same

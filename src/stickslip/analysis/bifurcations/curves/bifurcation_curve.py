@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.along.borders import Border, BorderReading
     from stickslip.analysis.maps.protocol import Floats
 
-__all__ = ["BifurcationCurve", "BreakpointCurve", "CodimensionTwo", "CurvePoint"]
-
 SHOWN: Final = 24  # points of a curve in its repr
 AT_STEP: Final = 1e-4  # of a parameter: how far an interpolated guess may be off at least
 

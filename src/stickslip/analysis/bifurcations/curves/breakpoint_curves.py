@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.maps.protocol import MapFamily
 
-__all__ = ["continue_breakpoint"]
-
 FIRST: Final = 1 / 64  # of the range: the first step
 LARGEST: Final = 1 / 16
 SMALLEST: Final = 1e-10  # ... and how far an end is closed in on

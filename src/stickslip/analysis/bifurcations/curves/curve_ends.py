@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     Equations: TypeAlias = PlaneEquations | FoldEquations
     Distance: TypeAlias = Callable[[CurvePoint], float]
 
-__all__ = ["end_event"]
-
 LOOK_AHEAD: Final = tuple(CLOSE * 4.0**k for k in range(10))  # scaled lengths, beyond the end
 LOOK_BACK: Final = (-4e-6, -8e-6, -12e-6)  # where distances are extrapolated from, before it
 LOOK_ON: Final = (4e-6, 8e-6, 12e-6)  # ... and beyond

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
     Equations: TypeAlias = PlaneEquations | FoldEquations
 
-__all__ = ["Event", "Watch", "break_beside", "map_at", "meeting"]
-
 REMAINDER: Final = 1e-3  # of the values around: a change of sign that leaves more is a pole
 SIDES: Final = {-1: "left", 1: "right"}
 MEANINGS: Final = {

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     Equations: TypeAlias = PlaneEquations | FoldEquations
 
-__all__ = ["CLOSE", "changed_labels", "closest_to_end", "moved", "replaced_sides"]
-
 CLOSE: Final = 1e-9  # scaled: how far an end is closed in on
 ASIDE: Final = 1e-2  # of such a step: how far the curve may be from its tangent
 NEAR: Final = 1e-3  # of the domain: the orbit moves less than that on the way

@@ -42,8 +42,6 @@ if TYPE_CHECKING:
 
     Equations: TypeAlias = PlaneEquations | FoldEquations
 
-__all__ = ["continue_bifurcation"]
-
 CONTROL: Final = StepControl(first=0.01, smallest=1e-7, largest=1 / 32, patience=100)
 MAX_NODES: Final = 2000  # a curve that winds on is cut here
 START: Final = 1e-4  # of a parameter: how far off the start of a curve may be

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.orbit_paths import Path
     from stickslip.analysis.maps.protocol import Floats, MapFamily
 
-__all__ = ["FoldEquations", "Plane", "PlaneEquations"]
-
 DIFFERENCE: Final = 1e-5  # of a parameter's scale: first derivatives of a test function
 FOLD_DIFFERENCE: Final = 1e-6  # of a parameter's scale: derivatives of values and slopes
 REMEMBERED: Final = 1e-7  # scaled: a shorter step tells nothing about the slopes

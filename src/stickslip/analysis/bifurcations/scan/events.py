@@ -28,16 +28,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.maps.protocol import Floats, MapFamily
 
-__all__ = [
-    "Event",
-    "Suspect",
-    "coefficients_at",
-    "flips_on",
-    "located",
-    "orbit_at",
-    "suspects_at_end",
-]
-
 EPS: Final = float(np.finfo(np.float64).eps)
 CLOSED: Final = 64.0  # roundings: f^p(x) - x so small is zero
 TOUCHES: Final = 1e-4  # of the values allowed: how far a crossing is from where a fold seems to be

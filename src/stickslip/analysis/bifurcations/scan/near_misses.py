@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.bifurcations.scan.nodes import Node, Words
 
-__all__ = ["Sighting", "hidden_values", "sightings"]
-
 POINTS: Final = 2000  # of the domain, where f^p is looked at for extrema beside the diagonal
 NEAR: Final = 0.1  # of the change from value to value: an extremum this small may be zero
 SAME_PLACE: Final = 0.05  # of the domain: an extremum is followed so far from value to value

@@ -15,7 +15,8 @@ from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import interpolated_map
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.maps.window import windowed
-from stickslip.analysis.orbits.bundles import OrbitBundle, solve_cyclic
+from stickslip.analysis.orbits.bundles import OrbitBundle
+from stickslip.analysis.orbits.cyclic import solve_cyclic
 from stickslip.analysis.orbits.periodic import periodic_orbits
 
 if TYPE_CHECKING:
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.interpolation.interpolated import InterpolatedMap
     from stickslip.analysis.maps.protocol import Floats, Labels, MapFamily
     from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
-
-__all__ = ["Family", "Node", "Words", "velocity"]
 
 ON_CORNER: Final = 1e-13  # of the domain: a point so close to a corner is on it
 REMEMBERED: Final = 512  # maps of a family kept: conditions ask for the same values again

@@ -28,8 +28,6 @@ from stickslip.analysis.threads import in_threads
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["Ending", "Span", "Survey"]
-
 BESIDE: Final = 1e-5  # of the range: how far from an event the lists beside it are made
 SPLIT: Final = 1e-9  # of the range: closer to each other no lists are made
 CLEAR: Final = 0.2  # share of the way to the next event that these may take up

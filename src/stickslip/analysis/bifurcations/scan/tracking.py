@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node, Words
     from stickslip.analysis.maps.protocol import Floats, MapFamily
 
-__all__ = ["End", "Joined", "Piece", "Way", "follow", "join"]
-
 TRUST: Final = 0.05  # share of an orbit's way by which the cubic's prediction may be wrong
 FLOOR: Final = 1e-7  # of the domain's width: errors of a prediction that count for nothing
 SURPRISE: Final = 0.25  # share of a step by which an orbit may miss where it was foretold

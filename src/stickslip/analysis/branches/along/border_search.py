@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Map1D
 
-__all__ = ["SLIVER", "Branch", "Probe", "Seen", "find_change"]
-
 SLIVER: Final = 1e-9  # of the domain: a branch this narrow between two others is none
 NARROWEST: Final = 1e-7  # of the domain: half width of the first fan of points
 BLURRED: Final = 1e-12  # of the domain: closer to a change labels may be those of either side

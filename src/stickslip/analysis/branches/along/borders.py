@@ -27,17 +27,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.breakpoints import Breakpoint, Kind
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
-__all__ = [
-    "Border",
-    "BorderReading",
-    "ConditionLost",
-    "Critical",
-    "CriticalKind",
-    "NearBreak",
-    "Side",
-    "TurningPoint",
-]
-
 Side: TypeAlias = Literal[-1, 1]
 CriticalKind: TypeAlias = Literal["jump", "corner", "smooth", "edge", "turning point"]
 

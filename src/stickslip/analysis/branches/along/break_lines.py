@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
-__all__ = ["BreakLine", "follow_breaks"]
-
 LOCATED: Final = 1e-12  # of the domain's width: how far a breakpoint is bisected
 FIRST: Final = 1e-6  # of the domain's width: half of the first bracket
 SMALLEST: Final = 1e-11  # ... and of later ones, however good the predictions are

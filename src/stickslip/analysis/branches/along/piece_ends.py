@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Map1D
 
-__all__ = ["PieceEnd", "piece_end", "piece_end_near"]
-
 FAN: Final = 33  # points between which the end is looked for ...
 ROUNDS: Final = 12  # ... so often: adjacent floats after ten
 ADJACENT: Final = 2  # floats

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.model.belt_model import BeltModel
     from stickslip.mechanics.model.two_block import TwoBlock
 
-__all__ = ["BlockEngine", "block_engine"]
-
 STEPPER = "stickslip.mechanics.flow.blocks._stepper_kernels"
 
 

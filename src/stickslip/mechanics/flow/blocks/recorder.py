@@ -16,8 +16,6 @@ from stickslip.mechanics.flow.two_block_recorder import horner
 from stickslip.mechanics.model.structure import Structure
 from stickslip.numerics.roots import EPSILON
 
-__all__ = ["BlocksRecorder"]
-
 
 class BlocksRecorder(Recorder):
     """A motion of any model of the family."""

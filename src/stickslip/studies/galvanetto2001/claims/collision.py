@@ -1,0 +1,242 @@
+"""Section 4, Coulomb friction: S4 and U4 meet at the jump."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip import examples
+from stickslip.studies.claim import Claim, Finding
+from stickslip.studies.galvanetto2001 import printed
+from stickslip.studies.galvanetto2001.claims.side import BESIDE, COLLISION, Side, side
+from stickslip.study.maps import periodic_orbits
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from stickslip.studies.values import Value
+
+FIGURES: Final = (4, 8, 10)
+
+RANGE: Final = (0.0366, 0.0372)
+CLOSE_TO_ONE: Final = 0.1  # what a multiplier close to one differs by at most
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Both sides of the collision and the ends of the range of V.
+
+    ``fixed_points`` holds (n, 2) arrays of fixed points and multipliers at these ends.
+    """
+
+    before: Side
+    after: Side
+    start: Side
+    end: Side
+    fixed_points: tuple[NDArray[np.float64], NDArray[np.float64]]
+    numbers: dict[str, Value]
+
+
+def facts() -> Facts:
+    """Solve for the collision, then list orbits and attractors around it."""
+    numbers = printed.numbers(4)
+    at = numbers[COLLISION].computed
+    return Facts(
+        before=side(at - BESIDE),
+        after=side(at + BESIDE),
+        start=side(RANGE[0]),
+        end=side(RANGE[1]),
+        fixed_points=(_fixed_points(RANGE[0]), _fixed_points(RANGE[1])),
+        numbers=numbers,
+    )
+
+
+def _fixed_points(V: float) -> NDArray[np.float64]:
+    found = periodic_orbits(examples.coulomb(V=V))
+    return np.array([(orbit.points[0], orbit.multiplier) for orbit in found])
+
+
+def claims(facts: Facts) -> Iterator[Claim]:
+    """Figures 4, 8 and 10."""
+    yield _steady_motions(facts)
+    yield _meets_the_line(facts)
+    yield _sudden(facts)
+    yield _fold(facts)
+    yield _multiplier(facts)
+    yield _discontinuous(facts)
+
+
+def _steady_motions(facts: Facts) -> Claim:
+    first, last = facts.fixed_points
+    stable = [np.abs(found[:, 1]) < 1.0 for found in facts.fixed_points]
+    return Claim(
+        "collision.range",
+        4,
+        "figure 4",
+        "Over 0.0366 < V < 0.0372 the stable S1 and the unstable U1 and U2 go on",
+        (
+            Finding(
+                "three fixed points of the same stability at both ends of the range",
+                f"V = {RANGE[0]}: {_list(first)}; V = {RANGE[1]}: {_list(last)}",
+                len(first) == len(last) == 3
+                and bool((stable[0] == stable[1]).all())
+                and stable[0].sum() == 1,
+            ),
+        ),
+    )
+
+
+def _list(found: NDArray[np.float64]) -> str:
+    return ", ".join(f"{d:.10f} (multiplier {slope:.6f})" for d, slope in found)
+
+
+def _meets_the_line(facts: Facts) -> Claim:
+    before, start = facts.before, facts.start
+    gaps = [abs(side.s4[0] - side.jump) if side.s4.size else np.nan for side in (start, before)]
+    return Claim(
+        "collision.value",
+        4,
+        "section 4, first paragraph",
+        "For V of about 0.03698 a point of S4 meets a line of discontinuity of the map (D in "
+        "figure 4)",
+        (
+            Finding(
+                "the distance of point 1 from the jump falls to zero",
+                f"{gaps[0]:.6e} at V = {start.V}, {gaps[1]:.1e} at {BESIDE:.0e} below",
+                bool(gaps[1] < 100 * BESIDE and gaps[1] < gaps[0]),
+            ),
+            Finding(
+                "f^4(c-) - c changes its sign there",
+                f"{before.gap:.2e} below, {facts.after.gap:.2e} above",
+                before.gap < 0.0 < facts.after.gap,
+            ),
+        ),
+        tuple(facts.numbers.values()),
+        mechanism="block 2 grazes its stick interval (figure 7)",
+    )
+
+
+def _sudden(facts: Facts) -> Claim:
+    before, after = facts.before, facts.after
+    periods = [sorted(item.period for item in side.others) for side in (before, after)]
+    return Claim(
+        "collision.sudden",
+        4,
+        "section 4, first paragraph",
+        "There S4 is lost in a sudden transition to another motion",
+        (
+            Finding(
+                "S4 attracts below the collision and is no orbit of the map above it",
+                f"attractors besides S1: period {_words(periods[0])} below, "
+                f"{_words(periods[1])} above ({BESIDE:.0e} on either side); stable orbits of "
+                f"period 4 above: {int(after.s4.size > 0)}",
+                periods[0] == [4] and 4 not in periods[1] and after.s4.size == 0,
+            ),
+        ),
+    )
+
+
+def _words(periods: list[int]) -> str:
+    return " and ".join(map(str, periods)) or "none"
+
+
+def _fold(facts: Facts) -> Claim:
+    before, after, end = facts.before, facts.after, facts.end
+    apart = [
+        float(np.abs(side.s4 - side.u4).max()) if side.s4.size and side.u4.size else np.nan
+        for side in (facts.start, before)
+    ]
+    return Claim(
+        "collision.s4_u4",
+        8,
+        "section 4, around figures 8 to 10",
+        "S4 and U4 collide, as a stable and an infinitely unstable orbit do in a discontinuous "
+        "fold",
+        (
+            Finding(
+                "both exist below and their distance falls to zero",
+                f"largest distance of their points {apart[0]:.4e} at V = {facts.start.V}, "
+                f"{apart[1]:.1e} at {BESIDE:.0e} below the collision",
+                bool(apart[1] < 100 * BESIDE < apart[0]),
+            ),
+            Finding(
+                "neither exists above, nor at V = 0.0372 (figure 8(c))",
+                f"above: {_present(after)}; at V = {end.V}: {_present(end)}",
+                all(side.s4.size == side.u4.size == 0 for side in (after, end)),
+            ),
+        ),
+    )
+
+
+def _present(one: Side) -> str:
+    stable, crossing = int(one.s4.size > 0), int(one.u4.size > 0)
+    return f"{stable} stable orbits of period 4, {crossing} infinitely unstable ones at the jump"
+
+
+def _multiplier(facts: Facts) -> Claim:
+    first, last = facts.start.multiplier, facts.before.multiplier
+    left, right = facts.before.slopes
+    rises = facts.before.gap < 0.0
+    return Claim(
+        "collision.multiplier",
+        10,
+        "section 4, below figure 10",
+        "At the bifurcation a multiplier jumps across the unit circle, from a positive value close "
+        "to one to infinity",
+        (
+            Finding(
+                "the multiplier of S4 is inside the unit circle and positive",
+                f"{last:.10f} just below the collision; one-sided slopes of f^4 there: {left:.6f} "
+                f"and {right:.6f}",
+                0.0 < last < 1.0,
+            ),
+            Finding(
+                "it becomes infinite: f^4 with its jumps filled in rises across the jump",
+                f"f^4(c-) - c = {facts.before.gap:.1e}, and U4 crosses the jump upwards"
+                if facts.before.u4.size
+                else "no orbit crosses the jump",
+                bool(facts.before.u4.size) and rises,
+            ),
+            Finding(
+                f"it is close to one (within {CLOSE_TO_ONE})",
+                f"{first:.6f} at V = {facts.start.V}, {last:.6f} at the collision: it moves away "
+                "from one"
+                if last < first
+                else f"{first:.6f} at V = {facts.start.V}, {last:.6f} at the collision",
+                abs(last - 1.0) < CLOSE_TO_ONE,
+                essential=False,
+            ),
+        ),
+        note="So linear stability gives no warning: S4 is lost while it still attracts well."
+        if abs(last) < 1.0 - CLOSE_TO_ONE
+        else "",
+    )
+
+
+def _discontinuous(facts: Facts) -> Claim:
+    before, after = facts.before, facts.after
+    orbits = [int(side.s4.size > 0) + int(side.u4.size > 0) for side in (before, after)]
+    last = before.multiplier
+    return Claim(
+        "collision.definition",
+        10,
+        "section 2, definition of a discontinuous bifurcation, and section 5",
+        "The number of periodic solutions changes, and the multipliers at the bifurcation are a "
+        "set that meets the unit circle",
+        (
+            Finding(
+                "the number of period-4 orbits at the jump changes",
+                f"{orbits[0]} below, {orbits[1]} above",
+                orbits[0] != orbits[1],
+            ),
+            Finding(
+                "one lies between the two ends of the set",
+                f"the set reaches from {last:.6f} to infinity",
+                last < 1.0 and bool(before.u4.size),
+            ),
+        ),
+    )

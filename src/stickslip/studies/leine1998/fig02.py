@@ -1,0 +1,58 @@
+"""Figure 2: cycles over the damping, from the stick-slip cycle to steady sliding."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.plot.style import PALETTE
+from stickslip.studies.leine1998.facts import DAMPING, MODEL, Cycles, cycles
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from stickslip.mechanics.cycle.cycle import Cycle
+
+TITLE: Final = "Cycles over the damping"
+COLUMNS: Final = "one"
+HEIGHT: Final = 2.7
+POINTS: Final = 257
+
+compute = cycles
+
+
+def _amplitude(cycle: Cycle) -> float:
+    t = np.linspace(0.0, cycle.period, POINTS)
+    return float(np.ptp(cycle.trajectory.x(t))) / 2.0
+
+
+def draw(data: Cycles, figure: Figure) -> None:
+    """Draw amplitudes: solid lines attract, dashed ones repel."""
+    ax = figure.add_subplot()
+    hopf, fold = data.bifurcation("hopf"), data.bifurcation("landing")
+    amplitude = np.array([_amplitude(cycle) for cycle in data.branch.cycles])
+    stable, c = data.branch.stable, data.branch.values
+    blue, red = PALETTE["blue"], PALETTE["vermillion"]
+    ax.plot(c[stable], amplitude[stable], color=blue)
+    ax.plot(c[~stable], amplitude[~stable], color=red, ls=(0, (4, 2)))
+    ax.plot([hopf.value, DAMPING[1]], [0.0, 0.0], color=blue)
+    ax.plot([DAMPING[0], hopf.value], [0.0, 0.0], color=red, ls=(0, (4, 2)))
+    ax.plot(hopf.value, 0.0, "o", color=PALETTE["black"])
+    ax.plot(fold.value, _amplitude(fold.cycle), "s", color=PALETTE["black"])
+    ax.annotate("Hopf", (hopf.value, 0.0), (-26, 5), textcoords="offset points")
+    ax.annotate("fold", (fold.value, _amplitude(fold.cycle)), (6, 3), textcoords="offset points")
+    ax.set_xlim(*DAMPING)
+    ax.set_xlabel("damping $c$")
+    ax.set_ylabel("amplitude of $X$")
+
+
+def caption(data: Cycles) -> str:
+    """Describe the picture."""
+    hopf, fold = data.bifurcation("hopf"), data.bifurcation("landing")
+    return (
+        f"Half the range of X over a cycle against the damping c, V = {MODEL.V:g}; the line at 0 "
+        "is steady sliding. Solid: attracts; dashed: repels. The unstable cycle is born at Hopf's "
+        f"point c = {hopf.value:.6f} and meets the stick-slip one at c = {fold.value:.6f}, where "
+        "the stick has no length left: a discontinuous fold."
+    )

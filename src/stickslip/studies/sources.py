@@ -1,0 +1,99 @@
+"""Find studies by the names of their packages; each is a source with figures and claims.
+
+A package of `stickslip.studies` is a study. It offers ``SOURCE`` and ``TITLE``, modules ``figNN``
+(see `stickslip.studies.figures`) and a module ``claims`` with ``compute(figures)``. Its table of
+numbers is that of its claims, unless it offers ``values(figures, claims)``.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from stickslip.studies.claim import Claim
+    from stickslip.studies.values import Value
+
+GALVANETTO: Final = "galvanetto2001"
+FOLDER: Final = "stickslip.studies"
+
+
+@dataclass(frozen=True)
+class Source:
+    """A study.
+
+    Attributes
+    ----------
+    name : str
+        As `source_named` takes it.
+    source : str
+        Author and year.
+    title : str
+        What was published, or what is studied.
+    """
+
+    name: str
+    source: str
+    title: str
+
+    @property
+    def package(self) -> str:
+        """Package that holds its modules."""
+        return f"{FOLDER}.{self.name}"
+
+    def claims(self, figures: tuple[int, ...]) -> tuple[Claim, ...]:
+        """Check the claims that belong to some figures."""
+        found: tuple[Claim, ...] = _module(f"{self.package}.claims").compute(figures)
+        return found
+
+    def values(self, figures: tuple[int, ...], claims: tuple[Claim, ...]) -> tuple[Value, ...]:
+        """Numbers that belong to some figures, given the claims."""
+        own = getattr(_module(self.package), "values", None)
+        if own is not None:
+            found: tuple[Value, ...] = own(figures, claims)
+            return found
+        return tuple(value for claim in claims for value in claim.values)
+
+
+def sources() -> tuple[Source, ...]:
+    """All studies, by name.
+
+    Returns
+    -------
+    tuple of Source
+    """
+    folder = _module(FOLDER)
+    names = sorted(module.name for module in pkgutil.iter_modules(folder.__path__) if module.ispkg)
+    packages = {name: _module(f"{FOLDER}.{name}") for name in names}
+    return tuple(Source(name, module.SOURCE, module.TITLE) for name, module in packages.items())
+
+
+def source_named(name: str) -> Source:
+    """Return the study of a name.
+
+    Parameters
+    ----------
+    name : str
+        One of those of `sources`.
+
+    Returns
+    -------
+    Source
+
+    Raises
+    ------
+    ValueError
+        There is none of that name.
+    """
+    known = {source.name: source for source in sources()}
+    if name not in known:
+        raise ValueError(f"there is no study {name!r}. {did_you_mean(name, list(known))}")
+    return known[name]
+
+
+def _module(name: str) -> Any:
+    return importlib.import_module(name)

@@ -1,0 +1,48 @@
+"""Closed forms of a shaken block against motions followed event by event."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from stickslip import studies
+from stickslip.studies.den_hartog1931.closed_forms import (
+    amplitude,
+    one_stop_amplitude,
+    stop_boundary,
+)
+from stickslip.studies.den_hartog1931.facts import largest, steady, stops
+
+FREQUENCIES = [0.505, 0.58, 0.77, 1.3, 1.9]
+
+
+@pytest.mark.parametrize("frequency", FREQUENCIES)
+@pytest.mark.parametrize("excess", [1.03, 1.6])
+def test_the_amplitude_above_the_boundary_is_the_closed_form(
+    frequency: float, excess: float
+) -> None:
+    forcing = excess * stop_boundary(frequency)
+    cycle = steady(frequency, forcing)
+    assert stops(cycle) == 0
+    assert largest(cycle) == pytest.approx(amplitude(frequency, forcing), abs=1e-12)
+
+
+@pytest.mark.parametrize("frequency", FREQUENCIES)
+def test_below_the_boundary_it_stops(frequency: float) -> None:
+    forcing = 0.98 * stop_boundary(frequency)
+    assert stops(steady(frequency, forcing)) == 2
+    assert math.isnan(amplitude(frequency, forcing))
+
+
+@pytest.mark.parametrize(("frequency", "forcing"), [(0.5, 1.8), (0.4, 1.5)])
+def test_one_stop_in_each_half_period(frequency: float, forcing: float) -> None:
+    cycle = steady(frequency, forcing)
+    assert stops(cycle) == 2
+    assert largest(cycle) == pytest.approx(one_stop_amplitude(frequency, forcing), abs=1e-12)
+
+
+@pytest.mark.slow
+def test_its_claims_hold() -> None:
+    report = studies.check(source="den_hartog1931")
+    assert [claim.verdict for claim in report.claims] == ["holds"] * 3
