@@ -6,7 +6,7 @@ import dataclasses
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
-from stickslip.analysis.bifurcations.bifurcation import Bifurcation
+from stickslip.analysis.bifurcations.bifurcation import Bifurcation, attempted
 from stickslip.analysis.bifurcations.bifurcations import bifurcations as _bifurcations
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection
 from stickslip.analysis.bifurcations.curves.breakpoint_curves import (
@@ -15,8 +15,7 @@ from stickslip.analysis.bifurcations.curves.breakpoint_curves import (
 from stickslip.analysis.bifurcations.curves.curves import (
     continue_bifurcation as _continue_bifurcation,
 )
-from stickslip.analysis.bifurcations.faults import attempted
-from stickslip.analysis.branches.along.borders import Border, ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.continuation.continuation import continue_orbit as _continue_orbit
 from stickslip.analysis.continuation.continuation_nd import continue_orbit as _continue_orbit_nd
@@ -172,7 +171,7 @@ def explain_border(item: Bifurcation, f: EventMap) -> Bifurcation:
         border = condition.critical
     else:
         return item
-    if not isinstance(border, Border):
+    if not isinstance(border, TrackedDiscontinuity):
         return item
     at_value = f.replace(**{item.parameter: item.value})
     assert isinstance(at_value, EventMap)
@@ -298,7 +297,10 @@ def continue_bifurcation(
 
 
 def continue_breakpoint(
-    breakpoint_: Breakpoint | Border, system: System, name: str, range: tuple[float, float]
+    breakpoint_: Breakpoint | TrackedDiscontinuity,
+    system: System,
+    name: str,
+    range: tuple[float, float],
 ) -> BreakpointCurve:
     """Follow a breakpoint along a parameter, both ways: the paper's discontinuity line D.
 
@@ -324,5 +326,5 @@ def continue_breakpoint(
         system's own value; no breakpoint of this system.
     """
     known = "a breakpoint, such as ss.breakpoints(system)[0]"
-    instance("breakpoint_", breakpoint_, (Breakpoint, Border), known)
+    instance("breakpoint_", breakpoint_, (Breakpoint, TrackedDiscontinuity), known)
     return _continue_breakpoint(breakpoint_, as_family(system), name, range)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final, overload
 
-from stickslip.analysis.maps.power import LineMap
+from stickslip.analysis.maps.derived import LineMap
 from stickslip.analysis.storage import register_map
 from stickslip.checks import one_of, shown
 from stickslip.mechanics.eventmap import event_map as mechanics

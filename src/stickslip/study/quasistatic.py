@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.analysis.maps.power import LineMap
+from stickslip.analysis.maps.derived import LineMap
 from stickslip.analysis.storage import register_map
 from stickslip.checks import finite_number, shown, whole_number
 from stickslip.mechanics.eventmap import event_map as mechanics

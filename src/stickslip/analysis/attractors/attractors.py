@@ -2,7 +2,7 @@
 
 Seeds are the one-sided values at breakpoints and turning points, which in a map of the line find
 every attractor that folds or jumps make, and dozens of others. What becomes of their orbits is
-decided in `attractor_search`.
+decided in `search`.
 """
 
 from __future__ import annotations

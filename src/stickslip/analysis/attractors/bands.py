@@ -1,14 +1,10 @@
 """Images of intervals under a piecewise-monotone map, and the bands of chaotic attractors.
 
-A map of the line is monotone on each of its *laps*, so the image of an interval is known exactly
-from the map's values at the interval's ends and at the ends of laps inside it. A short interval
-inside a chaotic attractor grows under the map until it fills the attractor's bands. That gives
-
-* the edges: images of breakpoints and turning points, hence good to rounding, where the extremes
-  of a long orbit are approached slowly and only from inside;
-* how many bands the attractor visits in turn (its period);
-* a trapping region: the union of the bands is mapped into itself, so no orbit can leave it. A
-  long chaotic transient fails here: its interval grows across a basin boundary or into a gap.
+On each lap the image of an interval is known exactly from its ends. A short interval inside a
+chaotic attractor grows until it fills the attractor's bands: that gives the edges, images of
+breakpoints and turning points, good to rounding; the number of bands visited in turn, the period;
+and a trapping region. A long chaotic transient fails: its interval grows across a basin boundary
+or into a gap.
 """
 
 from __future__ import annotations

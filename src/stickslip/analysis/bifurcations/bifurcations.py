@@ -13,22 +13,22 @@ from stickslip.analysis.bifurcations.bifurcation import (
     BifurcationList,
     Cascade,
     UnresolvedChange,
+    attempted,
 )
 from stickslip.analysis.bifurcations.cascades import cascades
-from stickslip.analysis.bifurcations.chains import orbit_branches
+from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint, parameter_point
 from stickslip.analysis.bifurcations.crisis.crises import crises
-from stickslip.analysis.bifurcations.crisis.parameter_point import ParameterPoint, parameter_point
 from stickslip.analysis.bifurcations.explain import (
     Concerned,
     concerned_orbits,
     explained,
     with_attractors,
 )
-from stickslip.analysis.bifurcations.faults import attempted
+from stickslip.analysis.bifurcations.orbit_branches import orbit_branches
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.maps.arguments import checked_range
-from stickslip.analysis.orbits.shooting import solve_orbit
+from stickslip.analysis.orbits.newton import solve_orbit
 from stickslip.analysis.threads import in_threads
 from stickslip.checks import MOST_KEPT, check_callback, whole_number
 

@@ -12,10 +12,10 @@ from stickslip.analysis.bifurcations.bifurcation import Bifurcation, Cascade
 from stickslip.analysis.bifurcations.conditions.conditions import Flip
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.normal_forms import FlipCoefficient, flip_coefficient
-from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import values_and_slopes
 from stickslip.analysis.orbits.bundles import OrbitBundle, polish_orbits
-from stickslip.analysis.orbits.shooting import solve_orbit
+from stickslip.analysis.orbits.newton import solve_orbit
 from stickslip.analysis.threads import in_threads
 
 if TYPE_CHECKING:

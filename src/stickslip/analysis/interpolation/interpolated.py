@@ -1,14 +1,10 @@
 """A map's table of laps as a very fast map: polynomials between exact values and slopes.
 
-Following an orbit asks for a map's value millions of times, and its event map may take tens of
-microseconds for each. The table of branches knows values and slopes at some hundred nodes, and
-where breaks, turning points and gaps lie; between neighbouring nodes the cubic through both
-values and slopes errs by the fourth power of their distance. So a few more nodes make a map that
-agrees with the true one to ten digits and costs some nanoseconds. What is found on it is a guess
-to be confirmed on the true map.
-
-Beside a graze the slope changes like the square root of the distance, or like its inverse. There
-a polynomial in that root fits better, and is taken where it predicts the map better.
+An event map may take tens of microseconds for a value. Between neighbouring nodes of its table
+the cubic through both values and slopes errs by the fourth power of their distance: a few more
+nodes make a map that agrees to ten digits and costs nanoseconds. What is found there is a guess to
+be confirmed on the true map. Beside a graze, where the slope changes like the square root of the
+distance or its inverse, a polynomial in that root is taken if it predicts the map better.
 """
 
 from __future__ import annotations

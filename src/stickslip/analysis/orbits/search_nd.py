@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol_nd import sample
+from stickslip.analysis.orbits.newton_nd import solve_orbits
 from stickslip.analysis.orbits.orbits_nd import OrbitListND, Unseen, make_orbit
-from stickslip.analysis.orbits.shooting_nd import solve_orbits
 from stickslip.checks import MOST_KEPT, whole_number
 
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.analysis.maps.protocol_nd import MapND
+    from stickslip.analysis.orbits.newton_nd import Solutions
     from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
-    from stickslip.analysis.orbits.shooting_nd import Solutions
 
 N_SEEDS: Final = 512
 TRANSIENT: Final = 32  # iterates after which points count as being on an attractor

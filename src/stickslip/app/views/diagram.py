@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.maps.window import windowed
+from stickslip.analysis.maps.derived import windowed
 from stickslip.app.answers import Part
 from stickslip.app.jobs import checkpoint, progress_between
 from stickslip.app.views.common import map_of, naming, range_of

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip import status
 from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.maps.window import windowed
+from stickslip.analysis.maps.derived import windowed
 from stickslip.app.answers import Part
 from stickslip.app.views.common import map_of, naming
 from stickslip.app.views.followed import Known

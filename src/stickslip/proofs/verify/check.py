@@ -12,7 +12,6 @@ from flint import arb, arb_series, ctx
 from stickslip.proofs.verify.falling import FallingMotion
 from stickslip.proofs.verify.motion import Motion
 from stickslip.proofs.verify.words import (
-    Border,
     Certificate,
     Flip,
     Fold,
@@ -20,6 +19,7 @@ from stickslip.proofs.verify.words import (
     List,
     Orbit,
     Refused,
+    TrackedDiscontinuity,
     Varied,
     ball,
     read,
@@ -136,7 +136,7 @@ class _Side:
     `miss` says how far f^period of that misses it.
     """
 
-    def __init__(self, motion: Motion, c: Border, digits: int) -> None:
+    def __init__(self, motion: Motion, c: TrackedDiscontinuity, digits: int) -> None:
         stated, reach = ball(c.points[0]), ball(c.reach).mid()
         low, high = (stated.mid() - reach).mid(), (stated.mid() + reach).mid()
         words = [motion.step(x)[0] for x in (low, high)]
@@ -151,7 +151,7 @@ class _Side:
         self.miss = _power(motion, self.edge, c.itinerary)[0] - self.edge
 
 
-def _border(values: dict[str, str], c: Border, digits: int) -> None:
+def _border(values: dict[str, str], c: TrackedDiscontinuity, digits: int) -> None:
     """Check that the orbit is there on one side of a value of the parameter, and lost on the other.
 
     Where the jump's one-sided image returns to it only says where to look.
@@ -433,7 +433,7 @@ def check(document: Any) -> Certificate:
                 _jump(_motion(c.system), c.theorem, c.digits)
             case List():
                 _list(_motion(c.system), c.theorem, c.digits)
-            case Border():
+            case TrackedDiscontinuity():
                 _border(c.system, c.theorem, c.digits)
             case Fold():
                 _fold(c.system, c.theorem, c.digits)

@@ -115,7 +115,7 @@ class Varied(_OfPeriod, frozen=True, kw_only=True):
     value: Decimal
 
 
-class Border(Varied, tag="border", frozen=True, kw_only=True):
+class TrackedDiscontinuity(Varied, tag="border", frozen=True, kw_only=True):
     """An orbit that is lost at a jump."""
 
     itinerary_beyond: Word
@@ -218,7 +218,7 @@ class List(_Theorem, tag="list", frozen=True, kw_only=True):
         )
 
 
-Theorem: TypeAlias = Orbit | Jump | Border | Fold | Flip | List
+Theorem: TypeAlias = Orbit | Jump | TrackedDiscontinuity | Fold | Flip | List
 
 
 class Certificate(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

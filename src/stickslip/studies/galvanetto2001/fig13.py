@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.analysis.maps.window import WindowMap
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
 from stickslip.plot.style import panel_letter

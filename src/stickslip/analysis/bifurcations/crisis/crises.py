@@ -1,14 +1,13 @@
 """Crises and mergings of bands: where chaotic attractors end, jump in size or join their bands.
 
-The edges of a chaotic attractor are early images of breaks and turning points. A crisis is the
-parameter value where such an image meets an unstable orbit beside the attractor: on the boundary
-of its basin the attractor is lost, elsewhere it suddenly grows, and where the orbit lies between
-two of its bands they merge (Grebogi, Ott and Yorke, Physica D 7, 181, 1983).
+The edges of a chaotic attractor are early images of breaks and turning points. At a crisis such
+an image meets an unstable orbit beside the attractor, a homoclinic or heteroclinic connection: on
+the boundary of the basin the attractor is lost, elsewhere it suddenly grows, and where the orbit
+lies between two of its bands they merge (Grebogi, Ott and Yorke, Physica D 7, 181, 1983).
 
-The search starts from the attractors on a grid of parameter values. Where a chaotic one is not the
-same at the next value, the unstable orbits beside its edges are looked up, and for each edge and
-orbit the condition ``image = orbit`` is solved between the two values. A zero counts if the
-attractors on both its sides confirm the change. If there is none, the interval is halved.
+Where a chaotic attractor is not the same at two values of a grid, ``image = orbit`` is solved for
+each edge and each unstable orbit beside it. A zero counts if the attractors on both its sides
+confirm the change. If there is none, the interval is halved.
 """
 
 from __future__ import annotations
@@ -23,18 +22,19 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.conditions import Connection
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
-from stickslip.analysis.bifurcations.crisis.attractor_changes import (
+from stickslip.analysis.bifurcations.crisis.comparison import (
     KINDS,
     Change,
     CrisisKind,
+    ParameterPoint,
     changes,
     kind_of_change,
+    parameter_point,
     partner_of,
 )
 from stickslip.analysis.bifurcations.crisis.memo import RememberingMap
-from stickslip.analysis.bifurcations.crisis.parameter_point import ParameterPoint, parameter_point
 from stickslip.analysis.bifurcations.crisis.unstable_neighbours import Meeting, edges_of, meetings
-from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.threads import in_threads
 

@@ -9,14 +9,14 @@ import numpy as np
 
 from stickslip.analysis.attractors.recurrence import confirmed
 from stickslip.analysis.bifurcations.conditions.conditions import Connection
-from stickslip.analysis.branches.along.borders import Border, TurningPoint
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity, TurningPoint
 from stickslip.analysis.maps.protocol import domain_width
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from stickslip.analysis.attractors.attractor import Attractor
-    from stickslip.analysis.branches.along.borders import Critical
+    from stickslip.analysis.branches.along.tracked import Critical
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.interpolation.interpolated import InterpolatedMap
     from stickslip.analysis.maps.protocol import Floats
@@ -61,7 +61,7 @@ def edges_of(attractor: Attractor, table: BranchTable) -> list[Edge]:
 def _critical(table: BranchTable, x: float) -> Critical | None:
     for breakpoint_ in table.breakpoints:
         if breakpoint_.d == x and breakpoint_.kind != "smooth":
-            return Border.of(breakpoint_)
+            return TrackedDiscontinuity.of(breakpoint_)
     return TurningPoint(x) if x in table.turning_points else None
 
 

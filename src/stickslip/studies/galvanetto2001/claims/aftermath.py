@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.analysis.bifurcations.border_collision.outcomes import predicted_at_jump
+from stickslip.analysis.bifurcations.border_collision.classification import predicted_at_jump
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.claims.side import BESIDE, COLLISION, Side, side
