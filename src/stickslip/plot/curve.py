@@ -20,48 +20,19 @@ class _Map(Protocol):
 
 @dataclass(frozen=True)
 class Curve:
-    """Graph of a map, ready to draw.
-
-    Attributes
-    ----------
-    x, y : ndarray of float64, shape (n,)
-        Points in ascending order; a NaN in both separates segments.
-    jumps : ndarray of float64, shape (m,)
-        Where the value jumps, or the map becomes undefined.
-    """
+    """Graph of a map, ready to draw: points in ascending order, NaN between segments."""
 
     x: NDArray[np.float64]
     y: NDArray[np.float64]
-    jumps: NDArray[np.float64]
+    jumps: NDArray[np.float64]  # where the value jumps, or the map becomes undefined
 
 
 def trace(
     f: _Map, window: tuple[float, float], *, points: int = 801, resolution: float = 1e-9
 ) -> Curve:
-    """Sample a map for drawing.
-
-    Parameters
-    ----------
-    f : EventMap, PiecewiseMap or power of one
-        Anything whose ``evaluate(x)`` gives arrays ``value`` and ``label``.
-    window : pair of float
-        Ends of the interval to draw.
-    points : int
-        Size of the first, uniform sample.
-    resolution : float
-        Share of the window to which a change of label is bisected.
-
-    Returns
-    -------
-    Curve
-        Broken where the label changes *and* the value jumps, so that a corner or
-        a harmless change of itinerary stays one line.
-
-    Notes
-    -----
-    For pictures. Branches thinner than the first sample can be missed; ask
-    ``branches`` for a complete list.
-    """
+    """Sample a map for drawing: broken where the label changes *and* the value jumps."""
+    # Branches thinner than the first sample of so many `points` can be missed: ask `branches` for a
+    # complete list. Changes of label are bisected to a share `resolution` of the window.
     x = np.linspace(*window, points)
     y, label = _evaluate(f, x)
     width = x[-1] - x[0]
@@ -91,11 +62,9 @@ def _height(y: NDArray[np.float64]) -> float:
 
 
 def _broken(x: NDArray[np.float64], y: NDArray[np.float64], label: NDArray[np.uint64]) -> Curve:
-    """Put NaN between neighbours that a change of label and a jump separate.
-
-    A bisected change is 1e-9 of the window wide; across it even a square root
-    moves by less than 1e-4 of the height. So a larger difference is a jump.
-    """
+    """Put NaN between neighbours that a change of label and a jump separate."""
+    # A bisected change is 1e-9 of the window wide; across it even a square root moves by less than
+    # 1e-4 of the height. So a larger difference is a jump.
     jumps = (label[1:] != label[:-1]) & ~(np.abs(np.diff(y)) <= 1e-4 * _height(y))
     (where,) = np.nonzero(jumps)
     line = np.where(np.isfinite(y), x, np.nan)

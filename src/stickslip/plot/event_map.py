@@ -59,33 +59,7 @@ def draw_curve(
     ticks: int = 7,
     jumps: bool = False,
 ) -> Axes:
-    """Draw a traced map with the diagonal.
-
-    Parameters
-    ----------
-    curve : Curve
-        From `stickslip.plot.curve.trace`.
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    window : pair of float
-        Range of both axes.
-    power : int
-        Names the vertical axis: d_{n+power}.
-    color : str
-        Of the map's line.
-    linewidth : float
-        Of the map's line, in points.
-    ticks : int
-        Most intervals between numbers on an axis.
-    jumps : bool
-        Whether to dot a vertical line at each jump, for views in which one side is out
-        of the picture.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes given.
-    """
+    """Draw a traced map with the diagonal, dotted at `jumps` for views that cut a side off."""
     ax.plot(window, window, color=PALETTE["grey"], lw=0.5, zorder=1)
     ax.plot(curve.x, curve.y, color=color, lw=linewidth, zorder=2)
     for jump in curve.jumps if jumps else ():
@@ -130,17 +104,7 @@ def mark_orbit(
 
 
 def cobweb(ax: Axes, d: ArrayLike, **line: Any) -> None:
-    """Draw an orbit as steps between the map and the diagonal.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Axes of a map.
-    d : array_like of float, shape (n + 1,)
-        Successive values, such as ``f.iterate(d0, n)``.
-    **line
-        Passed on to ``Axes.plot``.
-    """
+    """Draw an orbit, successive values, as steps between the map and the diagonal."""
     d = np.asarray(d, dtype=float)
     steps = np.repeat(d, 2)
     ax.plot(steps[:-1], steps[1:], **{"color": PALETTE["sky"], "lw": 0.6, "zorder": 1.5, **line})

@@ -31,26 +31,9 @@ class _Round:
 def proven_border(
     setting: Setting, near: arb, value: arb, period: int, digits: int
 ) -> dict[str, Any]:
-    """Prove that an orbit reaches a jump, transversally, at one value of the varied parameter.
-
-    Parameters
-    ----------
-    setting : Setting
-        With one varied parameter.
-    near, value : arb
-        The orbit's point on the jump and the parameter there, nearly.
-    period, digits : int
-
-    Returns
-    -------
-    dict
-        What the certificate holds.
-
-    Raises
-    ------
-    NoZero, Undecided
-        It is not there; it cannot be told.
-    """
+    """Prove that an orbit reaches a jump, transversally, at one value of the varied parameter."""
+    # `near` and `value` are the orbit's point on the jump and the parameter there, nearly.
+    # `near` and `value` are the orbit's point on the jump and the parameter there, nearly.
     reasons: list[str] = []
     for sign in (1, -1):
         try:

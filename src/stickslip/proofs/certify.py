@@ -143,16 +143,7 @@ def certify_bifurcation(
 ) -> Certificate:
     """Prove what happens to the orbit near d near the model's own value of a parameter.
 
-    Parameters
-    ----------
-    model, digits, exact
-        As for `certify`.
-    kind : str
-        ``fold``, ``flip``, or ``border_collision``: the point near d reaches a jump.
-    d : float
-    period : int
-    parameter : str
-        The one that varies.
+    `kind` is ``fold``, ``flip`` or ``border_collision``: the point near d reaches a jump.
     """
     values, digits, period = _checked(model, digits, exact, period)
     near = arb(finite_number("d", d))

@@ -24,21 +24,16 @@ POSSIBILITIES: Final = 64
 
 @dataclass
 class Survey:
-    """What a search of the domain found.
+    """What a search of the domain found."""
 
-    Attributes
-    ----------
-    orbits : list of dict
-        Entries of certificates, by period and smallest point.
-    undecided : list of pair of float
-        Intervals of d that may hold another orbit.
-    boxes : int
-        Intervals that were looked at.
-    """
-
+    # entries of certificates, by period and smallest point
+    # entries of certificates, by period and smallest point
     orbits: list[dict[str, Any]] = field(default_factory=list)
+    # intervals of d that may hold another orbit
+    # intervals of d that may hold another orbit
     undecided: list[tuple[float, float]] = field(default_factory=list)
-    boxes: int = 0
+    # intervals that were looked at
+    boxes: int = 0  # intervals that were looked at
 
 
 @dataclass(frozen=True)
@@ -49,15 +44,7 @@ class _Known:
 
 
 def survey(setting: Setting, max_period: int, digits: int, *, narrowest: float = 1e-9) -> Survey:
-    """Find all periodic orbits up to a period, or say where more may be.
-
-    Parameters
-    ----------
-    setting : Setting
-    max_period, digits : int
-    narrowest : float, optional
-        Intervals that are undecided at this width are reported.
-    """
+    """Find all periodic orbits up to a period, or intervals, as narrow as asked, of more."""
     found = Survey()
     known: list[_Known] = []
     values = setting.values

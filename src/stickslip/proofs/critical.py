@@ -22,28 +22,9 @@ FORM_BITS: Final = 112  # beyond the digits of the normal form
 def proven_critical(
     kind: str, setting: Setting, near: arb, value: arb, period: int, digits: int
 ) -> dict[str, Any]:
-    """Prove that an orbit folds or flips at one value of the varied parameter.
-
-    Parameters
-    ----------
-    kind : str
-        ``fold`` or ``flip``.
-    setting : Setting
-        With one varied parameter.
-    near, value : arb
-        A point of the orbit and the parameter, nearly.
-    period, digits : int
-
-    Returns
-    -------
-    dict
-        What the certificate holds.
-
-    Raises
-    ------
-    NoZero, Undecided
-        It is not there; it cannot be told.
-    """
+    """Prove that an orbit folds or flips (`kind`) at one value of the varied parameter."""
+    # `near` and `value` are a point of the orbit and the parameter, nearly.
+    # `near` and `value` are a point of the orbit and the parameter, nearly.
     multiplier = MULTIPLIERS[kind]
 
     def equations(box: list[Jet]) -> list[Jet]:
@@ -91,11 +72,11 @@ def _fold(end: Germ) -> dict[str, arb | str]:
 
 
 def _flip(end: Germ) -> dict[str, arb | str]:
-    """Say where the orbit is stable, and where one of twice the period is.
-
-    The multiplier leaves -1 at a rate r; the orbit is stable where r (q - q_0) > 0, and the other
-    exists where c r (q - q_0) < 0.
-    """
+    """Say where the orbit is stable, and where one of twice the period is."""
+    # The multiplier leaves -1 at a rate r; the orbit is stable where r (q - q_0) > 0, and the other
+    # exists where c r (q - q_0) < 0.
+    # The multiplier leaves -1 at a rate r; the orbit is stable where r (q - q_0) > 0, and the other
+    # exists where c r (q - q_0) < 0.
     value, slope, bend, third = end.coefficients
     drift = value.gradient[1] / (1 - value.gradient[0])  # of the point along the branch
     rate = slope.gradient[1] + slope.gradient[0] * drift

@@ -1,10 +1,7 @@
 """Functions of time by their Taylor polynomial and a proven bound of all that follows it.
 
-On the disc |t| <= radius a function is kept as a polynomial of degree n with enclosed
-coefficients, and a bound of the sum of |c_k| radius^k over k > n. Sums of absolute values are
-norms of an algebra, |u v| <= |u| |v|, so that products and quotients have bounds of the same kind.
-
-Docs: proofs, Taylor steps.
+Sums of absolute values of coefficients are norms of an algebra, |u v| <= |u| |v|, so that products
+and quotients have bounds of the same kind. Docs: proofs, Taylor steps.
 """
 
 from __future__ import annotations
@@ -22,16 +19,10 @@ class Unbounded(Exception):
 
 
 class Expansion:
-    """A function of t / radius on the unit disc.
+    """A function of t / radius on the unit disc: its terms up to `degree`, enclosed."""
 
-    Parameters
-    ----------
-    head : arb_poly
-        The terms up to `degree`.
-    tail : arb
-        Upper bound of the sum of absolute values of all other coefficients.
-    degree : int
-    """
+    # `tail` bounds the sum of absolute values of all other coefficients.
+    # `tail` bounds the sum of absolute values of all other coefficients.
 
     __slots__ = ("degree", "head", "tail")
 
@@ -111,18 +102,12 @@ def _size(coefficients: list[arb]) -> arb:
 
 
 class Arc:
-    """A function of time that is known on a Taylor step, with its derivatives.
+    """A function of time that is known on a Taylor step, with its derivatives."""
 
-    Parameters
-    ----------
-    parts : Expansion, or number with expansions as parts
-    radius : arb
-        Time that the variable of the expansions stands for.
-    reach : arb
-        The function is known for |t| up to this, less than the radius.
-    order : int, optional
-        How many times the expansions had to be differentiated: their tails had not.
-    """
+    # `radius` is the time that the variable of the expansions stands for; |t| <= `reach` <
+    # `radius`. Expansions were differentiated `order` times: their tails were not.
+    # `radius` is the time that the variable of the expansions stands for; |t| <= `reach` <
+    # `radius`. Expansions were differentiated `order` times: their tails were not.
 
     __slots__ = ("order", "parts", "radius", "reach")
 
@@ -179,11 +164,11 @@ class Arc:
         return part.head(t / self.radius) + arb(0, self._tail(part, t))
 
     def _tail(self, part: Expansion, t: arb) -> arb:
-        """Bound this derivative of the tail.
-
-        The largest of k (k - 1) ... (k - order + 1) |t|^(k - order) over k > degree is the first,
-        as long as the ratio of the second to it is at most 1.
-        """
+        """Bound this derivative of the tail."""
+        # The largest of k (k - 1) ... (k - order + 1) |t|^(k - order) over k > degree is the first,
+        # as long as the ratio of the second to it is at most 1.
+        # The largest of k (k - 1) ... (k - order + 1) |t|^(k - order) over k > degree is the first,
+        # as long as the ratio of the second to it is at most 1.
         first, order = part.degree + 1, self.order
         share = (abs(t) / self.radius).upper()
         if not share * (first + 1) <= first + 1 - order:

@@ -24,21 +24,13 @@ GLYPHS: Final = {-1: "-", 0: ".", 1: "+"}
 
 @dataclass(frozen=True)
 class Piece:
-    """What f does for those parameters of a box whose motion has this itinerary.
-
-    Attributes
-    ----------
-    itinerary : str
-        Modes from onset to global stick.
-    value : Jet or arb
-        The next d. Outside these parameters, the smooth continuation from them.
-    decisions : tuple of Decision
-        Empty if the whole box is proven to have this itinerary.
-    """
+    """What f does for those parameters of a box whose motion has this itinerary."""
 
     itinerary: str
-    value: Number
-    decisions: tuple[Decision, ...]
+    # the next d; outside these parameters, the smooth continuation from them
+    value: Number  # the next d; outside these parameters, the smooth continuation from them
+    # empty if the whole box is proven to have this itinerary
+    decisions: tuple[Decision, ...]  # empty if the whole box is proven to have this itinerary
 
 
 @dataclass(frozen=True)
@@ -56,13 +48,7 @@ class _State:
 
 
 def image(system: System, d: Number) -> Piece:
-    """Return f on a box whose itinerary can be proven.
-
-    Raises
-    ------
-    Undecided
-        It cannot, at this width and precision; the message says where.
-    """
+    """Return f on a box whose itinerary can be proven; `Undecided` says where it cannot."""
     (piece,) = images(system, d, forks=0)
     return piece
 
@@ -70,20 +56,8 @@ def image(system: System, d: Number) -> Piece:
 def images(system: System, d: Number, *, forks: int = 8, at_touch: bool = False) -> list[Piece]:
     """Return f on a box: one piece for each itinerary that cannot be excluded.
 
-    Parameters
-    ----------
-    system : System
-    d : Jet or arb
-        Inside the domain.
-    forks : int, optional
-        How many questions may stay open.
-    at_touch : bool, optional
-        As in `possible_events`.
-
-    Raises
-    ------
-    Undecided
-        More stay open.
+    At most so many questions as `forks` stay open, else `Undecided`; `at_touch` as in
+    `possible_events`.
     """
     waiting = _onsets(system, d)
     if len(waiting) > 1 and forks == 0:

@@ -17,18 +17,7 @@ RADII: Final = tuple(10.0**-k for k in range(5, 15))
 
 
 def proven_jump(setting: Setting, near: arb, digits: int) -> dict[str, Any]:
-    """Prove a jump near a point: its place, its two one-sided values.
-
-    Returns
-    -------
-    dict
-        What the certificate of a jump holds.
-
-    Raises
-    ------
-    NoZero, Undecided
-        There is none; it cannot be told.
-    """
+    """Prove a jump near a point: the entries of its certificate, place and one-sided values."""
 
     def margin(box: list[Jet]) -> list[Jet]:
         pieces = parted(step(setting, box[0], forks=1, at_touch=True))
@@ -57,13 +46,7 @@ def proven_jump(setting: Setting, near: arb, digits: int) -> dict[str, Any]:
 
 
 def parted(pieces: list[Image]) -> list[Image]:
-    """Return the two pieces of a box that one question divides.
-
-    Raises
-    ------
-    Undecided
-        It is not one question.
-    """
+    """Return the two pieces of a box that one question divides; `Undecided` if it is not one."""
     if len(pieces) == 1:
         raise Undecided(f"f has the one itinerary {pieces[0].itinerary!r} there: no breakpoint")
     if len(pieces) != 2 or any(len(piece.decisions) != 1 for piece in pieces):

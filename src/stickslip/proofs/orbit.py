@@ -35,22 +35,7 @@ def closing(setting: Setting, period: int) -> Callable[[list[Jet]], list[Jet]]:
 def proven_orbit(
     setting: Setting, near: arb, period: int, digits: int
 ) -> tuple[arb, arb, dict[str, Any]]:
-    """Prove the orbit through a point, and describe it.
-
-    Returns
-    -------
-    point : arb
-        Encloses the orbit's point.
-    alone : arb
-        Ball around `near` in which it is the only one.
-    entries : dict
-        What the certificate of an orbit holds.
-
-    Raises
-    ------
-    NoZero, Undecided
-        There is none near by; it cannot be told.
-    """
+    """Prove the orbit through a point: its point, the ball where it is alone, its entries."""
     target = arb(10) ** (-digits - 12)
     (point,), (box,) = zero(closing(setting, period), [near], RADII, target=target)
     # What the second program confirms: it follows law (9) without the mean value form.

@@ -1,7 +1,6 @@
 """Powers of the event map on a box, by the chain rule from one global stick to the next.
 
-One number d joins two steps, so that derivatives of steps multiply. Carried through all events
-of all steps at once, their enclosures would grow like products of matrices instead.
+Carried through all events of all steps at once, enclosures would grow like products of matrices.
 """
 
 from __future__ import annotations
@@ -22,18 +21,10 @@ from stickslip.proofs.system import System, law_of, number
 
 @dataclass(frozen=True)
 class Setting:
-    """A system with exact parameters, some of which may vary.
-
-    Attributes
-    ----------
-    values : dict of str to Fraction
-        By the names of `system.NAMES`.
-    varied : tuple of str
-        Parameters that are coordinates of the box, behind d. ``mu`` is both blocks'.
-    """
+    """A system with exact parameters, some of which may vary."""
 
     values: dict[str, Fraction]
-    varied: tuple[str, ...] = ()
+    varied: tuple[str, ...] = ()  # coordinates of the box, behind d; ``mu`` is both blocks'
 
     def names(self, varied: str) -> tuple[str, ...]:
         """Names in `values` that a varied parameter stands for: its own, or both blocks'."""
@@ -45,14 +36,7 @@ class Setting:
         return frozenset(each for name in self.varied for each in self.names(name))
 
     def system(self, coordinates: Sequence[Jet], kind: Number) -> System:
-        """Return the system on a box, given the coordinates of the varied parameters.
-
-        Parameters
-        ----------
-        coordinates : sequence of Jet
-        kind : Jet or Germ
-            The form in which numbers that vary are written.
-        """
+        """Return the system on a box, its numbers that vary written as `kind`, a jet or a germ."""
         given: dict[str, Any] = {name: number(value) for name, value in self.values.items()}
         for name, coordinate in zip(self.varied, coordinates, strict=True):
             given |= dict.fromkeys(self.names(name), like(kind, coordinate))
@@ -63,15 +47,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Image:
-    """What `flow.Piece` says, in the coordinates of a box.
-
-    Attributes
-    ----------
-    itinerary : str
-    value : Jet or Germ
-        The next d.
-    decisions : tuple of Decision
-    """
+    """What `flow.Piece` says, in the coordinates of a box."""
 
     itinerary: str
     value: Any
@@ -95,15 +71,7 @@ def step(
 ) -> list[Image]:
     """Return f at a point that depends on the coordinates of a box; see `flow.images`.
 
-    Parameters
-    ----------
-    setting : Setting
-    d : Jet or Germ
-        A germ, for higher derivatives in the first start; the value is one, too.
-    parameters : sequence of Jet
-        Coordinates of the varied parameters.
-    forks, at_touch
-        As in `flow.images`.
+    Of a germ, for higher derivatives in the first start, the value is a germ.
     """
     first = principal(d)
     middle = first.centre.mid()

@@ -43,16 +43,9 @@ def _vanishes(x: Number) -> bool:
 
 
 class TaylorStep:
-    """Motion from a state (w, e) for a short time, with what `system.Phase` offers.
+    """Motion from a state (w, e) for a short time, with what `system.Phase` offers."""
 
-    Parameters
-    ----------
-    system : System
-    modes : pair of int
-    w, e : pair of numbers
-    released : int or None
-        The block that has just left the belt by its force: its acceleration is exactly 0.
-    """
+    # The `released` block has just left the belt by its force: its acceleration is exactly 0.
 
     def __init__(
         self, system: System, modes: Modes, w: Pair, e: Pair, released: int | None
