@@ -28,12 +28,7 @@ BAD, TOO_LARGE, BUSY, BROKEN, NOT_HERE, TOO_LONG = 422, 413, 429, 500, 501, 504
 
 
 class Downloads:
-    """Files made by the same workers as the page's answers.
-
-    Parameters
-    ----------
-    workers : Workers
-    """
+    """Files made by the same workers as the page's answers."""
 
     def __init__(self, workers: Workers) -> None:
         self._workers = workers

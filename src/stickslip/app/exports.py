@@ -51,27 +51,7 @@ def _all_formats(kind: type[requests.Request]) -> list[str]:
 
 
 def export(view: str, request: requests.Request, kind: str) -> File:
-    """Make a file of a view.
-
-    Parameters
-    ----------
-    view : str
-    request : Request
-        Of that view.
-    kind : str
-        One of `formats`.
-
-    Returns
-    -------
-    File
-
-    Raises
-    ------
-    BadRequestError
-        The view has no such format, or the request is not allowed.
-    NotHereError
-        MP4 without ffmpeg.
-    """
+    """Make a file of a view, of one of its `formats`."""
     known = _all_formats(type(request))
     if kind not in known:
         raise BadRequestError(f"format = {kind!r} of {view}. {did_you_mean(kind, known)}", "format")

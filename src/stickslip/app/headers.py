@@ -28,19 +28,10 @@ def hosts_of(host: str) -> tuple[str, ...]:
 
 
 class SafeHeaders:
-    """Add headers to every answer, and refuse requests of other sites' pages.
+    """Add headers to every answer, and refuse requests of other sites' pages."""
 
-    Browsers name the page's origin with what it posts and with WebSockets. A site that has its
-    own name resolved to this machine names a foreign host.
-
-    Parameters
-    ----------
-    app : ASGI application
-    hosts : tuple of str
-        Names that are taken, without ports; any if empty.
-    framed_by : tuple of str
-        Origins that may show the page in a frame.
-    """
+    # Browsers name the page's origin with what it posts and with WebSockets. A site that has its
+    # own name resolved to this machine names a foreign host: `hosts` are taken, any if empty.
 
     def __init__(self, app: ASGIApp, *, hosts: tuple[str, ...], framed_by: tuple[str, ...]) -> None:
         self.app = app

@@ -42,18 +42,7 @@ _drawing = threading.Lock()  # matplotlib's settings belong to the whole process
 
 
 def picture_of(request: requests.Request, kind: str) -> bytes:
-    """Compute and draw a view.
-
-    Parameters
-    ----------
-    request : Request
-    kind : {"svg", "png"}
-
-    Returns
-    -------
-    bytes
-        The file.
-    """
+    """Compute and draw a view, as "svg" or "png"."""
     draw = DRAWN[type(request)](request)
     with _one_at_a_time(), TemporaryDirectory() as folder:
         figure = new_figure("two", height=HEIGHT)
@@ -66,18 +55,7 @@ def picture_of(request: requests.Request, kind: str) -> bytes:
 
 
 def film_of(request: requests.Mechanism, kind: str) -> bytes:
-    """Compute a motion and draw it as a film.
-
-    Parameters
-    ----------
-    request : Mechanism
-    kind : {"gif", "mp4"}
-
-    Returns
-    -------
-    bytes
-        The file.
-    """
+    """Compute a motion and draw it as a film, "gif" or "mp4"."""
     motion = simulated(request)
     with _one_at_a_time(), TemporaryDirectory() as folder:
         path = Path(folder) / f"view.{kind}"

@@ -44,17 +44,7 @@ SLIDERS: Final = {
 
 
 def refuse_far(values: Mapping[str, float]) -> None:
-    """Refuse numbers that would keep the server busy for long.
-
-    Parameters
-    ----------
-    values : mapping of str to float
-        By name, as in ``model.parameters``.
-
-    Raises
-    ------
-    ValueError
-    """
+    """Refuse numbers that would keep the server busy for long."""
     for name, value in values.items():
         if slider := SLIDERS.get(BLOCK.sub("", name).rpartition(".")[2]):
             low, high = slider["min"], slider["max"]

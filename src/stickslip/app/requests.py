@@ -32,13 +32,9 @@ Period: TypeAlias = Annotated[int, Meta(ge=1, le=8)]
 
 
 class BadRequestError(ValueError):
-    """A request that is not allowed.
+    """A request that is not allowed."""
 
-    Attributes
-    ----------
-    field : str
-        Dotted path of the field that is wrong, such as ``model.mu``; empty if it is the whole.
-    """
+    # `field` is the dotted path of the field that is wrong, such as ``model.mu``; empty if all is.
 
     def __init__(self, text: str, field: str = "") -> None:
         super().__init__(text)
@@ -162,10 +158,9 @@ PICTURES: Final[dict[str, type[Request]]] = {
 
 
 class Message(Struct, frozen=True, forbid_unknown_fields=True):
-    """What comes over the WebSocket: a request, or the slot of one that is not wanted any more.
+    """What comes over the WebSocket: a request, or the slot of one that is not wanted any more."""
 
-    Of each slot the latest request wins; it is the view, unless the page shows one twice.
-    """
+    # Of each slot the latest request wins; it is the view, unless the page shows one twice.
 
     id: Annotated[int, Meta(ge=0, le=2**53)] = 0
     view: Word = ""
@@ -188,35 +183,19 @@ class Export(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def message_of(text: str | bytes) -> Message:
-    """Decode a message of the WebSocket.
-
-    Raises
-    ------
-    BadRequestError
-    """
+    """Decode a message of the WebSocket."""
     return _decoded(text, Message)
 
 
 def request_of(view: str, content: Raw, known: Mapping[str, type[Request]] = REQUESTS) -> Request:
-    """Decode what a view is asked, one of those that are known.
-
-    Raises
-    ------
-    BadRequestError
-        No such view; a field that is unknown, missing, of the wrong type or out of its range.
-    """
+    """Decode what a view is asked, one of those that are known."""
     if view not in known:
         raise BadRequestError(f"view = {view!r} is unknown. {did_you_mean(view, known)}", "view")
     return _decoded(content, known[view])
 
 
 def export_of(content: bytes) -> Export:
-    """Decode the wish for a file.
-
-    Raises
-    ------
-    BadRequestError
-    """
+    """Decode the wish for a file."""
     return _decoded(content, Export)
 
 
@@ -232,13 +211,7 @@ def _decoded(content: Any, kind: Any) -> Any:
 
 
 def model_of(request: Request) -> Model:
-    """Make the model that a request is about.
-
-    Raises
-    ------
-    BadRequestError
-        A table that makes no model, or one beyond the explorer's bounds.
-    """
+    """Make the model that a request is about, within the explorer's bounds."""
     _refuse_large(request.model)
     try:
         model = model_of_values(dict(request.model))

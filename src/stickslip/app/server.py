@@ -46,24 +46,9 @@ def application(
     framed_by: tuple[str, ...] = (),
     warm: bool = True,
 ) -> Starlette:
-    """Build the explorer.
-
-    Parameters
-    ----------
-    host : str
-        Address that it is served at; requests that name another host are refused, unless it is
-        served at all addresses.
-    limits : Limits
-        What users may take.
-    framed_by : tuple of str
-        Origins, besides its own, whose pages may show it in a frame.
-    warm : bool
-        Whether to compile the kernels in the background at once.
-
-    Returns
-    -------
-    Starlette
-    """
+    """Build the explorer, `warm` if it compiles kernels in the background at once."""
+    # Requests that name another host than `host` are refused, unless it is served at all addresses.
+    # Pages of its own origin and of `framed_by` may show it in a frame.
     explorer = _Explorer(limits, warm)
     routes = [
         Route("/", explorer.page),

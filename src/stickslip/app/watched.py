@@ -97,10 +97,7 @@ class WatchedCarrier:
 
 
 class WatchedMap(EventMap):
-    """An event map that asks at every evaluation whether the answer is still wanted.
-
-    Values, and what branches, orbits and basins are found from them, are those of the event map.
-    """
+    """An event map that asks at every evaluation whether the answer is still wanted."""
 
     def _carrier_of(self, controls: Controls) -> Carrier:
         return WatchedCarrier(super()._carrier_of(controls))

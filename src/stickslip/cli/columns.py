@@ -18,10 +18,7 @@ MACHINE_ONLY = {"label", "status"}
 
 
 def document(command: str, parameters: Mapping[str, Any], result: Mapping[str, Any]) -> str:
-    """Write one JSON document; numbers keep every digit, NaN and infinities become null.
-
-    `result` holds columns by name, or what JSON can say as it is.
-    """
+    """Write one JSON document; numbers keep every digit, NaN and infinities become null."""
     lists = {name: as_list(column) for name, column in result.items()}
     content = {"schema": SCHEMA, "command": command, "parameters": parameters, "result": lists}
     return msgspec.json.encode(content).decode() + "\n"

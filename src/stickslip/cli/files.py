@@ -1,7 +1,6 @@
 """Files that a command writes: never over others unasked, and whole or not there.
 
-They are opened before the computation, so that a file that cannot be written is said at once
-and not after an hour.
+They are opened before the computation: one that cannot be written is said at once, not in an hour.
 """
 
 from __future__ import annotations
@@ -17,20 +16,7 @@ from stickslip.files import undone_unless_finished, whole_file
 
 @contextmanager
 def new_files(paths: Sequence[Path], *, force: bool) -> Iterator[list[Path]]:
-    """Give files to write; they appear under their names when the block ends well.
-
-    Parameters
-    ----------
-    paths : sequence of pathlib.Path
-        Where the files are to appear. Their folders must exist.
-    force : bool
-        Whether files of those names may be replaced.
-
-    Yields
-    ------
-    list of pathlib.Path
-        Paths to write instead, of the same names.
-    """
+    """Give files to write; they appear under their names when the block ends well."""
     for path in paths:
         if path.is_dir():
             raise UsageError(f"{path} is a folder; give the name of a file")
@@ -53,22 +39,8 @@ def _entered(stack: ExitStack, path: Path) -> Path:
 
 @contextmanager
 def new_folder(folder: Path, names: Sequence[str], *, force: bool) -> Iterator[list[Path]]:
-    """Give files of a folder to write, as `new_files`; other files in the folder stay.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Made if it is not there, with those above it; taken away again if the block fails.
-    names : sequence of str
-        The files.
-    force : bool
-        Whether files of those names may be replaced.
-
-    Yields
-    ------
-    list of pathlib.Path
-        Paths to write instead, of the same names.
-    """
+    """Give files of a folder to write, as `new_files`; other files in the folder stay."""
+    # The folder is made if it is not there, with those above it, and taken away if the block fails.
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"{folder} is a file; give the name of a folder")
     missing = [each for each in (folder, *folder.parents) if not each.exists()]

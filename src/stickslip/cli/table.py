@@ -70,23 +70,10 @@ class TableOptions(SystemOptions):
         compute: Callable[[], dict[str, Any]],
         plot: Callable[[Axes], Axes],
     ) -> dict[str, Any]:
-        """Compute the table and send it where the options say: a file, stdout, as JSON or CSV.
-
-        The file is opened before the computation: one that cannot be written is said at once.
-
-        Parameters
-        ----------
-        command : str
-            The subcommand.
-        model : Model
-            What it asks about.
-        asked : dict
-            Its own options; they stand in the document beside those shared.
-        compute : callable
-            Returns the columns by name.
-        plot : callable
-            Draws the answer, once computed, where the file's name is that of a picture.
-        """
+        """Compute the table and send it where the options say: a file, stdout, as JSON or CSV."""
+        # The file is opened before the computation: one that cannot be written is said at once.
+        # What was `asked`, the command's own options, stands in the document beside the options
+        # shared.
         if self.file.out is None:
             table = compute()
         else:

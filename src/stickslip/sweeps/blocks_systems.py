@@ -158,11 +158,9 @@ def _read_off(
     verdicts: LongRun,
     i: int,
 ) -> None:
-    """Fill in entry `i` of the verdicts, as `numerics.long_run.read_off` does on the line.
-
-    The exponent is the largest one: growth of one tangent vector, or of a cycle log of the
-    spectral radius of its monodromy matrix per step.
-    """
+    """Fill in entry `i` of the verdicts, as `numerics.long_run.read_off` does on the line."""
+    # The exponent is the largest one: growth of one tangent vector, or of a cycle log of the
+    # spectral radius of its monodromy matrix per step.
     paths = [Path(np.ascontiguousarray(x), labels, _growth(jacobians)) for x in points.T]
     tolerances = RECURRENCE * widths
     # Without periods: exponent, error, and whether that is chaos.

@@ -1,7 +1,7 @@
 """The description of a sweep, cut into tiles, and the computation of one tile.
 
-A tile is what one task computes and one chunk of each array of the store. `compute` is a pure
-function of a job and a tile, so that it may run in any thread or process, any number of times.
+A tile is one task and one chunk of each array of the store. `compute` is a pure function of a job
+and a tile, so that it may run in any thread or process, any number of times.
 """
 
 from __future__ import annotations
@@ -78,21 +78,11 @@ def _axis_identity(values: NDArray[np.float64]) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class Tile:
-    """A part of the grid.
+    """A part of the grid."""
 
-    Attributes
-    ----------
-    index : tuple of int
-        Place among the tiles, along each axis.
-    start : tuple of int
-        Place of its first point in the grid.
-    values : tuple of ndarray
-        Of each axis.
-    """
-
-    index: tuple[int, ...]
-    start: tuple[int, ...]
-    values: tuple[NDArray[np.float64], ...]
+    index: tuple[int, ...]  # among the tiles, along each axis
+    start: tuple[int, ...]  # place of the first point in the grid
+    values: tuple[NDArray[np.float64], ...]  # of each axis
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -139,10 +129,7 @@ def compute(job: Job, tile: Tile) -> Computed:
 
 
 def default_chunks(shape: tuple[int, ...], device: str = "cpu") -> tuple[int, ...]:
-    """Choose tiles of at most 4096 points, and 64 tiles or more if there are so many points.
-
-    On a GPU at most 65 536, and fewer tiles.
-    """
+    """Choose tiles of at most 4096 points (65 536 on a GPU), and 64 tiles or more if possible."""
     tiles = 1 if device == "cuda" else TILES
     wanted = max(1, min(POINTS_PER_TILE[device], math.prod(shape) // tiles))
     chunks: list[int] = []

@@ -323,13 +323,7 @@ OBSERVABLES: Final[dict[str, type[Observable]]] = {
 
 
 def as_observables(given: Iterable[Observable | str]) -> tuple[Observable, ...]:
-    """Read a list of observables; a name stands for one with its default settings.
-
-    Raises
-    ------
-    ValueError
-        None given, an unknown name, or two that record a variable of one name.
-    """
+    """Read a list of observables; a name stands for one with its default settings."""
     if isinstance(given, str | Observable):
         given = [given]
     try:

@@ -20,16 +20,12 @@ if TYPE_CHECKING:
 
 
 class Run(NamedTuple):
-    """How orbits are followed; equal runs of several observables are done once.
+    """How orbits are followed; equal runs of several observables are done once."""
 
-    ``n_seeds``: orbits for each grid point; ``transient``, ``n``: maps before and in the stretch
-    that is looked at; ``max_period``: longest period recognised.
-    """
-
-    n_seeds: int
-    transient: int
-    n: int
-    max_period: int
+    n_seeds: int  # orbits for each grid point
+    transient: int  # maps before the stretch that is looked at
+    n: int  # maps in that stretch
+    max_period: int  # the longest recognised
 
 
 def follow_map(f: Map1D, starts: Floats, run: Run, tail: int) -> tuple[LongRun, Followed]:

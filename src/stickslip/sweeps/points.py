@@ -31,26 +31,15 @@ class Orbits(NamedTuple):
 
 @dataclass
 class Points:
-    """Grid points: values of each varied parameter, and the place of each in the whole grid.
-
-    Attributes
-    ----------
-    system : System
-    columns : mapping of str to ndarray, shape (size,)
-    d0 : ndarray of float, shape (size,), or None
-        Starting points, where they are given.
-    index : ndarray of uint64, shape (size,)
-        Place in the whole grid in C order; with ``seed`` it decides the other starting points.
-    seed : int
-    tails : mapping of Run to int
-        Last points to keep of the orbits of each run, the most that any observable asks for.
-    """
+    """Grid points: values of each varied parameter, and the place of each in the whole grid."""
 
     system: System
     columns: Mapping[str, Floats]
-    d0: Floats | None
+    d0: Floats | None  # starting points, where they are given
+    # place in the whole grid in C order; with ``seed`` it decides the other starting points
     index: NDArray[np.uint64]
     seed: int
+    # last points to keep of each run's orbits, the most that any observable asks for
     tails: Mapping[Run, int]
 
     def __post_init__(self) -> None:

@@ -22,23 +22,8 @@ BITS = 53  # of a random number
 def spread_starts(
     seed: int, index: NDArray[np.uint64], count: int, low: Floats, high: Floats
 ) -> Floats:
-    """Draw starting points, one at random in each of `count` equal cells of every domain.
-
-    Parameters
-    ----------
-    seed : int
-        Of the sweep, 0 or more.
-    index : ndarray of uint64, shape (n,)
-        Place of each grid point in the whole grid, in C order.
-    count : int
-        Starting points for each grid point.
-    low, high : ndarray of float, shape (n,)
-        Ends of the domain at each grid point.
-
-    Returns
-    -------
-    ndarray of float, shape (n, count)
-    """
+    """Draw starting points, shape (n, count): one in each of `count` equal cells of the domain."""
+    # `index` is the place of each grid point in the whole grid: chunks do not change what is drawn.
     cell = np.arange(count, dtype=np.float64)
     share = _share(_numbers(seed, index, count))
     width = (high - low)[:, None]

@@ -23,17 +23,11 @@ if TYPE_CHECKING:
 
 
 class System:
-    """A system with named parameters; columns hold a value of each varied one for a grid point.
+    """A system with named parameters; columns hold a value of each varied one for a grid point."""
 
-    What only some systems have is not defined here; observables that ask for it are refused.
-
-    Attributes
-    ----------
-    lacks : mapping of str to str
-        What observables may ask for and it does not have, with the reason: "orbits" of a map,
-        "events" in its steps, "line" (points are numbers), "model" (a motion in time), "d0" (a
-        number to start from).
-    """
+    # `lacks` maps what observables may ask for in vain to the reason: "orbits" of a map, "events"
+    # in its steps, "line" (points are numbers), "model" (a motion in time), "d0" (a number to start
+    # from). What only some systems have is not defined here.
 
     lacks: Mapping[str, str] = MappingProxyType({})
 
@@ -46,13 +40,7 @@ class System:
         self.map_at(values)
 
     def on(self, device: str) -> System:
-        """Return the same system with its orbits followed on a device.
-
-        Raises
-        ------
-        ValueError
-            The device cannot do that.
-        """
+        """Return the same system with its orbits followed on a device, or refuse."""
         if device == "cuda":
             raise ValueError(
                 "device = 'cuda' follows orbits of two undamped blocks (TwoBlock) alone. Take "
@@ -80,11 +68,9 @@ class System:
         index: NDArray[np.uint64],
         n_seeds: int,
     ) -> Floats:
-        """Return starting points (grid points, n_seeds, ...), NaN where the map has none there.
-
-        A single one is ``d0``, where that is given; the others are drawn from `seed` and the
-        places ``index`` of the points in the grid. This is for maps of the line.
-        """
+        """Return starting points (grid points, n_seeds, ...), NaN where the map has none there."""
+        # Of maps of the line. A single one is ``d0``, where that is given; the others are drawn
+        # from `seed` and the places ``index`` of the points in the grid.
         low, high = self.domains(columns, len(index))
         if n_seeds == 1 and d0 is not None:
             starts = d0[:, None]

@@ -45,13 +45,7 @@ def _engine_of(model: TwoBlock, name: EngineName) -> Engine:
 
 
 def as_system(given: Any) -> System:
-    """Take a model, its event map or a map of the user's own.
-
-    Raises
-    ------
-    ValueError
-        It is none of these.
-    """
+    """Take a model, its event map or a map of the user's own."""
     if isinstance(given, TwoBlock):
         given = event_map(given)
     if isinstance(given, mechanics.EventMap):
@@ -183,10 +177,8 @@ class ModelSystem(System):
     def _by_kernels(
         self, columns: Columns, size: int
     ) -> list[tuple[list[tuple[TwoBlock, NDArray[np.bool_]]], NDArray[np.bool_]]]:
-        """Group the grid points: models that differ in alpha, beta and V alone are one model.
-
-        Returns, for each set of kernels, its models with their grid points, and all of these.
-        """
+        """Group grid points by kernels: models that differ in alpha, beta, V alone."""
+        # Returns, for each set of kernels, its models with their grid points, and all of these.
         names = [name for name in columns if name not in OWN]
         table = (
             np.stack([columns[name] for name in names], axis=1) if names else np.empty((size, 0))

@@ -18,13 +18,7 @@ if TYPE_CHECKING:
 
 
 def two_blocks(request: Request) -> TwoBlock:
-    """Make the model of a view that only two blocks have.
-
-    Raises
-    ------
-    BadRequestError
-        A model that cannot be made, or another kind.
-    """
+    """Make the model of a view that only two blocks have."""
     model = model_of(request)
     if isinstance(model, TwoBlock):
         return model
@@ -36,25 +30,13 @@ def two_blocks(request: Request) -> TwoBlock:
 
 
 def map_of(request: Request) -> WatchedMap:
-    """Make the event map of the model.
-
-    Raises
-    ------
-    BadRequestError
-        As `two_blocks`; a model without an event map.
-    """
+    """Make the event map of the model."""
     with naming("model"):
         return watched_map(two_blocks(request))
 
 
 def range_of(f: MapFamily, request: Diagram) -> tuple[float, float]:
-    """Return the ends of the range that a diagram is asked for.
-
-    Raises
-    ------
-    BadRequestError
-        No such parameter, or an end that the model or the explorer does not take.
-    """
+    """Return the ends of the range that a diagram is asked for."""
     with naming("range" if request.parameter in f.parameters else "parameter"):
         for end in request.range:
             refuse_far({request.parameter: end})

@@ -35,11 +35,9 @@ FEWEST: Final = 24  # points of a branch, however narrow
 
 
 def event_map(request: requests.EventMap) -> Iterator[Part]:
-    """Sample the map at once; find its branches and orbits; then say why it breaks where it does.
-
-    First come orbits that follow from those of a map nearby, if one was asked for before. Orbits
-    that stay in the window are soon found, all others take the map's whole domain.
-    """
+    """Sample the map at once; find its branches and orbits; then say why it breaks."""
+    # First come orbits that follow from those of a map nearby, if one was asked for before. Orbits
+    # that stay in the window are soon found, all others take the map's whole domain.
     f = map_of(request)
     x = np.linspace(*window_of(f, request), request.points)
     g = shown_map(f, request)
@@ -56,13 +54,7 @@ def event_map(request: requests.EventMap) -> Iterator[Part]:
 
 
 def window_of(f: WatchedMap, request: requests.EventMap) -> tuple[float, float]:
-    """Return the part of the domain that is looked at.
-
-    Raises
-    ------
-    BadRequestError
-        The window is no interval, or does not meet the domain.
-    """
+    """Return the part of the domain that is looked at."""
     if request.window is None:
         return f.domain
     with naming("window"):

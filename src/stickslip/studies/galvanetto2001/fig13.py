@@ -35,18 +35,15 @@ ROOM: Final = 0.6  # around a cusp, A and B in the enlarged panels, of the dista
 
 @dataclass(frozen=True)
 class Data:
-    """The graph of f^2 with its two cusps, P1, and the 2-cycles A and B.
-
-    The first cusp is that of f, the second its preimage; A1 and B1 lie beside the first.
-    """
+    """The graph of f^2 with its two cusps, P1, and the 2-cycles A and B."""
 
     model: TwoBlock
     whole: Curve
     enlarged: tuple[Curve, Curve]
     windows: tuple[tuple[float, float], tuple[float, float]]
-    cusps: tuple[float, float]
+    cusps: tuple[float, float]  # of f, and its preimage
     p1: PeriodicOrbit
-    a: PeriodicOrbit
+    a: PeriodicOrbit  # A1 and B1 lie beside the first cusp
     b: PeriodicOrbit
 
     @property
