@@ -14,8 +14,8 @@ import numpy as np
 from stickslip.app import requests
 from stickslip.app.jobs import progress_between, undisturbed
 from stickslip.app.requests import BadRequestError, model_of
-from stickslip.app.views.common import map_of, naming, range_of, two_blocks
 from stickslip.app.views.event_map import window_of
+from stickslip.app.views.model import map_of, naming, range_of, two_blocks
 from stickslip.app.views.motion import found_cycle, simulated
 from stickslip.plot.animation import film
 from stickslip.plot.cobweb import draw_cobweb

@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.analysis.maps.window import windowed
 from stickslip.app.answers import Part
 from stickslip.app.jobs import checkpoint, progress_between
-from stickslip.app.views.common import map_of, naming, range_of
+from stickslip.app.views.model import map_of, naming, range_of
 from stickslip.study.bifurcations import as_family, bifurcations
 from stickslip.study.diagram import bifurcation_diagram
 from stickslip.study.maps import periodic_orbits

@@ -1,4 +1,4 @@
-"""The event map, its branches and orbits; and single orbits for the cobweb."""
+"""The event map: its graph, branches and orbits, and its basins of attraction."""
 
 from __future__ import annotations
 
@@ -11,23 +11,26 @@ from stickslip import status
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.window import windowed
 from stickslip.app.answers import Part
-from stickslip.app.views.common import map_of, naming
 from stickslip.app.views.followed import Known
-from stickslip.study.maps import branches, periodic_orbits
+from stickslip.app.views.model import map_of, naming
+from stickslip.study.maps import attractors, branches, periodic_orbits
+from stickslip.study.maps import basins as divided
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.branches.table import Branch, BranchTable
     from stickslip.analysis.maps.protocol import Map1D
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.app import requests
-    from stickslip.app.watched import WatchedMap
+    from stickslip.app.views.model import WatchedMap
     from stickslip.mechanics.model.two_block import TwoBlock
 
     Floats = NDArray[np.float64]
     Arrays = dict[str, NDArray[Any]]
+
 
 FIRST_EVENTS: Final = 64  # changes of mode after which the first, quick picture gives up
 KNOWN: Final = Known()
@@ -189,3 +192,30 @@ def _end(f: WatchedMap, orbit: Floats) -> dict[str, Any]:
     if repeats.size:
         return {"kind": "periodic", "period": int(repeats[0]) + 1, "status": ""}
     return {"kind": "unsettled", "period": 0, "status": ""}
+
+
+def basins(request: requests.Basins) -> Iterator[Part]:
+    """Find the attractors, then the exact edges of their basins."""
+    f = map_of(request)
+    known = attractors(f)
+    yield Part("attractors", data={"attractors": [_attractor(a) for a in known]}, progress=0.3)
+    found = divided(f, known, resolution=request.resolution)
+    data = {
+        "causes": [str(cause) for cause in found.causes],
+        "undecided": found.undecided,
+        "left": found.left,
+        "thin": found.thin,
+        "reason": found.reason,
+    }
+    yield Part("basins", {"edges": found.edges, "label": found.index}, data)
+
+
+def _attractor(found: Attractor) -> dict[str, Any]:
+    return {
+        "kind": found.kind,
+        "period": found.period,
+        "points": None if found.orbit is None else found.orbit.points,
+        "bands": found.bands,
+        "lyapunov": found.lyapunov.value,
+        "reason": found.reason,
+    }

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.app.answers import Part
 from stickslip.app.requests import BadRequestError, model_of
-from stickslip.app.views.common import naming
+from stickslip.app.views.model import naming
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model.two_block import TwoBlock
