@@ -187,7 +187,7 @@ def _ask_everything(preset: str) -> None:
     import numpy as np
 
     import stickslip as ss
-    from stickslip.sweeps.orbits import Run
+    from stickslip.sweeps.system import Run
     from stickslip.sweeps.systems import as_system
 
     model = getattr(ss.examples, preset)()

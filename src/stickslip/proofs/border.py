@@ -33,7 +33,6 @@ def proven_border(
 ) -> dict[str, Any]:
     """Prove that an orbit reaches a jump, transversally, at one value of the varied parameter."""
     # `near` and `value` are the orbit's point on the jump and the parameter there, nearly.
-    # `near` and `value` are the orbit's point on the jump and the parameter there, nearly.
     reasons: list[str] = []
     for sign in (1, -1):
         try:

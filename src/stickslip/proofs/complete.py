@@ -27,12 +27,9 @@ class Survey:
     """What a search of the domain found."""
 
     # entries of certificates, by period and smallest point
-    # entries of certificates, by period and smallest point
     orbits: list[dict[str, Any]] = field(default_factory=list)
     # intervals of d that may hold another orbit
-    # intervals of d that may hold another orbit
     undecided: list[tuple[float, float]] = field(default_factory=list)
-    # intervals that were looked at
     boxes: int = 0  # intervals that were looked at
 
 

@@ -24,7 +24,6 @@ def proven_critical(
 ) -> dict[str, Any]:
     """Prove that an orbit folds or flips (`kind`) at one value of the varied parameter."""
     # `near` and `value` are a point of the orbit and the parameter, nearly.
-    # `near` and `value` are a point of the orbit and the parameter, nearly.
     multiplier = MULTIPLIERS[kind]
 
     def equations(box: list[Jet]) -> list[Jet]:
@@ -73,8 +72,6 @@ def _fold(end: Germ) -> dict[str, arb | str]:
 
 def _flip(end: Germ) -> dict[str, arb | str]:
     """Say where the orbit is stable, and where one of twice the period is."""
-    # The multiplier leaves -1 at a rate r; the orbit is stable where r (q - q_0) > 0, and the other
-    # exists where c r (q - q_0) < 0.
     # The multiplier leaves -1 at a rate r; the orbit is stable where r (q - q_0) > 0, and the other
     # exists where c r (q - q_0) < 0.
     value, slope, bend, third = end.coefficients

@@ -30,13 +30,9 @@ class Decision:
     """A question that a box leaves open."""
 
     # graze; tie: two events coincide; rest: a block lands with its needed force at the limit
-    # graze; tie: two events coincide; rest: a block lands with its needed force at the limit
     kind: str
-    # from 1
     blocks: tuple[int, ...]  # from 1
-    # its sign answers the question
     margin: Number  # its sign answers the question
-    # of the margin, for the answer that is followed here
     sign: int  # of the margin, for the answer that is followed here
     answer: str
 
@@ -45,13 +41,9 @@ class Decision:
 class Event:
     """A signal reaches zero; or nothing happens for as long as the motion is known."""
 
-    # None if nothing happens
     block: int | None  # None if nothing happens
-    # as in `Phase.signals`
     end: int  # as in `Phase.signals`
-    # since the start of the phase
     time: Number  # since the start of the phase
-    # left open on the way to it
     decisions: tuple[Decision, ...] = ()  # left open on the way to it
 
 
@@ -206,8 +198,6 @@ def _window(
     signals: list[_Signal], s: arb, at_touch: bool
 ) -> tuple[list[Event], tuple[Decision, ...] | None, arb]:
     """Return the events that may come in a short time, what holds if none does, and its end."""
-    # The time is short enough for each signal to be monotone or to have one minimum in it, and long
-    # enough for each to be clear of zero at its end.
     # The time is short enough for each signal to be monotone or to have one minimum in it, and long
     # enough for each to be clear of zero at its end.
     h = max(

@@ -22,7 +22,6 @@ class Expansion:
     """A function of t / radius on the unit disc: its terms up to `degree`, enclosed."""
 
     # `tail` bounds the sum of absolute values of all other coefficients.
-    # `tail` bounds the sum of absolute values of all other coefficients.
 
     __slots__ = ("degree", "head", "tail")
 
@@ -106,8 +105,6 @@ class Arc:
 
     # `radius` is the time that the variable of the expansions stands for; |t| <= `reach` <
     # `radius`. Expansions were differentiated `order` times: their tails were not.
-    # `radius` is the time that the variable of the expansions stands for; |t| <= `reach` <
-    # `radius`. Expansions were differentiated `order` times: their tails were not.
 
     __slots__ = ("order", "parts", "radius", "reach")
 
@@ -165,8 +162,6 @@ class Arc:
 
     def _tail(self, part: Expansion, t: arb) -> arb:
         """Bound this derivative of the tail."""
-        # The largest of k (k - 1) ... (k - order + 1) |t|^(k - order) over k > degree is the first,
-        # as long as the ratio of the second to it is at most 1.
         # The largest of k (k - 1) ... (k - order + 1) |t|^(k - order) over k > degree is the first,
         # as long as the ratio of the second to it is at most 1.
         first, order = part.degree + 1, self.order

@@ -27,9 +27,7 @@ class Piece:
     """What f does for those parameters of a box whose motion has this itinerary."""
 
     itinerary: str
-    # the next d; outside these parameters, the smooth continuation from them
     value: Number  # the next d; outside these parameters, the smooth continuation from them
-    # empty if the whole box is proven to have this itinerary
     decisions: tuple[Decision, ...]  # empty if the whole box is proven to have this itinerary
 
 

@@ -25,7 +25,6 @@ class Jet:
     """A function on a box: enclosures of its value at the centre, its range and its gradient."""
 
     # `box` holds the variables less their centres: balls around 0.
-    # `box` holds the variables less their centres: balls around 0.
 
     __slots__ = ("box", "centre", "gradient", "range")
 

@@ -11,21 +11,85 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from stickslip.analysis.maps.protocol import OUTSIDE
 from stickslip.sweeps.identity import digest
-from stickslip.sweeps.points import Points
+from stickslip.sweeps.system import rows
 from stickslip.sweeps.target import target
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stickslip.mechanics.eventmap.follow_records import Followed
+    from stickslip.numerics.long_run import LongRun
     from stickslip.sweeps.axis import Axis
     from stickslip.sweeps.observable import Observable, Output
-    from stickslip.sweeps.orbits import Run
-    from stickslip.sweeps.system import System
+    from stickslip.sweeps.system import Run, System
+
+    Floats = NDArray[np.float64]
+
+
+class Orbits(NamedTuple):
+    """What is known of orbits, in the order of grid points, the seeds of one together."""
+
+    verdicts: LongRun
+    followed: Followed
+
+
+@dataclass
+class Points:
+    """Grid points: values of each varied parameter, and the place of each in the whole grid."""
+
+    system: System
+    columns: Mapping[str, Floats]
+    d0: Floats | None  # starting points, where they are given
+    # place in the whole grid in C order; with ``seed`` it decides the other starting points
+    index: NDArray[np.uint64]
+    seed: int
+    # last points to keep of each run's orbits, the most that any observable asks for
+    tails: Mapping[Run, int]
+
+    def __post_init__(self) -> None:
+        """Remember no orbits yet."""
+        self._known: dict[Run, Orbits] = {}
+
+    @property
+    def widths(self) -> Floats:
+        """Width of the domain at each grid point, of a map of the line."""
+        low, high = self.system.domains(self.columns, self.size)
+        return high - low
+
+    @property
+    def size(self) -> int:
+        """Number of grid points."""
+        return len(self.index)
+
+    def starts(self, n_seeds: int) -> Floats:
+        """Return starting points (size, n_seeds, ...): `System.starts`."""
+        return self.system.starts(self.columns, self.d0, self.seed, self.index, n_seeds)
+
+    def orbits(self, run: Run) -> Orbits:
+        """Follow orbits, or return those of an equal run that are known already."""
+        if run not in self._known:
+            starts = self.starts(run.n_seeds)
+            found = Orbits(*self.system.follow(self.columns, starts, run, self.tails[run]))
+            outside = np.isnan(starts).reshape(self.size * run.n_seeds, -1).any(axis=1)
+            found.followed.status[outside] = OUTSIDE
+            self._known[run] = found
+        return self._known[run]
+
+    def maps(self) -> Iterator[tuple[Any, Any]]:
+        """Give the map (`System.map_at`) and the starting point of each grid point in turn."""
+        for values, start in zip(self.values(), self.starts(1)[:, 0], strict=True):
+            yield self.system.map_at(values), start.tolist() if start.ndim == 0 else start
+
+    def values(self) -> Iterator[dict[str, float]]:
+        """Give the values of the varied parameters at each grid point in turn."""
+        yield from rows(self.columns, self.size)
+
 
 FORMAT: Final = 1  # raised when the same description would give other results
 D0: Final = "d0"  # name of an axis of starting points

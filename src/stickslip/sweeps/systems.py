@@ -24,8 +24,7 @@ from stickslip.numerics.long_run import new_long_run
 from stickslip.study.event_map import EventMap, event_map
 from stickslip.sweeps.blocks_systems import BlocksSystem, MotionSystem
 from stickslip.sweeps.identity import function_identity, law_identity
-from stickslip.sweeps.orbits import Run, follow_map, joined
-from stickslip.sweeps.system import System, rows
+from stickslip.sweeps.system import Run, System, follow_map, joined
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -134,7 +133,11 @@ class ModelSystem(System):
         if models[0][0].damping > 0.0:
             if self.device == "cuda":
                 check_damping(models[0][0])
-            return self._one_by_one(columns, starts, of_start, run, tail)
+            parts = []
+            for point in np.unique(of_start):
+                f = self.map_at({name: float(column[point]) for name, column in columns.items()})
+                parts.append(follow_map(f, starts[of_start == point], run, tail))
+            return joined(parts)
         engines = [_engine_of(model, self.settings["engine"]) for model, _ in models]
         law_row = np.zeros(size, dtype=np.int64)
         for row, (_, chosen) in enumerate(models):
@@ -159,20 +162,6 @@ class ModelSystem(System):
             tail=tail,
             device=self.device,
         )
-
-    def _one_by_one(
-        self,
-        columns: Columns,
-        starts: Floats,
-        of_start: NDArray[np.int64],
-        run: Run,
-        tail: int,
-    ) -> tuple[LongRun, Followed]:
-        parts = []
-        for point in np.unique(of_start):
-            f = self.map_at({name: float(column[point]) for name, column in columns.items()})
-            parts.append(follow_map(f, starts[of_start == point], run, tail))
-        return joined(parts)
 
     def _by_kernels(
         self, columns: Columns, size: int
@@ -227,12 +216,3 @@ class MapSystem(System):
         """Return the ends of the domains."""
         low, high = self.f.domain
         return np.full(size, low), np.full(size, high)
-
-    def follow(
-        self, columns: Columns, starts: Floats, run: Run, tail: int
-    ) -> tuple[LongRun, Followed]:
-        """Follow orbits."""
-        parts = []
-        for values, some in zip(rows(columns, len(starts)), starts, strict=True):
-            parts.append(follow_map(self.map_at(values), some, run, tail))
-        return joined(parts)
