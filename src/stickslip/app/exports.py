@@ -46,6 +46,21 @@ TYPES: Final = {
     "python": "text/x-python",
 }
 
+COLUMNS: Final[dict[type[requests.Request], str]] = {
+    requests.EventMap: "branches",
+    requests.Cobweb: "orbit",
+    requests.Motion: "motion",
+    requests.Cycle: "cycle",
+    requests.Law: "law",
+    requests.Basins: "basins",
+    requests.Diagram: "branches",
+}
+"""Views that have curves, and the part of the answer that holds them."""
+
+LARGEST: Final = 64 * 1024  # bytes of a request
+AT_ONCE: Final = 3  # files that one client may wait for
+IN_ALL: Final = 12  # files that are made at a time
+
 
 class NotHereError(Exception):
     """A format that this machine cannot write."""
@@ -98,18 +113,6 @@ def _content(request: requests.Request, kind: str) -> bytes:
     return picture_of(request, kind)
 
 
-COLUMNS: Final[dict[type[requests.Request], str]] = {
-    requests.EventMap: "branches",
-    requests.Cobweb: "orbit",
-    requests.Motion: "motion",
-    requests.Cycle: "cycle",
-    requests.Law: "law",
-    requests.Basins: "basins",
-    requests.Diagram: "branches",
-}
-"""Views that have curves, and the part of the answer that holds them."""
-
-
 def as_json(request: requests.Request) -> bytes:
     """Compute a view and return request and answer as a JSON document."""
     parts = [
@@ -145,10 +148,6 @@ def _columns(arrays: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, list[Any
         for k, column in enumerate(flat.T, start=1):
             yield name if array.ndim == 1 else f"{name}_{k}", column.tolist()
 
-
-LARGEST: Final = 64 * 1024  # bytes of a request
-AT_ONCE: Final = 3  # files that one client may wait for
-IN_ALL: Final = 12  # files that are made at a time
 
 BAD, TOO_LARGE, BUSY, BROKEN, NOT_HERE, TOO_LONG = 422, 413, 429, 500, 501, 504
 

@@ -27,6 +27,7 @@ OSCILLATOR: Final = {
     "damping": 0.05,
     "friction": {"law": "popp-stelter", "gamma": 3.0},
 }
+
 CHAIN: Final = {
     "kind": "chain",
     "static": [1.0, 1.1, 1.2],
@@ -34,6 +35,28 @@ CHAIN: Final = {
     "V": 0.1,
     "friction": {"law": "coulomb", "mu": 0.22},
 }
+
+GREEK: Final = re.compile(r"\\([a-z]+)")
+
+MEANINGS: Final = {
+    "damping": ("c", "damping coefficient of each block"),
+    "static": ("L", "static limit of a block"),
+    "support": ("k", "stiffness of the support springs"),
+    "mass": ("m", "mass of each block"),
+    "amplitude": ("a", "amplitude of the force on each block"),
+    "frequency": ("Ω", "angular frequency of the force"),
+    "phase": ("φ", "phase of the force at time 0"),
+}
+"""Numbers of models that the vocabulary of the paper does not have: symbol and meaning."""
+
+LAW_TITLES: Final = {
+    "coulomb": ("Coulomb", "F = μ + c s"),
+    "popp-stelter": ("Popp and Stelter, law (9)", "F = (1 \u2212 δ)/(1 + γ s) + δ + η s²"),
+    "stribeck": ("Stribeck", "F = μ + (1 \u2212 μ) exp(\u2212(s/s₀)ᵖ) + c s"),
+}
+
+TWO_BLOCKS: Final = ("event_map", "cobweb", "motion", "locus", "law", "basins", "diagram", "cycle")
+IN_TIME: Final = ("motion", "law", "cycle")
 
 
 def _coulomb(V: float, **state: Any) -> dict[str, Any]:
@@ -71,30 +94,6 @@ def presets() -> list[dict[str, Any]]:
 def preset_names() -> list[str]:
     """Return what a page can be opened with."""
     return [preset["name"] for preset in presets()]
-
-
-GREEK: Final = re.compile(r"\\([a-z]+)")
-
-
-MEANINGS: Final = {
-    "damping": ("c", "damping coefficient of each block"),
-    "static": ("L", "static limit of a block"),
-    "support": ("k", "stiffness of the support springs"),
-    "mass": ("m", "mass of each block"),
-    "amplitude": ("a", "amplitude of the force on each block"),
-    "frequency": ("Ω", "angular frequency of the force"),
-    "phase": ("φ", "phase of the force at time 0"),
-}
-"""Numbers of models that the vocabulary of the paper does not have: symbol and meaning."""
-
-LAW_TITLES: Final = {
-    "coulomb": ("Coulomb", "F = μ + c s"),
-    "popp-stelter": ("Popp and Stelter, law (9)", "F = (1 \u2212 δ)/(1 + γ s) + δ + η s²"),
-    "stribeck": ("Stribeck", "F = μ + (1 \u2212 μ) exp(\u2212(s/s₀)ᵖ) + c s"),
-}
-
-TWO_BLOCKS: Final = ("event_map", "cobweb", "motion", "locus", "law", "basins", "diagram", "cycle")
-IN_TIME: Final = ("motion", "law", "cycle")
 
 
 def described_limits() -> dict[str, Any]:

@@ -21,6 +21,11 @@ if TYPE_CHECKING:
 
 FAR: Final = 10.0  # times beyond a slider's end: what is stiffer takes the server minutes
 BLOCK: Final = re.compile(r"(_\d+)+$")
+MOST_BLOCKS: Final = 20
+MOST_KNOTS: Final = 200  # of a tabulated law
+RAISE: Final = dis.opmap["RAISE_VARARGS"]
+PLACE: Final = re.compile(r" - at `\$\.?([^`]*)`$")
+NAMED: Final = re.compile(r"(?:^|[\]:] |\.)(\w+?)(?:_\d+|\[\d+\])* = ")
 
 
 def slider(
@@ -66,12 +71,6 @@ def refuse_far(values: Mapping[str, float]) -> None:
                 remedy="The library takes them.",
             )
 
-
-MOST_BLOCKS: Final = 20
-MOST_KNOTS: Final = 200  # of a tabulated law
-RAISE: Final = dis.opmap["RAISE_VARARGS"]
-PLACE: Final = re.compile(r" - at `\$\.?([^`]*)`$")
-NAMED: Final = re.compile(r"(?:^|[\]:] |\.)(\w+?)(?:_\d+|\[\d+\])* = ")
 
 Interval: TypeAlias = tuple[float, float]
 Coordinate: TypeAlias = Annotated[float, Meta(ge=-1000, le=1000)]

@@ -55,6 +55,12 @@ POLICY: Final = (
     "form-action 'none'; object-src 'none'; frame-ancestors 'self'"
 )
 
+LOG: Final = logging.getLogger(__name__)
+WINDOW: Final = (0.38, 0.39)  # of law (9), where every motion soon returns
+STATIC: Final = files("stickslip.app") / "static"
+LIMITS: Final = Limits()
+FULL: Final = "too many pages are open"
+
 
 def hosts_of(host: str) -> tuple[str, ...]:
     """Names by which a server at this address may be asked; none if it is at all addresses."""
@@ -112,11 +118,6 @@ class SafeHeaders:
             return
         answer = PlainTextResponse("a request of another site\n", status_code=403)
         await answer(scope, receive, send)
-
-
-LOG: Final = logging.getLogger(__name__)
-
-WINDOW: Final = (0.38, 0.39)  # of law (9), where every motion soon returns
 
 
 class Warmth:
@@ -184,11 +185,6 @@ def _first_asked() -> Iterator[requests.Request]:
         if values["kind"] != "two_block":
             rest = (0.0,) * len(values.get("static", [0.0]))
             yield requests.Motion(values, x=rest, v=rest, t_end=20.0)
-
-
-STATIC: Final = files("stickslip.app") / "static"
-LIMITS: Final = Limits()
-FULL: Final = "too many pages are open"
 
 
 @cache

@@ -26,6 +26,9 @@ stickslip certify --preset law9 --alpha 1.209859796 --flip alpha \\
 stickslip certify --preset coulomb --max-period 1 --json
 """
 
+CLAIM_FIELDS = ("key", "figure", "statement", "verdict", "evidence")
+STANDS = {"holds", "holds with a correction"}
+
 
 def certify(
     *,
@@ -145,9 +148,6 @@ stickslip reproduce
 stickslip reproduce 5 17 --out figures
 stickslip reproduce --check
 """
-
-CLAIM_FIELDS = ("key", "figure", "statement", "verdict", "evidence")
-STANDS = {"holds", "holds with a correction"}
 
 
 def reproduce(

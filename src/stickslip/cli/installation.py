@@ -23,6 +23,8 @@ stickslip explore --host 0.0.0.0 --no-browser
 """
 
 HIGHEST_PORT = 65535
+PACKAGE = "stickslip"
+PRESETS = ("coulomb", "law9")
 
 
 def explore(
@@ -79,7 +81,6 @@ stickslip doctor
 stickslip doctor --json
 """
 
-PACKAGE = "stickslip"
 Finding = tuple[str, str, str]
 
 
@@ -164,8 +165,6 @@ def _threads() -> Finding:
 WARMUP_EXAMPLES = """\
 stickslip warmup
 """
-
-PRESETS = ("coulomb", "law9")
 
 
 def warmup(*, output: OutputOptions = OutputOptions()) -> None:

@@ -30,6 +30,7 @@ stickslip map --preset law9 --alpha 1.209 --grid 2000 \\
 
 FIELDS = ("value", "derivative", "duration", "n_events", "label", "margin", "status")
 PIECE = 20_000  # points between two steps of the progress bar
+FATES = {-1: "undecided", -2: "leaves"}
 
 
 def map_(
@@ -246,8 +247,6 @@ stickslip basins --preset coulomb
 stickslip basins --preset coulomb --V 0.037 --json
 stickslip basins --preset law9 --alpha 1.208 --out basins.csv
 """
-
-FATES = {-1: "undecided", -2: "leaves"}
 
 
 def basins(*, table: TableOptions = TableOptions(), resolution: float = 1e-5) -> int:

@@ -30,6 +30,9 @@ OUTPUT = Group.create_ordered("Output")
 Flag = Annotated[bool, Parameter(negative=(), show_default=False)]
 """A switch that is off; a ``--no-...`` for it would be noise."""
 
+MOST_ROWS: Final = 10**8
+"""Of a table: a few gigabytes."""
+
 
 def _whole(_type: Any, tokens: Sequence[Token]) -> int:
     try:
@@ -40,9 +43,6 @@ def _whole(_type: Any, tokens: Sequence[Token]) -> int:
 
 Whole = Annotated[int, Parameter(converter=_whole)]
 """A whole number; left to itself the parser takes 1.5 for 2."""
-
-MOST_ROWS: Final = 10**8
-"""Of a table: a few gigabytes."""
 
 
 def check_equally_spaced(option: str, count: int) -> None:

@@ -28,6 +28,13 @@ from stickslip.files import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+SCHEMA = 1
+TABLE_ROWS = 40
+# Columns that a reader on a terminal has in another form or cannot use.
+MACHINE_ONLY = {"label", "status"}
+PICTURE_HEIGHT = 4.0  # inches, over the width of two columns
+PICTURE_SUFFIXES = tuple(f".{name}" for name in PICTURE_FORMATS)
+
 
 @contextmanager
 def new_files(paths: Sequence[Path], *, force: bool) -> Iterator[list[Path]]:
@@ -71,12 +78,6 @@ def _remove_empty(folders: Sequence[Path]) -> None:
             each.rmdir()
 
 
-SCHEMA = 1
-TABLE_ROWS = 40
-# Columns that a reader on a terminal has in another form or cannot use.
-MACHINE_ONLY = {"label", "status"}
-
-
 def document(command: str, parameters: Mapping[str, Any], result: Mapping[str, Any]) -> str:
     """Write one JSON document; numbers keep every digit, NaN and infinities become null."""
     lists = {name: as_list(column) for name, column in result.items()}
@@ -117,10 +118,6 @@ def show_table(columns: Mapping[str, Any]) -> None:
 
 def _short(number: float) -> str:
     return f"{number:.6g}"
-
-
-PICTURE_HEIGHT = 4.0  # inches, over the width of two columns
-PICTURE_SUFFIXES = tuple(f".{name}" for name in PICTURE_FORMATS)
 
 
 def draw_pictures(plot: Callable[[Axes], Axes], paths: Iterable[Path]) -> None:

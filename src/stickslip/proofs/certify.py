@@ -14,14 +14,12 @@ from stickslip.analysis.bifurcations.bifurcation import Bifurcation
 from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.checks import finite_number, shown, whole_number
-from stickslip.proofs.border import proven_border
 from stickslip.proofs.certificate import Certificate, certificate, refusal
 from stickslip.proofs.complete import survey
-from stickslip.proofs.critical import MULTIPLIERS, proven_critical
 from stickslip.proofs.jet import outward, precision, variables
-from stickslip.proofs.jump import proven_jump
+from stickslip.proofs.jump import proven_border, proven_jump
 from stickslip.proofs.newton import NoZero
-from stickslip.proofs.orbit import proven_orbit
+from stickslip.proofs.orbit import MULTIPLIERS, proven_critical, proven_orbit
 from stickslip.proofs.power import Setting, step
 from stickslip.proofs.system import Exact, exact_parameters, fraction, number
 from stickslip.proofs.verify.words import LONGEST_LISTED, LONGEST_PERIOD

@@ -11,8 +11,8 @@ from typing import Any, Final
 from flint import arb
 
 from stickslip.proofs.jet import Number, hull, outward, spread
-from stickslip.proofs.smooth import TaylorStep
 from stickslip.proofs.system import Phase
+from stickslip.proofs.taylor import TaylorStep
 from stickslip.proofs.wave import Undecided, Wave, root
 
 LONGEST: Final = 200.0  # a phase, in units of sqrt(m / k)

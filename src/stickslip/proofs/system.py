@@ -13,7 +13,7 @@ from flint import arb, fmpq
 from stickslip.checks import instance, shown
 from stickslip.mechanics.model.arguments import two_blocks
 from stickslip.proofs.jet import HALF, Number, spread
-from stickslip.proofs.smooth import Falling, TaylorStep
+from stickslip.proofs.taylor import Falling, TaylorStep
 from stickslip.proofs.wave import Wave
 
 if TYPE_CHECKING:

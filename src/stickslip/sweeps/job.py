@@ -31,6 +31,11 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+FORMAT: Final = 1  # raised when the same description would give other results
+D0: Final = "d0"  # name of an axis of starting points
+POINTS_PER_TILE: Final = {"cpu": 4096, "cuda": 65_536}  # a GPU takes as many orbits at once
+TILES: Final = 64  # of a small sweep, so that all cores have work and little is lost
+
 
 class Orbits(NamedTuple):
     """What is known of orbits, in the order of grid points, the seeds of one together."""
@@ -89,12 +94,6 @@ class Points:
     def values(self) -> Iterator[dict[str, float]]:
         """Give the values of the varied parameters at each grid point in turn."""
         yield from rows(self.columns, self.size)
-
-
-FORMAT: Final = 1  # raised when the same description would give other results
-D0: Final = "d0"  # name of an axis of starting points
-POINTS_PER_TILE: Final = {"cpu": 4096, "cuda": 65_536}  # a GPU takes as many orbits at once
-TILES: Final = 64  # of a small sweep, so that all cores have work and little is lost
 
 
 @dataclass(frozen=True, eq=False)

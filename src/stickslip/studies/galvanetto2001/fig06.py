@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
-from stickslip.plot.curve import Curve, trace
-from stickslip.plot.event_map import draw_curve, mark_orbit
+from stickslip.plot.event_map import Curve, draw_curve, mark_orbit, trace
 from stickslip.studies.galvanetto2001.orbits import attracting_orbits
 from stickslip.study.event_map import event_map
 

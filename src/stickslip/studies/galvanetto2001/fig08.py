@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from stickslip import examples
-from stickslip.plot.curve import Curve, trace
-from stickslip.plot.event_map import draw_curve, mark_orbit
+from stickslip.plot.event_map import Curve, draw_curve, mark_orbit, trace
 from stickslip.plot.style import panel_letter
 from stickslip.studies.galvanetto2001.orbits import coulomb_orbits, from_point_1, jump_of_s4
 from stickslip.study.event_map import event_map

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.plot.curve import Curve, trace
-from stickslip.plot.event_map import draw_curve, mark_orbit
+from stickslip.plot.event_map import Curve, draw_curve, mark_orbit, trace
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.galvanetto2001.orbits import WINDOW, cusp_of, fixed_points, in_window
 from stickslip.study.event_map import event_map
