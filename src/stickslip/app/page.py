@@ -14,7 +14,7 @@ from stickslip.app.exports import KNOWN, formats
 from stickslip.app.requests import SLIDERS
 from stickslip.mechanics.friction import LAWS
 from stickslip.mechanics.friction.ranges import Choice
-from stickslip.study.model_values import model_values
+from stickslip.mechanics.model.values import model_values
 from stickslip.vocabulary import TERMS
 
 COULOMB_RANGE: Final = (0.0366, 0.0372)  # of V, figure 4

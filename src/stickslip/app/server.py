@@ -32,8 +32,8 @@ from stickslip.app.exports import Downloads
 from stickslip.app.page import described_limits, presets
 from stickslip.app.session import TRY_AGAIN, Limits, Session, Workers
 from stickslip.app.views import VIEWS
+from stickslip.mechanics.model.values import model_values
 from stickslip.numerics.targets import available_threads
-from stickslip.study.model_values import model_values
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

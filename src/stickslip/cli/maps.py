@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.attractors.basins import Basins
     from stickslip.analysis.orbits.orbit import OrbitList
-    from stickslip.study.event_map import EventMap
+    from stickslip.mechanics.eventmap.event_map import EventMap
 
 
 MAP_EXAMPLES = """\

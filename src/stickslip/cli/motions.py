@@ -11,8 +11,8 @@ from stickslip.cli.options import Flag, TableOptions, Whole, check_equally_space
 from stickslip.cli.progress import note
 
 if TYPE_CHECKING:
+    from stickslip.mechanics.cycle.limit_cycles import CycleList
     from stickslip.mechanics.flow.trajectory import Trajectory
-    from stickslip.study.limit_cycles import CycleList
 
 
 SIMULATE_EXAMPLES = """\

@@ -17,9 +17,9 @@ from stickslip.files import checked_suffix, write_table
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from stickslip.mechanics.eventmap.event_map import EventMap
     from stickslip.mechanics.model.two_block import TwoBlock
-    from stickslip.study.event_map import EventMap
-    from stickslip.study.model_values import Model
+    from stickslip.mechanics.model.values import Model
 
 
 MODEL = Group.create_ordered("Model")
@@ -103,7 +103,7 @@ class ModelOptions:
         if self.path is not None and self.preset is not None:
             raise UsageError("give either --model or --preset")
         if self.path is not None:
-            from stickslip.study.model_file import read_model
+            from stickslip.mechanics.model.file import read_model
 
             return read_model(self.path)
         if self.preset is not None:

@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.bifurcation import BifurcationList
     from stickslip.analysis.diagrams.diagram import Diagram
     from stickslip.analysis.maps.protocol import MapFamily
-    from stickslip.study.event_map import EventMap
-    from stickslip.study.report import Report
+    from stickslip.cli.report import Report
+    from stickslip.mechanics.eventmap.event_map import EventMap
 
 
 BIFURCATIONS_EXAMPLES = """\
@@ -93,7 +93,7 @@ def bifurcations(
     csv
         Print the table alone, as CSV.
     """
-    from stickslip.study.bifurcations import bifurcations
+    from stickslip.analysis.bifurcations.bifurcations import bifurcations
 
     if csv and output.json:
         raise UsageError("give either --csv or --json")
@@ -129,7 +129,7 @@ def bifurcations(
 
 
 def _report(f: EventMap, found: BifurcationList) -> Report:
-    from stickslip.study.report import Report
+    from stickslip.cli.report import Report
 
     laws = dict.fromkeys(law.title for law in f.model.laws)
     title = f"Bifurcations of two blocks with friction {' and '.join(laws)}"
@@ -143,7 +143,7 @@ def _result(report: Report) -> dict[str, Any]:
 
 def _write_report(files: dict[str, Path], report: Report, f: EventMap) -> None:
     """Write everything but the pictures."""
-    from stickslip.study.model_file import write_model
+    from stickslip.mechanics.model.file import write_model
 
     write_text(files["report.md"], report.as_markdown())
     write_text(files["report.json"], report.as_json())
@@ -158,7 +158,7 @@ def _draw_diagram(
     """Draw the diagram of the same range, the bifurcations marked in it."""
     import numpy as np
 
-    from stickslip.study.diagram import bifurcation_diagram
+    from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 
     with shares("diagram", quiet=quiet) as show:
         diagram = bifurcation_diagram(
@@ -219,7 +219,7 @@ def diagram(
     """
     import numpy as np
 
-    from stickslip.study.diagram import bifurcation_diagram
+    from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 
     check_equally_spaced("--values", values)
     if out is not None:

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import status
+from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.attractors.basins import basins as divided
+from stickslip.analysis.branches.branches import branches
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.window import windowed
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app.answers import Part
 from stickslip.app.views.followed import Known
 from stickslip.app.views.model import map_of, naming
-from stickslip.study.maps import attractors, branches, periodic_orbits
-from stickslip.study.maps import basins as divided
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

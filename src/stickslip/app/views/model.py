@@ -13,10 +13,10 @@ from stickslip.analysis.maps.arguments import checked_range
 from stickslip.app.answers import Part
 from stickslip.app.jobs import checkpoint
 from stickslip.app.requests import BadRequestError, is_ours, model_of, refuse_far
+from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.eventmap.records import Outputs
 from stickslip.mechanics.model import locus as geometry
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.study.event_map import EventMap
 
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, MapFamily
