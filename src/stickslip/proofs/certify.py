@@ -15,7 +15,7 @@ from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.checks import finite_number, shown, whole_number
 from stickslip.proofs.certificate import Certificate, certificate, refusal
-from stickslip.proofs.complete import survey
+from stickslip.proofs.complete import Survey
 from stickslip.proofs.jet import outward, precision, variables
 from stickslip.proofs.jump import proven_border, proven_jump
 from stickslip.proofs.newton import NoZero
@@ -194,7 +194,7 @@ def certify_orbits(
     )
 
     def prove() -> dict[str, Any]:
-        found = survey(Setting(values), max_period, digits)
+        found = Survey(Setting(values), max_period, digits)
         undecided = [[repr(low), repr(high)] for low, high in found.undecided]
         return {"max_period": max_period, "orbits": found.orbits, "undecided": undecided}
 

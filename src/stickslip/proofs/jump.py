@@ -8,9 +8,10 @@ from typing import Any, Final
 from flint import arb
 
 from stickslip.proofs.events import Decision
+from stickslip.proofs.flow import Piece
 from stickslip.proofs.jet import Jet, variables
 from stickslip.proofs.newton import NoZero, zero
-from stickslip.proofs.power import Image, Setting, step
+from stickslip.proofs.power import Setting, step
 from stickslip.proofs.verify.words import rounded
 from stickslip.proofs.wave import Undecided
 
@@ -47,7 +48,7 @@ def proven_jump(setting: Setting, near: arb, digits: int) -> dict[str, Any]:
     }
 
 
-def parted(pieces: list[Image]) -> list[Image]:
+def parted(pieces: list[Piece]) -> list[Piece]:
     """Return the two pieces of a box that one question divides; `Undecided` if it is not one."""
     if len(pieces) == 1:
         raise Undecided(f"f has the one itinerary {pieces[0].itinerary!r} there: no breakpoint")
@@ -73,8 +74,8 @@ class _Round:
 
     points: list[Jet]
     words: list[str]
-    here: Image
-    beyond: Image
+    here: Piece
+    beyond: Piece
     end: Jet
 
 

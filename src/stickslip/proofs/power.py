@@ -12,7 +12,6 @@ from typing import Any
 
 from flint import arb
 
-from stickslip.proofs.events import Decision
 from stickslip.proofs.flow import Piece, images
 from stickslip.proofs.germ import Germ, germ, like, principal
 from stickslip.proofs.jet import Jet, Number, variables
@@ -45,22 +44,6 @@ class Setting:
         return System(given["alpha"], given["beta"], given["V"], (first, second))
 
 
-@dataclass(frozen=True)
-class Image:
-    """What `flow.Piece` says, in the coordinates of a box."""
-
-    itinerary: str
-    value: Any
-    decisions: tuple[Decision, ...]
-
-    @property
-    def margin(self) -> Jet:
-        """Of the one question that stays open."""
-        (decision,) = self.decisions
-        assert isinstance(decision.margin, Jet)
-        return decision.margin
-
-
 def step(
     setting: Setting,
     d: Jet | Germ,
@@ -68,7 +51,7 @@ def step(
     *,
     forks: int = 0,
     at_touch: bool = False,
-) -> list[Image]:
+) -> list[Piece]:
     """Return f at a point that depends on the coordinates of a box; see `flow.images`.
 
     Of a germ, for higher derivatives in the first start, the value is a germ.
@@ -83,7 +66,7 @@ def step(
     return [_composed(piece, d, middle, parameters) for piece in pieces]
 
 
-def _composed(piece: Piece, d: Jet | Germ, middle: arb, parameters: Sequence[Jet]) -> Image:
+def _composed(piece: Piece, d: Jet | Germ, middle: arb, parameters: Sequence[Jet]) -> Piece:
     """Write a piece in the coordinates of the outer box."""
     start = principal(d)
 
@@ -103,6 +86,6 @@ def _composed(piece: Piece, d: Jet | Germ, middle: arb, parameters: Sequence[Jet
         replace(each, margin=outer(principal(each.margin))) for each in piece.decisions
     )
     if isinstance(d, Jet):
-        return Image(piece.itinerary, outer(piece.value), decisions)
+        return Piece(piece.itinerary, outer(piece.value), decisions)
     coefficients = [outer(c) for c in piece.value.coefficients]
-    return Image(piece.itinerary, d.into(coefficients), decisions)
+    return Piece(piece.itinerary, d.into(coefficients), decisions)
