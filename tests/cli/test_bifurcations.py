@@ -16,7 +16,7 @@ import stickslip as ss
 from stickslip.analysis.bifurcations.bifurcation import BifurcationList
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.cli import main
-from stickslip.cli.bifurcations import FILES, PICTURES
+from stickslip.cli.parameters import FILES, PICTURES
 from stickslip.mechanics.model.file import read_model, write_model
 from stickslip.study.storage import load
 

@@ -9,7 +9,7 @@ from tests.sweeps import small
 import stickslip as ss
 from stickslip.sweeps.axis import as_axes
 from stickslip.sweeps.job import default_chunks, tiles
-from stickslip.sweeps.seeds import spread_starts
+from stickslip.sweeps.system import spread_starts
 
 pytest.importorskip("zarr")
 

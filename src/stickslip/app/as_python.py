@@ -6,8 +6,8 @@ from typing import Any, Final
 
 from stickslip.app import requests
 from stickslip.app.requests import model_of
-from stickslip.app.views.common import map_of
 from stickslip.app.views.event_map import window_of
+from stickslip.app.views.model import map_of
 from stickslip.app.views.motion import MAX_EVENTS, start_of
 from stickslip.mechanics.friction import LAWS, TabulatedFriction
 from stickslip.mechanics.model.values import FAMILY, model_values
@@ -19,23 +19,8 @@ LAW_CLASSES: Final = {name: law.__name__ for name, law in LAWS.items()} | {
 
 
 def as_python(request: requests.Request) -> str:
-    """Write a program whose numbers and whose axes ``ax`` are those of a view.
-
-    Parameters
-    ----------
-    request : Request
-        Of any view, or of a picture.
-
-    Returns
-    -------
-    str
-        Only numbers of the request get into it: it is not made of its texts.
-
-    Raises
-    ------
-    BadRequestError
-        The model, or the window or the start, is not allowed.
-    """
+    """Write a program whose numbers and whose axes ``ax`` are those of a view."""
+    # Only numbers of the request get into the program: it is not made of its texts.
     body = TEXTS[type(request)](request)
     head = ["import stickslip as ss", *sorted({line for line in body if line.startswith("from ")})]
     if any("np." in line for line in body):

@@ -20,8 +20,8 @@ from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app import requests
 from stickslip.app.jobs import progress_between, undisturbed
 from stickslip.app.requests import BadRequestError, model_of
-from stickslip.app.views.common import map_of, naming, range_of, two_blocks
 from stickslip.app.views.event_map import window_of
+from stickslip.app.views.model import map_of, naming, range_of, two_blocks
 from stickslip.app.views.motion import found_cycle, simulated
 from stickslip.plot.animation import film
 from stickslip.plot.cobweb import draw_cobweb
@@ -45,18 +45,7 @@ _drawing = threading.Lock()  # matplotlib's settings belong to the whole process
 
 
 def picture_of(request: requests.Request, kind: str) -> bytes:
-    """Compute and draw a view.
-
-    Parameters
-    ----------
-    request : Request
-    kind : {"svg", "png"}
-
-    Returns
-    -------
-    bytes
-        The file.
-    """
+    """Compute and draw a view, as "svg" or "png"."""
     draw = DRAWN[type(request)](request)
     with _one_at_a_time(), TemporaryDirectory() as folder:
         figure = new_figure("two", height=HEIGHT)
@@ -69,18 +58,7 @@ def picture_of(request: requests.Request, kind: str) -> bytes:
 
 
 def film_of(request: requests.Mechanism, kind: str) -> bytes:
-    """Compute a motion and draw it as a film.
-
-    Parameters
-    ----------
-    request : Mechanism
-    kind : {"gif", "mp4"}
-
-    Returns
-    -------
-    bytes
-        The file.
-    """
+    """Compute a motion and draw it as a film, "gif" or "mp4"."""
     motion = simulated(request)
     with _one_at_a_time(), TemporaryDirectory() as folder:
         path = Path(folder) / f"view.{kind}"

@@ -19,9 +19,7 @@ from stickslip.numerics.long_run import (
 )
 from stickslip.status import OK
 from stickslip.sweeps.identity import digest, law_identity
-from stickslip.sweeps.orbits import joined
-from stickslip.sweeps.seeds import spread_shares
-from stickslip.sweeps.system import System, rows
+from stickslip.sweeps.system import System, rows, spread_shares
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,8 +29,7 @@ if TYPE_CHECKING:
     from stickslip.mechanics.eventmap.follow_records import Followed
     from stickslip.mechanics.model.belt_model import BeltModel
     from stickslip.numerics.long_run import LongRun
-    from stickslip.sweeps.orbits import Run
-    from stickslip.sweeps.system import Columns, Floats
+    from stickslip.sweeps.system import Columns, Floats, Run
 
 
 class MotionSystem(System):
@@ -113,40 +110,34 @@ class BlocksSystem(MotionSystem):
             starts[point, ~model.contains(starts[point])] = np.nan
         return starts
 
-    def follow(
-        self, columns: Columns, starts: Floats, run: Run, tail: int
+    def follow_one(
+        self, f: BlocksEventMap, starts: Floats, run: Run, tail: int
     ) -> tuple[LongRun, Followed]:
-        """Follow orbits."""
-        parts = []
-        for values, some in zip(rows(columns, len(starts)), starts, strict=True):
-            parts.append(_followed(self.map_at(values), some, run, tail))
-        return joined(parts)
-
-
-def _followed(f: BlocksEventMap, starts: Floats, run: Run, tail: int) -> tuple[LongRun, Followed]:
-    """Follow orbits under one map; ``tail`` holds first differences."""
-    m, steps = len(starts), run.transient + run.n
-    verdicts, followed = new_long_run(m), new_followed(m, tail)
-    widths = np.ptp(f.spread(256), axis=0)
-    orbits = np.full((m, steps + 1, f.dimension), np.nan)
-    admitted = np.isfinite(starts).all(axis=1)
-    orbits[admitted] = f.iterate(starts[admitted], steps)
-    for i in np.flatnonzero(admitted).tolist():
-        defined = np.isfinite(orbits[i]).all(axis=1)
-        if not defined.all():
-            last = int(np.argmin(defined)) - 1
-            followed.steps[i] = last
-            followed.status[i] = f.carry(orbits[i, last : last + 1]).status[0]
-            continue
-        points = orbits[i, run.transient :]
-        motions = f.carry(points[:-1], slope=True)
-        followed.status[i], followed.steps[i] = OK, steps
-        followed.tail[i] = points[run.n + 1 - tail :, 0]
-        followed.mean_events[i] = motions.n_events.mean()
-        followed.most_events[i] = motions.n_events.max()
-        followed.mean_duration[i] = motions.duration.mean()
-        _read_off(points, motions.label, motions.derivative, widths, run.max_period, verdicts, i)
-    return verdicts, followed
+        """Follow the orbits of one grid point; ``tail`` holds first differences."""
+        m, steps = len(starts), run.transient + run.n
+        verdicts, followed = new_long_run(m), new_followed(m, tail)
+        widths = np.ptp(f.spread(256), axis=0)
+        orbits = np.full((m, steps + 1, f.dimension), np.nan)
+        admitted = np.isfinite(starts).all(axis=1)
+        orbits[admitted] = f.iterate(starts[admitted], steps)
+        for i in np.flatnonzero(admitted).tolist():
+            defined = np.isfinite(orbits[i]).all(axis=1)
+            if not defined.all():
+                last = int(np.argmin(defined)) - 1
+                followed.steps[i] = last
+                followed.status[i] = f.carry(orbits[i, last : last + 1]).status[0]
+                continue
+            points = orbits[i, run.transient :]
+            motions = f.carry(points[:-1], slope=True)
+            followed.status[i], followed.steps[i] = OK, steps
+            followed.tail[i] = points[run.n + 1 - tail :, 0]
+            followed.mean_events[i] = motions.n_events.mean()
+            followed.most_events[i] = motions.n_events.max()
+            followed.mean_duration[i] = motions.duration.mean()
+            _read_off(
+                points, motions.label, motions.derivative, widths, run.max_period, verdicts, i
+            )
+        return verdicts, followed
 
 
 def _read_off(
@@ -158,11 +149,9 @@ def _read_off(
     verdicts: LongRun,
     i: int,
 ) -> None:
-    """Fill in entry `i` of the verdicts, as `numerics.long_run.read_off` does on the line.
-
-    The exponent is the largest one: growth of one tangent vector, or of a cycle log of the
-    spectral radius of its monodromy matrix per step.
-    """
+    """Fill in entry `i` of the verdicts, as `numerics.long_run.read_off` does on the line."""
+    # The exponent is the largest one: growth of one tangent vector, or of a cycle log of the
+    # spectral radius of its monodromy matrix per step.
     paths = [Path(np.ascontiguousarray(x), labels, _growth(jacobians)) for x in points.T]
     tolerances = RECURRENCE * widths
     # Without periods: exponent, error, and whether that is chaos.

@@ -15,15 +15,14 @@ import numpy as np
 from stickslip.checks import MOST_STEPS, dimensions, instance, shown, whole_number
 from stickslip.numerics.long_run import CHAOTIC, LEFT, PERIODIC, UNDECIDED
 from stickslip.status import NEVER_CYCLE, NEVER_SLIPPING
-from stickslip.sweeps.coexistence import CoexistingAttractors
 from stickslip.sweeps.identity import function_identity, import_function
-from stickslip.sweeps.limit_cycles import LimitCycles
 from stickslip.sweeps.observable import Columns, Observable, Output, whole
-from stickslip.sweeps.orbits import Run
+from stickslip.sweeps.several_starts import CoexistingAttractors, LimitCycles
+from stickslip.sweeps.system import Run
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
-    from stickslip.sweeps.points import Orbits, Points
+    from stickslip.sweeps.job import Orbits, Points
 
 __all__ = [
     "Attractor",
@@ -323,13 +322,7 @@ OBSERVABLES: Final[dict[str, type[Observable]]] = {
 
 
 def as_observables(given: Iterable[Observable | str]) -> tuple[Observable, ...]:
-    """Read a list of observables; a name stands for one with its default settings.
-
-    Raises
-    ------
-    ValueError
-        None given, an unknown name, or two that record a variable of one name.
-    """
+    """Read a list of observables; a name stands for one with its default settings."""
     if isinstance(given, str | Observable):
         given = [given]
     try:

@@ -14,7 +14,7 @@ from stickslip.analysis.maps.window import windowed
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app.answers import Part
 from stickslip.app.jobs import checkpoint, progress_between
-from stickslip.app.views.common import map_of, naming, range_of
+from stickslip.app.views.model import map_of, naming, range_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -22,17 +22,10 @@ DAMPING: Final = (0.0, 1.5)
 
 @dataclass(frozen=True)
 class Cycles:
-    """The branch of cycles over the damping, and the damping at which steady sliding changes.
-
-    Attributes
-    ----------
-    branch : CycleBranch
-    sliding : float
-        From the eigenvalues of steady sliding alone.
-    """
+    """The branch of cycles over the damping, and the damping at which steady sliding changes."""
 
     branch: CycleBranch
-    sliding: float
+    sliding: float  # from the eigenvalues of steady sliding alone
 
     def bifurcation(self, kind: str) -> CycleBifurcation:
         """Return the one of a kind on the branch."""

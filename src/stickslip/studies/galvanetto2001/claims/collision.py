@@ -28,15 +28,13 @@ CLOSE_TO_ONE: Final = 0.1  # what a multiplier close to one differs by at most
 
 @dataclass(frozen=True)
 class Facts:
-    """Both sides of the collision and the ends of the range of V.
-
-    ``fixed_points`` holds (n, 2) arrays of fixed points and multipliers at these ends.
-    """
+    """Both sides of the collision and the ends of the range of V."""
 
     before: Side
     after: Side
     start: Side
     end: Side
+    # at these ends, with multipliers: (n, 2) arrays
     fixed_points: tuple[NDArray[np.float64], NDArray[np.float64]]
     numbers: dict[str, Value]
 

@@ -18,19 +18,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Moment:
-    """The map of the window at one alpha.
-
-    ``twice`` are its orbits of period 2; ``a``, ``b`` those born at the cusp, None where they do
-    not exist: b has a negative multiplier. ``images`` are f(c) .. f^4(c), c the cusp.
-    """
+    """The map of the window at one alpha."""
 
     alpha: float
     cusp: float
-    images: NDArray[np.float64]
+    images: NDArray[np.float64]  # f(c) .. f^4(c), c the cusp
     p1: PeriodicOrbit
-    twice: tuple[PeriodicOrbit, ...]
-    a: PeriodicOrbit | None
-    b: PeriodicOrbit | None
+    twice: tuple[PeriodicOrbit, ...]  # orbits of period 2
+    a: PeriodicOrbit | None  # born at the cusp, as b, or None
+    b: PeriodicOrbit | None  # of negative multiplier
 
     @property
     def bands(self) -> NDArray[np.float64]:
@@ -40,17 +36,7 @@ class Moment:
 
 
 def moment(alpha: float) -> Moment:
-    """List the orbits of the window up to period 2 and follow the cusp.
-
-    Parameters
-    ----------
-    alpha : float
-        Below the crisis, so that P1 is the only fixed point right of the cusp.
-
-    Returns
-    -------
-    Moment
-    """
+    """List the orbits of the window up to period 2 and follow the cusp; alpha below the crisis."""
     f = in_window(alpha)
     cusp = cusp_of(f).d
     found = periodic_orbits(f, 2)

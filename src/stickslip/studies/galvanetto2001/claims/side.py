@@ -25,20 +25,16 @@ BESIDE: Final = 1e-8  # of V: just below and just above the collision
 
 @dataclass(frozen=True)
 class Side:
-    """The map at one driving velocity near the collision.
-
-    ``gap`` is f^4(c-) - c at the jump c; ``slopes`` those of f^4 left and right of it. ``s4`` and
-    ``u4`` start with the point at the jump and are empty where the orbit does not exist;
-    ``multiplier`` is that of S4 (NaN without it), ``fixed_points`` the number of fixed points.
-    """
+    """The map at one driving velocity near the collision."""
 
     V: float
     jump: float
-    gap: float
-    slopes: tuple[float, float]
+    gap: float  # f^4(c-) - c at the jump c
+    slopes: tuple[float, float]  # of f^4 left and right of the jump
+    # starts with the point at the jump, as u4; empty where the orbit does not exist
     s4: NDArray[np.float64]
     u4: NDArray[np.float64]
-    multiplier: float
+    multiplier: float  # of S4, NaN without it
     basins: Basins
 
     @property
@@ -57,17 +53,7 @@ class Side:
 
 @lru_cache(maxsize=8)  # the claims about the collision and about what follows share two
 def side(V: float) -> Side:
-    """List orbits around the jump that S4 meets, and find the basins.
-
-    Parameters
-    ----------
-    V : float
-        In the range of figure 4.
-
-    Returns
-    -------
-    Side
-    """
+    """List orbits around the jump that S4 meets, and find the basins."""
     f = event_map(examples.coulomb(V=V))
     jump = jump_of_s4(f)
     f4 = f.power(4)

@@ -1,4 +1,4 @@
-"""``stickslip simulate``: one trajectory in time."""
+"""Commands about motions in time: ``stickslip simulate`` and ``cycles``."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
-from stickslip.cli.options import Flag, Whole, check_equally_spaced
+from stickslip.cli.options import Flag, TableOptions, Whole, check_equally_spaced
 from stickslip.cli.progress import note
-from stickslip.cli.table import TableOptions
 
 if TYPE_CHECKING:
+    from stickslip.mechanics.cycle.limit_cycles import CycleList
     from stickslip.mechanics.flow.trajectory import Trajectory
 
-EXAMPLES = """\
+
+SIMULATE_EXAMPLES = """\
 stickslip simulate --preset law9 -d 0.3812 --t-end 200 --out run.csv
 stickslip simulate --preset coulomb -d 0.1 --t-end 50 --events
 stickslip simulate --preset coulomb --x 0.5 --x 0.6 --v 0 --v 0.0366 \\
@@ -22,7 +23,7 @@ stickslip simulate --preset coulomb --x 0.5 --x 0.6 --v 0 --v 0.0366 \\
 """
 
 
-def command(
+def simulate(
     *,
     table: TableOptions = TableOptions(),
     d: Annotated[
@@ -109,3 +110,55 @@ def _events(motion: Trajectory) -> dict[str, Any]:
         name: [getattr(event, name) for event in motion.events]
         for name in ("time", "block", "kind")
     }
+
+
+CYCLES_EXAMPLES = """\
+stickslip cycles --preset law9
+stickslip cycles --preset coulomb --V 0.5 --starts 100 --seed 1 --json
+stickslip cycles --model mine.toml --out cycles.csv
+"""
+
+
+def cycles(
+    *,
+    table: TableOptions = TableOptions(),
+    starts: Whole = 50,
+    max_period: Whole = 1,
+    seed: Whole = 0,
+) -> int:
+    """List limit cycles in continuous time, with global stick phases or without.
+
+    One row for each cycle, those that most starts led to first. Columns: cycle, period, size of
+    the largest multiplier, stable, events in one period, global_sticks, hits (0: known from
+    the event map alone). What else the starts led to, and the estimated share of starts to
+    cycles that were not found, is said on stderr.
+
+    Parameters
+    ----------
+    starts
+        States that motions start from.
+    max_period
+        Orbits of the event map up to this period are looked up as well.
+    seed
+        Of the random states.
+    """
+    import stickslip as ss
+
+    settings = table.engine.settings()
+    if settings.pop("engine") != "auto":
+        raise UsageError("--engine: cycles are followed by one engine; leave the option out")
+    model = table.model()
+    answer: list[CycleList] = []
+
+    def compute() -> dict[str, Any]:
+        found = ss.limit_cycles(model, n_starts=starts, max_period=max_period, rng=seed, **settings)
+        answer.append(found)
+        return {"cycle": list(range(1, len(found) + 1)), **found.table()}
+
+    asked = {"starts": starts, "max_period": max_period, "seed": seed}
+    table.deliver("cycles", model, asked, compute, lambda ax: answer[0].plot(ax))
+    (found,) = answer
+    told = f"{found.n_sliding} starts slide for ever, {found.n_undecided} undecided; "
+    told += f"estimated share of starts to cycles not found: {found.unseen:.2g}"
+    note(told, quiet=table.quiet)
+    return DONE
