@@ -16,8 +16,8 @@ from stickslip.app.requests import REQUESTS, request_of
 from stickslip.app.views import VIEWS
 from stickslip.app.watched import watched_map
 from stickslip.mechanics.model import locus
+from stickslip.mechanics.model.values import model_of_values
 from stickslip.plot.motion import stick_interval
-from stickslip.study.model_values import model_of_values
 
 MODEL = ss.examples.coulomb()
 MIXED = {**COULOMB, "friction": [{"law": "coulomb", "mu": 0.2}, {"law": "coulomb", "mu": 0.3}]}

@@ -79,7 +79,7 @@ TYPES: Final[dict[str, str]] = {
     "CycleBifurcation": "mechanics.cycle.branch",
     "CycleBranch": "mechanics.cycle.branch",
     "CycleEnd": "mechanics.cycle.branch",
-    "CycleList": "study.limit_cycles",
+    "CycleList": "mechanics.cycle.limit_cycles",
     "Collision": "analysis.bifurcations.conditions.conditions",
     "Connection": "analysis.bifurcations.conditions.conditions",
     "Crossing": "analysis.bifurcations.conditions.conditions",
@@ -87,7 +87,7 @@ TYPES: Final[dict[str, str]] = {
     "Event": "mechanics.flow.trajectory",
     "Flip": "analysis.bifurcations.conditions.conditions",
     "Fold": "analysis.bifurcations.conditions.conditions",
-    "Gap": "study.return_region",
+    "Gap": "mechanics.cycle.return_region",
     "JumpCrossing": "analysis.orbits.orbit",
     "LocalAttractor": "analysis.bifurcations.outcome",
     "LyapunovExponent": "analysis.attractors.lyapunov",
@@ -105,7 +105,7 @@ TYPES: Final[dict[str, str]] = {
     "PeriodicOrbit": "analysis.orbits.orbit",
     "PeriodicOrbitND": "analysis.orbits.orbits_nd",
     "Reading": "analysis.bifurcations.conditions.conditions",
-    "ReturnRegion": "study.return_region",
+    "ReturnRegion": "mechanics.cycle.return_region",
     "StrandEnd": "analysis.diagrams.assemble",
     "TrappingBall": "mechanics.cycle.trapping",
     "TurningPoint": "analysis.branches.along.borders",
@@ -477,7 +477,7 @@ def _class(kind: str) -> type:
 def _hints(kind: str) -> dict[str, Any]:
     """Return what the fields of a class may hold, by its annotations."""
     # Modules import much of what these name for the type checker only.
-    models = importlib.import_module("stickslip.study.model_values")
+    models = importlib.import_module("stickslip.mechanics.model.values")
     conditions = importlib.import_module("stickslip.analysis.bifurcations.conditions.conditions")
     borders = importlib.import_module("stickslip.analysis.branches.along.borders")
     breakpoints = importlib.import_module("stickslip.analysis.branches.breakpoints")

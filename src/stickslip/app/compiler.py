@@ -23,11 +23,11 @@ from stickslip.app.requests import model_of
 from stickslip.app.views import VIEWS
 from stickslip.mechanics.friction import FrictionLaw, TabulatedFriction
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.mechanics.model.values import model_values
 from stickslip.numerics.targets import cache_root
-from stickslip.study.model_values import model_values
 
 if TYPE_CHECKING:
-    from stickslip.study.model_values import Model
+    from stickslip.mechanics.model.values import Model
 
 LOG: Final = logging.getLogger(__name__)
 

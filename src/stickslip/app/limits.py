@@ -15,7 +15,7 @@ from stickslip.app.presets import CHAIN, OSCILLATOR
 from stickslip.app.ranges import SLIDERS
 from stickslip.mechanics.friction import LAWS
 from stickslip.mechanics.friction.ranges import Choice
-from stickslip.study.model_values import model_values
+from stickslip.mechanics.model.values import model_values
 from stickslip.vocabulary import TERMS
 
 GREEK: Final = re.compile(r"\\([a-z]+)")

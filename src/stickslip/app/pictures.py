@@ -11,6 +11,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.attractors.basins import basins
+from stickslip.analysis.bifurcations.bifurcations import bifurcations
+from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.analysis.maps.arguments import line_family
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app import requests
 from stickslip.app.jobs import progress_between, undisturbed
 from stickslip.app.requests import BadRequestError, model_of
@@ -27,9 +33,6 @@ from stickslip.plot.motion import phase_portrait
 from stickslip.plot.orbits import draw_orbits
 from stickslip.plot.stick_locus import stick_locus, trajectory_in_plane
 from stickslip.plot.style import new_figure, save, style
-from stickslip.study.bifurcations import as_family, bifurcations
-from stickslip.study.diagram import bifurcation_diagram
-from stickslip.study.maps import attractors, basins, periodic_orbits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -161,7 +164,7 @@ def _basins(request: requests.Basins) -> Draw:
 
 
 def _diagram(request: requests.Diagram) -> Draw:
-    f = as_family(map_of(request))
+    f = line_family(map_of(request))
     asked: dict[str, Any] = {"max_period": request.max_period, "window": request.window}
     values = np.linspace(*range_of(f, request), request.values)
     with naming("window"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 from stickslip import examples
-from stickslip.study.model_values import model_values
+from stickslip.mechanics.model.values import model_values
 
 COULOMB_RANGE: Final = (0.0366, 0.0372)  # of V, figure 4
 LAW9_RANGE: Final = (1.208, 1.21865)  # of alpha, figure 11

@@ -12,11 +12,11 @@ from msgspec import Meta, Raw, Struct
 
 from stickslip.app.ranges import refuse_far
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.study.model_values import model_of_values
+from stickslip.mechanics.model.values import model_of_values
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
-    from stickslip.study.model_values import Model
+    from stickslip.mechanics.model.values import Model
 
 MOST_BLOCKS: Final = 20
 MOST_KNOTS: Final = 200  # of a tabulated law

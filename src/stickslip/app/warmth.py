@@ -12,7 +12,7 @@ from stickslip import examples
 from stickslip.app import requests
 from stickslip.app.presets import presets
 from stickslip.app.views import VIEWS
-from stickslip.study.model_values import model_values
+from stickslip.mechanics.model.values import model_values
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

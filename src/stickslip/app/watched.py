@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.app.jobs import checkpoint
+from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.eventmap.records import Outputs
-from stickslip.study.event_map import EventMap
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

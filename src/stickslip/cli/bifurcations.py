@@ -28,8 +28,8 @@ from stickslip.files import columns_of, write_csv, write_text
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.bifurcation import BifurcationList
     from stickslip.analysis.maps.protocol import MapFamily
-    from stickslip.study.event_map import EventMap
-    from stickslip.study.report import Report
+    from stickslip.cli.report import Report
+    from stickslip.mechanics.eventmap.event_map import EventMap
 
 EXAMPLES = """\
 stickslip bifurcations --preset coulomb --parameter V --range 0.0366 0.0372
@@ -80,7 +80,7 @@ def command(
     csv
         Print the table alone, as CSV.
     """
-    from stickslip.study.bifurcations import bifurcations
+    from stickslip.analysis.bifurcations.bifurcations import bifurcations
 
     if csv and output.json:
         raise UsageError("give either --csv or --json")
@@ -116,7 +116,7 @@ def command(
 
 
 def _report(f: EventMap, found: BifurcationList) -> Report:
-    from stickslip.study.report import Report
+    from stickslip.cli.report import Report
 
     laws = dict.fromkeys(law.title for law in f.model.laws)
     title = f"Bifurcations of two blocks with friction {' and '.join(laws)}"
@@ -130,7 +130,7 @@ def _result(report: Report) -> dict[str, Any]:
 
 def _write(files: dict[str, Path], report: Report, f: EventMap) -> None:
     """Write everything but the pictures."""
-    from stickslip.study.model_file import write_model
+    from stickslip.mechanics.model.file import write_model
 
     write_text(files["report.md"], report.as_markdown())
     write_text(files["report.json"], report.as_json())
@@ -145,7 +145,7 @@ def _draw(
     """Draw the diagram of the same range, the bifurcations marked in it."""
     import numpy as np
 
-    from stickslip.study.diagram import bifurcation_diagram
+    from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 
     with shares("diagram", quiet=quiet) as show:
         diagram = bifurcation_diagram(

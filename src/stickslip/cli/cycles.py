@@ -10,7 +10,7 @@ from stickslip.cli.progress import note
 from stickslip.cli.table import TableOptions
 
 if TYPE_CHECKING:
-    from stickslip.study.limit_cycles import CycleList
+    from stickslip.mechanics.cycle.limit_cycles import CycleList
 
 EXAMPLES = """\
 stickslip cycles --preset law9

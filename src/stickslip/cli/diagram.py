@@ -68,7 +68,7 @@ def command(
     """
     import numpy as np
 
-    from stickslip.study.diagram import bifurcation_diagram
+    from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 
     check_equally_spaced("--values", values)
     if out is not None:

@@ -14,7 +14,7 @@ from stickslip.cli.failure import UsageError
 
 if TYPE_CHECKING:
     from stickslip.mechanics.model.two_block import TwoBlock
-    from stickslip.study.model_values import Model
+    from stickslip.mechanics.model.values import Model
 
 MODEL = Group.create_ordered("Model")
 SWEEP = Group.create_ordered("Parameter and range")
@@ -97,7 +97,7 @@ class ModelOptions:
         if self.path is not None and self.preset is not None:
             raise UsageError("give either --model or --preset")
         if self.path is not None:
-            from stickslip.study.model_file import read_model
+            from stickslip.mechanics.model.file import read_model
 
             return read_model(self.path)
         if self.preset is not None:

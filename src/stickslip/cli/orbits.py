@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from stickslip.analysis.orbits.orbit import OrbitList
-    from stickslip.study.event_map import EventMap
+    from stickslip.mechanics.eventmap.event_map import EventMap
 
 EXAMPLES = """\
 stickslip orbits --preset coulomb --max-period 4

@@ -22,8 +22,8 @@ from stickslip.files import checked_suffix, write_table
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from stickslip.study.event_map import EventMap
-    from stickslip.study.model_values import Model
+    from stickslip.mechanics.eventmap.event_map import EventMap
+    from stickslip.mechanics.model.values import Model
 
 
 @Parameter(name="*")

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
-from stickslip.study.digits import digits
+from stickslip.studies.digits import digits
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

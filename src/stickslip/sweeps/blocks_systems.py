@@ -69,10 +69,10 @@ class MotionSystem(System):
         d0: Floats | None,
         seed: int,
         index: NDArray[np.uint64],
-        n_seeds: int,
+        n_starts: int,
     ) -> Floats:
         """Return NaN: there are no points of a map to start from."""
-        return np.full((len(index), n_seeds), np.nan)
+        return np.full((len(index), n_starts), np.nan)
 
 
 class BlocksSystem(MotionSystem):
@@ -100,15 +100,15 @@ class BlocksSystem(MotionSystem):
         d0: Floats | None,
         seed: int,
         index: NDArray[np.uint64],
-        n_seeds: int,
+        n_starts: int,
     ) -> Floats:
         """Draw global stick phases, needed forces even between their limits; NaN for none."""
-        shares = spread_shares(seed, index, n_seeds, self.model.n_blocks)
+        shares = spread_shares(seed, index, n_starts, self.model.n_blocks)
         starts = np.empty((*shares.shape[:2], self.model.n_blocks - 1))
         for point, values in enumerate(rows(columns, len(index))):
             model = self.model_at(values)
             starts[point] = np.diff(model.structure.sticking(shares[point]), axis=-1)
-            if n_seeds == 1 and d0 is not None:
+            if n_starts == 1 and d0 is not None:
                 starts[point] = d0[point]
             starts[point, ~model.contains(starts[point])] = np.nan
         return starts

@@ -26,7 +26,7 @@ class CoexistingAttractors(Observable):
 
     Parameters
     ----------
-    n_seeds : int
+    n_starts : int
         Starting points, one at random in each of as many equal cells of the domain.
     transient, n, max_period : int
         As in `Attractor`.
@@ -41,7 +41,7 @@ class CoexistingAttractors(Observable):
 
     name: ClassVar[str] = "coexisting_attractors"
     needs: ClassVar[tuple[str, ...]] = ("orbits", "line")
-    n_seeds: int = whole(16)
+    n_starts: int = whole(16)
     transient: int = whole(1000, least=0, most=MOST_STEPS)
     n: int = whole(1000, least=2)
     max_period: int = whole(64)
@@ -56,7 +56,7 @@ class CoexistingAttractors(Observable):
 
     @property
     def _run(self) -> Run:
-        return Run(self.n_seeds, self.transient, self.n, self.max_period)
+        return Run(self.n_starts, self.transient, self.n, self.max_period)
 
     def runs(self) -> dict[Run, int]:
         """Return the orbits that it asks for."""
@@ -65,7 +65,7 @@ class CoexistingAttractors(Observable):
     def compute(self, points: Points) -> Columns:
         """Return their values."""
         found = points.orbits(self._run)
-        by_point = (points.size, self.n_seeds)
+        by_point = (points.size, self.n_starts)
         kind = found.verdicts.kind.reshape(by_point)
         period = found.verdicts.period.reshape(by_point)
         cells = found.verdicts.cells.reshape(*by_point, -1)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from stickslip.analysis.maps.protocol import mix_labels
-from stickslip.study.limit_cycles import limit_cycles
+from stickslip.mechanics.cycle.limit_cycles import limit_cycles
 from stickslip.sweeps.observable import Columns, Observable, Output, whole
 
 if TYPE_CHECKING:
-    from stickslip.study.limit_cycles import CycleList
+    from stickslip.mechanics.cycle.limit_cycles import CycleList
     from stickslip.sweeps.points import Points
 
 

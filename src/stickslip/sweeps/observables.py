@@ -197,7 +197,7 @@ class NeverReturns(Observable):
 
     Parameters
     ----------
-    n_seeds : int
+    n_starts : int
         Starting points, one at random in each of as many equal cells of the domain.
     n : int
         Returns after which a motion counts as one that returns.
@@ -205,7 +205,7 @@ class NeverReturns(Observable):
 
     name: ClassVar[str] = "never_returns"
     needs: ClassVar[tuple[str, ...]] = ("orbits", "events")
-    n_seeds: int = whole(64)
+    n_starts: int = whole(64)
     n: int = whole(100, least=2)
 
     def outputs(self) -> tuple[Output, ...]:
@@ -217,7 +217,7 @@ class NeverReturns(Observable):
 
     @property
     def _run(self) -> Run:
-        return Run(self.n_seeds, 0, self.n, 1)
+        return Run(self.n_starts, 0, self.n, 1)
 
     def runs(self) -> dict[Run, int]:
         """Return the orbits that it asks for."""
@@ -226,7 +226,7 @@ class NeverReturns(Observable):
     def compute(self, points: Points) -> Columns:
         """Return their values."""
         found = points.orbits(self._run)
-        status = found.followed.status.reshape(points.size, self.n_seeds)
+        status = found.followed.status.reshape(points.size, self.n_starts)
         never = np.isin(status, (NEVER_SLIPPING, NEVER_CYCLE))
         return {
             "never_share": never.mean(axis=1),

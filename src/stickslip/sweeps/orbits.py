@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 class Run(NamedTuple):
     """How orbits are followed; equal runs of several observables are done once.
 
-    ``n_seeds``: orbits for each grid point; ``transient``, ``n``: maps before and in the stretch
+    ``n_starts``: orbits for each grid point; ``transient``, ``n``: maps before and in the stretch
     that is looked at; ``max_period``: longest period recognised.
     """
 
-    n_seeds: int
+    n_starts: int
     transient: int
     n: int
     max_period: int

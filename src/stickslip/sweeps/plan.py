@@ -9,10 +9,10 @@ import msgspec
 
 from stickslip.checks import one_of, shown
 from stickslip.files import checked_path
-from stickslip.study.event_map import event_map
-from stickslip.study.law_values import within
-from stickslip.study.model_file import read_model, read_toml
-from stickslip.study.model_values import model_of_values
+from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.friction.values import within
+from stickslip.mechanics.model.file import read_model, read_toml
+from stickslip.mechanics.model.values import model_of_values
 from stickslip.sweeps.axis import axis
 from stickslip.sweeps.errors import StoreRefused
 from stickslip.sweeps.identity import import_function

@@ -68,16 +68,16 @@ class Points:
         """Number of grid points."""
         return len(self.index)
 
-    def starts(self, n_seeds: int) -> Floats:
-        """Return starting points (size, n_seeds, ...): `System.starts`."""
-        return self.system.starts(self.columns, self.d0, self.seed, self.index, n_seeds)
+    def starts(self, n_starts: int) -> Floats:
+        """Return starting points (size, n_starts, ...): `System.starts`."""
+        return self.system.starts(self.columns, self.d0, self.seed, self.index, n_starts)
 
     def orbits(self, run: Run) -> Orbits:
         """Follow orbits, or return those of an equal run that are known already."""
         if run not in self._known:
-            starts = self.starts(run.n_seeds)
+            starts = self.starts(run.n_starts)
             found = Orbits(*self.system.follow(self.columns, starts, run, self.tails[run]))
-            outside = np.isnan(starts).reshape(self.size * run.n_seeds, -1).any(axis=1)
+            outside = np.isnan(starts).reshape(self.size * run.n_starts, -1).any(axis=1)
             found.followed.status[outside] = OUTSIDE
             self._known[run] = found
         return self._known[run]

@@ -78,18 +78,18 @@ class System:
         d0: Floats | None,
         seed: int,
         index: NDArray[np.uint64],
-        n_seeds: int,
+        n_starts: int,
     ) -> Floats:
-        """Return starting points (grid points, n_seeds, ...), NaN where the map has none there.
+        """Return starting points (grid points, n_starts, ...), NaN where the map has none there.
 
         A single one is ``d0``, where that is given; the others are drawn from `seed` and the
         places ``index`` of the points in the grid. This is for maps of the line.
         """
         low, high = self.domains(columns, len(index))
-        if n_seeds == 1 and d0 is not None:
+        if n_starts == 1 and d0 is not None:
             starts = d0[:, None]
         else:
-            starts = spread_starts(seed, index, n_seeds, low, high)
+            starts = spread_starts(seed, index, n_starts, low, high)
         admitted = np.full(starts.shape, np.nan)
         for i, ends in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
             clipped, inside = clip_to_domain(ends, starts[i])

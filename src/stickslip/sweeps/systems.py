@@ -14,14 +14,15 @@ from stickslip.checks import shown
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
 from stickslip.mechanics.eventmap.cuda_carrier import check_damping, check_traced
+from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.eventmap.follow import follow
 from stickslip.mechanics.eventmap.follow_records import ModelTable, new_followed
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.flow.engine import engine_for
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.long_run import new_long_run
-from stickslip.study.event_map import EventMap, event_map
 from stickslip.sweeps.blocks_systems import BlocksSystem, MotionSystem
 from stickslip.sweeps.identity import function_identity, law_identity
 from stickslip.sweeps.orbits import Run, follow_map, joined

@@ -9,8 +9,10 @@ import numpy as np
 
 from stickslip.analysis.maps.protocol import (
     Map1D,
+    Mechanism,
     PointValues,
     checked_points,
+    explanation,
     iterate,
     mix_labels,
     sample,
@@ -166,6 +168,17 @@ class PowerMap(EvaluatedMap):
                 break
             point = float(step.value)
         return " | ".join(texts)
+
+    def explain_break(self, left: float, right: float) -> Mechanism:
+        """Return why f^p breaks between two points, and at which iterate."""
+        for k in range(self.exponent):
+            values = sample(self.base, [left, right])
+            if values.label[0] != values.label[1] or (values.status != OK).any():
+                text, block = explanation(self.base, left, right)
+                place = f" (iterate {k + 1})" if text and self.exponent > 1 else ""
+                return Mechanism(text + place, block)
+            left, right = values.value.tolist()
+        return explanation(self.base, left, right)
 
     def iterate(self, x: ArrayLike, n: int) -> Floats:
         """Apply f^p ``n`` times; shape ``x.shape + (n + 1,)``."""

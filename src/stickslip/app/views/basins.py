@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.attractors.basins import basins as divided
 from stickslip.app.answers import Part
 from stickslip.app.views.common import map_of
-from stickslip.study.maps import attractors
-from stickslip.study.maps import basins as divided
 
 if TYPE_CHECKING:
     from stickslip.analysis.attractors.attractor import Attractor

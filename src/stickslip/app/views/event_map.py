@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import status
+from stickslip.analysis.branches.branches import branches
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.window import windowed
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app.answers import Part
 from stickslip.app.views.common import map_of, naming
 from stickslip.app.views.followed import Known
-from stickslip.study.maps import branches, periodic_orbits
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

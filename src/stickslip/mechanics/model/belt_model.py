@@ -18,6 +18,8 @@ from stickslip.vocabulary import did_you_mean
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
+
     Floats = NDArray[np.float64]
 
 Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, ...]
@@ -58,6 +60,12 @@ class BeltModel(ABC):
     @abstractmethod
     def _rebuilt(self, numbers: Mapping[str, float], **changes: Any) -> Self:
         """Model with these numbers, checked, and some fields changed."""
+
+    def as_map(self) -> BlocksEventMap:
+        """Return the event map with its default settings."""
+        from stickslip.mechanics.eventmap.of_model import event_map  # not for the model alone
+
+        return event_map(self)
 
     # --- parameters --------------------------------------------------------------------------
 

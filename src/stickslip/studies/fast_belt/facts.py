@@ -6,10 +6,10 @@ from functools import cache
 from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
-from stickslip.study.return_region import return_region
+from stickslip.mechanics.cycle.return_region import return_region
 
 if TYPE_CHECKING:
-    from stickslip.study.return_region import ReturnRegion
+    from stickslip.mechanics.cycle.return_region import ReturnRegion
 
 RANGE: Final = (0.0366, 0.5)  # from the paper's own speed on
 VALUES: Final = 41

@@ -11,7 +11,7 @@ from stickslip.studies.fast_belt.facts import RANGE, region
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stickslip.study.return_region import ReturnRegion
+    from stickslip.mechanics.cycle.return_region import ReturnRegion
 
 TITLE: Final = "Where the event map is undefined"
 COLUMNS: Final = "one"

@@ -10,7 +10,7 @@ from stickslip.studies.fast_belt.facts import region
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stickslip.study.return_region import ReturnRegion
+    from stickslip.mechanics.cycle.return_region import ReturnRegion
 
 TITLE: Final = "Cycles that attract from the gaps"
 COLUMNS: Final = "one"

@@ -9,12 +9,12 @@ import numpy as np
 
 from stickslip import examples
 from stickslip.analysis.maps.window import WindowMap
+from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.plot.curve import Curve, trace
 from stickslip.plot.event_map import draw_curve, mark_orbit
 from stickslip.plot.style import panel_letter
 from stickslip.studies.galvanetto2001.orbits import WINDOW, cusp_of
-from stickslip.study.event_map import event_map
-from stickslip.study.maps import periodic_orbits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

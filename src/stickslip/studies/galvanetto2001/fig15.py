@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
+from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.plot.diagram import draw_diagram
 from stickslip.plot.style import PALETTE
-from stickslip.study.diagram import bifurcation_diagram
-from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,7 +71,7 @@ def compute() -> Data:
     model = examples.law9()
     values = np.linspace(*RANGE, VALUES)
     diagram = bifurcation_diagram(
-        model, "alpha", values, max_period=1, window=WINDOW, iterates=48, lists=LISTS
+        model, "alpha", values, max_period=1, window=WINDOW, iterates=48, n_lists=LISTS
     )
     (cusp,) = (line.d for line in diagram.breakpoints if line.kind == "corner")
     maps = [event_map(model).replace(alpha=alpha) for alpha in values]

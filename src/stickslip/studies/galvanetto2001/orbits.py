@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
+from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.branches.branches import breakpoints
 from stickslip.analysis.maps.window import WindowMap
-from stickslip.study.event_map import event_map
-from stickslip.study.maps import attractors, breakpoints, periodic_orbits
+from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.mechanics.eventmap.of_model import event_map
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
-    from stickslip.study.event_map import EventMap
+    from stickslip.mechanics.eventmap.event_map import EventMap
 
 WINDOW: Final = (0.379, 0.390)
 """Range of d in which section 4 studies law (9)."""

@@ -16,6 +16,7 @@ from stickslip import examples
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
 from stickslip.analysis.bifurcations.conditions.locate import solve
 from stickslip.analysis.branches.along.borders import Border
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.studies.galvanetto2001.orbits import (
     coulomb_orbits,
     cusp_of,
@@ -26,7 +27,6 @@ from stickslip.studies.galvanetto2001.orbits import (
     u4,
 )
 from stickslip.studies.values import Value
-from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition
     from stickslip.analysis.bifurcations.conditions.locate import MapAt
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
-    from stickslip.study.event_map import EventMap
+    from stickslip.mechanics.eventmap.event_map import EventMap
 
 EXACT: Final = 1e-14
 ADAPTIVE: Final = 1e-13

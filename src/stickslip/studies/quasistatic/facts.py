@@ -10,10 +10,10 @@ import numpy as np
 
 from stickslip import examples
 from stickslip.analysis.branches.branches import breakpoints
+from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.eventmap.quasistatic_map import quasistatic_map
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.study.event_map import event_map
-from stickslip.study.quasistatic import quasistatic_map
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

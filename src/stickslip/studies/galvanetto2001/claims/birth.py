@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.attractors.attractors import attractors
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.claims.moment import Moment, moment
 from stickslip.studies.galvanetto2001.orbits import cusp_of, in_window
 from stickslip.studies.values import Value
-from stickslip.study.maps import attractors
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -69,7 +69,7 @@ def facts() -> Facts:
 
 def _from_cusp(alpha: float) -> tuple[Attractor, ...]:
     f = in_window(alpha)
-    return tuple(attractors(f, seeds=[cusp_of(f).d]))
+    return tuple(attractors(f, starts=[cusp_of(f).d]))
 
 
 def _cusps_off(alpha: float) -> tuple[float, float]:

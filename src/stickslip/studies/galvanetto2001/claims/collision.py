@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.claims.side import BESIDE, COLLISION, Side, side
-from stickslip.study.maps import periodic_orbits
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -9,12 +9,12 @@ import numpy as np
 
 from stickslip import examples
 from stickslip.analysis.attractors.basins import Basins, basins
+from stickslip.analysis.branches.branches import breakpoints
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import coulomb_orbits, from_point_1, jump_of_s4, u4
-from stickslip.study.event_map import event_map
-from stickslip.study.maps import breakpoints
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
+    from stickslip.mechanics.eventmap.event_map import EventMap
     from stickslip.studies.values import Value
-    from stickslip.study.event_map import EventMap
 
 FIGURES: Final = (5, 9, 10)
 
@@ -119,7 +119,7 @@ def _two_attractors(facts: Facts) -> Claim:
         (
             Finding(
                 "attractors of the periods 1 and 4",
-                f"{facts.basins.attractors.n_seeds} starts over the domain reach attractors of "
+                f"{facts.basins.attractors.n_starts} starts over the domain reach attractors of "
                 f"the periods {periods}",
                 {1, 4} <= set(periods),
             ),

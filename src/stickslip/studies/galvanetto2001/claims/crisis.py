@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.bifurcations.conditions.conditions import Flip
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.normal_forms import flip_coefficient, fold_coefficient
+from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import cusp_of, in_window
 from stickslip.studies.values import Value
-from stickslip.study.maps import attractors, breakpoints, periodic_orbits
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -143,7 +145,7 @@ def _cascade(fold: float) -> Iterator[Doubling]:
     last, alpha = fold, AFTER
     for _ in range(FLIPS):
         f = in_window(alpha)
-        orbit = next(a.orbit for a in attractors(f, seeds=[cusp_of(f).d]) if a.orbit is not None)
+        orbit = next(a.orbit for a in attractors(f, starts=[cusp_of(f).d]) if a.orbit is not None)
         # Since the last flip (for S1, the fold) the multiplier has come down from 1 to m.
         m = orbit.multiplier
         guess = last + 2.0 * (alpha - last) / (1.0 - m)

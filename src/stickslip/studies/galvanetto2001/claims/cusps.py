@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
+from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import WINDOW, in_window
-from stickslip.study.event_map import event_map
-from stickslip.study.maps import attractors, breakpoints, periodic_orbits
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples, status
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model import locus
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001.orbits import WINDOW
-from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

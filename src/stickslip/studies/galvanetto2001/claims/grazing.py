@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
+from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.branches.branches import breakpoints
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import Trajectory, simulate
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.claims.side import BESIDE, COLLISION
 from stickslip.studies.galvanetto2001.orbits import jump_of_s4
-from stickslip.study.event_map import event_map
-from stickslip.study.maps import attractors, breakpoints
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

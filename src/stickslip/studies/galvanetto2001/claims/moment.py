@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.studies.galvanetto2001.orbits import cusp_of, in_window
-from stickslip.study.maps import periodic_orbits
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -10,9 +10,9 @@ import numpy as np
 
 from stickslip import examples
 from stickslip.analysis.attractors.basins import Basins, basins
+from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.studies.galvanetto2001.orbits import from_point_1, jump_of_s4
-from stickslip.study.event_map import event_map
-from stickslip.study.maps import periodic_orbits
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

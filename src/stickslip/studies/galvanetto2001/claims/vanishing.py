@@ -12,10 +12,10 @@ from stickslip.analysis.bifurcations.border_collision.skew_tent import (
     attractor_of_skew_tent,
     paired_side,
 )
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import cusp_of, in_window
-from stickslip.study.maps import periodic_orbits
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

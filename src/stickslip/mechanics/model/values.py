@@ -10,14 +10,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 
 from stickslip.checks import shown
-from stickslip.mechanics.model.arguments import checked_model
-from stickslip.mechanics.model.belt_model import BeltModel
-from stickslip.mechanics.model.blocks import Blocks
-from stickslip.mechanics.model.chain import Chain, Oscillator
-from stickslip.mechanics.model.harmonic import Harmonic
-from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.mechanics.model.units import Units
-from stickslip.study.law_values import (
+from stickslip.mechanics.friction.values import (
     friction_of,
     law_values,
     listed,
@@ -25,6 +18,13 @@ from stickslip.study.law_values import (
     refuse_unknown,
     within,
 )
+from stickslip.mechanics.model.arguments import checked_model
+from stickslip.mechanics.model.belt_model import BeltModel
+from stickslip.mechanics.model.blocks import Blocks
+from stickslip.mechanics.model.chain import Chain, Oscillator
+from stickslip.mechanics.model.harmonic import Harmonic
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.mechanics.model.units import Units
 from stickslip.vocabulary import did_you_mean
 
 Model: TypeAlias = TwoBlock | BeltModel

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from stickslip.files import checked_path, checked_suffix, read_text, write_text
-from stickslip.study.law_values import within
-from stickslip.study.model_values import Model, model_of_values, model_values
+from stickslip.mechanics.friction.values import within
+from stickslip.mechanics.model.values import Model, model_of_values, model_values
 
 if TYPE_CHECKING:
     from os import PathLike

@@ -1,20 +1,19 @@
-"""The event map as users meet it: the mechanics' map with what the analysis adds to any map."""
+"""The event map of a model, of two blocks or of many."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Final, overload
 
-from stickslip.analysis.maps.power import LineMap
 from stickslip.analysis.storage import register_map
 from stickslip.checks import one_of, shown
-from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
 from stickslip.mechanics.eventmap.carriers import DEVICES
+from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.flow.engine import ENGINES
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.study.model_values import model_of_values, model_values
+from stickslip.mechanics.model.values import model_of_values, model_values
 
 if TYPE_CHECKING:
     from typing import Any
@@ -22,14 +21,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.flow.engine import EngineName
 
 NOT_KEPT: Final = ("device", "threads")  # of the machine, not of the result
-
-
-class EventMap(LineMap, mechanics.EventMap):
-    """The event map of a model; `event_map` makes it.
-
-    Calling it carries relative displacements from one global stick phase to the next:
-    ``f(d)`` for a float or an array of any shape. Immutable; equal settings compare equal.
-    """
 
 
 @overload
@@ -129,7 +120,7 @@ def event_map(
     )
 
 
-def _values_of(f: mechanics.EventMap | BlocksEventMap) -> dict[str, Any]:
+def _values_of(f: EventMap | BlocksEventMap) -> dict[str, Any]:
     """Describe an event map for files of results, apart from the machine it runs on."""
     settings = {name: value for name, value in f.settings.items() if name not in NOT_KEPT}
     return {"model": model_values(f.model), "settings": settings}

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stickslip as ss
-from stickslip.study.model_file import model_text, read_model, write_model
+from stickslip.mechanics.model.file import model_text, read_model, write_model
 
 COULOMB = """\
 kind = "two_block"
@@ -79,7 +79,7 @@ def test_files_of_other_systems_editors(read):
 
 
 def test_the_documentation_shows_files_that_work(read):
-    page = Path(__file__).parents[2].joinpath("docs", "model-files.md").read_text(encoding="utf-8")
+    page = Path(__file__).parents[3].joinpath("docs", "model-files.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^( *)```toml\n(.*?)^ *```", page, flags=re.MULTILINE | re.DOTALL)
     files = [re.sub(f"^{indent}", "", text, flags=re.MULTILINE) for indent, text in blocks]
     whole, chain, full, one, laws, physical = files

@@ -7,13 +7,16 @@ either side names the mechanism.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip import status
-from stickslip.mechanics.eventmap.event_map import EventMap
-from stickslip.mechanics.flow.trajectory import Event, Trajectory
+from stickslip.analysis.maps.protocol import Mechanism
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.eventmap.event_map import EventMap
+    from stickslip.mechanics.flow.trajectory import Event, Trajectory
 
 # Events of neighbouring motions that are the same one differ by rounding, times how much the
 # motion stretches it.
@@ -25,13 +28,6 @@ TIE = 1e-9
 APART = (0, 4, 64, 1024, 16384)
 # A motion without return is followed for so many events, the other's number aside.
 MAX_EVENTS = 400
-
-
-class Mechanism(NamedTuple):
-    """What happens at a breakpoint, in words, and the block that it concerns, if one does."""
-
-    text: str
-    block: int | None
 
 
 UNKNOWN = Mechanism("the motions on both sides make the same events", None)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.study.bifurcations import _with_mechanisms
+from stickslip.analysis.bifurcations.bifurcations import _with_mechanisms
 
 SHARP = 1e-10  # of located values, as the issue asks
 V_STAR = 0.036975923520307
@@ -75,7 +75,7 @@ def test_a_mechanism_that_fails_costs_no_bifurcation(coulomb, monkeypatch):
     def fault(*_):
         raise IndexError
 
-    monkeypatch.setattr("stickslip.study.bifurcations.explain_border", fault)
+    monkeypatch.setattr("stickslip.analysis.bifurcations.bifurcations.explain_border", fault)
     found = _with_mechanisms(coulomb, ss.event_map(ss.examples.coulomb()))
     assert [item.value for item in found] == [item.value for item in coulomb]
     (left_open,) = found.unresolved
@@ -92,7 +92,7 @@ def test_a_window_and_a_map_give_the_same(coulomb):
 
 @pytest.mark.parametrize("system", [None, 0.1, ss.event_map(ss.examples.coulomb()).power(2)])
 def test_what_has_no_parameters_is_refused(system):
-    with pytest.raises(ValueError, match=r"neither a map nor a model|no parameters to vary"):
+    with pytest.raises(ValueError, match=r"neither a map of the line|no parameters to vary"):
         ss.bifurcations(system, "V", (0.0366, 0.0372))
 
 

@@ -15,9 +15,9 @@ from stickslip.mechanics.cycle.branch import CycleBranch
 from stickslip.mechanics.cycle.continuation import continue_cycle
 from stickslip.mechanics.cycle.search import NoCycleError, find_cycle
 from stickslip.mechanics.cycle.trapping import TrappingBall, trapping_ball
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.model.arguments import checked_parameter, two_blocks
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     import os

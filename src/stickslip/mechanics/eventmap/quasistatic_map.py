@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.analysis.maps.power import LineMap
 from stickslip.analysis.storage import register_map
 from stickslip.checks import finite_number, shown, whole_number
-from stickslip.mechanics.eventmap import event_map as mechanics
+from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.eventmap.quasistatic import QuasistaticCarrier
 from stickslip.mechanics.flow.trajectory import Trajectory
 from stickslip.mechanics.model.arguments import two_blocks
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.study.model_values import model_of_values, model_values
+from stickslip.mechanics.model.values import model_of_values, model_values
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -52,7 +51,7 @@ class QuasistaticSlips:
     wait: Floats
 
 
-class QuasistaticMap(LineMap, mechanics.EventMap):
+class QuasistaticMap(EventMap):
     """The event map of two blocks as V -> 0; `quasistatic_map` makes it.
 
     Everything of an event map but the parameter ``V``; a slip takes no time of the belt's, and

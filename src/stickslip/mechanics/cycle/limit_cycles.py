@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.checks import MOST_KEPT, random_generator, whole_number
 from stickslip.mechanics.cycle.cycle import Cycle, same_cycle
 from stickslip.mechanics.cycle.equilibria import equilibria
@@ -16,7 +17,6 @@ from stickslip.mechanics.cycle.search import NoCycleError, find_cycle
 from stickslip.mechanics.model.arguments import checked_model
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.unseen import unseen_share
-from stickslip.study.maps import periodic_orbits
 
 if TYPE_CHECKING:
     import os

@@ -44,7 +44,7 @@ def document(found: BifurcationList, *, title: str = "", picture: str = "") -> d
         "searched": {
             "max_period": found.max_period,
             "window": found.window,
-            "n_values": found.n_values,
+            "n_lists": found.n_lists,
         },
         "bifurcations": [_as_data(item) for item in found],
         "cascades": [_cascade_data(cascade) for cascade in found.cascades],

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from stickslip.analysis.bifurcations.outcome import disagreement
-from stickslip.study.digits import digits, with_error
-from stickslip.study.report_data import agrees, document
+from stickslip.cli.report_data import agrees, document
+from stickslip.studies.digits import digits, with_error
 
 if TYPE_CHECKING:
     from stickslip.analysis.attractors.attractor import Attractor
@@ -113,8 +113,8 @@ def _searched(found: BifurcationList) -> Iterator[str]:
     if found.window is not None:
         window = "the window ({:.10g}, {:.10g})".format(*found.window)
     yield f"searched: orbits to period {found.max_period} in {window}"
-    if found.n_values:
-        yield f"complete lists of orbits at {found.n_values} values of {found.parameter}"
+    if found.n_lists:
+        yield f"complete lists of orbits at {found.n_lists} values of {found.parameter}"
 
 
 def _name(item: Bifurcation) -> str:

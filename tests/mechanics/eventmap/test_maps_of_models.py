@@ -54,7 +54,7 @@ def test_exponents_and_densities_take_models_too():
 @pytest.mark.parametrize("question", QUESTIONS.values(), ids=QUESTIONS)
 @pytest.mark.parametrize("thing", [0.1, None, "coulomb", lambda d: d])
 def test_neither_map_nor_model_is_refused(question, thing):
-    with pytest.raises(ValueError, match=r"neither a map nor a model.*ss\.event_map\(model\)"):
+    with pytest.raises(ValueError, match=r"neither a map of the line.*ss\.event_map\(model\)"):
         question(thing)
 
 

@@ -17,11 +17,11 @@ from stickslip.analysis.bifurcations.bifurcation import (
     Cascade,
     UnresolvedChange,
 )
+from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.bifurcations.outcome import LocalAttractor, Outcome
-from stickslip.study.bifurcations import bifurcations
-from stickslip.study.digits import digits, with_error
-from stickslip.study.report import Report
-from stickslip.study.report_data import agrees
+from stickslip.cli.report import Report
+from stickslip.cli.report_data import agrees
+from stickslip.studies.digits import digits, with_error
 
 CYCLE, CHAOS = LocalAttractor("periodic", 2), LocalAttractor("chaotic", 1)
 
@@ -93,7 +93,7 @@ class UnresolvedRow(msgspec.Struct, forbid_unknown_fields=True):
 class Searched(msgspec.Struct, forbid_unknown_fields=True):
     max_period: int
     window: tuple[float, float] | None
-    n_values: int
+    n_lists: int
 
 
 class Document(msgspec.Struct, forbid_unknown_fields=True):
@@ -153,7 +153,7 @@ def collision(**changes):
 
 def listed(*items, **changes):
     found = BifurcationList(
-        items, "V", (0.0, 1.0), {"alpha": 1.2, "V": 0.5}, 4, (0.1, 0.9), n_values=24
+        items, "V", (0.0, 1.0), {"alpha": 1.2, "V": 0.5}, 4, (0.1, 0.9), n_lists=24
     )
     return dataclasses.replace(found, **changes)
 
