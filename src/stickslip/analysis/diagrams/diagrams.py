@@ -232,10 +232,7 @@ def _missing(
 def _critical_points(
     values: Floats, breaks: Sequence[BreakLine], anchors: Sequence[Node]
 ) -> list[Floats]:
-    """Gather breaks and turning points of the map at each value.
-
-    Turning points are interpolated: the map's value there is wrong by the square of that error.
-    """
+    """Gather breaks and, interpolated between anchors, turning points at each value."""
     lines = [line.d for line in breaks]
     for left, right in pairwise(anchors):
         one, other = left.table.turning_points, right.table.turning_points

@@ -212,10 +212,7 @@ class _Search:
         return brackets, found
 
     def _guess(self, brackets: Brackets) -> Floats:
-        """Start in the middle of bracket and image and go back once around the orbit.
-
-        That divides the error by the multiplier before Newton's method has begun.
-        """
+        """Go once back around the orbit: that divides the middle's error by the multiplier."""
         word = brackets.word
         bottom = np.minimum(brackets.left, brackets.right)
         top = np.maximum(brackets.left, brackets.right)
