@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     Floats: TypeAlias = NDArray[np.float64]
     Columns: TypeAlias = Mapping[str, Floats]
 
-
 BITS = 53  # of a random number
 
 
