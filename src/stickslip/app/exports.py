@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from stickslip.app.answers import Part
     from stickslip.app.session import Workers
 
-
 KNOWN: Final = requests.REQUESTS | requests.PICTURES
 TYPES: Final = {
     "svg": "image/svg+xml",

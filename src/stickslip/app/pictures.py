@@ -100,10 +100,6 @@ def _cobweb(request: requests.Cobweb) -> Draw:
     return lambda ax: draw_cobweb(f, request.d, ax, steps=request.n)
 
 
-def _motion(request: requests.Motion) -> Draw:
-    return simulated(request).plot
-
-
 def _portrait(request: requests.Portrait) -> Draw:
     motion = simulated(request)
     if request.block > motion.model.n_blocks:
@@ -120,10 +116,6 @@ def _plane(request: requests.Plane) -> Draw:
 def _mechanism(request: requests.Mechanism) -> Draw:
     motion = simulated(request)
     return lambda ax: mechanism(motion.model, ax, x=motion.x(0.0))
-
-
-def _cycle(request: requests.Cycle) -> Draw:
-    return found_cycle(request).plot
 
 
 def _locus(request: requests.Locus) -> Draw:
@@ -156,11 +148,11 @@ def _diagram(request: requests.Diagram) -> Draw:
 DRAWN: Final[dict[type[requests.Request], Callable[[Any], Draw]]] = {
     requests.EventMap: _event_map,
     requests.Cobweb: _cobweb,
-    requests.Motion: _motion,
+    requests.Motion: lambda r: simulated(r).plot,
     requests.Portrait: _portrait,
     requests.Plane: _plane,
     requests.Mechanism: _mechanism,
-    requests.Cycle: _cycle,
+    requests.Cycle: lambda r: found_cycle(r).plot,
     requests.Locus: _locus,
     requests.Law: _law,
     requests.Basins: _basins,

@@ -18,7 +18,6 @@ from stickslip.vocabulary import did_you_mean
 if TYPE_CHECKING:
     from stickslip.mechanics.model.values import Model
 
-
 FAR: Final = 10.0  # times beyond a slider's end: what is stiffer takes the server minutes
 BLOCK: Final = re.compile(r"(_\d+)+$")
 MOST_BLOCKS: Final = 20

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbit import OrbitList
     from stickslip.mechanics.eventmap.event_map import EventMap
 
-
 MAP_EXAMPLES = """\
 stickslip map --preset coulomb -d -0.2 -d 0.1 --itinerary
 stickslip map --alpha 1.2 --beta 1.3 --V 0.0366 \\

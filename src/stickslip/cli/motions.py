@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.cycle.limit_cycles import CycleList
     from stickslip.mechanics.flow.trajectory import Trajectory
 
-
 SIMULATE_EXAMPLES = """\
 stickslip simulate --preset law9 -d 0.3812 --t-end 200 --out run.csv
 stickslip simulate --preset coulomb -d 0.1 --t-end 50 --events

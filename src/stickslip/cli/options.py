@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.model.two_block import TwoBlock
     from stickslip.mechanics.model.values import Model
 
-
 MODEL = Group.create_ordered("Model")
 SWEEP = Group.create_ordered("Parameter and range")
 ENGINE = Group.create_ordered("Engine")

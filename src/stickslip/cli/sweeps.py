@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from stickslip.sweeps.plan import Plan
 
-
 SWEEP_EXAMPLES = """\
 stickslip sweep plan.toml
 stickslip sweep plan.toml --status

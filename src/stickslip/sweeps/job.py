@@ -74,7 +74,7 @@ class Points:
 
     def starts(self, n_starts: int) -> Floats:
         """Return starting points (size, n_starts, ...): `System.starts`."""
-        return self.system.starts(self.columns, self.d0, self.seed, self.index, n_starts)
+        return self.system.starts(self, n_starts)
 
     def orbits(self, run: Run) -> Orbits:
         """Follow orbits, or return those of an equal run that are known already."""

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.cycle.limit_cycles import CycleList
     from stickslip.sweeps.job import Points
 
-
 SAME_POINT: Final = 1e-6  # of the domain: cycles whose rightmost points are this close are one
 
 

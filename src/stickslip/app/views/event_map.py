@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Arrays = dict[str, NDArray[Any]]
 
-
 FIRST_EVENTS: Final = 64  # changes of mode after which the first, quick picture gives up
 KNOWN: Final = Known()
 FEWEST: Final = 24  # points of a branch, however narrow

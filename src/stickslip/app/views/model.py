@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.eventmap.carrier import Carrier
     from stickslip.mechanics.eventmap.records import Controls
 
-
 SLOW: Final = 0.05  # seconds between two checks: from then on fewer motions are followed at once
 QUICK: Final = 0.01  # ... more of them
 FIRST: Final = 16  # motions before the second check
