@@ -18,11 +18,12 @@ from stickslip.analysis.continuation.continuation import continue_orbit
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.analysis.storage import TYPES, VERSION, _hints, load, save
+from stickslip.mechanics.eventmap.event_map import EventMap
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.friction import Coulomb, PoppStelter, Stribeck, friction_law
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.units import Units
 from stickslip.study import storage as study
-from stickslip.study.event_map import EventMap, event_map
 
 
 def same(a, b):

@@ -14,10 +14,10 @@ import pytest
 
 import stickslip as ss
 from stickslip.analysis.bifurcations.bifurcation import BifurcationList
+from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.cli import main
-from stickslip.cli.bifurcations import FILES, PICTURES
-from stickslip.study.bifurcations import bifurcations
-from stickslip.study.model_file import read_model, write_model
+from stickslip.cli.parameters import FILES, PICTURES
+from stickslip.mechanics.model.file import read_model, write_model
 from stickslip.study.storage import load
 
 RANGE = (0.03697, 0.03698)

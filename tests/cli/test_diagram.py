@@ -13,10 +13,10 @@ import stickslip as ss
 from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
 from stickslip.analysis.diagrams.assemble import OrbitCurveEnd
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
+from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 from stickslip.cli import main
-from stickslip.cli.diagram import _rows
-from stickslip.study.diagram import bifurcation_diagram
-from stickslip.study.model_file import write_model
+from stickslip.cli.parameters import _diagram_rows
+from stickslip.mechanics.model.file import write_model
 
 NAN = np.nan
 ENDS = (0.0369, 0.037)
@@ -58,7 +58,7 @@ def by_hand():
 
 
 def test_every_point_has_a_row_and_nothing_else_does():
-    table = _rows(by_hand())
+    table = _diagram_rows(by_hand())
     rows = list(zip(*(column.tolist() for column in table.values()), strict=True))
     expected = [
         (1.0, "orbit", 1, "stable", 2, 1, 0.1, 0.5, NAN),
@@ -91,7 +91,7 @@ def test_picture_and_points_through_the_real_program(here, diagram):
     assert (here / "fig.svg").read_bytes().startswith(SIGNATURES["svg"])
     rows = list(csv.DictReader(io.StringIO((here / "points.csv").read_text())))
     read = [[row[name] for row in rows] for name in rows[0]]
-    assert read == exact(_rows(diagram))
+    assert read == exact(_diagram_rows(diagram))
 
 
 def test_json_has_a_null_where_the_table_has_nan(diagram, capsys):
@@ -99,7 +99,7 @@ def test_json_has_a_null_where_the_table_has_nan(diagram, capsys):
     document = json.loads(capsys.readouterr().out)
     asked = {"parameter": "V", "range": list(ENDS), "values": 5, "max_period": 4, "beta": 1.3}
     assert document["parameters"].items() >= asked.items()
-    table = _rows(diagram)
+    table = _diagram_rows(diagram)
     result = document["result"]
     assert list(result) == list(table)
     assert result["d"] == table["d"].tolist()

@@ -81,12 +81,12 @@ TYPES: Final[dict[str, str]] = {
     "CycleBifurcation": "mechanics.cycle.branch",
     "CycleBranch": "mechanics.cycle.branch",
     "CycleEnd": "mechanics.cycle.branch",
-    "CycleList": "study.limit_cycles",
+    "CycleList": "mechanics.cycle.limit_cycles",
     "Diagram": "analysis.diagrams.diagram",
     "Event": "mechanics.flow.trajectory",
     "Flip": "analysis.bifurcations.conditions.conditions",
     "Fold": "analysis.bifurcations.conditions.conditions",
-    "Gap": "study.return_region",
+    "Gap": "mechanics.cycle.return_region",
     "JumpCrossing": "analysis.orbits.orbit",
     "LocalAttractor": "analysis.bifurcations.outcome",
     "LyapunovExponent": "analysis.attractors.lyapunov",
@@ -105,7 +105,7 @@ TYPES: Final[dict[str, str]] = {
     "PeriodicOrbit": "analysis.orbits.orbit",
     "PeriodicOrbitND": "analysis.orbits.orbits_nd",
     "Reading": "analysis.bifurcations.conditions.conditions",
-    "ReturnRegion": "study.return_region",
+    "ReturnRegion": "mechanics.cycle.return_region",
     "TrackedDiscontinuity": "analysis.branches.along.tracked",
     "TrappingBall": "mechanics.cycle.trapping",
     "TurningPoint": "analysis.branches.along.tracked",
@@ -486,7 +486,7 @@ def _class(kind: str) -> type:
 def _hints(kind: str) -> dict[str, Any]:
     """Return what the fields of a class may hold, by its annotations."""
     # Modules import much of what these name for the type checker only.
-    models = importlib.import_module("stickslip.study.model_values")
+    models = importlib.import_module("stickslip.mechanics.model.values")
     conditions = importlib.import_module("stickslip.analysis.bifurcations.conditions.conditions")
     borders = importlib.import_module("stickslip.analysis.branches.along.tracked")
     breakpoints = importlib.import_module("stickslip.analysis.branches.breakpoints")

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol_nd import MapND
 from stickslip.analysis.storage import load as _load
 from stickslip.analysis.storage import register_part
+from stickslip.analysis.storage import save as save
+from stickslip.mechanics.eventmap import quasistatic_map  # noqa: F401 (registers its maps)
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.study import quasistatic  # noqa: F401 (registers its maps)
-from stickslip.study.event_map import event_map
-from stickslip.study.maps import as_map
-from stickslip.study.model_values import model_of_values, model_values
+from stickslip.mechanics.model.values import model_of_values, model_values
 
 if TYPE_CHECKING:
     import os
@@ -44,7 +45,7 @@ def load(path: str | os.PathLike[str], system: Any = None) -> Any:
     """
     if isinstance(system, BeltModel):
         system = event_map(system)
-    f: Any = system if system is None or isinstance(system, MapND) else as_map(system, "system")
+    f: Any = system if system is None or isinstance(system, MapND) else line_map(system, "system")
     return _load(path, f)
 
 

@@ -26,6 +26,7 @@ from stickslip.analysis.attractors.basin_pieces import (
     refined,
 )
 from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import checked_points, domain_width
 from stickslip.checks import finite_number, instance, whole_number
 
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
 
     Integers = NDArray[np.int64]
 
@@ -120,7 +121,7 @@ class Basins:
 
 
 def basins(
-    f: Map1D,
+    f: Map1D | Modelled[Map1D],
     found: AttractorList | None = None,
     *,
     resolution: float = RESOLUTION,
@@ -130,8 +131,7 @@ def basins(
 
     Parameters
     ----------
-    f : map of the line
-        An event map, a `PiecewiseMap`, or anything else that offers `domain` and `evaluate`.
+    f : map of the line or model
     found : AttractorList, optional
         The attractors; by default `attractors` searches for them.
     resolution : float
@@ -160,6 +160,7 @@ def basins(
     if not 0 < resolution < 1:
         raise ValueError(f"resolution = {resolution} must lie between 0 and 1 (of the domain)")
     max_rounds = whole_number("max_rounds", max_rounds, 0)
+    f = line_map(f)
     table = branch_table(f).laps
     known = (
         attractors(f)

@@ -16,6 +16,7 @@ import numpy as np
 from scipy import special
 
 from stickslip.analysis.interpolation.cell_table import tabulated
+from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import (
     checked_points,
     clip_to_domain,
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
 
 CHUNK: Final = 1 << 15  # maps of one orbit between two evaluations of slopes: bounds the memory
 INDEPENDENT: Final = 0.99  # confidence of the test that blocks are no longer correlated
@@ -89,15 +90,14 @@ class LyapunovExponent:
 
 
 def lyapunov_exponent(
-    f: Map1D, d0: ArrayLike, n: int = 100_000, *, transient: int | None = None
+    f: Map1D | Modelled[Map1D], d: ArrayLike, n: int = 100_000, *, transient: int | None = None
 ) -> LyapunovExponent:
-    """Estimate the Lyapunov exponent of the orbits that start at `d0`.
+    """Estimate the Lyapunov exponent of the orbits that start at `d`.
 
     Parameters
     ----------
-    f : map of the line
-        An event map, a `PiecewiseMap`, or anything else that offers `domain` and `evaluate`.
-    d0 : array_like of float
+    f : map of the line or model
+    d : array_like of float
         Starting points inside ``f.domain``; one exponent each.
     n : int
         Steps to average, after the transient.
@@ -107,7 +107,7 @@ def lyapunov_exponent(
     Returns
     -------
     LyapunovExponent
-        Shaped like `d0`.
+        Shaped like `d`.
 
     Raises
     ------
@@ -129,7 +129,8 @@ def lyapunov_exponent(
         if transient is None
         else whole_number("transient", transient, 0, at_most=MOST_STEPS)
     )
-    start = checked_points(f.domain, d0, "d0")
+    f = line_map(f)
+    start = checked_points(f.domain, d, "d")
     values, slopes = trace(f, start.ravel(), n, skip)
     pairs = [_mean_of_logs(f, v, s) for v, s in zip(values, slopes, strict=True)]
     mean, error = np.array(pairs, dtype=np.float64).reshape(-1, 2).T

@@ -322,7 +322,7 @@ class AttractorSearch:
             attractors=tuple(sorted(found, key=lambda a: (-a.basin_share, a.point))),
             left=float(np.mean(fates == -2)),
             statuses=dict(sorted(self.statuses.items())),
-            n_seeds=n_spread,
+            n_starts=n_spread,
             resolution=(
                 f"basins that hold none of {len(self.fate)} seeds; "
                 f"cycles longer than {self.max_period}"

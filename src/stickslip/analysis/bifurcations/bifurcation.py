@@ -294,7 +294,7 @@ class BifurcationList(Sequence[Bifurcation]):
     cascades : tuple of Cascade
     unresolved : tuple of UnresolvedChange
         Changes that no located bifurcation explains.
-    n_values : int
+    n_lists : int
         Parameter values at which complete lists of orbits were made.
     """
 
@@ -307,7 +307,7 @@ class BifurcationList(Sequence[Bifurcation]):
     branches: tuple[OrbitBranch, ...] = ()
     cascades: tuple[Cascade, ...] = ()
     unresolved: tuple[UnresolvedChange, ...] = ()
-    n_values: int = 0
+    n_lists: int = 0
     columns: ClassVar = (
         *("kind", "criticality", "value", "error", "period", "points", "multipliers"),
         *("orbits_before", "orbits_after", "attractors_before", "attractors_after"),

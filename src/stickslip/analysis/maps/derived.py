@@ -10,9 +10,11 @@ import numpy as np
 
 from stickslip.analysis.maps.protocol import (
     Map1D,
+    Mechanism,
     PointValues,
     checked_points,
     clip_to_domain,
+    explanation,
     iterate,
     mix_labels,
     sample,
@@ -157,6 +159,17 @@ class PowerMap(EvaluatedMap):
             point = float(step.value)
         return " | ".join(texts)
 
+    def explain_break(self, left: float, right: float) -> Mechanism:
+        """Return why f^p breaks between two points, and at which iterate."""
+        for k in range(self.exponent):
+            values = sample(self.base, [left, right])
+            if values.label[0] != values.label[1] or (values.status != OK).any():
+                text, block = explanation(self.base, left, right)
+                place = f" (iterate {k + 1})" if text and self.exponent > 1 else ""
+                return Mechanism(text + place, block)
+            left, right = values.value.tolist()
+        return explanation(self.base, left, right)
+
     def iterate(self, x: ArrayLike, n: int) -> Floats:
         """Apply f^p ``n`` times; shape ``x.shape + (n + 1,)``."""
         return iterate(self, x, n)
@@ -250,6 +263,11 @@ class WindowMap(EvaluatedMap):
     def itinerary(self) -> Any:
         """What the whole map says of a point's branch; an AttributeError if it says nothing."""
         return self.f.itinerary  # type: ignore[attr-defined]
+
+    @property
+    def explain_break(self) -> Any:
+        """Why the whole map breaks; an AttributeError if the whole map does not say."""
+        return self.f.explain_break  # type: ignore[attr-defined]
 
     def iterate(self, x: ArrayLike, n: int) -> Floats:
         """Apply the map ``n`` times; shape ``x.shape + (n + 1,)``.

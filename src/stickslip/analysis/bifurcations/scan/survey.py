@@ -89,9 +89,9 @@ class Survey:
         """Length of the range."""
         return self.hi - self.lo
 
-    def run(self, n_values: int) -> None:
+    def run(self, n_lists: int) -> None:
         """Make the lists at the values of a grid, and explain all changes between them."""
-        self.grid_nodes = self._nodes(grid(self.lo, self.hi, n_values))
+        self.grid_nodes = self._nodes(grid(self.lo, self.hi, n_lists))
         self._look_for_hidden()
         kept = self.grid_nodes[:1]
         for right in self.grid_nodes[1:]:
