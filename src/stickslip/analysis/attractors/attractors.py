@@ -198,7 +198,9 @@ def _seeds(
     """Points spread over the domain; the same and the one-sided values at all ends of laps."""
     spread = _spread(f, n_starts, rng)
     ends = np.concatenate([laps.value_left, laps.value_right])
-    return spread, np.concatenate([spread, _inside_domain(f, np.unique(ends))])
+    low, high = f.domain
+    ends = np.unique(ends[np.isfinite(ends) & (ends >= low) & (ends <= high)])
+    return spread, np.concatenate([spread, ends])
 
 
 def _spread(f: Map1D, n: int, rng: np.random.Generator | int | None) -> Floats:
@@ -206,8 +208,3 @@ def _spread(f: Map1D, n: int, rng: np.random.Generator | int | None) -> Floats:
     generator = random_generator("rng", 0 if rng is None else rng)
     low, high = f.domain
     return np.asarray(low + (high - low) * (np.arange(n) + generator.random(n)) / n)
-
-
-def _inside_domain(f: Map1D, x: Floats) -> Floats:
-    low, high = f.domain
-    return x[np.isfinite(x) & (x >= low) & (x <= high)]

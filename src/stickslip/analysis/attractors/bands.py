@@ -113,7 +113,8 @@ def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
             break
         if period := _repeats(current, past, slack):
             union = merged(np.concatenate(list(past)[:period]), APART * domain_width(f))
-            return _finish(f, laps, union, period, slack)
+            intervals, sources = _explain(f, laps, union, max(MIN_IMAGES, 2 * period))
+            return _described(f, laps, intervals, sources, period, slack)
     return Bands(current, 0, np.inf, (), reason)
 
 
@@ -125,11 +126,6 @@ def _repeats(current: Floats, past: deque[Floats], slack: float) -> int:
         if np.all(np.abs(older - current) <= slack):
             return period
     return 0
-
-
-def _finish(f: Map1D, laps: Laps, union: Floats, period: int, slack: float) -> Bands:
-    intervals, sources = _explain(f, laps, union, max(MIN_IMAGES, 2 * period))
-    return _described(f, laps, intervals, sources, period, slack)
 
 
 def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:

@@ -11,7 +11,6 @@ import numpy as np
 from stickslip.analysis.bifurcations.bifurcation import (
     Bifurcation,
     BifurcationList,
-    Cascade,
     UnresolvedChange,
     attempted,
 )
@@ -112,7 +111,7 @@ def bifurcations(
     lo, hi = checked_range(f, parameter, range)
     family = Family(f, parameter, window)
     check_callback("progress", progress, "the share of the work that is done")
-    tell = progress if progress is not None else _nobody
+    tell = progress if progress is not None else lambda _: None
     survey = Survey(
         family,
         lo,
@@ -174,10 +173,6 @@ def explain_border(item: Bifurcation, f: MapFamily) -> Bifurcation:
     return replace(item, mechanism=text, block=block)
 
 
-def _nobody(_: float) -> None:
-    """Tell nobody of the progress."""
-
-
 class _Report:
     """A survey turned into a list of bifurcations."""
 
@@ -213,7 +208,10 @@ class _Report:
         self.tell(0.8)
         full = self._with_attractors([*found, *later])
         self.tell(1.0)
-        chains = [_with_flips(chain, full) for chain in chains]
+        chains = [
+            replace(chain, flips=tuple(full.get(id(flip), flip) for flip in chain.flips))
+            for chain in chains
+        ]
         found = sorted([*full.values(), *crises_found], key=lambda item: item.value)
         return BifurcationList(
             bifurcations=tuple(found),
@@ -315,8 +313,3 @@ class _Report:
         except ValueError:
             return ()  # the family ends there
         return (orbit,) if orbit.quality == "located" else ()
-
-
-def _with_flips(chain: Cascade, full: dict[int, Bifurcation]) -> Cascade:
-    """Return a cascade of the bifurcations that know their attractors."""
-    return replace(chain, flips=tuple(full.get(id(flip), flip) for flip in chain.flips))

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node
     from stickslip.analysis.bifurcations.scan.survey import Span
-    from stickslip.analysis.maps.protocol import Floats
 
 
 PARENT: Final = 1e-3  # of the domain: how far the orbit that flips may be from where it does
@@ -74,13 +73,9 @@ def _shared_out(span: Span, node: Node, places: list[int]) -> list[list[int]]:
     shares: list[list[int]] = [[] for _ in span.events]
     for k in places:
         points = node.orbits[k].points
-        distance = [_distance(points, event.points) for event in span.events]
+        distance = [np.abs(points[:, None] - event.points).min() for event in span.events]
         shares[int(np.argmin(distance))].append(k)
     return shares
-
-
-def _distance(points: Floats, others: Floats) -> float:
-    return float(np.abs(points[:, None] - others[None, :]).min())
 
 
 def _parent(event: Event, node: Node) -> set[int]:

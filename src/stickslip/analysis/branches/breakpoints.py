@@ -63,8 +63,10 @@ def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Li
     close, near, far, farther = (inside.take(slice(i * n, (i + 1) * n)) for i in range(4))
     with np.errstate(all="ignore"):
         diverges = _diverges(mesh, close, near, far, h)
-        value = np.where(diverges, _root_value(near, far, inward * h), _value(close, near, ends))
-        regular = _slope(near, far, farther)
+        # Linear with the slope at h; s0 + a sqrt(h) + b h suits both sides of a graze.
+        plain = close.value + near.slope * (ends.x - close.x)
+        value = np.where(diverges, _root_value(near, far, inward * h), plain)
+        regular = (8 * near.slope - 6 * far.slope + farther.slope) / 3
         slope = np.where(diverges, np.inf * np.sign(near.slope), regular)
         allowed = np.where(diverges, SINGULAR_ROUNDING, ROUNDING) * mesh.value_scale
         exact = np.abs(ends.value - value) <= allowed
@@ -83,18 +85,6 @@ def _beside_gaps(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Lim
     value, slope = np.full(len(ends), np.nan), np.full(len(ends), np.nan)
     value[ok], slope[ok] = known.value, known.slope
     return Limits(value, slope)
-
-
-def _value(close: Nodes, near: Nodes, ends: Nodes) -> Floats:
-    """Extrapolate linearly over h / 64 with the slope at h."""
-    value: Floats = close.value + near.slope * (ends.x - close.x)
-    return value
-
-
-def _slope(near: Nodes, far: Nodes, farther: Nodes) -> Floats:
-    """Extrapolate s0 + a sqrt(h) + b h, which suits both sides of a graze, from h, 4 h, 16 h."""
-    slope: Floats = (8 * near.slope - 6 * far.slope + farther.slope) / 3
-    return slope
 
 
 def _diverges(mesh: Prober, close: Nodes, near: Nodes, far: Nodes, h: Floats) -> NDArray[np.bool_]:

@@ -119,12 +119,10 @@ class Laps:
             np.searchsorted(self.left, x, side="right") - 1,
         )
         # The ends of the domain have a lap on one side only.
-        found = np.where((found < 0) & (x >= self._lowest()), 0, found)
+        lowest = float(self.left[0]) if len(self) else np.inf
+        found = np.where((found < 0) & (x >= lowest), 0, found)
         inside = (found >= 0) & (x <= np.append(self.right, -np.inf)[found])
         return np.where(inside, found, -1).astype(np.intp)
-
-    def _lowest(self) -> float:
-        return float(self.left[0]) if len(self) else np.inf
 
     def evaluate(self, lap: Indices, x: Floats) -> tuple[Floats, Floats]:
         """Return value and slope on a lap, continued linearly across its breaks; shapes (m,)."""
@@ -314,7 +312,8 @@ def _nodes_of(mesh: Mesh, segments: Segments, i: int) -> tuple[Floats, Floats, F
 
 def _with_turning_points(mesh: Mesh, stretches: list[Stretch]) -> list[Stretch]:
     """Add a node of slope 0 wherever the slope changes its sign."""
-    brackets = [_sign_changes(stretch) for stretch in stretches]
+    signs = (_signs(stretch) for stretch in stretches)
+    brackets = [np.flatnonzero(sign[1:] * sign[:-1] < 0) for sign in signs]
     found = [
         (s.x[cells], s.x[cells + 1], s.slope[cells], s.slope[cells + 1])
         for s, cells in zip(stretches, brackets, strict=True)
@@ -348,12 +347,6 @@ def _signs(stretch: Stretch) -> Floats:
         return sign
     place = np.searchsorted(known, np.arange(len(sign)), side="right") - 1
     return sign[known[np.maximum(place, 0)]]
-
-
-def _sign_changes(stretch: Stretch) -> Indices:
-    """Cells whose slope changes its sign from one end to the other."""
-    sign = _signs(stretch)
-    return np.flatnonzero(sign[1:] * sign[:-1] < 0)
 
 
 def split_at_smooth(stretches: list[Stretch], segments: Segments) -> list[Stretch]:

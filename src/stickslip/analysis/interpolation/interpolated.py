@@ -188,7 +188,8 @@ class _Construction:
         wide = np.flatnonzero(table.laps.cells.x1 > table.laps.cells.x0)
         self.cells = table.laps.cells.take(wide)
         self.kind = _singular_ends(self.cells)
-        self.error = _predicted_errors(self.cells, _lap_of_cell(table.laps)[wide])
+        lap_of_cell = np.repeat(np.arange(len(table.laps)), np.diff(table.laps.first_cell))
+        self.error = _predicted_errors(self.cells, lap_of_cell[wide])
         self.label = table.labels_at(0.5 * (self.cells.x0 + self.cells.x1))
         self.breaks = np.array([b.d for b in table.breakpoints if b.kind != "smooth"])
         self.n_evaluations = 0
@@ -292,10 +293,6 @@ def _singular_ends(cells: Cells) -> Integers:
     """Cells with an infinite slope at one end hold a square root there."""
     at_left, at_right = ~np.isfinite(cells.s0), ~np.isfinite(cells.s1)
     return np.where(at_left, SQUARE_ROOT_LEFT, np.where(at_right, SQUARE_ROOT_RIGHT, 0))
-
-
-def _lap_of_cell(laps: Laps) -> NDArray[np.intp]:
-    return np.repeat(np.arange(len(laps)), np.diff(laps.first_cell))
 
 
 def _predicted_errors(cells: Cells, lap: NDArray[np.intp]) -> Floats:

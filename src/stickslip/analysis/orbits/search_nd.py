@@ -82,7 +82,8 @@ class _Census:
 
     def add(self, orbit: PeriodicOrbitND) -> None:
         for k, known in enumerate(self.found):
-            if _coincide(known.points, orbit.points):
+            turns = (np.roll(orbit.points, k, axis=0) for k in range(len(orbit.points)))
+            if any(_close(known.points, turned) for turned in turns):
                 self.hits[k] += 1
                 if orbit.residual < known.residual:
                     self.found[k] = orbit
@@ -117,11 +118,6 @@ def _is_minimal(points: Floats) -> bool:
     p = len(points)
     shifts = [q for q in range(1, p) if p % q == 0]
     return not any(_close(points, np.roll(points, q, axis=0)) for q in shifts)
-
-
-def _coincide(one: Floats, other: Floats) -> bool:
-    """Whether two orbits are the same, wherever they start."""
-    return any(_close(one, np.roll(other, turn, axis=0)) for turn in range(len(one)))
 
 
 def _close(one: Floats, other: Floats) -> bool:

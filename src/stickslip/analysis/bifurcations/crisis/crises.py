@@ -216,7 +216,8 @@ class _Search:
         """Look at the attractors on both sides, further away if something hides them."""
         last = None
         for nudge in NUDGES:
-            below, above = self._sides(located, nudge * beside)
+            aside = max(nudge * beside, CLEAR * located.error)
+            below, above = self._look(located.value - aside), self._look(located.value + aside)
             near, far = (below, above) if upwards else (above, below)
             kind = kind_of_change(attractor, near, far)
             if kind in KINDS:
@@ -266,12 +267,6 @@ class _Search:
         # Both sides are looked at beyond the error: they must lie in the family.
         clear = CLEAR * located.error < ends[1] - ends[0]
         return located if clear and located.quality != "failed" else None
-
-    def _sides(self, located: Located, beside: float) -> tuple[ParameterPoint, ParameterPoint]:
-        beside = max(beside, CLEAR * located.error)
-        below = self._look(located.value - beside)
-        above = self._look(located.value + beside)
-        return below, above
 
     def _meetings(self, attractor: Attractor, point: ParameterPoint) -> Iterator[Meeting]:
         """Yield edges of an attractor with unstable orbits beside them, the closest first."""

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import Critical
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.interpolation.interpolated import InterpolatedMap
-    from stickslip.analysis.maps.protocol import Floats
 
 SAMPLES: Final = 128  # points on either half of a gap, closer and closer towards its ends
 NEAREST: Final = 1e-7  # of the gap: the first point's distance from an end
@@ -117,7 +116,8 @@ def _places(
         images = fast.iterate(edge.x, max(periods))
         near = [p for p in periods if abs(images[p] - edge.x) <= same]
         return [_Place(edge, (edge.x, edge.x), p, 0.0) for p in near]
-    x = _graded(lo, hi)
+    share = 0.5 * np.geomspace(NEAREST, 1.0, SAMPLES)
+    x = np.concatenate([lo + (hi - lo) * share, hi - (hi - lo) * share[-2::-1]])
     images = fast.iterate(x, max(periods))
     places = []
     for period in periods:
@@ -140,11 +140,6 @@ def _polished(fast: InterpolatedMap, place: _Place, same: float) -> tuple[float,
     lo, hi = place.edge.gap
     points: list[float] = cycle.points.tolist()
     return tuple(points) if lo - same <= points[0] <= hi + same else None
-
-
-def _graded(lo: float, hi: float) -> Floats:
-    share = 0.5 * np.geomspace(NEAREST, 1.0, SAMPLES)
-    return np.concatenate([lo + (hi - lo) * share, hi - (hi - lo) * share[-2::-1]])
 
 
 def _halved(fast: InterpolatedMap, a: float, b: float, period: int) -> float:

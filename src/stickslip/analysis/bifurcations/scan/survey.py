@@ -97,7 +97,11 @@ class Survey:
         for right in self.grid_nodes[1:]:
             known = len(self.spans), len(self.unresolved), list(self.events)
             self._explain_or_tell(kept[-1], right)
-            if right is not self.grid_nodes[-1] and self._is_at_event(right):
+            off = [abs(event.value - right.q) for event in self.events]
+            if (
+                right is not self.grid_nodes[-1]
+                and min(off, default=math.inf) <= SPLIT * self.scale
+            ):
                 # What a list shows in the very middle of an event is an accident: not this one.
                 del self.spans[known[0] :], self.unresolved[known[1] :]
                 self.events = known[2]
@@ -108,9 +112,6 @@ class Survey:
                 self.progress((right.q - self.lo) / self.scale)
         self.grid_nodes = kept
         self.spans.sort(key=lambda span: span.left.q)
-
-    def _is_at_event(self, node: Node) -> bool:
-        return any(abs(event.value - node.q) <= SPLIT * self.scale for event in self.events)
 
     def _look_for_hidden(self) -> None:
         """Add lists where a pair of events may hide between two of the grid."""
@@ -319,7 +320,9 @@ class Survey:
             before, after = nodes.get((k, 0), last), nodes.get((k, 1), span.right)
             if before is not last:
                 plain.append((last, before))
-            self.spans.append(self._around(before, after, group))
+            # What does not cross the span that holds the events is what they concern.
+            joined = join(before, after, self.family, self.classes)
+            self.spans.append(Span(before, after, group, joined.pieces, joined.left, joined.right))
             last = after
         if last is not span.right:
             plain.append((last, span.right))
@@ -337,11 +340,6 @@ class Survey:
                     continue
             groups.append([event])
         return groups
-
-    def _around(self, before: Node, after: Node, events: list[Event]) -> Span:
-        """Make the span that holds events: what does not cross it is what they concern."""
-        joined = join(before, after, self.family, self.classes)
-        return Span(before, after, events, joined.pieces, joined.left, joined.right)
 
 
 def grid(lo: float, hi: float, n: int) -> list[float]:
