@@ -74,7 +74,7 @@ def test_a_plan_is_run_beside_its_file(plan, capsys):
             ss.observables.LyapunovExponent(transient=40, n=64),
         ],
         store=plan.parent / "map.zarr",
-        seed=3,
+        rng=3,
     )
     np.testing.assert_array_equal(same.kind, found.kind)
 
@@ -135,7 +135,7 @@ def test_a_store_of_another_plan_is_refused(plan, capsys):
         ("[1.1, 1.2, 1.3]", LONG, "a table is needed"),
         ("V = 4", f"V = {LONG}", "that fits into 63 bits"),
         ("seed = 3", f"seed = {LONG}", "that fits into 63 bits"),
-        ("seed = 3", f"d0 = {LONG}{LONG}", "d0: "),
+        ("seed = 3", f"d = {LONG}{LONG}", "d: "),
         ("n = 64},\n]", f"n = {LONG}}},\n]", "n of lyapunov_exponent = 9999"),
         ("n = 64},\n]", f"transient = {LONG}}},\n]", "transient"),
         ("n = 64},\n]", f"max_period = {LONG}}},\n]", "max_period of lyapunov_exponent = 9999"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from stickslip.extras import MissingExtraError
+from stickslip.errors import MissingExtraError
 
 DONE: Final = 0
 COMPUTATION_FAILED: Final = 1

@@ -40,7 +40,7 @@ class MotionSystem(System):
         self.model = model
         what = "a forced model" if model.structure.is_forced else "a single block"
         why = f"{what} has no event map; 'limit_cycles' and functions of one's own are for it"
-        self.lacks: Mapping[str, str] = dict.fromkeys(("orbits", "events", "line", "d0"), why)
+        self.lacks: Mapping[str, str] = dict.fromkeys(("orbits", "events", "line", "d"), why)
 
     def identity(self) -> dict[str, Any]:
         """Describe it."""
@@ -74,7 +74,7 @@ class BlocksSystem(MotionSystem):
         self.lacks = {}
         if f.dimension > 1:
             why = f"points of the event map of {f.model.n_blocks} blocks are not numbers"
-            self.lacks = {"line": why, "d0": why}
+            self.lacks = {"line": why, "d": why}
 
     def identity(self) -> dict[str, Any]:
         """Describe it."""
@@ -92,8 +92,8 @@ class BlocksSystem(MotionSystem):
         for point, values in enumerate(points.values()):
             model = self.model_at(values)
             starts[point] = np.diff(model.structure.sticking(shares[point]), axis=-1)
-            if n_starts == 1 and points.d0 is not None:
-                starts[point] = points.d0[point]
+            if n_starts == 1 and points.d is not None:
+                starts[point] = points.d[point]
             starts[point, ~model.contains(starts[point])] = np.nan
         return starts
 

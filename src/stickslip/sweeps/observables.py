@@ -235,10 +235,10 @@ class NeverReturns(Observable):
 
 @dataclass(frozen=True, kw_only=True)
 class Function(Observable):
-    """A function of the user's own, ``function(f, d0)``, of the map and a starting point.
+    """A function of the user's own, ``function(f, d)``, of the map and a starting point.
 
-    Of more than two blocks ``d0`` is an array; where there is no event map (one block, forced
-    models), ``f`` is the model and ``d0`` NaN.
+    Of more than two blocks ``d`` is an array; where there is no event map (one block, forced
+    models), ``f`` is the model and ``d`` NaN.
 
     Parameters
     ----------
@@ -294,8 +294,8 @@ class Function(Observable):
         """Return their values."""
         assert callable(self.function)
         result = np.empty((points.size, *self.shape), dtype=self.dtype)
-        for i, (f, d0) in enumerate(points.maps()):
-            result[i] = self.function(f, d0)
+        for i, (f, d) in enumerate(points.maps()):
+            result[i] = self.function(f, d)
         return {self.label: result}
 
     def identity(self) -> dict[str, Any]:

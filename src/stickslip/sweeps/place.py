@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from stickslip.checks import instance, shown
+from stickslip.errors import StoreFull, StoreRefused
 from stickslip.extras import require_extra
 from stickslip.files import whole_file
-from stickslip.sweeps.errors import StoreFull, StoreRefused
 
 EXTRA = ("fsspec", "zarr", "xarray", "filelock", "psutil")
 ZIP = ".zip"

@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import __version__
+from stickslip.errors import StoreFull, StoreRefused
 from stickslip.sweeps import target as targets
-from stickslip.sweeps.errors import StoreFull, StoreRefused
 from stickslip.sweeps.identity import digest
 from stickslip.sweeps.place import room_for
 from stickslip.vocabulary import TERMS

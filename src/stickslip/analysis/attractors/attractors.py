@@ -30,6 +30,7 @@ from stickslip.checks import (
     shown,
     whole_number,
 )
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -44,6 +45,7 @@ LONGEST: Final = 128  # period that `attractors_of` recognises: costs next to no
 MAX_STEPS: Final = 20_000
 
 
+@suggests
 def attractors(
     f: Map1D | Modelled[Map1D],
     *,

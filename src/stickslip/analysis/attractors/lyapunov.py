@@ -25,6 +25,7 @@ from stickslip.analysis.maps.protocol import (
     values_and_slopes,
 )
 from stickslip.checks import MOST_STEPS, whole_number
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -89,6 +90,7 @@ class LyapunovExponent:
         return "\n".join([f"LyapunovExponent, n={self.n}", *rows])
 
 
+@suggests
 def lyapunov_exponent(
     f: Map1D | Modelled[Map1D], d: ArrayLike, n: int = 100_000, *, transient: int | None = None
 ) -> LyapunovExponent:

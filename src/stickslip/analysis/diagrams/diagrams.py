@@ -27,6 +27,7 @@ from stickslip.checks import (
 )
 from stickslip.checks import grid as grid_values
 from stickslip.numerics.targets import available_threads
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -45,6 +46,7 @@ SMALLEST_CHUNK: Final = 64  # values that are worth a thread
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
 
 
+@suggests
 def bifurcation_diagram(
     system: MapFamily | Modelled[MapFamily],
     parameter: str,

@@ -24,6 +24,7 @@ from stickslip.analysis.orbits.newton import Polished, polish
 from stickslip.analysis.orbits.orbit import JumpCrossing, NearFold, OrbitList, PeriodicOrbit
 from stickslip.analysis.orbits.search_nd import N_STARTS, search_orbits
 from stickslip.checks import MOST_KEPT, shown, whole_number
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -63,6 +64,7 @@ def periodic_orbits(
     resolution: None = ...,
     n_starts: int | None = ...,
 ) -> OrbitListND: ...
+@suggests
 def periodic_orbits(
     f: Map1D | MapND | Modelled[Map1D] | Modelled[MapND],
     max_period: int = 1,
