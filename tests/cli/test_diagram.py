@@ -11,9 +11,9 @@ import pytest
 
 import stickslip as ss
 from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
-from stickslip.analysis.diagrams.assemble import OrbitCurveEnd
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.analysis.diagrams.orbit_curves import OrbitCurveEnd
 from stickslip.cli import main
 from stickslip.cli.parameters import _diagram_rows
 from stickslip.mechanics.model.file import write_model

@@ -12,9 +12,8 @@ from stickslip.analysis.attractors.along import Motion, Settler
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.branches.along.breakpoint_lines import follow_breakpoints
-from stickslip.analysis.diagrams.assemble import trace_orbits
-from stickslip.analysis.diagrams.at_values import fill
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
+from stickslip.analysis.diagrams.orbit_curves import fill, trace_orbits
 from stickslip.analysis.maps.arguments import checked_range, line_family
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.threads import in_threads
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.bifurcations.scan.nodes import Node
     from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
-    from stickslip.analysis.diagrams.assemble import Traced
+    from stickslip.analysis.diagrams.orbit_curves import Traced
     from stickslip.analysis.maps.protocol import Floats, MapFamily, Modelled
 
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
@@ -72,7 +71,7 @@ def bifurcation_diagram(
     max_period : int
         All orbits up to this period are followed, stable or not.
     window : tuple of float, optional
-        Part of the map's domain to look at; orbits that leave it have left.
+        Part of the map's domain to look at; orbits that leave it end there.
     iterates : int
         Points kept of an attractor that is no cycle.
     attractors : bool

@@ -163,7 +163,7 @@ def _by_slopes_alone(far: FarImage) -> str:
     elif b < -1:
         fate = "period adding, over two steps on the far side"
     else:
-        fate = "orbits on a far fixed point" if b < 1 else "no attractor: orbits thrown away"
+        fate = "orbits on a far fixed point" if b < 1 else "no attractor: orbits leave"
     return f"Slopes {a:.6g}, {b:.6g} of f^{far.period} and the step {step:.6g} alone: {fate}"
 
 
