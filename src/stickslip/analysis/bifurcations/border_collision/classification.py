@@ -1,6 +1,7 @@
 """Border collisions classified: predicted (Feigin and others), and as observed on both sides.
 
-Types: `analysis.bifurcations.outcome`. Derivations: ``docs/theory/bifurcations.md``.
+The side is -1 for an orbit left of the border c, 1 for one right; the direction is the sign of the
+change of f^p(c) - c as the parameter grows. Derivations: ``docs/theory/bifurcations.md``.
 """
 
 from __future__ import annotations
