@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class StoreRefused(ValueError):
-    """The store holds something else than what is asked for; nothing was changed."""
+    """The store holds something else; nothing was changed."""
 
 
 class StoreAbsent(StoreRefused):
