@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 _ROUNDS = 40  # bisections; enough for 1e-9 of the window, and a bound in every case
 _MOST_POINTS = 50_000
+_RESOLUTION = 1e-9  # of the window, to which changes of label are bisected
 
 
 class _Map(Protocol):
@@ -31,18 +32,16 @@ class Curve:
     jumps: NDArray[np.float64]  # where the value jumps, or the map becomes undefined
 
 
-def trace(
-    f: _Map, window: tuple[float, float], *, points: int = 801, resolution: float = 1e-9
-) -> Curve:
+def trace(f: _Map, window: tuple[float, float], *, points: int = 801) -> Curve:
     """Sample a map for drawing: broken where the label changes *and* the value jumps."""
     # Branches thinner than the first sample of so many `points` can be missed: ask `branches` for a
-    # complete list. Changes of label are bisected to a share `resolution` of the window.
+    # complete list.
     x = np.linspace(*window, points)
     y, label = _evaluate(f, x)
     width = x[-1] - x[0]
     for _ in range(_ROUNDS):
         gap = np.diff(x)
-        changes = (label[1:] != label[:-1]) & (gap > resolution * width)
+        changes = (label[1:] != label[:-1]) & (gap > _RESOLUTION * width)
         steep = (np.abs(np.diff(y)) > 0.01 * _height(y)) & (gap > 1e-6 * width)
         (where,) = np.nonzero(changes | steep)
         if where.size == 0 or x.size > _MOST_POINTS:
