@@ -16,8 +16,8 @@ import pytest
 import stickslip as ss
 from stickslip.analysis.bifurcations.bifurcation import BifurcationList
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
-from stickslip.analysis.branches.along.break_lines import BreakLine
-from stickslip.analysis.diagrams.assemble import StrandEnd
+from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
+from stickslip.analysis.diagrams.assemble import OrbitCurveEnd
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 from stickslip.cli import main
@@ -212,7 +212,7 @@ def exact(table):
 
 def by_hand():
     """One orbit of period 2 that ends, two attractors at the first value, a jump."""
-    end = StrandEnd(0.0, np.zeros(2), "end of range")
+    end = OrbitCurveEnd(0.0, np.zeros(2), "end of range")
     points = np.array([[0.1, 0.2], [0.3, 0.4], [NAN, NAN]])
     orbit = OrbitCurve(2, points, np.array([0.5, -1.5, NAN]), (end, end))
     attractors = AttractorTable(
@@ -222,7 +222,7 @@ def by_hand():
         lyapunov=np.array([-0.5, 0.25, NAN]),
         points=np.array([[0.7, NAN], [0.8, 0.9], [0.6, NAN]]),
     )
-    jump = BreakLine("jump", np.array([NAN, 0.0, 0.5]))
+    jump = BreakpointLine("jump", np.array([NAN, 0.0, 0.5]))
     values = np.array([1.0, 1.5, 2.0])
     return Diagram("V", values, 2, None, {}, (orbit,), attractors, (jump,))
 

@@ -34,9 +34,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import __version__
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapFamily
 from stickslip.analysis.maps.protocol_nd import FamilyND, MapND
-from stickslip.analysis.maps.window import WindowMap
 from stickslip.files import (
     checked_path,
     checked_suffix,
@@ -66,23 +66,22 @@ TYPES: Final[dict[str, str]] = {
     "Bifurcation": "analysis.bifurcations.bifurcation",
     "BifurcationCurve": "analysis.bifurcations.curves.bifurcation_curve",
     "BifurcationList": "analysis.bifurcations.bifurcation",
-    "Border": "analysis.branches.along.borders",
-    "BorderReading": "analysis.branches.along.borders",
     "BranchEnd": "analysis.continuation.orbit_branch",
-    "BreakLine": "analysis.branches.along.break_lines",
     "Breakpoint": "analysis.branches.breakpoints",
     "BreakpointCurve": "analysis.bifurcations.curves.bifurcation_curve",
+    "BreakpointLine": "analysis.branches.along.breakpoint_lines",
     "BreakpointList": "analysis.branches.branches",
     "Cascade": "analysis.bifurcations.bifurcation",
     "CodimensionTwo": "analysis.bifurcations.curves.bifurcation_curve",
+    "Collision": "analysis.bifurcations.conditions.conditions",
+    "Connection": "analysis.bifurcations.conditions.conditions",
+    "CriticalReading": "analysis.branches.along.tracked",
+    "Crossing": "analysis.bifurcations.conditions.conditions",
     "Cycle": "mechanics.cycle.cycle",
     "CycleBifurcation": "mechanics.cycle.branch",
     "CycleBranch": "mechanics.cycle.branch",
     "CycleEnd": "mechanics.cycle.branch",
     "CycleList": "mechanics.cycle.limit_cycles",
-    "Collision": "analysis.bifurcations.conditions.conditions",
-    "Connection": "analysis.bifurcations.conditions.conditions",
-    "Crossing": "analysis.bifurcations.conditions.conditions",
     "Diagram": "analysis.diagrams.diagram",
     "Event": "mechanics.flow.trajectory",
     "Flip": "analysis.bifurcations.conditions.conditions",
@@ -96,6 +95,7 @@ TYPES: Final[dict[str, str]] = {
     "OrbitBranch": "analysis.continuation.orbit_branch",
     "OrbitBranchND": "analysis.continuation.orbit_branch_nd",
     "OrbitCurve": "analysis.diagrams.diagram",
+    "OrbitCurveEnd": "analysis.diagrams.assemble",
     "OrbitEndND": "analysis.continuation.orbit_branch_nd",
     "OrbitList": "analysis.orbits.orbit",
     "OrbitListND": "analysis.orbits.orbits_nd",
@@ -106,12 +106,20 @@ TYPES: Final[dict[str, str]] = {
     "PeriodicOrbitND": "analysis.orbits.orbits_nd",
     "Reading": "analysis.bifurcations.conditions.conditions",
     "ReturnRegion": "mechanics.cycle.return_region",
-    "StrandEnd": "analysis.diagrams.assemble",
+    "TrackedDiscontinuity": "analysis.branches.along.tracked",
     "TrappingBall": "mechanics.cycle.trapping",
-    "TurningPoint": "analysis.branches.along.borders",
-    "Unseen": "analysis.orbits.orbits_nd",
+    "TurningPoint": "analysis.branches.along.tracked",
     "Unresolved": "analysis.branches.discontinuities",
     "UnresolvedChange": "analysis.bifurcations.bifurcation",
+    "Unseen": "analysis.orbits.orbits_nd",
+}
+
+# Names that classes had in files of 0.1.0.
+RENAMED: Final[dict[str, str]] = {
+    "Border": "TrackedDiscontinuity",
+    "BorderReading": "CriticalReading",
+    "BreakpointLine": "BreakpointLine",
+    "OrbitCurveEnd": "OrbitCurveEnd",
 }
 
 
@@ -405,6 +413,7 @@ class _Reader:
                 return self._map(written, place)
             case "part":
                 return _parts[written["kind"]].rebuild(self.value(written["description"], place))
+        kind = RENAMED.get(kind, kind)
         hints = _hints(kind)
         fields = {
             name: self.value(item, f"{place}.{name}")
@@ -479,7 +488,7 @@ def _hints(kind: str) -> dict[str, Any]:
     # Modules import much of what these name for the type checker only.
     models = importlib.import_module("stickslip.mechanics.model.values")
     conditions = importlib.import_module("stickslip.analysis.bifurcations.conditions.conditions")
-    borders = importlib.import_module("stickslip.analysis.branches.along.borders")
+    borders = importlib.import_module("stickslip.analysis.branches.along.tracked")
     breakpoints = importlib.import_module("stickslip.analysis.branches.breakpoints")
     known: dict[str, Any] = {name: _class(name) for name in TYPES}
     known |= {"np": np, "NDArray": NDArray, "Floats": Floats, "Labels": Labels}

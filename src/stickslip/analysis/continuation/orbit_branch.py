@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.orbits.newton import itinerary_of, solve_orbit
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
-from stickslip.analysis.orbits.shooting import itinerary_of, solve_orbit
 from stickslip.numerics.branch import AlongParameter
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from stickslip.analysis.branches.along.borders import Border
+    from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
     from stickslip.analysis.maps.protocol import Floats, Labels, MapFamily
 
 EndReason: TypeAlias = Literal[
@@ -59,7 +59,7 @@ class BranchEnd:
         The orbit there, a one-sided limit at a breakpoint.
     multiplier : float
         Likewise one-sided.
-    border : Border or None
+    border : TrackedDiscontinuity or None
         The break that was met; None at the end of the domain.
     index : int or None
         Which of `points` lies on the break or the end of the domain.
@@ -71,7 +71,7 @@ class BranchEnd:
     value: float
     points: Floats
     multiplier: float
-    border: Border | None = None
+    border: TrackedDiscontinuity | None = None
     index: int | None = None
     side: int = 0
 

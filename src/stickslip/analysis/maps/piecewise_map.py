@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias, overload
 
 import numpy as np
 
+from stickslip.analysis.maps.derived import EvaluatedMap, plain
 from stickslip.analysis.maps.differences import FIRST_STEP, complex_step, extrapolated_difference
-from stickslip.analysis.maps.power import EvaluatedMap, plain
 from stickslip.analysis.maps.protocol import (
     UNDEFINED,
     PointValues,

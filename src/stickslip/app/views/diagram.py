@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 from stickslip.analysis.maps.arguments import line_family
-from stickslip.analysis.maps.window import windowed
+from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app.answers import Part
 from stickslip.app.jobs import checkpoint, progress_between

@@ -12,7 +12,7 @@ from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.attractors.basins import basins as divided
 from stickslip.analysis.branches.branches import branches
 from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.maps.window import windowed
+from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app.answers import Part
 from stickslip.app.views.followed import Known

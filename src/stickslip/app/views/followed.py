@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import domain_width, sample
-from stickslip.analysis.orbits.shooting import polish
+from stickslip.analysis.orbits.newton import polish
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

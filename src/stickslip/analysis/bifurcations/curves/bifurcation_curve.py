@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
-from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.checks import finite_number
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
-    from stickslip.analysis.branches.along.borders import Border, BorderReading
+    from stickslip.analysis.branches.along.tracked import CriticalReading, TrackedDiscontinuity
     from stickslip.analysis.maps.protocol import Floats
 
 SHOWN: Final = 24  # points of a curve in its repr
@@ -245,7 +245,7 @@ class BreakpointCurve:
         ``jump``, ``corner``, ``smooth`` or ``edge``.
     end_reasons : tuple of str
         Why the curve ends at its lowest and highest value.
-    borders : tuple of Border, length n
+    borders : tuple of TrackedDiscontinuity, length n
     system : map family
     """
 
@@ -258,10 +258,10 @@ class BreakpointCurve:
     right_slope: Floats
     kinds: tuple[str, ...]
     end_reasons: tuple[str, str]
-    borders: tuple[Border, ...]
+    borders: tuple[TrackedDiscontinuity, ...]
     system: Any = None
 
-    def at(self, **where: float) -> BorderReading:
+    def at(self, **where: float) -> CriticalReading:
         """Find the breakpoint at one value of the parameter: ``curve.at(V=0.037)``.
 
         Raises

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip import examples
-from stickslip.analysis.branches.along.break_lines import follow_breaks
+from stickslip.analysis.branches.along.breakpoint_lines import follow_breakpoints
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.mechanics.eventmap.of_model import event_map
@@ -14,7 +14,7 @@ def followed(f, name, values, n_anchors=3):
     maps = [f.replace(**{name: float(q)}) for q in values]
     places = np.linspace(0, len(values) - 1, n_anchors).astype(int)
     anchors = [(float(values[k]), branch_table(maps[k])) for k in places]
-    return follow_breaks(maps, values, anchors)
+    return follow_breakpoints(maps, values, anchors)
 
 
 def moving(func, **parameters):

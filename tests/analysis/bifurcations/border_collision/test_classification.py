@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 import stickslip as ss
 from stickslip.analysis import examples
 from stickslip.analysis.attractors.attractors import attractors
-from stickslip.analysis.bifurcations.border_collision.jump_return import far_image
-from stickslip.analysis.bifurcations.border_collision.outcomes import (
+from stickslip.analysis.bifurcations.border_collision.classification import (
     observed,
     predicted_at_corner,
     predicted_at_gap,
     predicted_at_jump,
 )
+from stickslip.analysis.bifurcations.border_collision.jump_return import far_image
 from stickslip.analysis.bifurcations.outcome import LocalAttractor, Outcome, disagreement
 from stickslip.analysis.branches.branches import breakpoints
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap

@@ -7,7 +7,11 @@ import pytest
 
 from stickslip import Coulomb, TwoBlock, examples
 from stickslip.analysis.bifurcations.curves.breakpoint_curves import continue_breakpoint
-from stickslip.analysis.branches.along.borders import Border, ConditionLost, TurningPoint
+from stickslip.analysis.branches.along.tracked import (
+    ConditionLost,
+    TrackedDiscontinuity,
+    TurningPoint,
+)
 from stickslip.analysis.branches.branches import breakpoints
 from stickslip.analysis.examples import (
     border_collision,
@@ -16,8 +20,8 @@ from stickslip.analysis.examples import (
     square_root,
     tent_with_hole,
 )
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
-from stickslip.analysis.maps.window import WindowMap
 from stickslip.mechanics.eventmap.event_map import EventMap
 
 ROUNDING = 1e-14
@@ -27,7 +31,7 @@ SLOPE = 1e-6  # ... slopes over 1e-9, beside grazes with a square root in them
 
 
 def borders_of(f):
-    return [Border.of(b) for b in breakpoints(f)]
+    return [TrackedDiscontinuity.of(b) for b in breakpoints(f)]
 
 
 def assert_agrees(reading, b):

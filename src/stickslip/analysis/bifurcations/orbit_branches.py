@@ -10,9 +10,9 @@ import numpy as np
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.scan.events import orbit_at
 from stickslip.analysis.continuation.orbit_branch import BranchEnd, OrbitBranch, PassedBifurcation
+from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.maps.protocol import sample
-from stickslip.analysis.maps.window import windowed
-from stickslip.analysis.orbits.cyclic import successors, turned
+from stickslip.analysis.orbits.newton import successors, turned
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.explain import Concerned

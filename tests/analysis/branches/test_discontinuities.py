@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from stickslip.analysis.branches.brackets import LabelBrackets
+from stickslip.analysis.branches.discontinuities import LabelBrackets
 from stickslip.analysis.branches.mesh import Mesh
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.protocol import PointValues

@@ -9,8 +9,8 @@ from stickslip import examples as models
 from stickslip.analysis import examples
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.maps.derived import WindowMap, windowed
 from stickslip.analysis.maps.protocol import Map1D, MapFamily, iterate, sample
-from stickslip.analysis.maps.window import WindowMap, windowed
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.event_map import EventMap
 

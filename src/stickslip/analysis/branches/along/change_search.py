@@ -1,8 +1,8 @@
 """The end of a branch near a point where it is expected, closed in on to adjacent floats.
 
-`brackets.LabelBrackets` does the same for all changes of a table at once. One change of one map
-is another matter: there the time goes into calls, not evaluations, so that this search makes few
-calls of a handful of points each (0.5 ms instead of 10 ms for an event map with Coulomb friction).
+`discontinuities.LabelBrackets` does the same for all changes of a table at once. For one change of
+one map the time goes into calls, not evaluations: this search makes few calls of a handful of
+points each (0.5 ms instead of 10 ms for an event map with Coulomb friction).
 """
 
 from __future__ import annotations

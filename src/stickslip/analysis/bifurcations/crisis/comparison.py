@@ -1,4 +1,4 @@
-"""Two values of a parameter compared: which chaotic attractors are not the same at both."""
+"""A map at one value of a parameter with its attractors, and two of them compared."""
 
 from __future__ import annotations
 
@@ -8,15 +8,25 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
 
 import numpy as np
 
+from stickslip.analysis.attractors.attractors import attractors_of
+from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.interpolation.interpolated import interpolated_map
+
 if TYPE_CHECKING:
-    from stickslip.analysis.attractors.attractor import Attractor
-    from stickslip.analysis.bifurcations.crisis.parameter_point import ParameterPoint
+    from stickslip.analysis.attractors.attractor import Attractor, AttractorList
+    from stickslip.analysis.bifurcations.conditions.locate import MapAt
+    from stickslip.analysis.branches.table import BranchTable
+    from stickslip.analysis.interpolation.interpolated import InterpolatedMap
+    from stickslip.analysis.maps.protocol import Map1D
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 CrisisKind: TypeAlias = Literal["boundary_crisis", "interior_crisis", "band_merging"]
 
 KINDS: Final[tuple[CrisisKind, ...]] = get_args(CrisisKind)
 JUMP: Final = 1.2  # growth of the bands' total length at an interior crisis, at least
 SUSPECT: Final = 1.5  # growth from one value to the next that asks for a closer look
+MAX_STEPS: Final = 5376  # of orbits at a quick look: three growing blocks
+MAX_PERIOD: Final = 64  # of stable cycles there
 
 
 @dataclass(frozen=True)
@@ -102,3 +112,38 @@ def kind_of_change(
     if there.period < here.period or len(there.bands) < len(here.bands):
         return "band_merging"
     return None
+
+
+@dataclass(frozen=True, eq=False)
+class ParameterPoint:
+    """A map at one parameter value, with what is known of it."""
+
+    value: float
+    f: Map1D
+    table: BranchTable
+    attractors: AttractorList
+    fast: InterpolatedMap  # of the table
+
+    @property
+    def chaotic(self) -> list[Attractor]:
+        """The chaotic attractors."""
+        return [a for a in self.attractors if a.kind == "chaotic"]
+
+
+def parameter_point(
+    at: MapAt,
+    value: float,
+    orbits: Iterable[PeriodicOrbit] = (),
+    fast: InterpolatedMap | None = None,
+    *,
+    quick: bool = False,
+) -> ParameterPoint:
+    """Find the attractors of a map at a value; stable known orbits are attractors in any case.
+
+    ``quick`` gives up sooner on orbits that do not settle, and on long periods.
+    """
+    fast = interpolated_map(branch_table(at(value))) if fast is None else fast
+    f, table = fast.f, fast.table
+    limits = {"max_steps": MAX_STEPS, "max_period": MAX_PERIOD} if quick else {}
+    found = attractors_of(f, table, orbits, fast=fast, **limits)
+    return ParameterPoint(float(value), f, table, found, fast)

@@ -1,16 +1,12 @@
 """Breakpoints of a family of maps at many parameter values.
 
 At a few values, the anchors, the breakpoints are known from complete tables. From there each is
-followed value by value: predicted from its last places, enclosed by two points that differ as
-its sides do, and bisected, all breakpoints of one value together. A breakpoint that one anchor
-does not know and the next one does is followed back from there as far as it goes.
+followed value by value, and back from the next anchor: predicted, enclosed by two points that
+differ as its sides do (in value at a jump, in slope at a corner, in having a value at an edge; a
+label may change where the map does not care), and bisected, all of one value together.
 
-The two sides are told apart by what the break is: by the value at a jump, by the slope at a
-corner, by whether there is a value at the edge of a gap. Labels would not do: a branch beside a
-break may change its label where the map does not care.
-
-`borders` follows one break to adjacent floats, with the limits on both sides. Here places are
-enough, of all breaks at thousands of values, and for each value a few calls of the map must do.
+`tracked` follows one break to adjacent floats, with the limits on both sides. Here places are
+enough, of all breaks at thousands of values: a few calls of the map for each must do.
 """
 
 from __future__ import annotations
@@ -45,7 +41,7 @@ MET: Final = 1e-6  # of the domain's width: how well a line must meet an anchor
 
 
 @dataclass(frozen=True, eq=False)
-class BreakLine:
+class BreakpointLine:
     """A breakpoint of a map over the parameter values at which it exists."""
 
     kind: str
@@ -65,9 +61,9 @@ class _Breaks:
         return _Breaks(self.value, self.x[rows], self.kind[rows], self.contrast[rows])
 
 
-def follow_breaks(
+def follow_breakpoints(
     maps: Sequence[Map1D], values: Floats, anchors: Sequence[tuple[float, BranchTable]]
-) -> tuple[BreakLine, ...]:
+) -> tuple[BreakpointLine, ...]:
     """Locate the breakpoints of a family at ascending values between anchors, complete tables.
 
     From left to right, in the order in which they appear; changes of label that the map does not
@@ -93,7 +89,7 @@ def follow_breaks(
         names = iter(new)
         owners = [next(names) if row is None else owners[row] for row in old]
         here = there
-    return tuple(BreakLine(kind, d) for kind, d in lines if np.isfinite(d).any())
+    return tuple(BreakpointLine(kind, d) for kind, d in lines if np.isfinite(d).any())
 
 
 def _breaks_at(value: float, table: BranchTable) -> _Breaks:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.analysis.orbits.shooting import polish
+from stickslip.analysis.orbits.newton import polish
 
 
 def solve(slopes, offsets, guess):
