@@ -32,7 +32,7 @@ CASING: Final[dict[str, Any]] = {"color": "white", "lw": 2.4}  # keeps curves ap
 
 @dataclass(frozen=True)
 class SweepMap:
-    """A map to draw; see `draw_sweep`."""
+    """A map to draw; see `sweep`."""
 
     dataset: Any
     variable: str | None = None
@@ -40,10 +40,10 @@ class SweepMap:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the map."""
-        return draw_sweep(self.dataset, self.variable, ax, curves=self.curves)
+        return sweep(self.dataset, self.variable, ax, curves=self.curves)
 
 
-def draw_sweep(
+def sweep(
     dataset: Any,
     variable: str | None = None,
     ax: Axes | None = None,
