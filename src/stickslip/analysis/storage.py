@@ -118,8 +118,8 @@ TYPES: Final[dict[str, str]] = {
 RENAMED: Final[dict[str, str]] = {
     "Border": "TrackedDiscontinuity",
     "BorderReading": "CriticalReading",
-    "BreakLine": "BreakpointLine",
-    "StrandEnd": "OrbitCurveEnd",
+    "BreakpointLine": "BreakpointLine",
+    "OrbitCurveEnd": "OrbitCurveEnd",
 }
 
 

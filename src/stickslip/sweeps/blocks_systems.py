@@ -43,7 +43,7 @@ class MotionSystem(System):
         self.lacks: Mapping[str, str] = dict.fromkeys(("orbits", "events", "line", "d"), why)
 
     def identity(self) -> dict[str, Any]:
-        """Describe it."""
+        """Describe the model in values that JSON can hold."""
         structure = self.model.structure
         arrays = (structure.mass, structure.stiffness, structure.damping, structure.static)
         return {
@@ -58,7 +58,7 @@ class MotionSystem(System):
         return self.model.replace(**values)
 
     def map_at(self, values: Mapping[str, float]) -> Any:
-        """Make what functions of the user's own are given: the model."""
+        """Return the model, which functions of the user's own take in place of a map."""
         return self.model_at(values)
 
     def starts(self, points: Points, n_starts: int) -> Floats:
@@ -67,7 +67,7 @@ class MotionSystem(System):
 
 
 class BlocksSystem(MotionSystem):
-    """Two blocks or more, free: an orbit is one of vectors of differences."""
+    """Two blocks or more without forcing: points of an orbit are vectors of differences."""
 
     def __init__(self, f: BlocksEventMap) -> None:
         self.model, self.settings = f.model, {**f.settings, "threads": 1}
@@ -77,7 +77,7 @@ class BlocksSystem(MotionSystem):
             self.lacks = {"line": why, "d": why}
 
     def identity(self) -> dict[str, Any]:
-        """Describe it."""
+        """Describe the model in values that JSON can hold."""
         settings = {name: str(value) for name, value in self.settings.items() if name != "threads"}
         return {**super().identity(), "engine": settings}
 

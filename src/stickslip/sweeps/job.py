@@ -38,7 +38,7 @@ TILES: Final = 64  # of a small sweep, so that all cores have work and little is
 
 
 class Orbits(NamedTuple):
-    """What is known of orbits, in the order of grid points, the seeds of one together."""
+    """Results of orbits, in the order of grid points, the starts of each point together."""
 
     verdicts: LongRun
     followed: Followed
@@ -115,7 +115,7 @@ class Job:
 
     @cached_property
     def tails(self) -> dict[Run, int]:
-        """Runs of orbits that the observables ask for, and the most last points of each."""
+        """Runs of orbits that observables need, and how many of their last points."""
         found: dict[Run, int] = {}
         for each in self.observables:
             for run, tail in each.runs().items():
@@ -154,11 +154,11 @@ class Tile:
 
     @property
     def region(self) -> tuple[slice, ...]:
-        """Where it lies in the grid."""
+        """Place of the tile in the grid."""
         return tuple(slice(a, a + n) for a, n in zip(self.start, self.shape, strict=True))
 
     def points(self, job: Job) -> Points:
-        """List its grid points, in C order."""
+        """Return the grid points of the tile, in C order."""
         grids = np.meshgrid(*self.values, indexing="ij", copy=False)
         columns = {name: grid.ravel() for name, grid in zip(job.names, grids, strict=True)}
         d = columns.pop(START, None)

@@ -57,7 +57,7 @@ class _Engine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The keys of a plan; what stands in tables is read further."""
+    """The keys of a plan; its tables are read further."""
 
     store: str
     axes: dict[str, Any]

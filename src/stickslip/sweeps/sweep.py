@@ -77,7 +77,7 @@ class Progress:
 
     @property
     def remaining(self) -> float:
-        """Seconds until the end at that rate."""
+        """Seconds until the end at the rate so far."""
         return (self.total - self.done) / self.rate if self.rate > 0 else float("inf")
 
 
@@ -383,7 +383,7 @@ def _written(
     check: Callable[[], None],
     show: Callable[[int], None],
 ) -> None:
-    """Write what is computed, as it comes."""
+    """Write tiles as they are computed."""
     failed: list[tuple[Tile, Exception]] = []
     for tile, computed in outcomes:
         check()

@@ -128,7 +128,7 @@ class System:
     lacks: Mapping[str, str] = MappingProxyType({})
 
     def identity(self) -> dict[str, Any]:
-        """Describe it in values that JSON can hold."""
+        """Describe the system in values that JSON can hold."""
         raise NotImplementedError
 
     def check(self, values: Mapping[str, float]) -> None:

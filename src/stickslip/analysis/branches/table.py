@@ -132,8 +132,8 @@ class BranchTable(Sequence[Branch]):
         return "\n".join(lines)
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Draw the map over its domain; see `stickslip.plot.event_map`."""
-        draw = importlib.import_module("stickslip.plot.event_map").event_map
+        """Draw the map over its domain; see `stickslip.plot.maps`."""
+        draw = importlib.import_module("stickslip.plot.maps").event_map
         axes: Axes = draw(self.f, ax, **style)
         return axes
 

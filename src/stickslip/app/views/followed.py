@@ -30,7 +30,7 @@ MODELS: Final = 64  # that are remembered
 
 
 class Known:
-    """Orbits of the models that were asked for last, by anyone."""
+    """Orbits of the latest models, of all users."""
 
     def __init__(self) -> None:
         self._lists: deque[tuple[TwoBlock, tuple[Floats, ...]]] = deque(maxlen=MODELS)

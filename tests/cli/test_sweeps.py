@@ -161,7 +161,7 @@ def test_models_and_maps_are_named_too(plan, monkeypatch):
     begin, end = PLAN.index("[model]"), PLAN.index("[axes]")
     plan.write_text('model = "model.toml"\n' + PLAN[:begin] + PLAN[end:])
     assert read_plan(plan).arguments["system"] == ss.examples.coulomb()
-    plan.write_text('map = "tests.cli.test_sweep:LOGISTIC"\n' + PLAN[:begin] + PLAN[end:])
+    plan.write_text('map = "tests.cli.test_sweeps:LOGISTIC"\n' + PLAN[:begin] + PLAN[end:])
     assert read_plan(plan).arguments["system"] is LOGISTIC
 
 

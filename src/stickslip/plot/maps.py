@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
@@ -11,11 +11,14 @@ from matplotlib.ticker import MaxNLocator
 from stickslip.plot.style import PALETTE, axes_or_new
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
 _ROUNDS = 40  # bisections; enough for 1e-9 of the window, and a bound in every case
 _MOST_POINTS = 50_000
+_RESOLUTION = 1e-9  # of the window, to which changes of label are bisected
 
 
 class _Map(Protocol):
@@ -31,18 +34,16 @@ class Curve:
     jumps: NDArray[np.float64]  # where the value jumps, or the map becomes undefined
 
 
-def trace(
-    f: _Map, window: tuple[float, float], *, points: int = 801, resolution: float = 1e-9
-) -> Curve:
+def trace(f: _Map, window: tuple[float, float], *, points: int = 801) -> Curve:
     """Sample a map for drawing: broken where the label changes *and* the value jumps."""
     # Branches thinner than the first sample of so many `points` can be missed: ask `branches` for a
-    # complete list. Changes of label are bisected to a share `resolution` of the window.
+    # complete list.
     x = np.linspace(*window, points)
     y, label = _evaluate(f, x)
     width = x[-1] - x[0]
     for _ in range(_ROUNDS):
         gap = np.diff(x)
-        changes = (label[1:] != label[:-1]) & (gap > resolution * width)
+        changes = (label[1:] != label[:-1]) & (gap > _RESOLUTION * width)
         steep = (np.abs(np.diff(y)) > 0.01 * _height(y)) & (gap > 1e-6 * width)
         (where,) = np.nonzero(changes | steep)
         if where.size == 0 or x.size > _MOST_POINTS:
@@ -167,8 +168,61 @@ def mark_orbit(
     ax.plot(d, np.roll(d, -power), **{**looks, **marker})
 
 
-def cobweb(ax: Axes, d: ArrayLike, **line: Any) -> None:
+def draw_steps(ax: Axes, d: ArrayLike, **line: Any) -> None:
     """Draw an orbit, successive values, as steps between the map and the diagonal."""
     d = np.asarray(d, dtype=float)
     steps = np.repeat(d, 2)
     ax.plot(steps[:-1], steps[1:], **{"color": PALETTE["sky"], "lw": 0.6, "zorder": 1.5, **line})
+
+
+COLORS: Final = tuple(PALETTE[name] for name in ("sky", "orange", "green", "purple", "vermillion"))
+
+
+def cobweb(
+    f: Any,
+    start: ArrayLike,
+    ax: Axes | None = None,
+    *,
+    steps: int = 50,
+    skip: int = 0,
+    orbits: Iterable[Any] = (),
+    window: tuple[float, float] | None = None,
+) -> Axes:
+    """Draw a map and orbits on it, as steps to the diagonal and back.
+
+    Parameters
+    ----------
+    f : EventMap or PiecewiseMap
+        With ``domain``, ``evaluate`` and ``iterate``.
+    start : array_like of float, any shape
+        Starting points, one orbit and one colour each.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+    steps : int
+        Steps drawn of each orbit.
+    skip : int
+        Steps left out before, so that only the steady motion shows.
+    orbits : iterable of PeriodicOrbit
+        Marked on the map: filled circles if stable, open squares if not.
+    window : pair of float, optional
+        Range of both axes; by default the whole domain.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        An orbit that leaves ends where it left.
+
+    Raises
+    ------
+    ValueError
+        No step to draw, or a negative number of steps to skip.
+    """
+    if steps < 1 or skip < 0:
+        raise ValueError(f"steps = {steps} must be at least 1, skip = {skip} not negative")
+    ax = event_map(f, axes_or_new(ax), window=window)
+    paths = np.reshape(f.iterate(np.ravel(start), skip + steps), (-1, skip + steps + 1))
+    for k, path in enumerate(paths):
+        draw_steps(ax, path[skip:], color=COLORS[k % len(COLORS)])
+    for orbit in orbits:  # those outside the window must not widen the picture
+        mark_orbit(ax, orbit.points, stable=bool(orbit.stable), clip_on=window is not None)
+    return ax

@@ -1,14 +1,18 @@
-"""A file is whole or not there, and never replaced unasked."""
+"""What commands write: files, whole or not there, documents and tables."""
 
+import io
+import json
 import os
 import stat
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
 
 from stickslip.cli import main
 from stickslip.cli.failure import REFUSED, RefusalError, UsageError
-from stickslip.cli.output import new_files, new_folder
+from stickslip.cli.output import document, error_document, new_files, new_folder
+from stickslip.files import write_csv
 
 
 def listing(folder):
@@ -166,3 +170,56 @@ def test_a_table_becomes_a_picture_if_its_file_is_named_so(command, tmp_path, ca
     assert capsys.readouterr().out == f"{out}\n"
     assert out.read_bytes().startswith(b"\x89PNG")
     assert list(tmp_path.iterdir()) == [out]
+
+
+TABLE = {
+    "value": np.array([0.1 + 0.2, np.nan, -np.inf]),
+    "label": np.array([2**64 - 1, 0, 7], dtype=np.uint64),
+    "status_name": ["OK", "NEVER_CYCLE", "OK"],
+}
+
+
+def test_a_document_has_the_four_parts():
+    parts = json.loads(document("map", {"alpha": 1.2}, TABLE))
+    assert parts == {
+        "schema": 1,
+        "command": "map",
+        "parameters": {"alpha": 1.2},
+        "result": {
+            "value": [0.30000000000000004, None, None],
+            "label": [2**64 - 1, 0, 7],
+            "status_name": ["OK", "NEVER_CYCLE", "OK"],
+        },
+    }
+
+
+def test_an_error_document_names_type_and_reason():
+    parts = json.loads(error_document("map", ValueError("alpha = -1")))
+    assert parts == {
+        "schema": 1,
+        "command": "map",
+        "error": {"type": "ValueError", "message": "alpha = -1"},
+    }
+
+
+def test_csv_has_a_header_and_reads_back_exactly():
+    stream = io.StringIO()
+    write_csv(stream, TABLE)
+    assert stream.getvalue().splitlines() == [
+        "value,label,status_name",
+        "0.30000000000000004,18446744073709551615,OK",
+        "nan,0,NEVER_CYCLE",
+        "-inf,7,OK",
+    ]
+
+
+def test_csv_writes_lists_into_one_cell_and_nothing_for_none():
+    stream = io.StringIO()
+    write_csv(
+        stream, {"points": [[0.1 + 0.2, 1.0], []], "block": [None, 2], "x": [np.float64(1)] * 2}
+    )
+    assert stream.getvalue().splitlines() == [
+        "points,block,x",
+        "0.30000000000000004 1.0,,1.0",
+        ",2,1.0",
+    ]
