@@ -133,7 +133,9 @@ def bifurcation_diagram(
     survey.run(n_lists)
     traced = trace_orbits(survey)
     maps = [survey.family.at(q) for q in values]
-    anchors = _anchors(survey)
+    # All values at which the survey has a complete list.
+    nodes = {node.q: node for span in survey.spans for node in (span.left, span.right)}
+    anchors = [nodes[q] for q in sorted(nodes)]
     breaks = follow_breakpoints(maps, values, [(node.q, node.table) for node in anchors])
     report(0.5)
     orbits = _orbit_curves(maps, values, traced)
@@ -152,12 +154,6 @@ def bifurcation_diagram(
         breakpoints=breaks,
         unresolved=tuple(map(str, survey.unresolved)) + _missing(values, traced, orbits),
     )
-
-
-def _anchors(survey: Survey) -> list[Node]:
-    """All values at which the survey has a complete list, ascending."""
-    nodes = {node.q: node for span in survey.spans for node in (span.left, span.right)}
-    return [nodes[q] for q in sorted(nodes)]
 
 
 class _Steps:
