@@ -14,7 +14,7 @@ from stickslip.app.exports import KNOWN, formats
 from stickslip.app.presets import CHAIN, OSCILLATOR
 from stickslip.app.ranges import SLIDERS
 from stickslip.mechanics.friction import LAWS
-from stickslip.mechanics.friction.ranges import Choice
+from stickslip.mechanics.friction.law import Choice
 from stickslip.mechanics.model.values import model_values
 from stickslip.vocabulary import TERMS
 

@@ -14,7 +14,7 @@ from stickslip.sweeps.system import rows
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.mechanics.eventmap.follow_records import Followed
+    from stickslip.mechanics.eventmap.records import Followed
     from stickslip.numerics.long_run import LongRun
     from stickslip.sweeps.orbits import Run
     from stickslip.sweeps.system import System

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.checks import check_callback, finite_number, instance, one_of, whole_number
-from stickslip.mechanics.eventmap.carriers import DEVICES
+from stickslip.mechanics.eventmap.backend_choice import DEVICES
 from stickslip.numerics.gpu import require_gpu
 from stickslip.numerics.targets import available_threads
 from stickslip.sweeps import engines, target

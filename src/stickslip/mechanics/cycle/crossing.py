@@ -15,11 +15,9 @@ from stickslip.numerics.continuation import Curve, CurvePoint, LeavesRegion, Ste
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from numpy.typing import NDArray
-
     from stickslip.mechanics.cycle.cycle import Cycle
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 SAMPLES: Final = 48  # per unit of time, when a block's rest in space is looked for
 FAR: Final = 0.1  # of the period: an event this far from the section is far

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.sliding import Model
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 SAME: Final = 1e-9  # relative: periods that rounding tells apart
 NEUTRAL: Final = 1e-7  # multipliers this close to the unit circle neither attract nor repel

@@ -16,7 +16,7 @@ from stickslip.mechanics.model.arguments import checked_model
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, eq=False)

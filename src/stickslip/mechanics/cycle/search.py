@@ -15,7 +15,7 @@ from stickslip.mechanics.cycle.section import Shot
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
 from stickslip.mechanics.cycle.sliding import modes
 from stickslip.mechanics.cycle.slip_cycle import slip_cycle
-from stickslip.mechanics.flow.settings import tolerance
+from stickslip.mechanics.flow.engine import tolerance
 from stickslip.mechanics.model.arguments import checked_model, state_vector
 
 if TYPE_CHECKING:
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.mechanics.cycle.sliding import Model
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 CLOSE: Final = 1e-3  # of the state's size: a return this close is worth an attempt
 SETTLED: Final = 1e-9  # ... and this close is a cycle that attracts

@@ -12,11 +12,8 @@ from stickslip.mechanics.cycle.sliding import modes
 from stickslip.numerics.continuation import Curve, LeavesRegion, StepTooLong
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stickslip.mechanics.cycle.sliding import Model
 
-    Floats = NDArray[np.float64]
 
 PATIENCE: Final = 2.5  # periods of the slowest mode in which two extremes of a kind must come
 STEP: Final = 1 / 64  # of the fastest mode's period: where extremes are looked for

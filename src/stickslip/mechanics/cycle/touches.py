@@ -6,16 +6,14 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from stickslip.mechanics.flow.blocks.mode import settle
+from stickslip.mechanics.flow.blocks.transitions import settle
 from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING
 from stickslip.numerics.polynomial import NO_ROOT, jet, lowest_minimum, value
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stickslip.mechanics.cycle.shooting import Shooter, State
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 TouchKind: TypeAlias = Literal["grazing", "limit", "landing", "tie"]
 

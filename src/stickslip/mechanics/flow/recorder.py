@@ -7,16 +7,13 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stickslip import status as status_codes
-from stickslip.mechanics.flow.settings import MAX_INSTANT
-
-Floats: TypeAlias = NDArray[np.float64]
-Ints: TypeAlias = NDArray[np.int64]
+from stickslip.mechanics.flow.system import MAX_INSTANT
+from stickslip.numerics.arrays import Floats, Ints
 
 # Longer steps of closed forms are cut: quadrature over a step must be accurate.
 LONGEST_STEP = 1.5
@@ -38,40 +35,14 @@ class Recorded:
     inside: StatesInside | None  # (step, t since its start) -> x, w, e; None: events only
 
 
-class Record:
-    """Steps of a motion while it is followed, or the `last` of them: start times, states, modes."""
+class Step(NamedTuple):
+    """State at the start of a step of a motion, and its modes."""
 
-    def __init__(self, last: int | None = None) -> None:
-        self.t: deque[float] = deque(maxlen=last)
-        self.x: deque[Floats] = deque(maxlen=last)
-        self.w: deque[Floats] = deque(maxlen=last)
-        self.e: deque[Floats] = deque(maxlen=last)
-        self.mode: deque[Ints] = deque(maxlen=last)
-
-    def add(self, t: float, x: Floats, w: Floats, e: Floats, mode: Ints) -> None:
-        """Keep the state at the start of a step."""
-        self.t.append(t)
-        self.x.append(x.copy())
-        self.w.append(w.copy())
-        self.e.append(e.copy())
-        self.mode.append(mode.copy())
-
-    def drop(self) -> None:
-        """Forget the last step: it could not be taken."""
-        self.t.pop()
-        for values in (self.x, self.w, self.e, self.mode):
-            values.pop()
-
-    def recorded(self, inside: StatesInside | None) -> Recorded:
-        """All of it as arrays."""
-        return Recorded(
-            np.array(self.t),
-            np.array(self.x),
-            np.array(self.w),
-            np.array(self.e),
-            np.array(self.mode),
-            inside,
-        )
+    t: float
+    x: Floats
+    w: Floats
+    e: Floats
+    mode: Ints
 
 
 class Recorder(ABC):
@@ -83,7 +54,7 @@ class Recorder(ABC):
     def __init__(self, *, rtol: float, dense: bool, last: int | None = None) -> None:
         self.rtol = rtol
         self.dense = dense
-        self.record = Record(last)
+        self.record: deque[Step] = deque(maxlen=last)
         self.t = 0.0
         self.n_events = 0
         self.status = status_codes.OK  # why it ended
@@ -105,8 +76,13 @@ class Recorder(ABC):
         """Start from any state; a block at belt velocity rides if its force is in the limits."""
 
     @abstractmethod
+    def _state(self) -> tuple[Floats, Floats, Floats]:
+        """Displacements, relative velocities and needed forces at present."""
+
     def keep(self) -> None:
         """Add the present state to the record."""
+        x, w, e = self._state()
+        self.record.append(Step(self.t, x.copy(), w.copy(), e.copy(), self.mode.copy()))
 
     @abstractmethod
     def _advance(self, cap: float) -> tuple[float, int]:
@@ -134,7 +110,7 @@ class Recorder(ABC):
         for n, status in enumerate(self._steps(t_end)):
             self.status = status
             if status != status_codes.OK:
-                self.record.drop()
+                self.record.pop()  # it could not be taken
                 return
             if endless and self._slides_for_ever():
                 self.status = status_codes.NEVER_SLIPPING
@@ -161,6 +137,7 @@ class Recorder(ABC):
 
     def finish(self) -> Recorded:
         """Return the record, closed by the last state."""
-        dense = self.dense and bool(self.record.t)
+        dense = self.dense and bool(self.record)
         self.keep()
-        return self.record.recorded(self._inside() if dense else None)
+        t, x, w, e, mode = (np.array(values) for values in zip(*self.record, strict=True))
+        return Recorded(t, x, w, e, mode, self._inside() if dense else None)

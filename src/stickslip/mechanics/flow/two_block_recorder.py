@@ -7,10 +7,10 @@ import numpy as np
 from stickslip import status as status_codes
 from stickslip.mechanics.flow.dense import FORCE_ROUNDING
 from stickslip.mechanics.flow.engine import Engine
-from stickslip.mechanics.flow.mode import round_landings, settle
-from stickslip.mechanics.flow.onset import onset
-from stickslip.mechanics.flow.recorder import Floats, Ints, Recorder, StatesInside
+from stickslip.mechanics.flow.recorder import Recorder, StatesInside
 from stickslip.mechanics.flow.system import BACKWARD, LANDING, Phases, limit, new_motion
+from stickslip.mechanics.flow.transitions import onset, round_landings, settle
+from stickslip.numerics.arrays import Floats, Ints
 from stickslip.numerics.roots import EPSILON
 
 
@@ -50,10 +50,9 @@ class TwoBlockRecorder(Recorder):
         settle(self.engine.system, motion)
         self._note_global_stick()
 
-    def keep(self) -> None:
-        """Add the present state to the record."""
+    def _state(self) -> tuple[Floats, Floats, Floats]:
         motion = self.motion
-        self.record.add(self.t, self._displacements(motion.e), motion.w, motion.e, motion.mode)
+        return self._displacements(motion.e), motion.w, motion.e
 
     def _slides_for_ever(self) -> bool:
         engine, motion = self.engine, self.motion
@@ -128,9 +127,8 @@ class TwoBlockRecorder(Recorder):
 
     def _closed_forms(self) -> StatesInside:
         engine = self.engine
-        starts = Phases(
-            np.array(self.record.w), np.array(self.record.e), np.array(self.record.mode)
-        )
+        _, _, w, e, mode = zip(*self.record, strict=True)
+        starts = Phases(np.array(w), np.array(e), np.array(mode))
 
         def inside(step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
             w, e = np.empty((t.size, 2)), np.empty((t.size, 2))

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, ...]
 

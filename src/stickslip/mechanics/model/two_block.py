@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.mechanics.eventmap.event_map import EventMap
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, FrictionLaw]
 
