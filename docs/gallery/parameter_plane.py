@@ -22,6 +22,6 @@ swept = ss.sweep(
     {"V": (*plane["V"], 36), "alpha": (*plane["alpha"], 24)},
     observables=[ss.observables.LyapunovExponent(transient=300, n=300)],
     store=tempfile.mkdtemp() + "/plane.zarr",
-    d0=-0.4676,  # on the orbit of period 4
+    d=-0.4676,  # on the orbit of period 4
 )
 draw_sweep(swept, curves=(curve,))

@@ -1,4 +1,5 @@
 # The public names, listed once: `__init__.py` serves them from here, each when first used.
+from . import errors as errors
 from . import examples as examples
 from . import status as status
 from .analysis.attractors.attractors import attractors as attractors

@@ -132,7 +132,7 @@ def test_the_raster_of_periods_agrees_with_the_exact_curve(tmp_path):
         {"V": (0.03696, 0.03699, 11), "alpha": (1.1998, 1.2002, 3)},
         [ss.observables.Attractor(transient=1500, n=300)],
         store=tmp_path / "x",
-        d0=collision.points[0],
+        d=collision.points[0],
         threads=1,
     )
     for alpha in found.alpha.values:

@@ -1,7 +1,7 @@
 """Kernels compiled by a process of its own: the memory that a compiler takes ends with it.
 
-The server loads what lies in the cache then. To compile in the server would also hold up all of its
-threads, as the compiler is Python.
+The server loads what lies in the cache then. Compiling is Python: here it would hold up all
+threads.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ NUMBERS: Final = {"mu": 0.22, "gamma": 3.0}  # of typical laws; of the others 0.
 
 
 class Compiler:
-    """Sees to it that the kernels of a request are in the cache before it is answered."""
+    """Puts the kernels that requests need into the cache before the requests are answered."""
 
     def __init__(self) -> None:
         self._done: set[str] = set()
@@ -46,7 +46,7 @@ class Compiler:
         self._process: subprocess.Popen[bytes] | None = None
 
     def prepare(self, asked: Iterable[requests.Request]) -> None:
-        """Compile what these requests need, unless that was done before."""
+        """Compile the kernels that these requests need, unless that was done before."""
         keyed = {_key(small): small for request in asked if (small := typical(request))}
         if keyed.keys() <= self._done or (root := cache_root()) is None:
             return
@@ -75,7 +75,7 @@ class Compiler:
         return code == 0
 
     def stop(self) -> None:
-        """End the process that compiles, if one does."""
+        """End the process that compiles, if there is one."""
         if self._process is not None:
             self._process.terminate()
 
@@ -85,13 +85,7 @@ def _key(small: requests.Request) -> str:
 
 
 def typical(request: requests.Request) -> requests.Request | None:
-    """Return a small request that needs the same kernels, None if it needs none.
-
-    Raises
-    ------
-    BadRequestError
-        It is about no model.
-    """
+    """Return a small request that needs the same kernels, None if it needs none."""
     model = model_of(request)
     values = _typical_model(model)
     rest = (0.0,) * (2 if isinstance(model, TwoBlock) else len(values["static"]))
@@ -146,7 +140,7 @@ def _asked(content: bytes) -> Iterator[requests.Request]:
 
 
 def main() -> None:
-    """Answer requests, for what is left in the cache."""
+    """Answer requests: their kernels stay in the cache."""
     for request in _asked(sys.stdin.buffer.read()):
         with suppress(ValueError):  # such as a motion without a cycle
             for _ in VIEWS[type(request)](request):

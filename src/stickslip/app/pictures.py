@@ -20,8 +20,8 @@ from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app import requests
 from stickslip.app.jobs import progress_between, undisturbed
 from stickslip.app.requests import BadRequestError, model_of
-from stickslip.app.views.common import map_of, naming, range_of, two_blocks
 from stickslip.app.views.event_map import window_of
+from stickslip.app.views.model import map_of, naming, range_of, two_blocks
 from stickslip.app.views.motion import found_cycle, simulated
 from stickslip.plot.animation import film
 from stickslip.plot.cobweb import draw_cobweb
@@ -45,18 +45,7 @@ _drawing = threading.Lock()  # matplotlib's settings belong to the whole process
 
 
 def picture_of(request: requests.Request, kind: str) -> bytes:
-    """Compute and draw a view.
-
-    Parameters
-    ----------
-    request : Request
-    kind : {"svg", "png"}
-
-    Returns
-    -------
-    bytes
-        The file.
-    """
+    """Compute and draw a view, as "svg" or "png"."""
     draw = DRAWN[type(request)](request)
     with _one_at_a_time(), TemporaryDirectory() as folder:
         figure = new_figure("two", height=HEIGHT)
@@ -69,18 +58,7 @@ def picture_of(request: requests.Request, kind: str) -> bytes:
 
 
 def film_of(request: requests.Mechanism, kind: str) -> bytes:
-    """Compute a motion and draw it as a film.
-
-    Parameters
-    ----------
-    request : Mechanism
-    kind : {"gif", "mp4"}
-
-    Returns
-    -------
-    bytes
-        The file.
-    """
+    """Compute a motion and draw it as a film, "gif" or "mp4"."""
     motion = simulated(request)
     with _one_at_a_time(), TemporaryDirectory() as folder:
         path = Path(folder) / f"view.{kind}"
@@ -122,10 +100,6 @@ def _cobweb(request: requests.Cobweb) -> Draw:
     return lambda ax: draw_cobweb(f, request.d, ax, steps=request.n)
 
 
-def _motion(request: requests.Motion) -> Draw:
-    return simulated(request).plot
-
-
 def _portrait(request: requests.Portrait) -> Draw:
     motion = simulated(request)
     if request.block > motion.model.n_blocks:
@@ -142,10 +116,6 @@ def _plane(request: requests.Plane) -> Draw:
 def _mechanism(request: requests.Mechanism) -> Draw:
     motion = simulated(request)
     return lambda ax: mechanism(motion.model, ax, x=motion.x(0.0))
-
-
-def _cycle(request: requests.Cycle) -> Draw:
-    return found_cycle(request).plot
 
 
 def _locus(request: requests.Locus) -> Draw:
@@ -178,11 +148,11 @@ def _diagram(request: requests.Diagram) -> Draw:
 DRAWN: Final[dict[type[requests.Request], Callable[[Any], Draw]]] = {
     requests.EventMap: _event_map,
     requests.Cobweb: _cobweb,
-    requests.Motion: _motion,
+    requests.Motion: lambda r: simulated(r).plot,
     requests.Portrait: _portrait,
     requests.Plane: _plane,
     requests.Mechanism: _mechanism,
-    requests.Cycle: _cycle,
+    requests.Cycle: lambda r: found_cycle(r).plot,
     requests.Locus: _locus,
     requests.Law: _law,
     requests.Basins: _basins,

@@ -39,7 +39,7 @@ class Report:
     Examples
     --------
     >>> import stickslip as ss
-    >>> from stickslip.study.bifurcations import bifurcations
+    >>> from stickslip.analysis.bifurcations.bifurcations import bifurcations
     >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.2})
     >>> found = bifurcations(f, "r", (2.9, 3.1), max_period=1)
     >>> print(Report(found).text().splitlines()[0])

@@ -1,9 +1,7 @@
 """Where kernels run: compiling them, caching them on disk, binding laws into them, threads.
 
-Every compiled function of the project goes through `kernel`. Numba's own cache is keyed by
-the source of one function and so serves stale code when a callee in another file changes
-(numba issues 3588, 8851, 8926); here the cache folder is named by a hash over the sources of
-all kernels and of what these import, so that an edit of any of them makes a new folder.
+Numba's own cache serves stale code when a callee in another file changes (numba issues 3588, 8851,
+8926): here a hash over the sources of all kernels and of their imports names the cache folder.
 """
 
 from __future__ import annotations
@@ -25,7 +23,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import Any, ClassVar, TypeVar, overload
 
 import numba
@@ -38,11 +36,9 @@ config: Any = numba.config
 
 
 def _believe_in_blas() -> None:
-    """Keep numba from loading scipy.linalg, a seventh of the time to the first value.
-
-    It does so only to learn whether there is a BLAS, when it compiles or loads its first function.
-    SciPy is always there; a function that needs its BLAS loads it when it is compiled.
-    """
+    """Keep numba from loading scipy.linalg, a seventh of the time to the first value."""
+    # Numba only asks whether there is a BLAS, when it compiles or loads its first function. SciPy
+    # is always there; a function that needs its BLAS loads it when it is compiled.
     with suppress(ImportError, AttributeError):
         linalg: Any = importlib.import_module("numba.np.linalg")
         ensure, linalg.ensure_blas = linalg.ensure_blas, lambda: None
@@ -80,10 +76,7 @@ def source_hash() -> str:
 
 
 def kernel_sources(package: Path) -> set[Path]:
-    """Files of kernels and of their generators, what they import, and so on; what binds names.
-
-    Imports for the type checker are indented, and do not count.
-    """
+    """Files of kernels and of their generators, what they import (not indented), and so on."""
     files = {path: path.read_bytes().decode() for path in package.rglob("*.py")}
     users = {path: text for path, text in files.items() if USES in text}
     todo = [path for path, text in files.items() if "\n@kernel" in text]
@@ -117,12 +110,10 @@ def _candidate_roots() -> Iterator[Path]:
 
 
 def _private_and_writable(folder: Path) -> bool:
-    """Make `folder` if need be; whether it can hold code: nobody else can write there.
-
-    No level of the path belongs to another user or can be written by others, so that no folder
-    of it can be exchanged later. In a shared folder with the sticky bit, as /tmp, only the owner
-    can exchange what is there; the next level must then be ours, or the system's.
-    """
+    """Make `folder` if need be; whether it can hold code: nobody else can write there."""
+    # No level of the path belongs to another user or can be written by others, so that no folder of
+    # it can be exchanged later. In a shared folder with the sticky bit, as /tmp, only the owner can
+    # exchange what is there; the next level must then be ours, or the system's.
     try:
         for level in reversed((folder, *folder.parents)):
             if not level.exists():
@@ -148,8 +139,7 @@ def cache_root() -> Path | None:
     """Folder of compiled and generated kernels of this version of the sources, or None.
 
     The first of ``$STICKSLIP_CACHE_DIR``, ``$XDG_CACHE_HOME``, ``~/.cache`` and the temporary
-    folder that this user alone can write. Folders of other versions that nobody used for a month
-    go.
+    folder that this user alone can write. Folders of versions unused for a month go.
     """
     for base in _candidate_roots():
         numba_base = Path(os.path.realpath(base)) / "numba"  # a link could be turned elsewhere
@@ -302,23 +292,12 @@ def kernel(*, inline: bool = ..., fused: bool = ...) -> Callable[[F], F]: ...
 def kernel(
     func: F | None = None, *, inline: bool = False, fused: bool = False
 ) -> F | Callable[[F], F]:
-    """Compile a function for the CPU; the only use of numba's decorator in the project.
+    """Compile a function for the CPU: IEEE rounding, no exceptions, no counted references.
 
-    Every operation is rounded as IEEE rules say, and divisions follow them too; arrays are not
-    counted as references, because kernels never allocate.
-
-    Parameters
-    ----------
-    func : callable
-        A plain function of floats, integers, NamedTuples and arrays.
-    inline : bool
-        Always compile it into its callers: for small functions on the hot path, where passing
-        a motion would cost more than the work.
-    fused : bool
-        Let the compiler fuse multiplications and additions: for passes over lanes, a tenth
-        faster. Of ``a b + c d`` it may fuse either product. A kernel that others call has a
-        copy in each of them, and of the copies in a process the first one loaded serves all: the
-        last bit then depends on what was compiled or loaded before (docs/notes/0008).
+    `inline` compiles it into its callers: for small functions on the hot path. `fused` lets the
+    compiler fuse products into sums, a tenth faster over lanes. Of ``a b + c d`` it may fuse
+    either, and the copies in callers may differ: the last bit depends on what was loaded first
+    (docs/notes/0008).
     """
     if func is None:
         return lambda function: _compiled(function, inline, fused)
@@ -341,14 +320,14 @@ def _compiled(func: F, inline: bool, fused: bool) -> F:
 
 def kernel_uncached(func: F) -> F:
     """Compile `func` for this process only: code that no other process can import."""
-    with _instance("", cached=False):
+    with _instance(None):
         return kernel(func)
 
 
 @contextmanager
-def _instance(key: str, *, cached: bool) -> Iterator[None]:
+def _instance(key: str | None) -> Iterator[None]:
     previous = getattr(_instance_key, "value", "plain")
-    _instance_key.value = key if cached else None
+    _instance_key.value = key
     try:
         yield
     finally:
@@ -358,41 +337,30 @@ def _instance(key: str, *, cached: bool) -> Iterator[None]:
 def instantiate(template: str, key: str, *, cached: bool = True, **bindings: Any) -> ModuleType:
     """Execute a template module of kernels again, with `bindings` among its globals.
 
-    This is how a friction law or a stepper gets into the engine: numba sees plain global
-    functions, which it inlines and caches; a closure or a function argument would be compiled
-    anew in each process. Each instance has a cache folder of its own.
-
-    Parameters
-    ----------
-    template : str
-        Full name of the template module. Names that it expects to be bound are imported
-        there under ``TYPE_CHECKING`` only.
-    key : str
-        Identifies the bindings; equal keys give the same instance.
-    cached : bool
-        False when a binding exists in this process only.
-    **bindings
-        The global names to bind.
+    Numba sees plain global functions, which it inlines and caches; closures would be compiled anew
+    in each process. Equal keys give the same instance; `cached` is False for bindings of this
+    process.
     """
+    name = f"{template}[{key}]"
     with _making:
-        return _instantiated(template, f"{template}[{key}]", key, cached, bindings)
+        if name in sys.modules:
+            return sys.modules[name]
+        spec = importlib.util.find_spec(template)
+        if spec is None or spec.origin is None:
+            raise ModuleNotFoundError(template)
+        code = compile(Path(spec.origin).read_text(encoding="utf-8"), spec.origin, "exec")
+        return _executed(name, spec.origin, code, key if cached else None, bindings)
 
 
-def _instantiated(
-    template: str, name: str, key: str, cached: bool, bindings: dict[str, Any]
+def _executed(
+    name: str, file: str, code: CodeType, key: str | None, bindings: dict[str, Any]
 ) -> ModuleType:
-    if name in sys.modules:
-        return sys.modules[name]
-    spec = importlib.util.find_spec(template)
-    if spec is None or spec.origin is None:
-        raise ModuleNotFoundError(template)
-    module = ModuleType(name)
-    module.__file__ = spec.origin
+    """Make a module of kernels, cached by their key; one that fails leaves nothing behind."""
+    module = sys.modules[name] = ModuleType(name)
+    module.__file__ = file
     module.__dict__.update(bindings)
-    code = compile(Path(spec.origin).read_text(encoding="utf-8"), spec.origin, "exec")
-    sys.modules[name] = module
     try:
-        with _instance(key, cached=cached):
+        with _instance(key):
             exec(code, module.__dict__)
     except BaseException:
         del sys.modules[name]
@@ -408,35 +376,21 @@ def write_module(stem: str, text: str) -> ModuleType:
 def generated_module(stem: str, key: str, make_text: Callable[[], str]) -> ModuleType:
     """Import generated kernels, written as a module so that numba can cache them.
 
-    The file lies in the cache folder under a name with the `key`, which must identify the text
-    among those that this version of the sources generates; without a private folder it lives in
-    this process alone. `make_text` is called if there is no such file.
+    The `key` must identify the text among those that this version of the sources generates.
     """
+    name = f"stickslip_generated_{stem}_{key}"
     with _making:
-        return _generated(f"stickslip_generated_{stem}_{key}", key, make_text)
-
-
-def _generated(name: str, key: str, make_text: Callable[[], str]) -> ModuleType:
-    if name in sys.modules:
-        return sys.modules[name]
-    root = cache_root()
-    path = Path(f"{name}.py") if root is None else root / "generated" / f"{name}.py"
-    kept = _kept if root else lambda _, make: make()
-    text = kept(path, lambda: make_text().encode())
-    code = kept(
-        path.with_suffix(f".{sys.implementation.cache_tag}.code"),
-        lambda: marshal.dumps(compile(text, path, "exec")),
-    )
-    module = ModuleType(name)
-    module.__file__ = str(path)
-    sys.modules[name] = module
-    try:
-        with _instance(key, cached=root is not None):
-            exec(marshal.loads(code), module.__dict__)
-    except BaseException:
-        del sys.modules[name]
-        raise
-    return module
+        if name in sys.modules:
+            return sys.modules[name]
+        root = cache_root()
+        path = Path(f"{name}.py") if root is None else root / "generated" / f"{name}.py"
+        kept = _kept if root else lambda _, make: make()
+        text = kept(path, lambda: make_text().encode())
+        code = kept(
+            path.with_suffix(f".{sys.implementation.cache_tag}.code"),
+            lambda: marshal.dumps(compile(text, path, "exec")),
+        )
+        return _executed(name, str(path), marshal.loads(code), key if root else None, {})
 
 
 class _Announcer(event.Listener):
@@ -482,11 +436,9 @@ def available_threads() -> int:
 
 
 def launch(task: Callable[[int, int], None], size: int, threads: int, smallest: int) -> None:
-    """Run ``task(start, stop)`` over ``range(size)``, cut into tiles for `threads` threads.
-
-    Kernels release the interpreter lock, so threads are enough. Tiles shrink towards the end, so
-    that all threads end together, but not much below `smallest` items.
-    """
+    """Run ``task(start, stop)`` over ``range(size)``, cut into tiles for `threads` threads."""
+    # Kernels release the interpreter lock. Tiles shrink towards the end, so that all threads end
+    # together, but not much below `smallest` items.
     if threads == 1 or size <= smallest:
         task(0, size)
         return

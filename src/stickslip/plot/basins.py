@@ -21,23 +21,7 @@ LEFT, UNDECIDED = -2, -1
 
 
 def draw_basins(basins: Any, ax: Axes | None = None, *, attractors: bool = True) -> Axes:
-    """Draw basins of attraction as a strip.
-
-    Parameters
-    ----------
-    basins : Basins
-        From `stickslip.basins`.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
-    attractors : bool
-        Mark the attractors above the strip.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        One colour and hatch per attractor; light grey where orbits leave, white where
-        undecided. The height means nothing.
-    """
+    """Draw basins as a strip: a colour and hatch per attractor, light grey where orbits leave."""
     ax = axes_or_new(ax)
     widths = np.diff(basins.edges)
     for k in np.unique(basins.index):
@@ -45,26 +29,14 @@ def draw_basins(basins: Any, ax: Axes | None = None, *, attractors: bool = True)
         spans = list(zip(basins.edges[:-1][mine], widths[mine], strict=True))
         ax.broken_barh(spans, (0.0, 1.0), label=_name(int(k)), **_looks(int(k)))
     if attractors:
-        _mark_attractors(ax, basins.attractors, height=1.12)
+        for k, attractor in enumerate(basins.attractors):
+            _draw_attractor(ax, attractor, k, height=1.12)
     ax.set_xlim(basins.edges[0], basins.edges[-1])
     return _as_strip(ax, top=1.25 if attractors else 1.0)
 
 
 def draw_bands(attractors: Sequence[Any], ax: Axes | None = None) -> Axes:
-    """Draw the bands of attractors as strips above each other, cycles as points.
-
-    Parameters
-    ----------
-    attractors : sequence of Attractor
-        From `stickslip.attractors`.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The first attractor lowest. The height means nothing.
-    """
+    """Draw the bands of attractors as strips, the first one lowest, cycles as points."""
     ax = axes_or_new(ax)
     for k, attractor in enumerate(attractors):
         _draw_attractor(ax, attractor, k, height=k + 0.5)
@@ -72,21 +44,9 @@ def draw_bands(attractors: Sequence[Any], ax: Axes | None = None) -> Axes:
 
 
 def draw_density(density: Any, ax: Axes | None = None) -> Axes:
-    """Draw an invariant density over its bands.
-
-    Parameters
-    ----------
-    density : InvariantDensity
-        From `stickslip.invariant_density`.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The highest half per cent of the density may reach above the axes: inverse square
-        roots have no height.
-    """
+    """Draw an invariant density over its bands."""
+    # The highest half per cent of the density may reach above the axes: inverse square roots have
+    # no height.
     ax = axes_or_new(ax)
     breaks = np.flatnonzero(density.left[1:] > density.right[:-1]) + 1
     for cells in np.split(np.arange(len(density.left)), breaks):
@@ -97,11 +57,6 @@ def draw_density(density: Any, ax: Axes | None = None) -> Axes:
     ax.set_xlabel("$d$")
     ax.set_ylabel("probability density")
     return ax
-
-
-def _mark_attractors(ax: Axes, attractors: Sequence[Any], height: float) -> None:
-    for k, attractor in enumerate(attractors):
-        _draw_attractor(ax, attractor, k, height)
 
 
 def _draw_attractor(ax: Axes, attractor: Any, k: int, height: float) -> None:

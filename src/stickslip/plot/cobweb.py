@@ -28,7 +28,7 @@ def draw_cobweb(
     orbits: Iterable[Any] = (),
     window: tuple[float, float] | None = None,
 ) -> Axes:
-    """Draw a map and how orbits move on it.
+    """Draw a map and orbits on it, as steps to the diagonal and back.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ class SweepMap:
     curves: tuple[Any, ...] = ()
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw it."""
+        """Draw the map."""
         return draw_sweep(self.dataset, self.variable, ax, curves=self.curves)
 
 

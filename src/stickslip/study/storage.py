@@ -8,6 +8,7 @@ from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol_nd import MapND
 from stickslip.analysis.storage import load as _load
 from stickslip.analysis.storage import register_part
+from stickslip.analysis.storage import save as save
 from stickslip.mechanics.eventmap import quasistatic_map  # noqa: F401 (registers its maps)
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.model.belt_model import BeltModel

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 import numpy as np
 
 from stickslip.checks import finite_number, grid, instance, one_of, whole_number
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -39,6 +40,7 @@ class Axis:
         return len(self.values)
 
 
+@suggests
 def axis(lo: float, hi: float, n: int, scale: Literal["linear", "log"] = "linear") -> Axis:
     """Make an axis of equally spaced values, both ends included.
 
@@ -79,13 +81,7 @@ def axis(lo: float, hi: float, n: int, scale: Literal["linear", "log"] = "linear
 
 
 def as_axes(given: Mapping[str, AxisLike]) -> dict[str, Axis]:
-    """Read the axes of a sweep in the forms that `stickslip.sweep` takes.
-
-    Raises
-    ------
-    ValueError
-        None given, or one that is no axis; the message names it.
-    """
+    """Read the axes of a sweep in the forms that `stickslip.sweep` takes."""
     instance("axes", given, Mapping, 'values by name, {"V": (0.03, 0.05, 12)}')
     if not given:
         raise ValueError("axes = {}: a sweep needs at least one axis, {name: values}.")

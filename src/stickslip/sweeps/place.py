@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from stickslip.checks import instance, shown
+from stickslip.errors import StoreFull, StoreRefused
 from stickslip.extras import require_extra
 from stickslip.files import whole_file
-from stickslip.sweeps.errors import StoreFull, StoreRefused
 
 EXTRA = ("fsspec", "zarr", "xarray", "filelock", "psutil")
 ZIP = ".zip"
@@ -28,26 +28,13 @@ UNREADABLE: Final = (KeyError, zipfile.BadZipFile, zlib.error, EOFError, Runtime
 
 @dataclass(frozen=True)
 class Place:
-    """A folder of objects, in a file system or a bucket.
+    """A folder of objects, in a file system or a bucket."""
 
-    Attributes
-    ----------
-    url : str
-        As the user wrote it.
-    path : str
-        Of the folder that is written to, as its file system names it.
-    fs : fsspec file system
-    local : bool
-        Whether it is a folder of this machine, whose files appear whole or not at all.
-    archive : Path or None
-        The zip file that the folder becomes once it is complete.
-    """
-
-    url: str
-    path: str
+    url: str  # as the user wrote it
+    path: str  # of the folder that is written to, as its file system names it
     fs: Any
-    local: bool
-    archive: Path | None = None
+    local: bool  # a folder of this machine, whose files appear whole or not at all
+    archive: Path | None = None  # the zip file that the folder becomes once it is complete
     options: dict[str, Any] = field(default_factory=dict)
 
     def of(self, name: str) -> str:
@@ -101,19 +88,19 @@ class Place:
             ) from error
 
     def remove(self, path: str) -> None:
-        """Remove an object, if it is there."""
+        """Remove an object, if there is one."""
         with suppress(FileNotFoundError):
             self.fs.rm_file(path)
         self.fs.invalidate_cache()
 
     def empty(self) -> bool:
-        """Whether there is no object in the folder but what was left half-written."""
+        """Whether the folder holds no objects, half-written ones aside."""
         self.fs.invalidate_cache()
         paths = (f"{at}/{name}" for at, _, names in self.fs.walk(self.path) for name in names)
         return all(WORKING in path[len(self.path) :] for path in paths)
 
     def zarr_store(self, *, read_only: bool = False) -> Any:
-        """Open it as a zarr store; a finished archive only for reading."""
+        """Open the place as a zarr store; a finished archive only for reading."""
         from zarr import storage
 
         if self.packed:
@@ -126,11 +113,11 @@ class Place:
 
     @property
     def packed(self) -> bool:
-        """Whether it is an archive that was finished, with no work folder beside it."""
+        """Whether the place is a finished archive, with no work folder beside it."""
         return self.archive is not None and self.archive.exists() and not Path(self.path).exists()
 
     def clear_remains(self) -> None:
-        """Remove what a writer that was killed has left half-written."""
+        """Remove the half-written files of a writer that was killed."""
         if self.local:
             shutil.rmtree(self.beside(GONE), ignore_errors=True)
             for partial in list(Path(self.path).rglob(f"*{WORKING}")):
@@ -156,7 +143,7 @@ class Place:
         shutil.rmtree(gone)
 
     def unpack(self) -> None:
-        """Make the folder of a finished archive again, to write to it; without what is damaged."""
+        """Make the work folder of a finished archive again, damaged files aside."""
         if self.packed:
             with whole_file(Path(self.path)) as temporary, self._opened() as archive:
                 temporary.mkdir()
@@ -166,24 +153,7 @@ class Place:
 
 
 def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) -> Place:
-    """Find the place that a path or URL names.
-
-    Parameters
-    ----------
-    store : str or path
-        A local folder, a name that ends in ``.zip``, or a URL of a file system that fsspec knows.
-    options : dict, optional
-        For the file system: credentials, endpoint.
-
-    Raises
-    ------
-    StoreRefused
-        A file stands where the folder should be.
-    ValueError
-        No such file system, or what it needs is not installed.
-    MissingExtraError
-        An ImportError: the extra ``sweep`` is not installed.
-    """
+    """Find the place that names a local folder, a ``.zip`` file or a URL known to fsspec."""
     require_extra("sweep", "sweeps", *EXTRA)
     from fsspec.core import url_to_fs
     from fsspec.implementations.local import LocalFileSystem
@@ -229,13 +199,7 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
 
 @contextmanager
 def room_for(path: str) -> Iterator[None]:
-    """Say for which file no space was left.
-
-    Raises
-    ------
-    StoreFull
-        The system said so, or whatever lies between it and us.
-    """
+    """Raise StoreFull, with the file's name, where no space was left."""
     try:
         yield
     except StoreFull:

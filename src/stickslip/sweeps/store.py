@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import __version__
+from stickslip.errors import StoreFull, StoreRefused
 from stickslip.sweeps import target as targets
-from stickslip.sweeps.errors import StoreFull, StoreRefused
 from stickslip.sweeps.identity import digest
 from stickslip.sweeps.place import room_for
 from stickslip.vocabulary import TERMS
@@ -48,34 +48,17 @@ READERS: Final = 8  # threads that check marked tiles: they wait for disk or net
 
 @dataclass(frozen=True, eq=False)
 class Store:
-    """An open store.
-
-    Attributes
-    ----------
-    place : Place
-    arrays : dict of str to zarr.Array
-        Each variable and the marks by name, opened once: that costs as much as a chunk.
-    outputs : tuple of Output
-    chunks : tuple of int
-        Points of a tile along each axis.
-    key : str
-        Of the description, which every mark covers.
-    """
+    """An open store."""
 
     place: Place
+    # variables and marks by name, opened once: that costs as much as a chunk
     arrays: dict[str, Any]
     outputs: tuple[Output, ...]
-    chunks: tuple[int, ...]
-    key: str
+    chunks: tuple[int, ...]  # points of a tile along each axis
+    key: str  # of the description, which every mark covers
 
     def write(self, tile: Tile, computed: Computed) -> None:
-        """Write the values of a tile, then its mark.
-
-        Raises
-        ------
-        StoreFull
-            No space is left; the tile is not marked.
-        """
+        """Write the values of a tile, then its mark: where no space is left there is no mark."""
         try:
             self._write(tile, computed)
         except StoreFull:
@@ -93,7 +76,7 @@ class Store:
             self.arrays[MARKS][tile.index] = self._mark(tile, computed.arrays)
 
     def done(self, tiles: Iterable[Tile]) -> NDArray[np.bool_]:
-        """Tell which tiles are marked and whole; what is left of others is removed."""
+        """Tell which tiles are marked and whole; remove the remains of all others."""
         marks = read_marks(self.arrays[MARKS])
         done = finished(self.place, marks, [output.name for output in self.outputs])
         marked = (tile for tile in tiles if marks[tile.index])
@@ -114,7 +97,7 @@ class Store:
         return self._mark(tile, arrays)
 
     def _mark(self, tile: Tile, arrays: Mapping[str, Any]) -> np.uint64:
-        """Return a checksum of a tile's values and of whose they are, never 0."""
+        """Return a checksum of a tile's values and place and of the description, never 0."""
         content = hashlib.blake2b(repr((self.key, self.chunks, tile.index)).encode(), digest_size=8)
         for output in self.outputs:
             array = np.ascontiguousarray(arrays[output.name])
@@ -146,7 +129,7 @@ def read_marks(array: Any) -> NDArray[np.uint64]:
 
 
 def finished(place: Place, marks: NDArray[np.uint64], names: Iterable[str]) -> NDArray[np.bool_]:
-    """Tell which tiles are marked and have a file of each variable, whatever is in it."""
+    """Tell which tiles are marked and have a file of each variable, unread."""
     done = marks != 0
     for name in names:
         present = np.zeros(marks.shape, dtype=bool)
@@ -162,20 +145,8 @@ def finished(place: Place, marks: NDArray[np.uint64], names: Iterable[str]) -> N
 def create_or_open(
     place: Place, job: Job, axes: Mapping[str, Axis], chunks: tuple[int, ...], *, given: bool
 ) -> Store:
-    """Open the store of a sweep, or make it; whoever calls holds the right to write.
-
-    Parameters
-    ----------
-    chunks : tuple of int
-        For a new store; an old one keeps its own.
-    given : bool
-        Whether the user asked for these chunks, so that others are refused.
-
-    Raises
-    ------
-    StoreRefused
-        There is something else than this sweep, computed by code for this kind of machine.
-    """
+    """Open the store of a sweep, or make it; whoever calls holds the right to write."""
+    # An old store keeps its chunks; where the user has `given` other ones, the store is refused.
     import zarr
 
     identity, here = job.identity(axes), targets.target(job.device)
@@ -203,13 +174,7 @@ def create_or_open(
 
 
 def examined(place: Place) -> tuple[dict[str, Any] | None, list[str]]:
-    """Return what a store says of itself, and which files of its layout are damaged or missing.
-
-    Raises
-    ------
-    StoreRefused
-        There is something that is no sweep, or one that no longer says which.
-    """
+    """Return what a store says of itself, and which files of its layout are damaged or missing."""
     documents = {name: place.read(name) for name in COPIES}
     pairs = itertools.product(COPIES, documents.values())  # they may have changed places
     facts = next(filter(None, itertools.starmap(_unsealed, pairs)), None)
@@ -253,10 +218,8 @@ def _sealed(name: str, document: dict[str, Any], facts: dict[str, Any]) -> bytes
 def _layout(
     job: Job, axes: Mapping[str, Axis], chunks: tuple[int, ...], facts: Mapping[str, Any]
 ) -> dict[str, bytes]:
-    """Make all files that do not depend on what is computed, in the order to write them.
-
-    The last one makes it a zarr group, and has the metadata of all arrays for those who read.
-    """
+    """Make all files that depend on the description alone, in the order to write them."""
+    # The last one makes it a zarr group, and has the metadata of all arrays for those who read.
     import zarr
     from zarr.codecs import Crc32cCodec, ZstdCodec
 
@@ -316,7 +279,7 @@ def _layout(
 
 
 def missing(dtype: str) -> Any:
-    """Return what stands for a value that was not computed yet."""
+    """Return the value that marks a missing one, by its type."""
     kind = np.dtype(dtype).kind
     if kind == "f":
         return math.nan

@@ -8,8 +8,8 @@ import pytest
 from tests.reference.values import COULOMB_JUMPS
 
 import stickslip as ss
+from stickslip.mechanics.eventmap import mechanism
 from stickslip.mechanics.eventmap.mechanism import mechanism_between
-from stickslip.study import mechanism
 
 COULOMB, LAW9 = ss.examples.coulomb(), ss.examples.law9()
 ENDS = r"block (\d) comes to rest at the (lower|upper) end of its stick interval, X_\d = (\S+):"

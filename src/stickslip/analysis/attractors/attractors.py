@@ -30,6 +30,7 @@ from stickslip.checks import (
     shown,
     whole_number,
 )
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -44,6 +45,7 @@ LONGEST: Final = 128  # period that `attractors_of` recognises: costs next to no
 MAX_STEPS: Final = 20_000
 
 
+@suggests
 def attractors(
     f: Map1D | Modelled[Map1D],
     *,
@@ -135,27 +137,7 @@ def attractors_of(
 ) -> AttractorList:
     """Find the attractors of a map whose table is at hand; see `attractors`.
 
-    Parameters
-    ----------
-    f : Map1D
-    table : BranchTable
-        Of `f`.
-    orbits : iterable of PeriodicOrbit
-        Orbits known from elsewhere. The stable ones are attractors even if no seed reaches
-        them.
-    n_starts, max_period, max_steps
-        As in `attractors`.
-    fast : InterpolatedMap, optional
-        Of `table`; made if it is not given.
-
-    Returns
-    -------
-    AttractorList
-
-    Raises
-    ------
-    ValueError
-        A count is below 1.
+    The stable ones of the given ``orbits`` are attractors even if no seed reaches them.
     """
     n_starts, max_period, max_steps = _checked_counts(n_starts, max_period, max_steps)
     spread, start = _seeds(f, table.laps, n_starts, None)

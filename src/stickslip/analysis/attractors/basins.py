@@ -24,6 +24,7 @@ from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import checked_points, domain_width
 from stickslip.checks import finite_number, instance, whole_number
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -115,6 +116,7 @@ class Basins:
         return "\n".join([head, *rows, *more, *([self.reason] if self.reason else [])])
 
 
+@suggests
 def basins(
     f: Map1D | Modelled[Map1D],
     found: AttractorList | None = None,

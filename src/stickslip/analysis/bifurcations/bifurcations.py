@@ -34,6 +34,7 @@ from stickslip.analysis.maps.protocol import explanation
 from stickslip.analysis.orbits.shooting import solve_orbit
 from stickslip.analysis.threads import in_threads
 from stickslip.checks import MOST_KEPT, check_callback, whole_number
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -51,6 +52,7 @@ BESIDE: Final = 2e-3  # of the range: how far from an event attractors are looke
 SAME_VALUE: Final = 1e-11  # of the range, beside its error: a crisis is part of another event
 
 
+@suggests
 def bifurcations(
     system: MapFamily | Modelled[MapFamily],
     parameter: str,

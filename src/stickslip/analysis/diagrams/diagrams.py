@@ -27,6 +27,7 @@ from stickslip.checks import (
 )
 from stickslip.checks import grid as grid_values
 from stickslip.numerics.targets import available_threads
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -45,6 +46,7 @@ SMALLEST_CHUNK: Final = 64  # values that are worth a thread
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
 
 
+@suggests
 def bifurcation_diagram(
     system: MapFamily | Modelled[MapFamily],
     parameter: str,
@@ -232,10 +234,7 @@ def _missing(
 def _critical_points(
     values: Floats, breaks: Sequence[BreakLine], anchors: Sequence[Node]
 ) -> list[Floats]:
-    """Gather breaks and turning points of the map at each value.
-
-    Turning points are interpolated: the map's value there is wrong by the square of that error.
-    """
+    """Gather breaks and, interpolated between anchors, turning points at each value."""
     lines = [line.d for line in breaks]
     for left, right in pairwise(anchors):
         one, other = left.table.turning_points, right.table.turning_points

@@ -52,28 +52,14 @@ def line_family(system: object) -> MapFamily:
 
 
 def checked_parameter(f: MapFamily | FamilyND, name: object, role: str = "name") -> None:
-    """Check that a map has a parameter of that name.
-
-    Raises
-    ------
-    ValueError
-        It has none; the closest known name is suggested.
-    """
+    """Refuse the name of a parameter that the map has not, with the closest known name."""
     parameter_name(role, name, f.parameters)
 
 
 def checked_range(
     f: MapFamily | FamilyND, name: str, ends: Any, role: str = "range"
 ) -> tuple[float, float]:
-    """Return the ends of a parameter's range, both of which the map allows.
-
-    A map may say by ``searched`` how far searches along a parameter go.
-
-    Raises
-    ------
-    ValueError
-        As `checked_parameter` and `checked_interval`, or what the map says of an end.
-    """
+    """Return the ends of a range; a map may say by ``searched`` how far searches go."""
     checked_parameter(f, name)
     low, high = checked_interval(role, ends)
     widest = getattr(f, "searched", {}).get(name, (-inf, inf))

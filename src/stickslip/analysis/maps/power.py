@@ -34,25 +34,11 @@ class LineMap:
     __slots__ = ()
 
     def power(self, p: int) -> PowerMap:
-        """Return the map f^p, which knows that it is a power of this one.
-
-        It has no value where an orbit leaves the domain.
-
-        Raises
-        ------
-        ValueError
-            ``p`` is not a whole number >= 1.
-        """
+        """Return the map f^p, which has no value where an orbit leaves the domain."""
         return PowerMap(cast("Map1D", self), whole_number("p", p, at_most=MOST_KEPT))
 
     def preimages(self, x: float) -> Floats:
-        """Return all points that the map carries to x, ascending; complete as `branches` is.
-
-        Raises
-        ------
-        ValueError
-            ``x`` is not a finite number.
-        """
+        """Return all points that the map carries to x, ascending; complete as `branches` is."""
         from stickslip.analysis.branches.preimages import preimages  # not for the first value
 
         return preimages(cast("Map1D", self), x)

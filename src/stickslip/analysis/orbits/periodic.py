@@ -18,6 +18,7 @@ from stickslip.analysis.orbits.orbit import NearFold, OrbitList, PeriodicOrbit
 from stickslip.analysis.orbits.search_nd import N_STARTS, search_orbits
 from stickslip.analysis.orbits.shooting import Polished, polish
 from stickslip.checks import MOST_KEPT, shown, whole_number
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -54,6 +55,7 @@ def periodic_orbits(
     resolution: None = ...,
     n_starts: int | None = ...,
 ) -> OrbitListND: ...
+@suggests
 def periodic_orbits(
     f: Map1D | MapND | Modelled[Map1D] | Modelled[MapND],
     max_period: int = 1,
@@ -212,10 +214,7 @@ class _Search:
         return brackets, found
 
     def _guess(self, brackets: Brackets) -> Floats:
-        """Start in the middle of bracket and image and go back once around the orbit.
-
-        That divides the error by the multiplier before Newton's method has begun.
-        """
+        """Go once back around the orbit: that divides the middle's error by the multiplier."""
         word = brackets.word
         bottom = np.minimum(brackets.left, brackets.right)
         top = np.maximum(brackets.left, brackets.right)

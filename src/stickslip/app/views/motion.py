@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.app.answers import Part
 from stickslip.app.requests import BadRequestError, model_of
-from stickslip.app.views.common import naming
+from stickslip.app.views.model import naming
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model.two_block import TwoBlock
@@ -62,7 +62,7 @@ def cycle(request: requests.Cycle) -> Iterator[Part]:
 
 
 def simulated(request: requests.Motion) -> Trajectory:
-    """Follow the motion that is asked for."""
+    """Follow the motion of a request."""
     model = model_of(request)
     with naming(_start_field(request)):
         start = start_of(model, request)
@@ -70,7 +70,7 @@ def simulated(request: requests.Motion) -> Trajectory:
 
 
 def found_cycle(request: requests.Cycle) -> Cycle:
-    """Find the limit cycle that is asked for."""
+    """Find the limit cycle of a request."""
     model = model_of(request)
     with naming(_start_field(request)):
         x, v = _state_of(model, start_of(model, request))
@@ -78,13 +78,7 @@ def found_cycle(request: requests.Cycle) -> Cycle:
 
 
 def start_of(model: Model, request: requests.Start) -> dict[str, Any]:
-    """Return the start as `stickslip.simulate` takes it.
-
-    Raises
-    ------
-    BadRequestError
-        Neither or both of a global stick phase and a state.
-    """
+    """Return the start, a global stick phase or a state, as `stickslip.simulate` takes it."""
     if (request.d is None) == (request.x is None) or (request.x is None) != (request.v is None):
         raise BadRequestError("give either d, a global stick phase, or both x and v, a state", "d")
     if request.d is None:

@@ -21,6 +21,7 @@ from stickslip.mechanics.model.arguments import two_blocks
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.values import model_of_values, model_values
 from stickslip.status import OK
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -220,6 +221,7 @@ class QuasistaticMap(EventMap):
         return f"QuasistaticMap({self.model!r}, V -> 0, engine={self._backend.name!r})"
 
 
+@suggests
 def quasistatic_map(
     model: TwoBlock,
     *,

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from stickslip.mechanics.friction.law import FrictionLaw, NonNegative, Share
+from stickslip.vocabulary import suggests
 
 
+@suggests
 @dataclass(frozen=True)
 class Coulomb(FrictionLaw):
     """Constant kinetic friction, with viscous friction if wanted: ``F(s) = mu + viscous s``.

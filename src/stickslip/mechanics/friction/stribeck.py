@@ -8,8 +8,10 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from stickslip.mechanics.friction.law import Choice, FrictionLaw, NonNegative, Positive, Share
+from stickslip.vocabulary import suggests
 
 
+@suggests
 @dataclass(frozen=True)
 class Stribeck(FrictionLaw):
     """Stribeck curve: ``F(s) = mu + (1 - mu) exp(-(s / speed)^exponent) + viscous s``.

@@ -15,12 +15,14 @@ from stickslip.checks import dimensions, finite_number, shown
 from stickslip.mechanics.friction.formula import TracedFormula, builtin_formula
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.numerics.arrays import Floats
+from stickslip.vocabulary import suggests
 
 NUMBERS = ("knot", "constant", "linear", "square", "cube")
 # Of the largest speed: points closer together are no two measurements.
 SHORTEST_PIECE = 1e-6
 
 
+@suggests
 @dataclass(frozen=True, init=False, repr=False)
 class TabulatedFriction(FrictionLaw):
     """Measured points, joined by cubics that rise and fall only as the points do.

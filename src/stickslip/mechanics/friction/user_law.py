@@ -26,7 +26,7 @@ from stickslip.mechanics.friction.formula import (
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.numerics.expression import NotTraceable
 from stickslip.numerics.tracing import plain_function
-from stickslip.vocabulary import did_you_mean
+from stickslip.vocabulary import did_you_mean, suggests
 
 
 def user_function(function: Any, given: Sequence[str], owner: str) -> UserFunction:
@@ -68,6 +68,7 @@ AGREEMENT = 1e-9
 SLOPE_AGREEMENT = 1e-6
 
 
+@suggests
 def friction_law(
     force: Callable[..., float],
     *,

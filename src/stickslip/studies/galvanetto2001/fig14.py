@@ -10,8 +10,7 @@ import numpy as np
 from stickslip import examples
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.mechanics.eventmap.of_model import event_map
-from stickslip.plot.curve import Curve, trace
-from stickslip.plot.event_map import draw_curve, mark_orbit
+from stickslip.plot.event_map import Curve, draw_curve, mark_orbit, trace
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.galvanetto2001.orbits import WINDOW, cusp_of, fixed_points, in_window
 

@@ -35,16 +35,13 @@ STEPS: Final = 50  # of each
 
 @dataclass(frozen=True)
 class Data:
-    """The diagram with its fixed points, and what becomes of orbits that start in its middle.
-
-    ``edges`` has shape (n, 2): second and first image of the cusp. The attractor, as long as
-    there is one, fills the interval between them. ``transients`` has shape (n, STARTS *
-    STEPS); orbits that start between the edges, NaN as long as there is an attractor.
-    """
+    """The diagram with its fixed points, and what becomes of orbits that start in its middle."""
 
     model: TwoBlock
     diagram: Diagram
+    # shape (n, 2): second and first image of the cusp; an attractor fills what is between
     edges: NDArray[np.float64]
+    # shape (n, STARTS * STEPS): from between the edges; NaN beside an attractor
     transients: NDArray[np.float64]
 
     @property

@@ -13,7 +13,7 @@ from stickslip.analysis.bifurcations.border_collision.outcomes import predicted_
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
-from stickslip.studies.galvanetto2001.claims.side import BESIDE, COLLISION, Side, side
+from stickslip.studies.galvanetto2001.claims.collision import BESIDE, COLLISION, Side, side
 from stickslip.studies.galvanetto2001.orbits import jump_of_s4
 
 if TYPE_CHECKING:

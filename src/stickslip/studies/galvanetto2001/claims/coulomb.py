@@ -37,25 +37,21 @@ ROUNDING: Final = 1e-13
 
 @dataclass(frozen=True)
 class Facts:
-    """All that is known of the map at V = 0.0366.
-
-    ``s4`` and ``u4`` start with the point at the jump; ``transients`` holds orbits of the fourth
-    iterate from the floats left and right of it, shape (2, ROUNDS + 1); ``owners`` the periods of
-    the attractors that starts just left and right of the points of U4 reach, shape (4, 2);
-    ``quotient`` is the slope of S4 by differences of simulated motions.
-    """
+    """All that is known of the map at V = 0.0366."""
 
     width: float
     orbits: dict[str, PeriodicOrbit]
     unstable: PeriodicOrbit
     jump: Breakpoint
     jumps: NDArray[np.float64]
-    s4: NDArray[np.float64]
+    s4: NDArray[np.float64]  # starts with the point at the jump, as u4
     u4: NDArray[np.float64]
     basins: Basins
+    # of f^4 from the floats left and right of the jump, shape (2, ROUNDS + 1)
     transients: NDArray[np.float64]
+    # periods of attractors reached left and right of each point of U4, shape (4, 2)
     owners: NDArray[np.int64]
-    quotient: float
+    quotient: float  # slope of S4 by differences of simulated motions
     numbers: dict[str, Value]
 
 

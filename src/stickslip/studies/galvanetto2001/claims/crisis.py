@@ -51,14 +51,11 @@ class Lobe:
 
 @dataclass(frozen=True)
 class Side:
-    """Fixed points left of the cusp, ascending, at one alpha.
-
-    ``clearance`` is f^2(c) - U1, how far the attractor stays from U1; NaN without U1.
-    """
+    """Fixed points left of the cusp, ascending, at one alpha."""
 
     alpha: float
     fixed: tuple[PeriodicOrbit, ...]
-    clearance: float
+    clearance: float  # f^2(c) - U1, how far the attractor stays from U1; NaN without U1
 
 
 @dataclass(frozen=True)
@@ -72,19 +69,16 @@ class Doubling:
 
 @dataclass(frozen=True)
 class Facts:
-    """Lobes, sides of fold and crisis, attractors around them, and the flips of S1.
-
-    ``ends`` tells where orbits from just left and right of U1 are after `STEPS` steps at
-    alpha = 1.2152; ``break_distance`` how far the fold is from the map's nearest breakpoint.
-    """
+    """Lobes, sides of fold and crisis, attractors around them, and the flips of S1."""
 
     lobes: tuple[Lobe, ...]
     below_fold: Side
     above_fold: Side
     coefficient: FoldCoefficient
-    break_distance: float
+    break_distance: float  # of the fold from the map's nearest breakpoint
     between: Side
     attractors_between: tuple[Attractor, ...]
+    # of orbits from just left and right of U1 after `STEPS` steps at alpha = 1.2152
     ends: tuple[float, float]
     below_crisis: Side
     above_crisis: Side
