@@ -14,9 +14,9 @@ from stickslip.checks import finite_number, shown, whole_number
 from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.flow.engine import engine_for
+from stickslip.mechanics.flow.recorder import TwoBlockRecorder
 from stickslip.mechanics.flow.system import BETA, START
 from stickslip.mechanics.flow.trajectory import Trajectory
-from stickslip.mechanics.flow.two_block_recorder import TwoBlockRecorder
 from stickslip.mechanics.model.arguments import two_blocks
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.values import model_of_values, model_values

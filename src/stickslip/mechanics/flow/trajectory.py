@@ -17,9 +17,8 @@ from stickslip.checks import finite_number, one_of, real_numbers, whole_number
 from stickslip.mechanics.flow.blocks.engine import block_engine
 from stickslip.mechanics.flow.blocks.recorder import BlocksRecorder
 from stickslip.mechanics.flow.engine import ENGINES, EngineName, engine_for, tolerance
-from stickslip.mechanics.flow.recorder import Recorded, Recorder
+from stickslip.mechanics.flow.recorder import Recorded, Recorder, TwoBlockRecorder
 from stickslip.mechanics.flow.slip import Slip, SlipTracker
-from stickslip.mechanics.flow.two_block_recorder import TwoBlockRecorder
 from stickslip.mechanics.model.arguments import checked_model, state_vector
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
