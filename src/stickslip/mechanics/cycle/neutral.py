@@ -12,9 +12,10 @@ from stickslip.checks import real_numbers, shown
 from stickslip.mechanics.cycle.sliding import Model, steady_displacements
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
+
 
 N_SPEEDS: Final = 65  # at which a law is asked whether it is constant
 

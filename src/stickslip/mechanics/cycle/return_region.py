@@ -25,12 +25,10 @@ if TYPE_CHECKING:
     import os
 
     from matplotlib.axes import Axes
-    from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.cycle import Cycle
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
-    Ints = NDArray[np.int64]
 
 HALVINGS: Final = 44  # of a cell of the grid: its edges are found to rounding
 SAME_PERIOD: Final = 1e-3  # relative, between a cycle and the branch that it is compared with

@@ -11,16 +11,15 @@ from stickslip.checks import MOST_KEPT, MOST_STEPS, grid, real_numbers, shown, w
 from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.cycle.shooting import Leg, Shooter
-from stickslip.mechanics.flow.settings import tolerance
+from stickslip.mechanics.flow.engine import tolerance
 from stickslip.mechanics.model.arguments import checked_model, checked_parameter
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from stickslip.mechanics.cycle.sliding import Model
-
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
 
 
 FORGOTTEN: Final = 64 * np.finfo(np.float64).eps

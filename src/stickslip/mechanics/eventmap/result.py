@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import status as status_codes
-
-Floats: TypeAlias = NDArray[np.float64]
+from stickslip.numerics.arrays import Floats
 
 
 @dataclass(frozen=True)

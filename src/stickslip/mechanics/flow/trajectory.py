@@ -16,20 +16,18 @@ from stickslip import status as status_codes
 from stickslip.checks import finite_number, one_of, real_numbers, whole_number
 from stickslip.mechanics.flow.blocks.engine import block_engine
 from stickslip.mechanics.flow.blocks.recorder import BlocksRecorder
-from stickslip.mechanics.flow.engine import ENGINES, EngineName, engine_for
-from stickslip.mechanics.flow.recorder import Recorded, Recorder
-from stickslip.mechanics.flow.settings import tolerance
+from stickslip.mechanics.flow.engine import ENGINES, EngineName, engine_for, tolerance
+from stickslip.mechanics.flow.recorder import Recorded, Recorder, TwoBlockRecorder
 from stickslip.mechanics.flow.slip import Slip, SlipTracker
-from stickslip.mechanics.flow.two_block_recorder import TwoBlockRecorder
 from stickslip.mechanics.model.arguments import checked_model, state_vector
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.arrays import Floats
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = NDArray[np.float64]
 Model = TwoBlock | BeltModel
 
 EVENT_KINDS = {-1: "slip backward", 0: "stick", 1: "slip forward"}

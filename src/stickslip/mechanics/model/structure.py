@@ -16,9 +16,10 @@ import numpy as np
 from stickslip.checks import flag, random_generator, whole_number
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
+
 
 MOST_STATES = 10**8
 """That may be drawn at once."""
