@@ -95,7 +95,7 @@ TYPES: Final[dict[str, str]] = {
     "OrbitBranch": "analysis.continuation.orbit_branch",
     "OrbitBranchND": "analysis.continuation.orbit_branch_nd",
     "OrbitCurve": "analysis.diagrams.diagram",
-    "OrbitCurveEnd": "analysis.diagrams.assemble",
+    "OrbitCurveEnd": "analysis.diagrams.orbit_curves",
     "OrbitEndND": "analysis.continuation.orbit_branch_nd",
     "OrbitList": "analysis.orbits.orbit",
     "OrbitListND": "analysis.orbits.orbits_nd",
