@@ -140,7 +140,7 @@ class BlocksEventMap:
         points = self.model.admit(d)
         return self.carry(points).value.reshape(points.shape)
 
-    def jacobian(self, d: ArrayLike) -> Floats:
+    def derivative(self, d: ArrayLike) -> Floats:
         """Jacobian of the map, exact, one-sided at a breakpoint.
 
         Parameters
