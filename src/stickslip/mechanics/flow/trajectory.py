@@ -150,15 +150,11 @@ class Trajectory:
     def slips(self) -> tuple[Slip, ...]:
         """Slips that both begin and end within this trajectory, in the order of their ends."""
         record = self._record
-        tracker = SlipTracker(self.model.structure, from_belt=self._from_belt)
+        from_belt = leaves_belt(self.model, record.w[0], record.e[0])
+        tracker = SlipTracker(self.model.structure, from_belt=from_belt)
         steps = np.append(self._changes, len(record.t) - 1)
         seen = (tracker.see(float(record.t[k]), record.x[k], record.mode[k]) for k in steps)
         return tuple(itertools.chain.from_iterable(seen))
-
-    @property
-    def _from_belt(self) -> bool:
-        """Whether the trajectory starts as a global stick phase ends."""
-        return leaves_belt(self.model, self._record.w[0], self._record.e[0])
 
     # --- state at any time --------------------------------------------------------------------
 
