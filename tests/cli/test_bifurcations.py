@@ -13,7 +13,6 @@ import time
 import pytest
 
 import stickslip as ss
-from stickslip.analysis.bifurcations.bifurcation import BifurcationList
 from stickslip.cli import main
 from stickslip.cli.bifurcations import FILES, PICTURES
 from stickslip.study.bifurcations import bifurcations
@@ -74,7 +73,7 @@ def test_csv_reads_back_exactly(found, report, capsys):
     printed = capsys.readouterr().out
     (row,) = csv.DictReader(io.StringIO(printed))
     (expected,) = found
-    assert tuple(row) == BifurcationList.columns
+    assert list(row) == list(found.table())
     assert float(row["value"]) == expected.value == pytest.approx(GRAZE, abs=1e-14)
     assert float(row["error"]) == expected.error
     assert [float(x) for x in row["points"].split()] == expected.points.tolist()

@@ -6,7 +6,7 @@ import json
 import numpy as np
 
 from stickslip.cli.columns import document, error_document
-from stickslip.files import write_csv
+from stickslip.results.table import write_csv
 
 TABLE = {
     "value": np.array([0.1 + 0.2, np.nan, -np.inf]),

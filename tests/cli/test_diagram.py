@@ -14,7 +14,6 @@ from stickslip.analysis.branches.along.break_lines import BreakLine
 from stickslip.analysis.diagrams.assemble import StrandEnd
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
 from stickslip.cli import main
-from stickslip.cli.diagram import _rows
 from stickslip.study.diagram import bifurcation_diagram
 from stickslip.study.model_file import write_model
 
@@ -58,7 +57,7 @@ def by_hand():
 
 
 def test_every_point_has_a_row_and_nothing_else_does():
-    table = _rows(by_hand())
+    table = by_hand().table()
     rows = list(zip(*(column.tolist() for column in table.values()), strict=True))
     expected = [
         (1.0, "orbit", 1, "stable", 2, 1, 0.1, 0.5, NAN),
@@ -91,7 +90,7 @@ def test_picture_and_points_through_the_real_program(here, diagram):
     assert (here / "fig.svg").read_bytes().startswith(SIGNATURES["svg"])
     rows = list(csv.DictReader(io.StringIO((here / "points.csv").read_text())))
     read = [[row[name] for row in rows] for name in rows[0]]
-    assert read == exact(_rows(diagram))
+    assert read == exact(diagram.table())
 
 
 def test_json_has_a_null_where_the_table_has_nan(diagram, capsys):
@@ -99,7 +98,7 @@ def test_json_has_a_null_where_the_table_has_nan(diagram, capsys):
     document = json.loads(capsys.readouterr().out)
     asked = {"parameter": "V", "range": list(ENDS), "values": 5, "max_period": 4, "beta": 1.3}
     assert document["parameters"].items() >= asked.items()
-    table = _rows(diagram)
+    table = diagram.table()
     result = document["result"]
     assert list(result) == list(table)
     assert result["d"] == table["d"].tolist()
@@ -109,7 +108,7 @@ def test_json_has_a_null_where_the_table_has_nan(diagram, capsys):
 def test_without_files_it_prints_where_each_orbit_exists(diagram, capsys):
     assert main(f"diagram --preset coulomb {QUESTION}".split()) == 0
     rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
-    assert tuple(rows[0]) == Diagram.columns
+    assert list(rows[0]) == list(diagram.overview())
     assert [float(row["to"]) for row in rows] == [orbit.ends[1].value for orbit in diagram.orbits]
     (lost,) = (row for row in rows if row["period"] == "4")
     assert lost["ends"] == "border_collision"

@@ -23,7 +23,8 @@ from stickslip.cli.options import (
 )
 from stickslip.cli.progress import notes, shares
 from stickslip.cli.table import SystemOptions
-from stickslip.files import columns_of, write_csv, write_text
+from stickslip.files import write_text
+from stickslip.results.table import write_csv
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.bifurcation import BifurcationList
@@ -107,7 +108,7 @@ def command(
         asked = system.described(f.model) | sweep.asked()
         print(columns.document("bifurcations", asked, _result(report)), end="")
     elif csv:
-        write_csv(sys.stdout, columns_of(found))
+        write_csv(sys.stdout, found.table())
     else:
         if out is not None:
             print("\n".join(str(out / name) for name in FILES), end="\n\n")

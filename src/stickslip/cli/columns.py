@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from stickslip.cli.failure import shortened
-from stickslip.files import as_list, flat, write_csv
+from stickslip.results.table import as_list, flat, write_csv
 
 SCHEMA = 1
 TABLE_ROWS = 40

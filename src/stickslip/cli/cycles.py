@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.cli.failure import DONE, UsageError
 from stickslip.cli.options import Whole
@@ -10,6 +10,7 @@ from stickslip.cli.progress import note
 from stickslip.cli.table import TableOptions
 
 if TYPE_CHECKING:
+    from stickslip.results.table import Table
     from stickslip.study.limit_cycles import CycleList
 
 EXAMPLES = """\
@@ -50,10 +51,10 @@ def command(
     model = table.model()
     answer: list[CycleList] = []
 
-    def compute() -> dict[str, Any]:
+    def compute() -> Table:
         found = ss.limit_cycles(model, n_starts=starts, max_period=max_period, rng=seed, **settings)
         answer.append(found)
-        return {"cycle": list(range(1, len(found) + 1)), **found.table()}
+        return found.table()
 
     asked = {"starts": starts, "max_period": max_period, "seed": seed}
     table.deliver("cycles", model, asked, compute, lambda ax: answer[0].plot(ax))

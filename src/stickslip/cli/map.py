@@ -12,6 +12,8 @@ from stickslip.cli.progress import note, tracked
 from stickslip.cli.table import TableOptions
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import numpy as np
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
@@ -26,7 +28,6 @@ stickslip map --preset law9 --alpha 1.209 --grid 2000 \\
     --window 0.379 0.39 --out map.csv
 """
 
-FIELDS = ("value", "derivative", "duration", "n_events", "label", "margin", "status")
 PIECE = 20_000  # points between two steps of the progress bar
 
 
@@ -99,15 +100,13 @@ def _evaluated(
 ) -> dict[str, Any]:
     import numpy as np
 
-    from stickslip import status
-
     pieces = np.array_split(points, max(1, -(-points.size // PIECE)))
     bar = tracked(pieces, len(pieces), "mapping", quiet=quiet)
     results = [f.evaluate(piece) for piece in bar]
-    table: dict[str, Any] = {"d": points}
-    for field in FIELDS:
-        table[field] = np.concatenate([getattr(result, field) for result in results])
-    table["status_name"] = [status.NAMES[code] for code in table["status"]]
+    tables = [result.table() for result in results]
+    table: dict[str, Any] = {
+        name: np.concatenate([part[name] for part in tables]) for name in tables[0]
+    }
     if itinerary:
         table["itinerary"] = [f.itinerary(point) for point in points]
     return table
@@ -130,7 +129,7 @@ def _plot(
     return ax
 
 
-def _ending(table: dict[str, Any], *, quiet: bool) -> int:
+def _ending(table: Mapping[str, Any], *, quiet: bool) -> int:
     """Tell how many points have no value and why; fail if none has an answer."""
     import numpy as np
 

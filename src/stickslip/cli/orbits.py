@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from stickslip.analysis.orbits.orbit import OrbitList
+    from stickslip.results.table import Table
     from stickslip.study.event_map import EventMap
 
 EXAMPLES = """\
@@ -56,7 +57,7 @@ def command(
     f = table.event_map()
     answer: list[OrbitList] = []
 
-    def compute() -> dict[str, Any]:
+    def compute() -> Table:
         found = ss.periodic_orbits(
             f,
             highest,
@@ -65,29 +66,12 @@ def command(
             resolution=resolution,
         )
         answer.append(found)
-        return _rows(found)
+        return found.table()
 
     asked: dict[str, Any] = {"max_period": highest} if period is None else {"period": period}
     asked |= {"infinitely_unstable": infinitely_unstable, "resolution": resolution}
     table.deliver("orbits", f.model, asked, compute, lambda ax: _plot(f, answer[0], ax))
     return _ending(answer[0], quiet=table.quiet)
-
-
-def _rows(found: OrbitList) -> dict[str, Any]:
-    """Lay out an orbit over as many rows as it has points."""
-    table: dict[str, list[Any]] = {
-        name: []
-        for name in ("orbit", "period", "kind", "multiplier", "point", "d", "error", "itinerary")
-    }
-    for number, orbit in enumerate(found, start=1):
-        errors = 0.5 * (orbit.interval[:, 1] - orbit.interval[:, 0])
-        for point, (d, error, itinerary) in enumerate(
-            zip(orbit.points.tolist(), errors.tolist(), orbit.itinerary, strict=True), start=1
-        ):
-            row = (number, orbit.period, orbit.kind, orbit.multiplier, point, d, error, itinerary)
-            for column, cell in zip(table.values(), row, strict=True):
-                column.append(cell)
-    return table
 
 
 def _plot(f: EventMap, found: OrbitList, ax: Axes) -> Axes:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,8 @@ from stickslip.cli.options import (
     OutputOptions,
     described,
 )
-from stickslip.files import checked_suffix, write_table
+from stickslip.files import checked_suffix
+from stickslip.results.table import write_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -67,9 +68,9 @@ class TableOptions(SystemOptions):
         command: str,
         model: Model,
         asked: dict[str, Any],
-        compute: Callable[[], dict[str, Any]],
+        compute: Callable[[], Mapping[str, Any]],
         plot: Callable[[Axes], Axes],
-    ) -> dict[str, Any]:
+    ) -> Mapping[str, Any]:
         """Compute the table and send it where the options say: a file, stdout, as JSON or CSV.
 
         The file is opened before the computation: one that cannot be written is said at once.

@@ -144,3 +144,8 @@ def cobweb(ax: Axes, d: ArrayLike, **line: Any) -> None:
     d = np.asarray(d, dtype=float)
     steps = np.repeat(d, 2)
     ax.plot(steps[:-1], steps[1:], **{"color": PALETTE["sky"], "lw": 0.6, "zorder": 1.5, **line})
+
+
+def draw_branch_table(table: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Draw the map of a table of branches over its domain; as `event_map`."""
+    return event_map(table.f, ax, **style)

@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING, Final, overload
 
 from stickslip.analysis.maps.power import LineMap
-from stickslip.analysis.storage import register_map
 from stickslip.checks import one_of, shown
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
@@ -14,6 +13,7 @@ from stickslip.mechanics.eventmap.carriers import DEVICES
 from stickslip.mechanics.flow.engine import ENGINES
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.results.files import register_map
 from stickslip.study.model_values import model_of_values, model_values
 
 if TYPE_CHECKING:

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from stickslip.analysis.maps.power import LineMap
-from stickslip.analysis.storage import register_map
 from stickslip.checks import finite_number, shown, whole_number
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.quasistatic import QuasistaticCarrier
 from stickslip.mechanics.flow.trajectory import Trajectory
 from stickslip.mechanics.model.arguments import two_blocks
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.results.files import register_map
+from stickslip.results.result import Result
+from stickslip.results.table import numbered
 from stickslip.study.model_values import model_of_values, model_values
 
 if TYPE_CHECKING:
@@ -27,8 +29,8 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class QuasistaticSlips:
+@dataclass(frozen=True, eq=False, repr=False)
+class QuasistaticSlips(Result):
     """Sizes of the slips that follow global stick phases; NaN where a slip never ends.
 
     Attributes
@@ -50,6 +52,16 @@ class QuasistaticSlips:
     displacement: Floats
     moment: Floats
     wait: Floats
+    _drawn: ClassVar = ("d", "moment")
+
+    def _columns(self) -> dict[str, Any]:
+        return {
+            "d": self.d.ravel(),
+            "value": self.value.ravel(),
+            **numbered("displacement", self.displacement.reshape(-1, 2)),
+            "moment": self.moment.ravel(),
+            "wait": self.wait.ravel(),
+        }
 
 
 class QuasistaticMap(LineMap, mechanics.EventMap):

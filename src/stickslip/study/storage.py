@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from stickslip.analysis.maps.protocol_nd import MapND
-from stickslip.analysis.storage import load as _load
-from stickslip.analysis.storage import register_part
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.results.files import load as _load
+from stickslip.results.files import register_part
 from stickslip.study import quasistatic  # noqa: F401 (registers its maps)
 from stickslip.study.event_map import event_map
 from stickslip.study.maps import as_map

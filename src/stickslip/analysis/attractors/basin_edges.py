@@ -16,6 +16,7 @@ from stickslip.analysis.attractors.basin_pieces import UNDECIDED
 from stickslip.analysis.attractors.lyapunov import advance
 from stickslip.analysis.attractors.recurrence import Cycle, confirmed
 from stickslip.analysis.maps.protocol import domain_width, values_and_slopes
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -38,6 +39,7 @@ MAX_SLIVERS: Final = 2000  # edges that are followed; more occur only among inte
 Source = Literal["orbit", "breakpoint", "gap", "domain", "unresolved"]
 
 
+@part
 @dataclass(frozen=True)
 class EdgeCause:
     """What a basin edge is a preimage of.

@@ -10,7 +10,7 @@ the automatic test of Jonsson (Phys. Rev. E 98, 043304, 2018).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 from scipy import special
@@ -24,6 +24,7 @@ from stickslip.analysis.maps.protocol import (
     values_and_slopes,
 )
 from stickslip.checks import MOST_STEPS, whole_number
+from stickslip.results.result import Result
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -47,7 +48,7 @@ FEWEST: Final = 16  # ... and steps of each orbit at least
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LyapunovExponent:
+class LyapunovExponent(Result):
     """Mean of log |f'| along orbits, per step of the map.
 
     Attributes
@@ -64,6 +65,8 @@ class LyapunovExponent:
     value: Any
     error: Any
     n: int
+    _drawn: ClassVar = ("start", "value")
+    _has_picture: ClassVar = False
 
     def __float__(self) -> float:
         """Return the value alone."""
@@ -80,6 +83,10 @@ class LyapunovExponent:
         pairs = zip(self.value.flat, self.error.flat, strict=True)
         rows = [f"  {value: .10f} ± {error:.2g}" for value, error in pairs]
         return "\n".join([f"LyapunovExponent, n={self.n}", *rows])
+
+    def _columns(self) -> dict[str, Any]:
+        value, error = np.ravel(self.value), np.ravel(self.error)
+        return {"start": np.arange(value.size) + 1, "value": value, "error": error}
 
 
 def lyapunov_exponent(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 
 import numpy as np
 
 from stickslip.analysis.branches.limits import limits_inside
+from stickslip.results.result import Result
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.discontinuities import Cuts
@@ -22,8 +23,14 @@ JUMP: Final = 1e-10  # of the range of values: smaller steps are rounding, besid
 BEND: Final = 1e-6  # of the slopes: smaller changes are beyond what limits can tell
 
 
-@dataclass(frozen=True)
-class Breakpoint:
+BREAKPOINT_COLUMNS: Final = (
+    *("d", "left", "right", "left_slope", "right_slope", "kind", "mechanism", "block"),
+    *("quality", "residual"),
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Breakpoint(Result):
     """End of a branch.
 
     Attributes
@@ -62,6 +69,8 @@ class Breakpoint:
     right_label: int = field(default=0, repr=False)
     interval: tuple[float, float] = field(default=(math.nan, math.nan), repr=False)
     quality: str = field(default="located", repr=False)
+    _drawn: ClassVar = ("d", "left", "right")
+    _has_picture: ClassVar = False
 
     @property
     def residual(self) -> float:
@@ -72,6 +81,9 @@ class Breakpoint:
     def jump(self) -> float:
         """Step of the value from left to right."""
         return self.right - self.left
+
+    def _columns(self) -> dict[str, Any]:
+        return {name: [getattr(self, name)] for name in BREAKPOINT_COLUMNS}
 
 
 def limits_at_cuts(mesh: Mesh, cuts: Cuts) -> tuple[Limits, Limits]:

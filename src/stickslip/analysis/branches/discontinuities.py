@@ -15,6 +15,7 @@ from stickslip.analysis.branches.brackets import (
     midpoint,
 )
 from stickslip.analysis.branches.mesh import Mesh, Nodes
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -36,6 +37,7 @@ NARROW_END: Final = "a branch narrower than the resolution at the end of the dom
 ROUGH: Final = "values look rough: more breaks without a label than are followed, in"
 
 
+@part
 @dataclass(frozen=True)
 class Unresolved:
     """Something that could not be decided, and where.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import values_and_slopes
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,6 +28,7 @@ SLOPE_MARGIN: Final = 1e-3  # the table's interpolants err by less than a tenth 
 EPS: Final = float(np.finfo(np.float64).eps)
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class Cells:
     """Intervals between neighbouring nodes with values and slopes at both, shapes (n,)."""
@@ -63,6 +65,7 @@ class Cells:
         return least, np.where(regular, slopes.max(axis=0), np.inf)
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class Laps:
     """All laps of a map in ascending order; arrays of shape (n,) unless said otherwise.

@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.analysis.bifurcations.scan.events import orbit_at
 from stickslip.analysis.diagrams.at_values import Strand
 from stickslip.analysis.orbits.cyclic import turn_towards
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.events import Event
@@ -22,6 +23,7 @@ ROOTS: Final = ("fold", "flip", "standstill", "doubling")  # where points move l
 CLOSE: Final = 0.05  # of the domain's width: how far an orbit may be from the event that ends it
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class StrandEnd:
     """Where an orbit begins or ends.

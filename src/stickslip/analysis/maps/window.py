@@ -11,6 +11,7 @@ import numpy as np
 from stickslip.analysis.maps.power import EvaluatedMap
 from stickslip.analysis.maps.protocol import checked_points, clip_to_domain, iterate
 from stickslip.checks import checked_interval
+from stickslip.results.files import register_part
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -146,3 +147,11 @@ class WindowMap(EvaluatedMap):
 def windowed(f: Any, window: tuple[float, float] | None) -> Any:
     """Return a map restricted to a window, or as it is for None."""
     return f if window is None else WindowMap(f, window)
+
+
+def _window_map(values: dict[str, Any]) -> WindowMap | None:
+    f, window = values["of"], values["window"]
+    return None if f is None else WindowMap(f, tuple(window))
+
+
+register_part("window", WindowMap, lambda f: {"of": f.f, "window": list(f.window)}, _window_map)

@@ -230,6 +230,7 @@ class EventMap:
             label=_shaped_array(outputs.label, shape),
             margin=_shaped_array(outputs.margin, shape),
             status=_shaped_array(outputs.status, shape),
+            d=points,
         )
 
     @overload

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stickslip import status as status_codes
 from stickslip.mechanics.flow.settings import MAX_INSTANT
+from stickslip.results.parts import part
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -26,6 +27,7 @@ STEPS_PER_EVENT = 10
 StatesInside: TypeAlias = Callable[[Ints, Floats], tuple[Floats, Floats, Floats]]
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class Recorded:
     """A motion as it was followed: n steps of N blocks.

@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.mechanics.model.structure import Structure
+from stickslip.results.parts import part
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 
 
+@part
 class Slip(NamedTuple):
     """Blocks that slip together: coupled ones, at times that overlap.
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from stickslip import status as status_codes
@@ -10,8 +12,57 @@ from stickslip.mechanics.flow.engine import Engine
 from stickslip.mechanics.flow.mode import round_landings, settle
 from stickslip.mechanics.flow.onset import onset
 from stickslip.mechanics.flow.recorder import Floats, Ints, Recorder, StatesInside
-from stickslip.mechanics.flow.system import BACKWARD, LANDING, Phases, limit, new_motion
+from stickslip.mechanics.flow.system import BACKWARD, LANDING, Phases, System, limit, new_motion
 from stickslip.numerics.roots import EPSILON
+from stickslip.results.parts import part, register
+
+register(System)
+
+
+@part
+@dataclass(frozen=True, eq=False)
+class ClosedForms:
+    """Motion within recorded steps of the exact engine."""
+
+    system: System
+    laws: Floats
+    n_law_parameters: int
+    w: Floats
+    e: Floats
+    mode: Ints
+
+    def __call__(self, step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
+        """Displacements, relative velocities and needed forces, as `StatesInside` says."""
+        from stickslip.mechanics.flow import _exact_kernels as kernels
+
+        w, e = np.empty((t.size, 2)), np.empty((t.size, 2))
+        kernels.states(
+            self.system,
+            self.laws,
+            new_motion(0, self.n_law_parameters),
+            kernels.new_work(),
+            Phases(self.w, self.e, self.mode),
+            step.astype(np.int64),
+            t,
+            w,
+            e,
+        )
+        return displacements(self.system.alpha, e), w, e
+
+
+@part
+@dataclass(frozen=True, eq=False)
+class Sums:
+    """Motion within recorded steps of the adaptive engine: polynomials of w and e."""
+
+    alpha: float
+    w: Floats
+    e: Floats
+
+    def __call__(self, step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
+        """As `ClosedForms`."""
+        w, e = horner(self.w, step, t), horner(self.e, step, t)
+        return displacements(self.alpha, e), w, e
 
 
 class TwoBlockRecorder(Recorder):
@@ -53,7 +104,13 @@ class TwoBlockRecorder(Recorder):
     def keep(self) -> None:
         """Add the present state to the record."""
         motion = self.motion
-        self.record.add(self.t, self._displacements(motion.e), motion.w, motion.e, motion.mode)
+        self.record.add(
+            self.t,
+            displacements(self.engine.system.alpha, motion.e),
+            motion.w,
+            motion.e,
+            motion.mode,
+        )
 
     def _slides_for_ever(self) -> bool:
         engine, motion = self.engine, self.motion
@@ -124,39 +181,20 @@ class TwoBlockRecorder(Recorder):
         return np.stack((0.5 * (total - d), 0.5 * (total + d)), axis=-1)
 
     def _inside(self) -> StatesInside:
-        return self._closed_forms() if self.engine.name == "exact" else self._sums()
-
-    def _closed_forms(self) -> StatesInside:
-        engine = self.engine
-        starts = Phases(
-            np.array(self.record.w), np.array(self.record.e), np.array(self.record.mode)
-        )
-
-        def inside(step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
-            w, e = np.empty((t.size, 2)), np.empty((t.size, 2))
-            engine.kernels.states(
-                engine.system,
-                engine.laws,
-                new_motion(0, engine.n_law_parameters),
-                engine.new_work(),
-                starts,
-                step.astype(np.int64),
-                t,
-                w,
-                e,
-            )
-            return self._displacements(e), w, e
-
-        return inside
-
-    def _sums(self) -> StatesInside:
+        system, record = self.engine.system, self.record
+        if self.engine.name == "exact":
+            w, e, mode = np.array(record.w), np.array(record.e), np.array(record.mode)
+            laws, n = self.engine.laws, self.engine.n_law_parameters
+            return ClosedForms(system, laws, n, w, e, mode)
         w_rows, e_rows = (np.array(rows) for rows in zip(*self.polynomials, strict=True))
+        return Sums(system.alpha, w_rows, e_rows)
 
-        def inside(step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
-            w, e = horner(w_rows, step, t), horner(e_rows, step, t)
-            return self._displacements(e), w, e
 
-        return inside
+def displacements(alpha: float, e: Floats) -> Floats:
+    """Displacements from needed forces, both (..., 2)."""
+    total = e[..., 0] + e[..., 1]
+    d = (e[..., 1] - e[..., 0]) / (1.0 + 2.0 * alpha)
+    return np.stack((0.5 * (total - d), 0.5 * (total + d)), axis=-1)
 
 
 def horner(rows: Floats, step: Ints, t: Floats) -> Floats:

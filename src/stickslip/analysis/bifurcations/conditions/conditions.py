@@ -28,12 +28,14 @@ from stickslip.analysis.bifurcations.conditions.orbit_paths import (
 from stickslip.analysis.bifurcations.conditions.rates import stationary_in_parameter
 from stickslip.analysis.branches.along.borders import ConditionLost
 from stickslip.analysis.maps.protocol import MapFamily
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.along.borders import BorderReading, Critical
     from stickslip.analysis.maps.protocol import Map1D
 
 
+@part
 @dataclass(frozen=True)
 class Reading:
     """What a condition finds in one map.
@@ -81,6 +83,7 @@ class Reading:
     mixed: float = math.nan
 
 
+@part
 @dataclass(frozen=True)
 class Fold:
     """An orbit with multiplier 1: f^p(x) - x where (f^p)'(x) = 1.
@@ -116,6 +119,7 @@ class Fold:
         )
 
 
+@part
 @dataclass(frozen=True)
 class Flip:
     """An orbit with multiplier -1: multiplier + 1 along the orbit.
@@ -150,6 +154,7 @@ class Flip:
         )
 
 
+@part
 @dataclass(frozen=True)
 class Crossing:
     """Two curves of orbits that cross: transcritical, or a pitchfork.
@@ -196,6 +201,7 @@ class Crossing:
         )
 
 
+@part
 @dataclass(frozen=True)
 class Collision:
     """An orbit with a point on a border: f^p(c-) - c or f^p(c+) - c.
@@ -238,6 +244,7 @@ class Collision:
         )
 
 
+@part
 @dataclass(frozen=True)
 class Connection:
     """An image of a critical point on an unstable orbit u: f^k(c-) - u or f^k(c+) - u.

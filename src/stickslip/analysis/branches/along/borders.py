@@ -22,6 +22,7 @@ from stickslip.analysis.branches.table import RESOLUTION, branch_table
 from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
 from stickslip.analysis.maps.window import WindowMap
 from stickslip.numerics.slope_zeros import slope_zeros
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.breakpoints import Breakpoint, Kind
@@ -53,6 +54,7 @@ class ConditionLost(Exception):
         self.reason = reason
 
 
+@part
 @dataclass(frozen=True)
 class BorderReading:
     """A critical point of one map: where it is and what the map does on either side.
@@ -99,6 +101,7 @@ class BorderReading:
         return self.left_slope if side < 0 else self.right_slope
 
 
+@part
 @dataclass(frozen=True)
 class Border:
     """A break of a map between two branches, plain data: finds itself in a changed map.
@@ -169,6 +172,7 @@ class Border:
         return reading
 
 
+@part
 @dataclass(frozen=True)
 class TurningPoint:
     """A smooth extremum of a map: f'(x) = 0 inside a branch.
