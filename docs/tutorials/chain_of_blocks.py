@@ -61,8 +61,8 @@ ax.set(xlabel="time", ylabel="displacement, a line a block")
 # (:doc:`/theory/blocks`).
 #
 # **Checked.** Two blocks treated as a chain have the orbits of the complete list, to 1e-13
-# (``tests/study/test_orbits_of_chains.py``); chains of three and five agree with 30 digits on
-# short motions (``tests/mechanics/eventmap/test_blocks_map.py``).
+# (``tests/mechanics/eventmap/test_orbits_of_chains.py``); chains of three and five agree with 30
+# digits on short motions (``tests/mechanics/eventmap/test_blocks_map.py``).
 #
 # **Fails, or is only evidence.** The list of orbits may have gaps, which it estimates; that a
 # cloud has settled after 31 phases is only what the picture shows.

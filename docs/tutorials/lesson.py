@@ -87,7 +87,7 @@ print(end.mechanism)
 #
 # **Checked.** The period of one block against its closed form, to 1e-13
 # (``tests/mechanics/cycle/test_cycle.py``); the end of the stable motion, to 1e-13
-# (``tests/study/test_bifurcations.py``).
+# (``tests/mechanics/eventmap/test_bifurcations_of_models.py``).
 #
 # **Fails, or is only evidence.** Chaos is told by an exponent and its error. No program, this one
 # included, can follow such a motion for long: see the picture of section 4.

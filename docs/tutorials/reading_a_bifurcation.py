@@ -81,7 +81,7 @@ curve.plot(ax=ax)
 #
 # **Checked.** Predictions for random slopes against orbits followed by brute force
 # (``tests/analysis/bifurcations/border_collision/test_skew_tent.py``); mechanisms against the
-# motions on both sides (``tests/study/test_mechanism.py``).
+# motions on both sides (``tests/mechanics/eventmap/test_mechanism.py``).
 #
 # **Fails, or is only evidence.** The prediction holds close to the collision, how close it does
 # not say: hence `outcome` beside it. At a jump the local slopes are not enough.

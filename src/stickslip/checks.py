@@ -41,33 +41,10 @@ def finite_number(
     why: str = "",
     remedy: str = "",
 ) -> float:
-    """Return a parameter as a float, or say what is wrong with it.
-
-    Parameters
-    ----------
-    name : str
-        The parameter, as the user wrote it.
-    value : object
-        What arrived. Python and numpy real scalars are accepted, except bools.
-    above, at_least, at_most : float, optional
-        Exclusive and inclusive lower bound, inclusive upper bound.
-    of : str, optional
-        Whose parameter it is, where that needs saying: ``"the friction law coulomb"``.
-    why : str, optional
-        Reason for the range, a full sentence.
-    remedy : str, optional
-        What to do instead; by default, to give a number in the range.
-
-    Returns
-    -------
-    float
-        The value, finite and in range.
-
-    Raises
-    ------
-    ValueError
-        Not a real scalar, not finite, or out of range.
-    """
+    """Return a parameter as a float in a range, or say what is wrong with it."""
+    # `of` says whose parameter it is: "the friction law coulomb". `why` is the reason for the
+    # range, a sentence; `remedy` what to do instead of giving a number in the range. Bools are no
+    # numbers.
     allowed = f"a finite number{_range(name, above, at_least, at_most)}"
     whose = f" of {of}" if of else ""
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
@@ -103,24 +80,7 @@ def whole_number(
     at_most: int = LARGEST_COUNT,
     what: str = "",
 ) -> int:
-    """Return a count as an int, or say what is wrong with it.
-
-    Parameters
-    ----------
-    name : str
-        The parameter, as the user wrote it.
-    value : object
-        What arrived. Floats that are whole numbers are accepted, bools are not.
-    at_least, at_most : int, optional
-        Inclusive bounds; without the upper one, what a machine can count.
-    what : str, optional
-        What is counted: ``"changes of mode"``.
-
-    Raises
-    ------
-    ValueError
-        Not a whole number, or out of range.
-    """
+    """Return a count as an int, floats that are whole included, or say what is wrong with it."""
     is_real = isinstance(value, Real) and not isinstance(value, bool)
     try:  # as an int: a short float overflows when it is compared with the bounds
         number = int(value) if is_real else None
@@ -142,20 +102,7 @@ def whole_number(
 
 
 def real_numbers(name: str, values: object) -> Floats:
-    """Return numbers of any shape as an array of floats, or say what is not a number.
-
-    Parameters
-    ----------
-    name : str
-        The parameter, as the user wrote it.
-    values : object
-        What arrived: a number, an array or nested sequences. NaN and infinities pass.
-
-    Raises
-    ------
-    ValueError
-        Not rectangular, or something in it is no real number.
-    """
+    """Return numbers of any shape as floats, NaN included, or say what is not a number."""
     try:
         array = np.asarray(values)
         if array.dtype.kind == "O":  # fractions and the like; what is no number fails here
@@ -177,13 +124,7 @@ def _no_numbers(name: str, values: object) -> str:
 
 
 def checked_interval(name: str, ends: Any) -> tuple[float, float]:
-    """Return the ends of an interval as floats.
-
-    Raises
-    ------
-    ValueError
-        Not a pair of finite numbers in ascending order; ``name`` is what the user called it.
-    """
+    """Return the ends of an interval, finite and ascending, as floats."""
     try:
         low, high = ends
     except (TypeError, ValueError) as reason:
@@ -199,22 +140,9 @@ def checked_interval(name: str, ends: Any) -> tuple[float, float]:
 
 
 def grid(name: str, given: Any) -> Floats:
-    """Return values of a parameter: a tuple ``(lo, hi, n)`` is a grid, anything else the values.
-
-    Everywhere else a range is a pair ``(lo, hi)``. Whether the values must ascend, the caller says.
-
-    Parameters
-    ----------
-    name : str
-        What the user called them.
-    given : tuple of (float, float, int) or array_like
-        ``n >= 2`` equally spaced values with both ends, or a list or array of finite numbers.
-
-    Raises
-    ------
-    ValueError
-        A tuple that is no grid; not one row of finite numbers; none at all.
-    """
+    """Return values of a parameter: a tuple ``(lo, hi, n)`` is a grid, anything else the values."""
+    # Everywhere else a range is a pair ``(lo, hi)``. Whether the values must ascend, the caller
+    # says.
     if isinstance(given, tuple):
         if len(given) != 3 or not isinstance(given[2], int | np.integer):
             raise ValueError(  # three floats look like values
@@ -243,13 +171,7 @@ def dimensions(values: object) -> int:
 
 
 def one_of(name: str, value: object, choices: Collection[str], *, remedy: str = "") -> str:
-    """Return a word that must be one of a few.
-
-    Raises
-    ------
-    ValueError
-        It is another word, or no word; the closest one is suggested.
-    """
+    """Return a word that must be one of a few; an error suggests the closest."""
     if isinstance(value, str) and value in choices:
         return value
     told = " ".join(filter(None, [did_you_mean(value, choices), remedy]))
@@ -257,13 +179,7 @@ def one_of(name: str, value: object, choices: Collection[str], *, remedy: str = 
 
 
 def parameter_name(role: str, name: object, known: Collection[str], *, of: object = None) -> str:
-    """Return the name of a parameter.
-
-    Raises
-    ------
-    ValueError
-        It is none of the known ones; the closest one is suggested.
-    """
+    """Return the name of a parameter among those known; an error suggests the closest."""
     if isinstance(name, str) and name in known:
         return name
     whose = "" if of is None else f" of {of}"
@@ -272,30 +188,15 @@ def parameter_name(role: str, name: object, known: Collection[str], *, of: objec
 
 
 def instance(name: str, value: Any, kinds: type[T] | tuple[type[Any], ...], what: str) -> T:
-    """Return an object of one of some classes.
-
-    Raises
-    ------
-    ValueError
-        It is something else; ``what`` says what is needed and where to get it.
-    """
+    """Return an object of one of some classes, or say `what` is needed."""
     if isinstance(value, kinds):
         return value
     raise ValueError(f"{name} = {shown(value)} is not {what}.")
 
 
 def random_generator(name: str, rng: Any) -> np.random.Generator:
-    """Return a generator, that of a seed, or a fresh one for None.
-
-    Other things that numpy takes, or fails on, are no seeds here.
-
-    Raises
-    ------
-    TypeError
-        Neither None, a whole number nor a generator.
-    ValueError
-        A negative number.
-    """
+    """Return a generator, that of a seed, or a fresh one for None."""
+    # Other things that numpy takes, or fails on, are no seeds here: a TypeError.
     allowed = (
         f"{name} = {shown(rng)} is not allowed: {name} must be None, a seed (a whole number >= 0) "
         "or a numpy.random.Generator."
@@ -309,26 +210,14 @@ def random_generator(name: str, rng: Any) -> np.random.Generator:
 
 
 def flag(name: str, value: object) -> bool:
-    """Return a switch.
-
-    Raises
-    ------
-    ValueError
-        Neither True nor False.
-    """
+    """Return a switch, True or False alone."""
     if isinstance(value, bool | np.bool_):
         return bool(value)
     raise ValueError(f"{name} = {shown(value)} is not allowed: {name} must be True or False.")
 
 
 def check_callback(name: str, value: object, what: str) -> None:
-    """Check a function that is called on the way, or None.
-
-    Raises
-    ------
-    ValueError
-        It is neither.
-    """
+    """Check a function that is called on the way, or None."""
     if value is not None and not callable(value):
         raise ValueError(f"{name} = {shown(value)} cannot be called: give a function of {what}.")
 

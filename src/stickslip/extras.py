@@ -10,22 +10,8 @@ class MissingExtraError(ModuleNotFoundError):
 
 
 def require_extra(extra: str, purpose: str, *modules: str) -> None:
-    """Check that what an extra brings can be imported.
-
-    Parameters
-    ----------
-    extra : str
-        As in ``pip install "stickslip[extra]"``.
-    purpose : str
-        What needs it, in the plural.
-    *modules : str
-        Names to import.
-
-    Raises
-    ------
-    MissingExtraError
-        A ModuleNotFoundError that says what to install.
-    """
+    """Check that the modules of an extra can be imported, or say what to install."""
+    # `purpose` is what needs them, in the plural.
     for name in modules:
         if find_spec(name) is None:
             raise MissingExtraError(

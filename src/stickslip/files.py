@@ -21,13 +21,7 @@ FULL: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 
 def checked_path(path: object, name: str = "path") -> Path:
-    """Return the name of a file as a path.
-
-    Raises
-    ------
-    ValueError
-        It is neither text nor a path, holds a null character, or is longer than any.
-    """
+    """Return the name of a file as a path."""
     text = os.fspath(path) if isinstance(path, os.PathLike) else path
     if not isinstance(text, str) or not 0 < len(text) <= LONGEST_PATH or "\0" in text:
         raise ValueError(
@@ -38,13 +32,7 @@ def checked_path(path: object, name: str = "path") -> Path:
 
 
 def checked_suffix(path: Path, suffixes: Collection[str], name: str = "path") -> str:
-    """Return the suffix of a file that is to be written; "" among those allowed stands for none.
-
-    Raises
-    ------
-    ValueError
-        It is none of those that can be written.
-    """
+    """Return the suffix of a file to be written; "" among those allowed stands for none."""
     if path.suffix in suffixes:
         return path.suffix
     raise ValueError(
@@ -54,21 +42,7 @@ def checked_suffix(path: Path, suffixes: Collection[str], name: str = "path") ->
 
 
 def read_text(path: str | os.PathLike[str], *, limit: int = MOST_BYTES) -> str:
-    """Read an ordinary UTF-8 file; a byte-order mark is dropped.
-
-    Parameters
-    ----------
-    path : str or path
-    limit : int, optional
-        Bytes that the file may have.
-
-    Raises
-    ------
-    ValueError
-        It is larger, or not UTF-8. The message begins with the file's name.
-    OSError
-        It cannot be read, or is a folder, or a device or a pipe, which may have no end.
-    """
+    """Read an ordinary UTF-8 file, no device or pipe; a byte-order mark is dropped."""
     path = checked_path(path)
     _refuse_special(path)  # before it is opened: a pipe would wait
     try:
@@ -106,10 +80,8 @@ _undo: list[Callable[[], object]] = []
 
 @contextmanager
 def undone_unless_finished(undo: Callable[[], object]) -> Iterator[None]:
-    """Call `undo` when the block fails, or when the program ends within it; see `undo_all`.
-
-    To be entered before the first file is made: an interrupt may come between any two lines.
-    """
+    """Call `undo` when the block fails, or when the program ends within it."""
+    # To be entered before the first file is made: an interrupt may come between any two lines.
     _undo.append(undo)
     try:
         yield
@@ -128,27 +100,9 @@ def undo_all() -> None:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give a file to write; it becomes `path` when the block ends well.
-
-    A file of that name is replaced; of a link, what it leads to. When the block fails or is
-    interrupted nothing is left.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        Where the file is to appear. Its folder must exist.
-
-    Yields
-    ------
-    pathlib.Path
-        A path of the same name in a temporary folder beside it, for the block to create.
-
-    Raises
-    ------
-    OSError
-        With the file's name: the folder cannot be written, the disk is full, or `path` is a
-        folder or a device.
-    """
+    """Give a file to write, of the same name; it becomes `path` when the block ends well."""
+    # A file of that name is replaced; of a link, what it leads to. When the block fails or is
+    # interrupted nothing is left.
     _refuse_special(path)
     target = Path(os.path.realpath(path))  # a link stays one
     beside = f".{path.name[:40]}."  # short: a name of the longest length has no room for more
@@ -168,21 +122,6 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
-    """Write a text file, UTF-8 with the line ends it has; see `whole_file`.
-
-    Parameters
-    ----------
-    path : str or path
-        Replaced if it exists.
-    text : str
-        Its content.
-
-    Raises
-    ------
-    ValueError
-        The path is none.
-    OSError
-        The file cannot be written.
-    """
+    """Write a text file, UTF-8 with the line ends it has; see `whole_file`."""
     with whole_file(checked_path(path)) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="")

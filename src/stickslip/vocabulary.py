@@ -1,8 +1,6 @@
 """One table of names: symbol, meaning, scale and equation of everything that has a name.
 
-Axis labels, attributes of labelled arrays, documentation and error messages
-read this table, so that a quantity is called the same everywhere.
-Equation numbers are those of Galvanetto (2001).
+Axis labels, attributes, documentation and messages read it. Equations are Galvanetto's (2001).
 """
 
 from __future__ import annotations
@@ -16,26 +14,12 @@ from typing import Final
 
 @dataclass(frozen=True)
 class Term:
-    """What one name stands for.
+    """What one name stands for."""
 
-    Attributes
-    ----------
-    name : str
-        The word used in code, files and on the command line.
-    symbol : str
-        Mathtext without dollar signs, in the paper's notation.
-    meaning : str
-        A phrase that can follow "the".
-    scale : str
-        What one dimensionless unit is; empty for a pure number.
-    equation : str
-        Where the source paper defines it; empty if it does not.
-    """
-
-    name: str
-    symbol: str
-    meaning: str
-    scale: str = ""
+    name: str  # as in code, files and on the command line
+    symbol: str  # mathtext without dollar signs, in the paper's notation
+    meaning: str  # a phrase that can follow "the"
+    scale: str = ""  # what one dimensionless unit is; empty for a pure number
     equation: str = ""
 
 
@@ -84,21 +68,7 @@ TERMS: Final = MappingProxyType({term.name: term for term in _TABLE})
 
 
 def symbol(name: str, index: int | str | None = None) -> str:
-    """Mathtext of a term, with a subscript if asked.
-
-    Parameters
-    ----------
-    name : str
-        A key of `TERMS`; with block suffix (``"mu_2"``) the subscript is taken
-        from the name.
-    index : int or str, optional
-        Subscript: a block, or an iterate such as ``"n+1"``.
-
-    Returns
-    -------
-    str
-        For example ``"$X_{2}$"``.
-    """
+    """Mathtext of a term, with a subscript: a block, as of "mu_2", or an iterate such as "n+1"."""
     if name not in TERMS and index is None:
         name, _, index = name.rpartition("_")
     base = TERMS[name].symbol
@@ -110,39 +80,12 @@ def symbol(name: str, index: int | str | None = None) -> str:
 
 
 def label(name: str, index: int | str | None = None) -> str:
-    r"""Axis label: the meaning in words and the symbol.
-
-    Parameters
-    ----------
-    name : str
-        A key of `TERMS`.
-    index : int or str, optional
-        Subscript of the symbol.
-
-    Returns
-    -------
-    str
-        For example ``"time $\tau$"``.
-    """
+    r"""Axis label: the meaning in words and the symbol."""
     return f"{TERMS[name].meaning} {symbol(name, index)}"
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """Sentence that lists what exists and names the closest, if need be in other letter case.
-
-    Parameters
-    ----------
-    name : object
-        What the user wrote, as a rule a word.
-    known : iterable of str
-        What would have been accepted.
-
-    Returns
-    -------
-    str
-        ``"Known: alpha, beta. Did you mean 'alpha'?"``, the question only where
-        something is close.
-    """
+    """Sentence that lists what exists and names the closest, if need be in other letter case."""
     name, known = name[:100] if isinstance(name, str) else "", list(known)
     listing = f"Known: {', '.join(known) or 'none'}."
     close = get_close_matches(name, known, n=1) or _close_but_for_case(name, known)

@@ -13,14 +13,14 @@ from tests.app.talk import CHAIN, COULOMB, opened, unpack
 
 import stickslip as ss
 from stickslip.analysis.threads import in_threads
-from stickslip.app import requests, warmth
+from stickslip.app import requests, server
 from stickslip.app.answers import Part
 from stickslip.app.jobs import CalledOffError, Gate, Job, TimeIsUpError, checkpoint
 from stickslip.app.pictures import DRAWN
 from stickslip.app.server import application
 from stickslip.app.session import SLOTS, Limits
 from stickslip.app.views import VIEWS
-from stickslip.app.views.common import naming
+from stickslip.app.views.model import naming
 
 
 @pytest.fixture
@@ -189,7 +189,7 @@ def test_the_compiler_is_waited_for_before_an_answer_is_timed(monkeypatch):
         return iter(())
 
     monkeypatch.setitem(VIEWS, requests.Locus, needs_the_compiler)
-    monkeypatch.setattr(warmth, "_asked", compiling)
+    monkeypatch.setattr(server, "_first_asked", compiling)
     with (
         TestClient(application(host="testserver", limits=Limits(seconds=0.2))) as client,
         opened(client) as page,

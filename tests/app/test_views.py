@@ -9,15 +9,14 @@ from tests.app.talk import CHAIN, COULOMB
 import stickslip as ss
 from stickslip.app.as_python import TEXTS, as_python
 from stickslip.app.exports import KNOWN
-from stickslip.app.limits import described_limits
+from stickslip.app.page import described_limits, presets
 from stickslip.app.pictures import DRAWN
-from stickslip.app.presets import presets
 from stickslip.app.requests import REQUESTS, request_of
 from stickslip.app.views import VIEWS
-from stickslip.app.watched import watched_map
+from stickslip.app.views.model import watched_map
 from stickslip.mechanics.model import locus
+from stickslip.mechanics.model.values import model_of_values
 from stickslip.plot.motion import stick_interval
-from stickslip.study.model_values import model_of_values
 
 MODEL = ss.examples.coulomb()
 MIXED = {**COULOMB, "friction": [{"law": "coulomb", "mu": 0.2}, {"law": "coulomb", "mu": 0.3}]}

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.cli import basins, main
+from stickslip.cli import main, maps
 
 FIELDS = ["left", "right", "share", "attractor", "kind", "period", "d", "lyapunov"]
 FIELDS += ["left_cause", "right_cause"]
@@ -64,12 +64,12 @@ def test_motions_that_leave_and_undecided_ones_belong_to_no_attractor(found):
 
 def test_an_undecided_rest_is_told_and_nothing_decided_fails(found, capsys):
     partly = replace(found, index=np.array([0, -1, 0, 1]), undecided=0.4, reason="interwoven")
-    assert basins._ending(partly, quiet=False) == 0
+    assert maps._basin_ending(partly, quiet=False) == 0
     assert "0.4 of the domain undecided: interwoven" in capsys.readouterr().err
     nothing = replace(found, index=np.full(4, -1), undecided=1.0, reason="no attractor", thin=3)
-    assert basins._ending(nothing, quiet=False) == 1
+    assert maps._basin_ending(nothing, quiet=False) == 1
     assert "3 intervals" in capsys.readouterr().err
-    assert basins._ending(nothing, quiet=True) == 1
+    assert maps._basin_ending(nothing, quiet=True) == 1
     assert capsys.readouterr().err == ""
 
 

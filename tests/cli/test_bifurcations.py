@@ -13,11 +13,11 @@ import time
 import pytest
 
 import stickslip as ss
+from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.cli import main
-from stickslip.cli.bifurcations import FILES, PICTURES
-from stickslip.study.bifurcations import bifurcations
-from stickslip.study.model_file import read_model, write_model
-from stickslip.study.storage import load
+from stickslip.cli.parameters import FILES, PICTURES
+from stickslip.mechanics.model.file import read_model, write_model
+from stickslip.results.files import load
 
 RANGE = (0.03697, 0.03698)
 QUESTION = f"--parameter V --range {RANGE[0]} {RANGE[1]}"

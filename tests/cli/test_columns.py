@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 
-from stickslip.cli.columns import document, error_document
+from stickslip.cli.output import document, error_document
 from stickslip.results.table import write_csv
 
 TABLE = {

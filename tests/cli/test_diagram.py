@@ -13,9 +13,9 @@ import stickslip as ss
 from stickslip.analysis.branches.along.break_lines import BreakLine
 from stickslip.analysis.diagrams.assemble import StrandEnd
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
+from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 from stickslip.cli import main
-from stickslip.study.diagram import bifurcation_diagram
-from stickslip.study.model_file import write_model
+from stickslip.mechanics.model.file import write_model
 
 NAN = np.nan
 ENDS = (0.0369, 0.037)

@@ -8,7 +8,7 @@ import pytest
 
 from stickslip.cli import main
 from stickslip.cli.failure import REFUSED, RefusalError, UsageError
-from stickslip.cli.files import new_files, new_folder
+from stickslip.cli.output import new_files, new_folder
 
 
 def listing(folder):

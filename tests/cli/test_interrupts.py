@@ -145,7 +145,7 @@ def test_cleaning_up_after_an_interrupt_is_not_interrupted(tmp_path):
 
 def test_files_that_appear_together_are_not_divided(tmp_path):
     script = """
-        from stickslip.cli.files import new_files
+        from stickslip.cli.output import new_files
         paths = [pathlib.Path("a"), pathlib.Path("b")]
         replace = pathlib.Path.replace
         def interrupted(self, target):

@@ -8,7 +8,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.cli import main
-from stickslip.study.model_file import write_model
+from stickslip.mechanics.model.file import write_model
 
 QUESTIONS = {
     "map": "-d 0.1",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.cli import main, orbits
+from stickslip.cli import main, maps
 
 FIELDS = ["orbit", "period", "kind", "multiplier", "point", "d", "error", "itinerary"]
 
@@ -74,11 +74,11 @@ def test_a_list_that_is_not_complete_fails_and_says_what_is_open(found, capsys):
     near = NearFold(3, 0.25, 1e-17, resolved=False)
     reason = Unresolved("more than 1000 pieces:", -0.6, 0.6, 4)
     cut = replace(found, complete=3, near_folds=(near,), unresolved=(reason,))
-    assert orbits._ending(cut, quiet=False) == 1
+    assert maps._orbit_ending(cut, quiet=False) == 1
     error = capsys.readouterr().err
     assert "period 3 at d = 0.25" in error
     assert "more than 1000 pieces: [-0.6, 0.6], period 4" in error
-    assert orbits._ending(found, quiet=False) == 0
+    assert maps._orbit_ending(found, quiet=False) == 0
     assert capsys.readouterr().err == ""
 
 

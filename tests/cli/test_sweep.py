@@ -13,7 +13,7 @@ except ImportError:  # Windows
 
 import stickslip as ss
 from stickslip.cli import main
-from stickslip.study.model_file import write_model
+from stickslip.mechanics.model.file import write_model
 from stickslip.sweeps.plan import read_plan
 
 pytest.importorskip("zarr")

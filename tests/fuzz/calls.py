@@ -75,7 +75,7 @@ def bifurcations() -> Any:
 @cache
 def diagram() -> Any:
     return ss.bifurcation_diagram(
-        logistic(), "r", [3.0, 3.1, 3.2], lists=2, iterates=2, max_period=1
+        logistic(), "r", [3.0, 3.1, 3.2], n_lists=2, iterates=2, max_period=1
     )
 
 
@@ -155,7 +155,7 @@ def curve() -> Any:
 
 @cache
 def chain_orbits() -> Any:
-    return ss.periodic_orbits(coulomb().chain, 1, n_seeds=16)
+    return ss.periodic_orbits(coulomb().chain, 1, n_starts=16)
 
 
 @cache
@@ -294,7 +294,7 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
         "friction": LAW,
     },
     "Units": {"m": 1.0, "k": 2.0, "fs1": 3.0},
-    "attractors": {"f": logistic, "n_seeds": 4, "max_steps": 100, "rng": 1},
+    "attractors": {"f": logistic, "n_starts": 4, "max_steps": 100, "rng": 1},
     "axis": {"lo": 0.1, "hi": 0.2, "n": 3},
     "basins": {"f": logistic, "found": attractors, "resolution": 1e-3, "max_rounds": 20},
     "bifurcation_diagram": {
@@ -354,12 +354,12 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     "load": {"path": saved},
     "lyapunov_exponent": {"f": logistic, "d0": 0.1, "n": 50, "transient": 5},
     "observables.Attractor": BRIEF,
-    "observables.CoexistingAttractors": {**BRIEF, "n_seeds": 2},
+    "observables.CoexistingAttractors": {**BRIEF, "n_starts": 2},
     "observables.Events": BRIEF,
     "observables.Function": {"function": "tests.sweeps.small:start_of"},
     "observables.LimitCycles": {"n_starts": 1, "max_events": 100},
     "observables.LyapunovExponent": BRIEF,
-    "observables.NeverReturns": {"n_seeds": 2, "n": 3},
+    "observables.NeverReturns": {"n_starts": 2, "n": 3},
     "observables.OrbitPoints": {**BRIEF, "count": 2},
     "observables.as_observables": {"given": ["attractor"]},
     "open_sweep": {"store": store},

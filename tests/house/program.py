@@ -12,7 +12,7 @@ import stickslip as ss
 from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
 from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
-from stickslip.study.event_map import EventMap
+from stickslip.mechanics.eventmap.event_map import EventMap
 
 Floats = NDArray[np.float64]
 

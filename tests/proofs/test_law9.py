@@ -16,12 +16,11 @@ from tests.reference.values import LAW9, LAW9_ORBITS
 
 import stickslip as ss
 from stickslip.proofs.certify import certify_bifurcation, certify_orbit
-from stickslip.proofs.expansion import Expansion, Unbounded
 from stickslip.proofs.germ import Germ, germ
 from stickslip.proofs.jet import precision, variables
 from stickslip.proofs.power import Setting, step
-from stickslip.proofs.smooth import Falling, TaylorStep
 from stickslip.proofs.system import System, exact_parameters
+from stickslip.proofs.taylor import Expansion, Falling, TaylorStep, Unbounded
 from stickslip.proofs.verify.check import check_text
 from stickslip.proofs.verify.words import Refused
 

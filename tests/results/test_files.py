@@ -16,13 +16,13 @@ from stickslip.analysis.branches.branches import breakpoints
 from stickslip.analysis.continuation.continuation import continue_orbit
 from stickslip.analysis.maps.window import WindowMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.mechanics.eventmap.event_map import EventMap
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.friction import Coulomb, PoppStelter, Stribeck, friction_law
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.units import Units
 from stickslip.results.files import VERSION, _hints, load, save
 from stickslip.results.parts import equal, import_public, registered
-from stickslip.study import storage as study
-from stickslip.study.event_map import EventMap, event_map
 
 
 @pytest.fixture
@@ -146,7 +146,7 @@ def test_branches_of_models_need_no_system(path):
     f = event_map(models.coulomb())
     branch = continue_orbit(periodic_orbits(f, period=4)[0], f, "V", (0.0366, 0.0372))
     branch.save(path)
-    again = study.load(path)
+    again = load(path)
     assert again.f == f
     assert again.ends[1].border == branch.ends[1].border
     assert np.array_equal(again.at(V=0.0368).points, branch.at(V=0.0368).points)
@@ -158,7 +158,7 @@ def test_laws_of_the_users_own_need_the_model(path):
     save(event_map(model), path)
     assert load(path) is None
     assert "is a Python function" in json.loads(path.read_text())["result"]["why"]
-    again = study.load(path, system=model.replace(V=0.2, a=0.8))
+    again = load(path, system=model.replace(V=0.2, a=0.8))
     assert again.model == model
 
 

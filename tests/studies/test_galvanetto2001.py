@@ -7,13 +7,13 @@ import pytest
 from tests.reference.values import COULOMB_JUMPS, COULOMB_ORBITS, LAW9_ORBITS
 
 from stickslip import examples
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.model import locus
 from stickslip.plot.style import new_figure, style
 from stickslip.studies import figures
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import WINDOW
 from stickslip.studies.sources import GALVANETTO, source_named
-from stickslip.study.event_map import event_map
 
 PACKAGE = source_named(GALVANETTO).package
 

@@ -47,7 +47,7 @@ def test_orbits_of_a_chain_are_those_of_its_event_map(tmp_path):
         ss.observables.Attractor(**SHORT),
         ss.observables.LyapunovExponent(**SHORT),
         ss.observables.Events(**SHORT),
-        ss.observables.NeverReturns(n_seeds=6, n=5),
+        ss.observables.NeverReturns(n_starts=6, n=5),
         ss.observables.Function(function=small.start_of, shape=(2,)),
     ]
     speeds = [0.05, 0.3, 1.5]
@@ -120,7 +120,7 @@ def test_what_a_system_does_not_have_is_refused(system, wanted, more, words, tmp
 
 
 def test_a_store_of_another_chain_is_refused(tmp_path):
-    wanted = [ss.observables.NeverReturns(n_seeds=2, n=2)]
+    wanted = [ss.observables.NeverReturns(n_starts=2, n=2)]
     ss.sweep(CHAIN, {"V": [0.1]}, wanted, store=tmp_path / "x")
     other = ss.Chain(
         static=[1, 1.3, 1.1], alpha=1.2, V=0.05, friction=ss.Coulomb(mu=0.22), ends="fixed"

@@ -9,7 +9,7 @@ from tests.sweeps import small
 import stickslip as ss
 from stickslip.sweeps.axis import as_axes
 from stickslip.sweeps.job import default_chunks, tiles
-from stickslip.sweeps.seeds import spread_starts
+from stickslip.sweeps.system import spread_starts
 
 pytest.importorskip("zarr")
 
@@ -88,7 +88,7 @@ def test_an_impossible_axis_is_refused(arguments, words):
             "orbit would take [0-9]+ bytes in a chunk of .* points, at most 2147483647",
         ),
         (
-            {"observables": [ss.observables.CoexistingAttractors(n_seeds=10**8)]},
+            {"observables": [ss.observables.CoexistingAttractors(n_starts=10**8)]},
             "the orbits from 100000000 starts would take [0-9]+ bytes .* at most 2147483647",
         ),
         (
@@ -122,7 +122,7 @@ def test_a_bad_description_is_refused_before_anything_is_written(tmp_path, more,
             lambda: ss.observables.Attractor(transient=10**300),
             r"transient of attractor = 10+\.\.\. \(301 digits\) is not allowed",
         ),
-        (lambda: ss.observables.NeverReturns(n_seeds=10**16), "n_seeds .* to 100000000"),
+        (lambda: ss.observables.NeverReturns(n_starts=10**16), "n_starts .* to 100000000"),
         (lambda: ss.observables.LimitCycles(n_starts=10**16), "n_starts .* to 100000000"),
         (lambda: ss.observables.OrbitPoints(n=8, count=10), r"at most n \+ 1 = 9 points"),
         (lambda: ss.observables.Function(function="nowhere:f"), "'nowhere:f' cannot be imported"),

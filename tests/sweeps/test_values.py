@@ -91,7 +91,7 @@ def test_coexisting_attractors_are_counted(tmp_path):
     found = ss.sweep(
         model,
         {"V": speeds},
-        [ss.observables.CoexistingAttractors(n_seeds=12), "never_returns"],
+        [ss.observables.CoexistingAttractors(n_starts=12), "never_returns"],
         store=tmp_path / "x",
         threads=1,
     )
@@ -108,7 +108,7 @@ def test_motions_that_never_return_are_counted(tmp_path):
     found = ss.sweep(
         model,
         {"V": speeds},
-        [ss.observables.NeverReturns(n_seeds=20, n=30)],
+        [ss.observables.NeverReturns(n_starts=20, n=30)],
         store=tmp_path / "x",
         threads=1,
     )
@@ -152,7 +152,7 @@ def test_maps_with_known_answers(tmp_path, function, parameter, values, kinds, p
         [
             ss.observables.Attractor(transient=300, n=400),
             ss.observables.LyapunovExponent(transient=300, n=400),
-            ss.observables.CoexistingAttractors(n_seeds=3, transient=300, n=400),
+            ss.observables.CoexistingAttractors(n_starts=3, transient=300, n=400),
         ],
         store=tmp_path / "x",
         threads=1,

@@ -19,41 +19,18 @@ DTYPES: Final = {"f8": "<f8", "f4": "<f4", "i4": "<i4", "u1": "|u1"}
 
 @dataclass(frozen=True)
 class Part:
-    """A part of an answer.
+    """A part of an answer."""
 
-    Attributes
-    ----------
-    name : str
-        What the part is, such as "samples".
-    arrays : mapping of str to ndarray
-        Floats, integers and booleans travel as f8, i4 and u1.
-    data : mapping
-        Small values besides.
-    progress : float
-        Share of the whole answer that has been sent with this part, 0 to 1.
-    """
-
-    name: str
+    name: str  # of the part, such as "samples"
+    # floats, integers and booleans travel as f8, i4 and u1
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     data: Mapping[str, Any] = field(default_factory=dict)
-    progress: float = 1.0
+    progress: float = 1.0  # share of the whole answer that has been sent with this part
 
 
 def message(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]] | None = None) -> bytes:
-    """Pack a header and arrays.
-
-    Parameters
-    ----------
-    header : mapping
-        Plain values; "arrays" is added.
-    arrays : mapping of str to ndarray, optional
-
-    Returns
-    -------
-    bytes
-        Length of the header (4 bytes, little-endian), header as JSON, then the arrays; each
-        starts at a multiple of 8 bytes.
-    """
+    """Pack a header and arrays: length of the header (4 bytes, little-endian), JSON, arrays."""
+    # Each array starts at a multiple of 8 bytes.
     packed = {name: _packable(array) for name, array in (arrays or {}).items()}
     listed = [
         {"name": name, "dtype": kind, "shape": list(array.shape)}

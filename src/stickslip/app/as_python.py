@@ -6,11 +6,11 @@ from typing import Any, Final
 
 from stickslip.app import requests
 from stickslip.app.requests import model_of
-from stickslip.app.views.common import map_of
 from stickslip.app.views.event_map import window_of
+from stickslip.app.views.model import map_of
 from stickslip.app.views.motion import MAX_EVENTS, start_of
 from stickslip.mechanics.friction import LAWS, TabulatedFriction
-from stickslip.study.model_values import FAMILY, model_values
+from stickslip.mechanics.model.values import FAMILY, model_values
 
 CLASSES: Final = {"two_block": "TwoBlock"} | {name: k.cls.__name__ for name, k in FAMILY.items()}
 LAW_CLASSES: Final = {name: law.__name__ for name, law in LAWS.items()} | {
@@ -19,23 +19,8 @@ LAW_CLASSES: Final = {name: law.__name__ for name, law in LAWS.items()} | {
 
 
 def as_python(request: requests.Request) -> str:
-    """Write a program whose numbers and whose axes ``ax`` are those of a view.
-
-    Parameters
-    ----------
-    request : Request
-        Of any view, or of a picture.
-
-    Returns
-    -------
-    str
-        Only numbers of the request get into it: it is not made of its texts.
-
-    Raises
-    ------
-    BadRequestError
-        The model, or the window or the start, is not allowed.
-    """
+    """Write a program whose numbers and whose axes ``ax`` are those of a view."""
+    # Only numbers of the request get into the program: it is not made of its texts.
     body = TEXTS[type(request)](request)
     head = ["import stickslip as ss", *sorted({line for line in body if line.startswith("from ")})]
     if any("np." in line for line in body):
@@ -92,53 +77,11 @@ def _event_map(request: requests.EventMap) -> list[str]:
     return lines
 
 
-def _cobweb(request: requests.Cobweb) -> list[str]:
-    return [
-        "from stickslip.plot.cobweb import draw_cobweb",
-        "f = ss.event_map(model)",
-        f"orbit = f.iterate({request.d!r}, {request.n})",
-        f"ax = draw_cobweb(f, {request.d!r}, steps={request.n})",
-    ]
-
-
 def _simulated(request: requests.Motion) -> str:
     start = start_of(model_of(request), request)
     arguments = {**start, "t_end": request.t_end, "max_events": MAX_EVENTS}
     named = ", ".join(f"{name}={value!r}" for name, value in arguments.items())
     return f"motion = ss.simulate(model, {named})"
-
-
-def _motion(request: requests.Motion) -> list[str]:
-    return [
-        _simulated(request),
-        f"t = np.union1d(np.linspace(0.0, motion.t[-1], {request.samples}), motion.t)",
-        "x, v = motion.x(t), motion.v(t)",
-        "ax = motion.plot()",
-    ]
-
-
-def _portrait(request: requests.Portrait) -> list[str]:
-    return [
-        "from stickslip.plot.motion import phase_portrait",
-        _simulated(request),
-        f"ax = phase_portrait(motion, {request.block})",
-    ]
-
-
-def _plane(request: requests.Plane) -> list[str]:
-    return [
-        "from stickslip.plot.stick_locus import trajectory_in_plane",
-        _simulated(request),
-        "ax = trajectory_in_plane(motion)",
-    ]
-
-
-def _mechanism(request: requests.Mechanism) -> list[str]:
-    return [
-        "from stickslip.plot.mechanism import mechanism",
-        _simulated(request),
-        "ax = mechanism(model, x=motion.x(0.0))",
-    ]
 
 
 def _cycle(request: requests.Cycle) -> list[str]:
@@ -152,27 +95,6 @@ def _cycle(request: requests.Cycle) -> list[str]:
         *lines,
         f"cycle = ss.find_cycle(model, x, v, max_events={request.max_events})",
         "ax = cycle.plot()",
-    ]
-
-
-def _locus(_: requests.Locus) -> list[str]:
-    return ["from stickslip.plot.stick_locus import stick_locus", "ax = stick_locus(model)"]
-
-
-def _law_view(request: requests.Law) -> list[str]:
-    return [
-        "from stickslip.plot.law import friction_characteristics",
-        f"s = np.linspace(0.0, {request.range!r}, {request.points})",
-        "force = np.stack([law.force(s) for law in model.laws], axis=-1)",
-        f"ax = friction_characteristics(model, limit={request.range!r})",
-    ]
-
-
-def _basins(request: requests.Basins) -> list[str]:
-    return [
-        "f = ss.event_map(model)",
-        f"basins = ss.basins(f, ss.attractors(f), resolution={request.resolution!r})",
-        "ax = basins.plot()",
     ]
 
 
@@ -191,14 +113,48 @@ def _diagram(request: requests.Diagram) -> list[str]:
 
 TEXTS: Final[dict[type[requests.Request], Any]] = {
     requests.EventMap: _event_map,
-    requests.Cobweb: _cobweb,
-    requests.Motion: _motion,
-    requests.Portrait: _portrait,
-    requests.Plane: _plane,
-    requests.Mechanism: _mechanism,
+    requests.Cobweb: lambda r: [
+        "from stickslip.plot.cobweb import draw_cobweb",
+        "f = ss.event_map(model)",
+        f"orbit = f.iterate({r.d!r}, {r.n})",
+        f"ax = draw_cobweb(f, {r.d!r}, steps={r.n})",
+    ],
+    requests.Motion: lambda r: [
+        _simulated(r),
+        f"t = np.union1d(np.linspace(0.0, motion.t[-1], {r.samples}), motion.t)",
+        "x, v = motion.x(t), motion.v(t)",
+        "ax = motion.plot()",
+    ],
+    requests.Portrait: lambda r: [
+        "from stickslip.plot.motion import phase_portrait",
+        _simulated(r),
+        f"ax = phase_portrait(motion, {r.block})",
+    ],
+    requests.Plane: lambda r: [
+        "from stickslip.plot.stick_locus import trajectory_in_plane",
+        _simulated(r),
+        "ax = trajectory_in_plane(motion)",
+    ],
+    requests.Mechanism: lambda r: [
+        "from stickslip.plot.mechanism import mechanism",
+        _simulated(r),
+        "ax = mechanism(model, x=motion.x(0.0))",
+    ],
     requests.Cycle: _cycle,
-    requests.Locus: _locus,
-    requests.Law: _law_view,
-    requests.Basins: _basins,
+    requests.Locus: lambda _: [
+        "from stickslip.plot.stick_locus import stick_locus",
+        "ax = stick_locus(model)",
+    ],
+    requests.Law: lambda r: [
+        "from stickslip.plot.law import friction_characteristics",
+        f"s = np.linspace(0.0, {r.range!r}, {r.points})",
+        "force = np.stack([law.force(s) for law in model.laws], axis=-1)",
+        f"ax = friction_characteristics(model, limit={r.range!r})",
+    ],
+    requests.Basins: lambda r: [
+        "f = ss.event_map(model)",
+        f"basins = ss.basins(f, ss.attractors(f), resolution={r.resolution!r})",
+        "ax = basins.plot()",
+    ],
     requests.Diagram: _diagram,
 }

@@ -1,7 +1,7 @@
 """Kernels compiled by a process of its own: the memory that a compiler takes ends with it.
 
-The server loads what lies in the cache then. To compile in the server would also hold up all of its
-threads, as the compiler is Python.
+The server loads what lies in the cache then. Compiling is Python: here it would hold up all
+threads.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from stickslip.app.requests import model_of
 from stickslip.app.views import VIEWS
 from stickslip.mechanics.friction import FrictionLaw, TabulatedFriction
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.mechanics.model.values import model_values
 from stickslip.numerics.targets import cache_root
-from stickslip.study.model_values import model_values
 
 if TYPE_CHECKING:
-    from stickslip.study.model_values import Model
+    from stickslip.mechanics.model.values import Model
 
 LOG: Final = logging.getLogger(__name__)
 
@@ -85,13 +85,7 @@ def _key(small: requests.Request) -> str:
 
 
 def typical(request: requests.Request) -> requests.Request | None:
-    """Return a small request that needs the same kernels, None if it needs none.
-
-    Raises
-    ------
-    BadRequestError
-        It is about no model.
-    """
+    """Return a small request that needs the same kernels, None if it needs none."""
     model = model_of(request)
     values = _typical_model(model)
     rest = (0.0,) * (2 if isinstance(model, TwoBlock) else len(values["static"]))

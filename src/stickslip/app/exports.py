@@ -1,17 +1,38 @@
-"""Views as files: which formats each has, and who makes them."""
+"""Views as files: which formats each has, who makes them, and ``POST /export``.
+
+What one client may ask at a time has bounds of its own.
+"""
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+import asyncio
+import csv
+import io
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import msgspec
+from starlette.responses import Response
 
 from stickslip.app import requests
+from stickslip.app.answers import plain
 from stickslip.app.as_python import as_python
+from stickslip.app.jobs import Job, TimeIsUpError
 from stickslip.app.pictures import DRAWN, film_of, picture_of
-from stickslip.app.requests import BadRequestError
-from stickslip.app.tables import COLUMNS, as_csv, as_json
+from stickslip.app.requests import BadRequestError, Export, export_of, is_ours, request_of
+from stickslip.app.session import client_of, told
 from stickslip.app.views import VIEWS
 from stickslip.plot.animation import can_write
 from stickslip.vocabulary import did_you_mean
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from starlette.requests import Request
+
+    from stickslip.app.answers import Part
+    from stickslip.app.session import Workers
 
 KNOWN: Final = requests.REQUESTS | requests.PICTURES
 TYPES: Final = {
@@ -23,6 +44,21 @@ TYPES: Final = {
     "mp4": "video/mp4",
     "python": "text/x-python",
 }
+
+COLUMNS: Final[dict[type[requests.Request], str]] = {
+    requests.EventMap: "branches",
+    requests.Cobweb: "orbit",
+    requests.Motion: "motion",
+    requests.Cycle: "cycle",
+    requests.Law: "law",
+    requests.Basins: "basins",
+    requests.Diagram: "branches",
+}
+"""Views that have curves, and the part of the answer that holds them."""
+
+LARGEST: Final = 64 * 1024  # bytes of a request
+AT_ONCE: Final = 3  # files that one client may wait for
+IN_ALL: Final = 12  # files that are made at a time
 
 
 class NotHereError(Exception):
@@ -51,27 +87,7 @@ def _all_formats(kind: type[requests.Request]) -> list[str]:
 
 
 def export(view: str, request: requests.Request, kind: str) -> File:
-    """Make a file of a view.
-
-    Parameters
-    ----------
-    view : str
-    request : Request
-        Of that view.
-    kind : str
-        One of `formats`.
-
-    Returns
-    -------
-    File
-
-    Raises
-    ------
-    BadRequestError
-        The view has no such format, or the request is not allowed.
-    NotHereError
-        MP4 without ffmpeg.
-    """
+    """Make a file of a view, of one of its `formats`."""
     known = _all_formats(type(request))
     if kind not in known:
         raise BadRequestError(f"format = {kind!r} of {view}. {did_you_mean(kind, known)}", "format")
@@ -94,3 +110,115 @@ def _content(request: requests.Request, kind: str) -> bytes:
             assert isinstance(request, requests.Mechanism)
             return film_of(request, kind)
     return picture_of(request, kind)
+
+
+def as_json(request: requests.Request) -> bytes:
+    """Compute a view and return request and answer as a JSON document."""
+    parts = [
+        {"name": part.name, **part.arrays, **part.data} for part in VIEWS[type(request)](request)
+    ]
+    return msgspec.json.encode(plain({"request": msgspec.to_builtins(request), "parts": parts}))
+
+
+def as_csv(request: requests.Request) -> str:
+    """Compute a view and return its curves, a row for each point."""
+    part = next(p for p in VIEWS[type(request)](request) if p.name == COLUMNS[type(request)])
+    columns = dict(_columns(_point_rows(part)))
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*columns.values(), strict=True))
+    return text.getvalue()
+
+
+def _point_rows(part: Part) -> Mapping[str, NDArray[Any]]:
+    """Return the arrays that have a row for each point."""
+    if part.name == "basins":  # edges enclose intervals
+        edges = part.arrays["edges"]
+        return {"left": edges[:-1], "right": edges[1:], "attractor": part.arrays["label"]}
+    first = next(iter(part.arrays.values()))
+    return {name: array for name, array in part.arrays.items() if len(array) == len(first)}
+
+
+def _columns(arrays: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, list[Any]]]:
+    """Name a column for each block, or for each end of an interval of each block."""
+    for name, array in arrays.items():
+        flat = array.reshape(len(array), math.prod(array.shape[1:]))
+        for k, column in enumerate(flat.T, start=1):
+            yield name if array.ndim == 1 else f"{name}_{k}", column.tolist()
+
+
+BAD, TOO_LARGE, BUSY, BROKEN, NOT_HERE, TOO_LONG = 422, 413, 429, 500, 501, 504
+
+
+class Downloads:
+    """Files made by the same workers as the page's answers."""
+
+    def __init__(self, workers: Workers) -> None:
+        self._workers = workers
+        self._busy: Counter[str] = Counter()
+
+    async def answer(self, received: Request) -> Response:
+        """Make the file that is asked for, or tell why not."""
+        content = await _read(received)
+        if content is None:
+            return _refused(TOO_LARGE, f"a request has {LARGEST} bytes at most")
+        try:
+            asked = export_of(content)
+            request = request_of(asked.view, asked.request, KNOWN)
+        except BadRequestError as error:
+            return _refused(BAD, str(error), error.field)
+        client = client_of(received)
+        if self._busy[client] >= AT_ONCE or self._busy.total() >= IN_ALL:
+            return _refused(BUSY, "other files are being made; try again in a moment")
+        self._busy[client] += 1
+        try:
+            return await self._made(asked, request, client)
+        finally:
+            self._busy[client] -= 1
+
+    async def _made(self, asked: Export, request: requests.Request, client: str) -> Response:
+        seconds = self._workers.limits.slow_seconds
+        job = Job(self._workers.gate, self, seconds, client=client, patient=True)
+
+        def work() -> File:
+            self._workers.compiler.prepare([request])
+            with job.running():
+                return export(asked.view, request, asked.format)
+
+        try:
+            loop = asyncio.get_running_loop()
+            file = await loop.run_in_executor(self._workers.pool, work)
+        except asyncio.CancelledError:
+            job.call_off()
+            raise
+        except NotHereError as error:
+            return _refused(NOT_HERE, str(error), "format")
+        except Exception as error:
+            return _refused(_code_of(error), **told(error, request))
+        headers = {"content-disposition": f'attachment; filename="{file.name}"'}
+        return Response(file.content, media_type=file.media_type, headers=headers)
+
+
+def _code_of(error: Exception) -> int:
+    match error:
+        case ValueError() if is_ours(error):
+            return BAD
+        case TimeIsUpError():
+            return TOO_LONG
+    return BROKEN
+
+
+async def _read(received: Request) -> bytes | None:
+    """Read a request, None if it is too large."""
+    content = b""
+    async for piece in received.stream():
+        content += piece
+        if len(content) > LARGEST:
+            return None
+    return content
+
+
+def _refused(code: int, message: str, field: str = "") -> Response:
+    content = msgspec.json.encode({"error": {"message": message, "field": field}})
+    return Response(content, status_code=code, media_type="application/json")

@@ -1,10 +1,9 @@
 """Work that can be called off: jobs with a time limit, and turns taken fairly between users.
 
-A job runs in a thread of its own but computes only while it holds one of a few slots. Wherever
-the work calls `checkpoint` it learns that it was called off or has used up its time, and hands
-its slot on if others wait and its slice is over. Slots go to the client who has had least of them,
-and to the one of its users who has.
-Python runs one thread at a time, so what nobody waits for makes way for what a user waits for.
+A job runs in a thread of its own but computes only while it holds one of a few slots. Wherever the
+work calls `checkpoint` it learns that it was called off or has used up its time, and hands its slot
+on if others wait and its slice is over. Slots go to the client who has had least of them, and to
+the one of its users who has. What nobody waits for makes way for what a user waits for.
 """
 
 from __future__ import annotations
@@ -50,17 +49,11 @@ class _Ticket:
 
 
 class Gate:
-    """A few slots for computing, shared fairly between clients, and between a client's users.
+    """A few slots for computing, shared fairly between clients, and between a client's users."""
 
-    A user's patient jobs wait while an impatient one of the same user is at work. Work that
-    reaches no checkpoint loses its slot while others wait, and goes on beside them until it does;
-    no client has more jobs at work than there are slots.
-
-    Parameters
-    ----------
-    slots : int
-        Jobs that compute at the same time.
-    """
+    # A user's patient jobs wait while an impatient one of the same user is at work. Work that
+    # reaches no checkpoint loses its slot while others wait, and goes on beside them until it does;
+    # no client has more jobs at work than there are slots.
 
     def __init__(self, slots: int) -> None:
         self._slots = self._free = slots
@@ -167,21 +160,10 @@ class Gate:
 
 
 class Job:
-    """One piece of work of a user.
+    """One piece of work of a user; a client's users share what is due to it."""
 
-    Parameters
-    ----------
-    gate : Gate
-        Where it waits for its turns.
-    user, client : hashable
-        Whose turns they are: a client's users share what is due to it.
-    seconds : float
-        How long it may compute, waiting aside.
-    patient : bool
-        Whether other jobs of this user go first.
-    report : callable, optional
-        Told now and then which share of the work is done.
-    """
+    # It may compute for so many `seconds`, waiting aside. If `patient`, other jobs of this user go
+    # first. `report` is told now and then which share of the work is done.
 
     def __init__(
         self,
@@ -206,12 +188,7 @@ class Job:
         self._ticket.event.set()
 
     def check(self) -> None:
-        """Stop if called off or out of time; else let others have a turn now and then.
-
-        Raises
-        ------
-        CalledOffError, TimeIsUpError
-        """
+        """Stop if called off or out of time; else let others have a turn now and then."""
         with self._turning:  # a job's own threads wait for its turn, too
             if self._called_off:
                 raise CalledOffError

@@ -11,11 +11,17 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.attractors.basins import basins
+from stickslip.analysis.bifurcations.bifurcations import bifurcations
+from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.analysis.maps.arguments import line_family
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app import requests
 from stickslip.app.jobs import progress_between, undisturbed
 from stickslip.app.requests import BadRequestError, model_of
-from stickslip.app.views.common import map_of, naming, range_of, two_blocks
 from stickslip.app.views.event_map import window_of
+from stickslip.app.views.model import map_of, naming, range_of, two_blocks
 from stickslip.app.views.motion import found_cycle, simulated
 from stickslip.plot.animation import film
 from stickslip.plot.cobweb import draw_cobweb
@@ -27,9 +33,6 @@ from stickslip.plot.motion import phase_portrait
 from stickslip.plot.orbits import draw_orbits
 from stickslip.plot.stick_locus import stick_locus, trajectory_in_plane
 from stickslip.plot.style import new_figure, save, style
-from stickslip.study.bifurcations import as_family, bifurcations
-from stickslip.study.diagram import bifurcation_diagram
-from stickslip.study.maps import attractors, basins, periodic_orbits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,18 +45,7 @@ _drawing = threading.Lock()  # matplotlib's settings belong to the whole process
 
 
 def picture_of(request: requests.Request, kind: str) -> bytes:
-    """Compute and draw a view.
-
-    Parameters
-    ----------
-    request : Request
-    kind : {"svg", "png"}
-
-    Returns
-    -------
-    bytes
-        The file.
-    """
+    """Compute and draw a view, as "svg" or "png"."""
     draw = DRAWN[type(request)](request)
     with _one_at_a_time(), TemporaryDirectory() as folder:
         figure = new_figure("two", height=HEIGHT)
@@ -66,18 +58,7 @@ def picture_of(request: requests.Request, kind: str) -> bytes:
 
 
 def film_of(request: requests.Mechanism, kind: str) -> bytes:
-    """Compute a motion and draw it as a film.
-
-    Parameters
-    ----------
-    request : Mechanism
-    kind : {"gif", "mp4"}
-
-    Returns
-    -------
-    bytes
-        The file.
-    """
+    """Compute a motion and draw it as a film, "gif" or "mp4"."""
     motion = simulated(request)
     with _one_at_a_time(), TemporaryDirectory() as folder:
         path = Path(folder) / f"view.{kind}"
@@ -119,10 +100,6 @@ def _cobweb(request: requests.Cobweb) -> Draw:
     return lambda ax: draw_cobweb(f, request.d, ax, steps=request.n)
 
 
-def _motion(request: requests.Motion) -> Draw:
-    return simulated(request).plot
-
-
 def _portrait(request: requests.Portrait) -> Draw:
     motion = simulated(request)
     if request.block > motion.model.n_blocks:
@@ -141,10 +118,6 @@ def _mechanism(request: requests.Mechanism) -> Draw:
     return lambda ax: mechanism(motion.model, ax, x=motion.x(0.0))
 
 
-def _cycle(request: requests.Cycle) -> Draw:
-    return found_cycle(request).plot
-
-
 def _locus(request: requests.Locus) -> Draw:
     model = two_blocks(request)
     return lambda ax: stick_locus(model, ax)
@@ -161,7 +134,7 @@ def _basins(request: requests.Basins) -> Draw:
 
 
 def _diagram(request: requests.Diagram) -> Draw:
-    f = as_family(map_of(request))
+    f = line_family(map_of(request))
     asked: dict[str, Any] = {"max_period": request.max_period, "window": request.window}
     values = np.linspace(*range_of(f, request), request.values)
     with naming("window"):
@@ -175,11 +148,11 @@ def _diagram(request: requests.Diagram) -> Draw:
 DRAWN: Final[dict[type[requests.Request], Callable[[Any], Draw]]] = {
     requests.EventMap: _event_map,
     requests.Cobweb: _cobweb,
-    requests.Motion: _motion,
+    requests.Motion: lambda r: simulated(r).plot,
     requests.Portrait: _portrait,
     requests.Plane: _plane,
     requests.Mechanism: _mechanism,
-    requests.Cycle: _cycle,
+    requests.Cycle: lambda r: found_cycle(r).plot,
     requests.Locus: _locus,
     requests.Law: _law,
     requests.Basins: _basins,

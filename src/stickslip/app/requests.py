@@ -10,19 +10,66 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
 import msgspec
 from msgspec import Meta, Raw, Struct
 
-from stickslip.app.ranges import refuse_far
+from stickslip.checks import finite_number
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.study.model_values import model_of_values
+from stickslip.mechanics.model.values import model_of_values
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
-    from stickslip.study.model_values import Model
+    from stickslip.mechanics.model.values import Model
 
+FAR: Final = 10.0  # times beyond a slider's end: what is stiffer takes the server minutes
+BLOCK: Final = re.compile(r"(_\d+)+$")
 MOST_BLOCKS: Final = 20
 MOST_KNOTS: Final = 200  # of a tabulated law
 RAISE: Final = dis.opmap["RAISE_VARARGS"]
 PLACE: Final = re.compile(r" - at `\$\.?([^`]*)`$")
 NAMED: Final = re.compile(r"(?:^|[\]:] |\.)(\w+?)(?:_\d+|\[\d+\])* = ")
+
+
+def slider(
+    default: float, low: float, high: float, *, step: float = 0.001, scale: str = "linear"
+) -> dict[str, Any]:
+    """Describe a slider; typed values may lie some way beyond its ends."""
+    return {"default": default, "min": low, "max": high, "step": step, "scale": scale}
+
+
+SLIDERS: Final = {
+    "alpha": slider(1.2, 0.0, 3.0),
+    "beta": slider(1.3, 0.5, 2.5),
+    "V": slider(0.0366, 0.001, 1.0, step=0.0001, scale="log"),
+    "damping": slider(0.0, 0.0, 1.0),
+    "stiffness": slider(1.0, -10.0, 10.0, step=0.01),
+    "static": slider(1.0, 0.2, 3.0, step=0.01),
+    "support": slider(1.0, 0.1, 10.0, step=0.01, scale="log"),
+    "mass": slider(1.0, 0.1, 10.0, step=0.01, scale="log"),
+    "amplitude": slider(0.5, 0.0, 3.0, step=0.01),
+    "frequency": slider(1.0, 0.05, 10.0, step=0.01, scale="log"),
+    "phase": slider(0.0, -3.1416, 3.1416, step=0.01),
+    "mu": slider(0.22, 0.0, 1.0),
+    "gamma": slider(3.0, 0.0, 10.0, step=0.01),
+    "delta": slider(0.0, 0.0, 1.0),
+    "eta": slider(0.0, 0.0, 2.0, step=0.01),
+    "viscous": slider(0.0, 0.0, 1.0),
+    "speed": slider(0.1, 0.01, 10.0, step=0.001, scale="log"),
+}
+"""Where the sliders start and end: what is worth looking at, not what is allowed."""
+
+
+def refuse_far(values: Mapping[str, float]) -> None:
+    """Refuse numbers that would keep the server busy for long."""
+    for name, value in values.items():
+        if slider := SLIDERS.get(BLOCK.sub("", name).rpartition(".")[2]):
+            low, high = slider["min"], slider["max"]
+            finite_number(
+                name,
+                value,
+                at_least=low / FAR if low > 0 else low * FAR,
+                at_most=high * FAR,
+                why="The explorer computes no models far beyond its sliders.",
+                remedy="The library takes them.",
+            )
+
 
 Interval: TypeAlias = tuple[float, float]
 Coordinate: TypeAlias = Annotated[float, Meta(ge=-1000, le=1000)]
@@ -32,13 +79,9 @@ Period: TypeAlias = Annotated[int, Meta(ge=1, le=8)]
 
 
 class BadRequestError(ValueError):
-    """A request that is not allowed.
+    """A request that is not allowed."""
 
-    Attributes
-    ----------
-    field : str
-        Dotted path of the field that is wrong, such as ``model.mu``; empty if it is the whole.
-    """
+    # `field` is the dotted path of the field that is wrong, such as ``model.mu``; empty if all is.
 
     def __init__(self, text: str, field: str = "") -> None:
         super().__init__(text)
@@ -162,10 +205,9 @@ PICTURES: Final[dict[str, type[Request]]] = {
 
 
 class Message(Struct, frozen=True, forbid_unknown_fields=True):
-    """What comes over the WebSocket: a request, or the slot of one that is not wanted any more.
+    """What comes over the WebSocket: a request, or the slot of one that is not wanted any more."""
 
-    Of each slot the latest request wins; it is the view, unless the page shows one twice.
-    """
+    # Of each slot the latest request wins; it is the view, unless the page shows one twice.
 
     id: Annotated[int, Meta(ge=0, le=2**53)] = 0
     view: Word = ""
@@ -188,35 +230,19 @@ class Export(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def message_of(text: str | bytes) -> Message:
-    """Decode a message of the WebSocket.
-
-    Raises
-    ------
-    BadRequestError
-    """
+    """Decode a message of the WebSocket."""
     return _decoded(text, Message)
 
 
 def request_of(view: str, content: Raw, known: Mapping[str, type[Request]] = REQUESTS) -> Request:
-    """Decode what a view is asked, one of those that are known.
-
-    Raises
-    ------
-    BadRequestError
-        No such view; a field that is unknown, missing, of the wrong type or out of its range.
-    """
+    """Decode what a view is asked, one of those that are known."""
     if view not in known:
         raise BadRequestError(f"view = {view!r} is unknown. {did_you_mean(view, known)}", "view")
     return _decoded(content, known[view])
 
 
 def export_of(content: bytes) -> Export:
-    """Decode the wish for a file.
-
-    Raises
-    ------
-    BadRequestError
-    """
+    """Decode the wish for a file."""
     return _decoded(content, Export)
 
 
@@ -232,13 +258,7 @@ def _decoded(content: Any, kind: Any) -> Any:
 
 
 def model_of(request: Request) -> Model:
-    """Make the model that a request is about.
-
-    Raises
-    ------
-    BadRequestError
-        A table that makes no model, or one beyond the explorer's bounds.
-    """
+    """Make the model that a request is about, within the explorer's bounds."""
     _refuse_large(request.model)
     try:
         model = model_of_values(dict(request.model))

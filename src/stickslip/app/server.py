@@ -1,36 +1,189 @@
-"""The web server: the page, what its controls are built from, and its WebSocket."""
+"""The web server: the page, what its controls are built from, and its WebSocket.
+
+Headers of all answers keep other web pages out. Kernels are compiled in the background, so that the
+first slider moves without a wait.
+"""
 
 from __future__ import annotations
 
+import logging
+import threading
+import time
 from collections import Counter
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, Final
+from urllib.parse import urlsplit
 
 import msgspec
 from starlette.applications import Starlette
+from starlette.datastructures import Headers, MutableHeaders
 from starlette.middleware import Middleware
-from starlette.responses import FileResponse, Response
+from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 
-from stickslip.app.downloads import Downloads
-from stickslip.app.headers import SafeHeaders, hosts_of
-from stickslip.app.limits import described_limits
-from stickslip.app.presets import presets
+import stickslip
+from stickslip import examples
+from stickslip.app import requests
+from stickslip.app.exports import Downloads
+from stickslip.app.page import described_limits, presets
 from stickslip.app.session import TRY_AGAIN, Limits, Session, Workers
-from stickslip.app.warmth import Warmth
+from stickslip.app.views import VIEWS
+from stickslip.mechanics.model.values import model_values
 from stickslip.numerics.targets import available_threads
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from starlette.requests import Request
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
     from starlette.websockets import WebSocket
 
+    from stickslip.app.compiler import Compiler
+    from stickslip.app.jobs import Gate
+    from stickslip.app.session import Session
+
+LOCAL: Final = ("127.0.0.1", "localhost", "[::1]")
+EVERYWHERE: Final = ("0.0.0.0", "::")
+POLICY_VIOLATION: Final = 1008
+POLICY: Final = (
+    "default-src 'self'; img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; "
+    "form-action 'none'; object-src 'none'; frame-ancestors 'self'"
+)
+
+LOG: Final = logging.getLogger(__name__)
+WINDOW: Final = (0.38, 0.39)  # of law (9), where every motion soon returns
 STATIC: Final = files("stickslip.app") / "static"
 LIMITS: Final = Limits()
 FULL: Final = "too many pages are open"
+
+
+def hosts_of(host: str) -> tuple[str, ...]:
+    """Names by which a server at this address may be asked; none if it is at all addresses."""
+    if host in EVERYWHERE:
+        return ()
+    return (*LOCAL, f"[{host}]" if ":" in host else host)
+
+
+class SafeHeaders:
+    """Add headers to every answer, and refuse requests of other sites' pages."""
+
+    # Browsers name the page's origin with what it posts and with WebSockets. A site that has its
+    # own name resolved to this machine names a foreign host: `hosts` are taken, any if empty.
+
+    def __init__(self, app: ASGIApp, *, hosts: tuple[str, ...], framed_by: tuple[str, ...]) -> None:
+        self.app = app
+        self.hosts = hosts
+        self.headers = {
+            "content-security-policy": " ".join((POLICY, *framed_by)),
+            "x-content-type-options": "nosniff",
+            "referrer-policy": "no-referrer",
+            "cross-origin-resource-policy": "same-origin",
+            "permissions-policy": "camera=(), geolocation=(), microphone=()",
+            "cache-control": "no-cache",
+        }
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        if not self._is_ours(Headers(scope=scope)):
+            await self._refuse(scope, receive, send)
+            return
+
+        async def send_with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                for name, value in self.headers.items():
+                    headers[name] = value
+            await send(message)
+
+        await self.app(scope, receive, send_with_headers)
+
+    def _is_ours(self, headers: Headers) -> bool:
+        host = headers.get("host", "")
+        name = host[: host.rfind(":")] if host.rpartition(":")[2].isdigit() else host
+        origin = headers.get("origin")
+        foreign = origin is not None and urlsplit(origin).netloc != host
+        return not foreign and (not self.hosts or name in self.hosts)
+
+    async def _refuse(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "websocket":
+            await send({"type": "websocket.close", "code": POLICY_VIOLATION})
+            return
+        answer = PlainTextResponse("a request of another site\n", status_code=403)
+        await answer(scope, receive, send)
+
+
+class Warmth:
+    """Whether the kernels are compiled, and who wants to know."""
+
+    def __init__(self, gate: Gate, compiler: Compiler) -> None:
+        self._gate = gate
+        self._compiler = compiler
+        self._lock = threading.Lock()
+        self._cold_pages: list[Session] = []
+        self.is_warm = False
+
+    def greet(self, session: Session) -> None:
+        """Tell a page whether it has to wait, and later when the wait is over."""
+        with self._lock:
+            if not self.is_warm:
+                self._cold_pages.append(session)
+            session.send(self._hello())
+
+    def forget(self, session: Session) -> None:
+        """Drop a page that is closed."""
+        with self._lock:
+            if session in self._cold_pages:
+                self._cold_pages.remove(session)
+
+    def _hello(self) -> dict[str, Any]:
+        data = {"part_name": "hello", "warm": self.is_warm, "version": stickslip.__version__}
+        return {"id": 0, "view": "hello", "part": 0, "last": True, "data": data}
+
+    def start(self) -> None:
+        """Compile in the background; until then no job begins: it would wait for the compiler."""
+        self._gate.shut()
+        threading.Thread(target=self._warm_up, daemon=True).start()
+
+    def _warm_up(self) -> None:
+        started = time.perf_counter()
+        try:
+            self._compiler.prepare(_first_asked())
+            for request in _first_asked():
+                for _ in VIEWS[type(request)](request):
+                    pass
+            LOG.info("kernels are ready after %.1f s", time.perf_counter() - started)
+        finally:
+            with self._lock:
+                self.is_warm = True
+                for session in self._cold_pages:
+                    session.send(self._hello())
+                self._cold_pages.clear()
+            self._gate.open()
+
+
+def _first_asked() -> Iterator[requests.Request]:
+    for model in (examples.coulomb(), examples.law9()):
+        values = model_values(model)
+        yield requests.EventMap(values, window=WINDOW, points=50, max_period=2)
+        yield requests.Motion(values, d=0.1, t_end=20.0)
+        yield requests.Cobweb(values, d=0.1, n=5)
+    values = model_values(examples.coulomb())
+    yield requests.Basins(values)
+    yield requests.Diagram(
+        values, parameter="V", range=(0.0369, 0.037), window=(-0.1, 0.05), values=2, max_period=1
+    )
+    for preset in presets():
+        values = preset["state"]["model"]
+        if values["kind"] != "two_block":
+            rest = (0.0,) * len(values.get("static", [0.0]))
+            yield requests.Motion(values, x=rest, v=rest, t_end=20.0)
 
 
 @cache
@@ -46,24 +199,9 @@ def application(
     framed_by: tuple[str, ...] = (),
     warm: bool = True,
 ) -> Starlette:
-    """Build the explorer.
-
-    Parameters
-    ----------
-    host : str
-        Address that it is served at; requests that name another host are refused, unless it is
-        served at all addresses.
-    limits : Limits
-        What users may take.
-    framed_by : tuple of str
-        Origins, besides its own, whose pages may show it in a frame.
-    warm : bool
-        Whether to compile the kernels in the background at once.
-
-    Returns
-    -------
-    Starlette
-    """
+    """Build the explorer, `warm` if it compiles kernels in the background at once."""
+    # Requests that name another host than `host` are refused, unless it is served at all addresses.
+    # Pages of its own origin and of `framed_by` may show it in a frame.
     explorer = _Explorer(limits, warm)
     routes = [
         Route("/", explorer.page),

@@ -26,13 +26,7 @@ START_SECONDS: Final = 10.0
 
 
 def listening_socket(host: str, port: int) -> socket.socket:
-    """Open the port.
-
-    Raises
-    ------
-    OSError
-        It is taken, not allowed, or not an address of this machine.
-    """
+    """Open the port; an OSError where it is taken, or not allowed."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     return socket.create_server((host, port), family=family, backlog=128)
 
@@ -46,17 +40,7 @@ def url_of(listener: socket.socket) -> str:
 
 
 def serve(listener: socket.socket, host: str, *, page: str | None) -> None:
-    """Serve until interrupted.
-
-    Parameters
-    ----------
-    listener : socket
-        From `listening_socket`.
-    host : str
-        Address that was asked for.
-    page : str or None
-        Opened in a browser once the server runs.
-    """
+    """Serve until interrupted; open the `page` in a browser once the server runs."""
     logging.basicConfig(format="stickslip: %(message)s", stream=sys.stderr)
     logging.getLogger("stickslip").setLevel(logging.INFO)
     server = _server(application(host=host))
@@ -97,18 +81,7 @@ def _quick_switches() -> Iterator[None]:
 
 
 class BackgroundServer:
-    """The explorer in a thread of this process, at a free port of this machine alone.
-
-    Parameters
-    ----------
-    framed_by : tuple of str
-        Origins whose pages may show it in a frame.
-
-    Raises
-    ------
-    RuntimeError
-        It does not start.
-    """
+    """The explorer in a thread of this process, at a free port of this machine alone."""
 
     def __init__(self, framed_by: tuple[str, ...] = ()) -> None:
         listener = listening_socket("127.0.0.1", 0)

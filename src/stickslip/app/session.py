@@ -39,23 +39,15 @@ PAUSE: Final = 1e-3  # seconds after each message of a page: others are heard, t
 
 @dataclass(frozen=True)
 class Limits:
-    """What one page, and all of them together, may use.
+    """What one page, and all of them together, may use."""
 
-    Attributes
-    ----------
-    connections : int
-        Pages open at a time. When all are, a newcomer takes the place of a page of the client
-        that has most of them, if that has more than the newcomer's would then.
-    seconds, slow_seconds : float
-        Time for which a quick and a slow request may compute, waiting aside.
-    unsent : int
-        Bytes of answers that wait for a page that does not read them.
-    """
+    # When all connections are taken, a newcomer takes the place of a page of the client that has
+    # most of them, if that has more than the newcomer's would then.
 
     connections: int = 64
-    seconds: float = 20.0
+    seconds: float = 20.0  # for which a quick request may compute, waiting aside
     slow_seconds: float = 180.0
-    unsent: int = 64 * 2**20
+    unsent: int = 64 * 2**20  # bytes of answers that wait for a page that does not read them
 
 
 class Workers:
@@ -87,21 +79,10 @@ class _Lane:
 
 
 class Session:
-    """Answer the requests of one page until it closes.
+    """Answer the requests of one page until it closes."""
 
-    Parameters
-    ----------
-    socket : WebSocket
-        Accepted.
-    workers : Workers
-
-    Attributes
-    ----------
-    client : str
-        Address that the page is open at: its pages share what is due to one client.
-    heard : float
-        When it last asked for something.
-    """
+    # Pages of one `client`, an address, share what is due to it; `heard` is when this one last
+    # asked.
 
     def __init__(self, socket: WebSocket, workers: Workers) -> None:
         self.client = client_of(socket)

@@ -15,11 +15,11 @@ from stickslip.app import EXTRA
 from stickslip.checks import whole_number
 from stickslip.extras import require_extra
 from stickslip.mechanics.model.arguments import checked_model
-from stickslip.study.model_values import model_values
+from stickslip.mechanics.model.values import model_values
 
 if TYPE_CHECKING:
     from stickslip.app.serving import BackgroundServer
-    from stickslip.study.model_values import Model
+    from stickslip.mechanics.model.values import Model
 
 NOTEBOOKS: Final = (
     "http://localhost:*",

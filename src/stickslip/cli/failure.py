@@ -42,12 +42,10 @@ class ComputationError(CommandError):
 
 
 def exit_code_of(error: BaseException) -> int:
-    """Exit code for an exception that reached the program.
-
-    The library raises ValueError for illegal input before anything runs, and the system
-    OSError for files, and an extra may not be installed: the user's to mend. Anything else is a
-    failure of ours.
-    """
+    """Exit code for an exception that reached the program."""
+    # The library raises ValueError for illegal input before anything runs, and the system OSError
+    # for files, and an extra may not be installed: the user's to mend. Anything else is a failure
+    # of ours.
     if isinstance(error, CommandError):
         return error.exit_code
     if isinstance(error, KeyboardInterrupt):
@@ -56,10 +54,8 @@ def exit_code_of(error: BaseException) -> int:
 
 
 def shortened(text: str) -> str:
-    """Leave out the middle of a long message: what is wrong stands first, what to do last.
-
-    What cannot be printed is escaped: an argument may hold what clears a terminal, or is no text.
-    """
+    """Leave out the middle of a long message: what is wrong stands first, what to do last."""
+    # What cannot be printed is escaped: an argument may hold what clears a terminal, or is no text.
     text = "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
     left_out = len(text) - LONGEST
     if left_out <= 0:

@@ -1,8 +1,8 @@
-"""Options that several subcommands share, and the model and map that they name."""
+"""Options that several subcommands share; the model, the map and the table that they ask for."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -11,10 +11,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 from cyclopts import Group, Parameter, Token
 
 from stickslip.cli.failure import UsageError
+from stickslip.cli.output import PICTURE_SUFFIXES, document, draw_pictures, new_files, show_table
+from stickslip.files import checked_suffix
+from stickslip.results.table import write_table
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from stickslip.mechanics.eventmap.event_map import EventMap
     from stickslip.mechanics.model.two_block import TwoBlock
-    from stickslip.study.model_values import Model
+    from stickslip.mechanics.model.values import Model
 
 MODEL = Group.create_ordered("Model")
 SWEEP = Group.create_ordered("Parameter and range")
@@ -23,6 +29,9 @@ OUTPUT = Group.create_ordered("Output")
 
 Flag = Annotated[bool, Parameter(negative=(), show_default=False)]
 """A switch that is off; a ``--no-...`` for it would be noise."""
+
+MOST_ROWS: Final = 10**8
+"""Of a table: a few gigabytes."""
 
 
 def _whole(_type: Any, tokens: Sequence[Token]) -> int:
@@ -34,9 +43,6 @@ def _whole(_type: Any, tokens: Sequence[Token]) -> int:
 
 Whole = Annotated[int, Parameter(converter=_whole)]
 """A whole number; left to itself the parser takes 1.5 for 2."""
-
-MOST_ROWS: Final = 10**8
-"""Of a table: a few gigabytes."""
 
 
 def check_equally_spaced(option: str, count: int) -> None:
@@ -97,7 +103,7 @@ class ModelOptions:
         if self.path is not None and self.preset is not None:
             raise UsageError("give either --model or --preset")
         if self.path is not None:
-            from stickslip.study.model_file import read_model
+            from stickslip.mechanics.model.file import read_model
 
             return read_model(self.path)
         if self.preset is not None:
@@ -196,3 +202,71 @@ def described(model: Model) -> dict[str, Any]:
     """Parameters of a model by name, and its laws: enough to build it again."""
     laws = model.friction if isinstance(model.friction, tuple) else (model.friction,)
     return {**model.parameters, "friction": [str(law) for law in laws]}
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class SystemOptions:
+    """A model and how its motions are followed."""
+
+    system: ModelOptions = ModelOptions()
+    engine: EngineOptions = EngineOptions()
+
+    def model(self) -> Model:
+        """Build the model."""
+        return self.system.model()
+
+    def event_map(self, **more: Any) -> EventMap:
+        """Build the event map of a model of two blocks, with further settings."""
+        import stickslip as ss
+
+        return ss.event_map(self.system.two_blocks(), **self.engine.settings(), **more)
+
+    def described(self, model: Model) -> dict[str, Any]:
+        """Everything that was asked for: enough to ask again."""
+        return described(model) | self.engine.settings()
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class TableOptions(SystemOptions):
+    """A question that one table answers, and where that goes."""
+
+    file: FileOptions = FileOptions()
+    output: OutputOptions = OutputOptions()
+
+    @property
+    def quiet(self) -> bool:
+        """Whether nothing is to be said beside the result."""
+        return self.output.quiet
+
+    def deliver(
+        self,
+        command: str,
+        model: Model,
+        asked: dict[str, Any],
+        compute: Callable[[], Mapping[str, Any]],
+        plot: Callable[[Axes], Axes],
+    ) -> Mapping[str, Any]:
+        """Compute the table and send it where the options say: a file, stdout, as JSON or CSV."""
+        # The file is opened before the computation: one that cannot be written is said at once.
+        # What was `asked`, the command's own options, stands in the document beside the options
+        # shared.
+        if self.file.out is None:
+            table = compute()
+        else:
+            suffix = checked_suffix(self.file.out, ("", ".csv", *PICTURE_SUFFIXES), "--out")
+            with new_files([self.file.out], force=self.file.force) as (temporary,):
+                table = compute()
+                if suffix in ("", ".csv"):
+                    write_table(temporary, table)
+                else:
+                    draw_pictures(plot, [temporary])
+        if self.output.json:
+            parameters = self.described(model) | asked
+            print(document(command, parameters, table), end="")
+        elif self.file.out is None:
+            show_table(table)
+        else:
+            print(self.file.out)
+        return table

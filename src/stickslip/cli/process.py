@@ -175,11 +175,9 @@ def _last() -> None:
 
 
 def _open_closed_streams() -> None:
-    """Put something where the shell left nothing, before a file of ours gets its number.
-
-    Results that cannot be written are an error, which the system tells of a file open for
-    reading; messages that cannot be written are none.
-    """
+    """Put something where the shell left nothing, before a file of ours gets its number."""
+    # Results that cannot be written are an error, which the system tells of a file open for
+    # reading; messages that cannot be written are none.
     for number, mode in ((0, os.O_RDONLY), (1, os.O_RDONLY), (2, os.O_WRONLY)):
         try:
             os.fstat(number)

@@ -6,29 +6,14 @@ import errno
 import os
 import sys
 import traceback
+from collections.abc import Callable
 from contextlib import suppress
+from typing import Any, Final
 
 from cyclopts import App, CycloptsError
 
 from stickslip import __version__
-from stickslip.cli import (
-    basins,
-    bifurcations,
-    certify,
-    cycles,
-    diagram,
-    doctor,
-    explore,
-    map,
-    orbits,
-    plot,
-    reproduce,
-    simulate,
-    study,
-    sweep,
-    verify,
-    warmup,
-)
+from stickslip.cli import claims, installation, maps, motions, parameters, sweeps
 from stickslip.cli.failure import (
     BAD_USAGE,
     DONE,
@@ -44,28 +29,29 @@ from stickslip.files import FULL
 LONGEST_NAME = 40
 """Characters of what stands for a command's name."""
 
-COMMANDS = (
-    map,
-    orbits,
-    basins,
-    bifurcations,
-    diagram,
-    simulate,
-    cycles,
-    sweep,
-    plot,
-    certify,
-    verify,
-    reproduce,
-    study,
-    explore,
-    doctor,
-    warmup,
-)
+COMMANDS: Final[dict[str, tuple[Callable[..., Any], str]]] = {
+    "map": (maps.map_, maps.MAP_EXAMPLES),
+    "orbits": (maps.orbits, maps.ORBITS_EXAMPLES),
+    "basins": (maps.basins, maps.BASINS_EXAMPLES),
+    "bifurcations": (parameters.bifurcations, parameters.BIFURCATIONS_EXAMPLES),
+    "diagram": (parameters.diagram, parameters.DIAGRAM_EXAMPLES),
+    "simulate": (motions.simulate, motions.SIMULATE_EXAMPLES),
+    "cycles": (motions.cycles, motions.CYCLES_EXAMPLES),
+    "sweep": (sweeps.sweep, sweeps.SWEEP_EXAMPLES),
+    "plot": (sweeps.plot, sweeps.PLOT_EXAMPLES),
+    "certify": (claims.certify, claims.CERTIFY_EXAMPLES),
+    "verify": (claims.verify, claims.VERIFY_EXAMPLES),
+    "reproduce": (claims.reproduce, claims.REPRODUCE_EXAMPLES),
+    "study": (claims.study, claims.STUDY_EXAMPLES),
+    "explore": (installation.explore, installation.EXPLORE_EXAMPLES),
+    "doctor": (installation.doctor, installation.DOCTOR_EXAMPLES),
+    "warmup": (installation.warmup, installation.WARMUP_EXAMPLES),
+}
+"""By name: the function, and its examples."""
 
 
 def application() -> App:
-    """Build the parser; every module of `COMMANDS` offers ``command`` and ``EXAMPLES``."""
+    """Build the parser; what the commands are stands in `COMMANDS`."""
     app = App(
         name="stickslip",
         help="Dry-friction oscillators as exact, fast event maps.",
@@ -74,9 +60,8 @@ def application() -> App:
         version=__version__,
         suppress_keyboard_interrupt=False,
     )
-    for module in COMMANDS:
-        name = module.__name__.rpartition(".")[2]
-        app.command(module.command, name=name, help_epilogue=_examples(module.EXAMPLES))
+    for name, (command, examples) in COMMANDS.items():
+        app.command(command, name=name, help_epilogue=_examples(examples))
     app.register_install_completion_command()
     return app
 
@@ -127,7 +112,7 @@ def _tell(tokens: list[str], error: BaseException, code: int) -> int:
         say_interrupted()
         return INTERRUPTED
     if "--json" in tokens:
-        from stickslip.cli.columns import error_document
+        from stickslip.cli.output import error_document
 
         with suppress(OSError):
             print(error_document(command, error), end="", flush=True)

@@ -28,13 +28,7 @@ class AlongParameter:
         return self.parameters[self.parameter]
 
     def _checked_value(self, given: dict[str, Any]) -> float:
-        """Return the value of the varied parameter, given by its name.
-
-        Raises
-        ------
-        ValueError
-            Another parameter, no number, or a value that the branch does not reach.
-        """
+        """Return the value of the varied parameter, given by its name, if the branch reaches it."""
         name = self.parameter
         if list(given) != [name]:
             raise ValueError(

@@ -46,18 +46,7 @@ def evaluate(
     values: Mapping[str, Any],
     functions: Mapping[str, Callable[[Any], Any]] | None = None,
 ) -> list[Any]:
-    """Evaluate some nodes, in the arithmetic of whatever numbers are given.
-
-    Parameters
-    ----------
-    graph : Graph
-    outputs : sequence of int
-        Numbers of the nodes wanted.
-    values : mapping of str to number
-        Value of each symbol: floats, arrays, multiple-precision numbers, balls.
-    functions : mapping of str to callable, optional
-        The elementary functions of that arithmetic; numpy's by default.
-    """
+    """Evaluate some nodes, in the arithmetic of whatever numbers are given; numpy's by default."""
     known: dict[int, Any] = {}
     for number in reachable(graph, outputs):
         node = graph.nodes[number]
@@ -118,10 +107,7 @@ def _node_derivative(u: Expression, known: dict[int, Expression], by: Expression
 
 
 def is_analytic(graph: Graph, outputs: Sequence[int], values: Mapping[str, float]) -> bool:
-    """Whether no root, logarithm, power or quotient is singular at this point.
-
-    A sufficient test, node by node: the series of every node exists there.
-    """
+    """Whether no root, logarithm, power or quotient is singular at a point: a sufficient test."""
     numbers = reachable(graph, outputs)
     point = {name: np.float64(value) for name, value in values.items()}
     with np.errstate(all="ignore"):

@@ -1,8 +1,4 @@
-"""Matrices of collocation on one step: nodes, integration, and the way back to powers of time.
-
-A function on the step [0, 1] is held by its values at Chebyshev-Lobatto nodes, which include
-both ends. All matrices go through Chebyshev coefficients and are accurate to rounding.
-"""
+"""Matrices of collocation on the step [0, 1], its nodes Chebyshev-Lobatto points with both ends."""
 
 from __future__ import annotations
 
@@ -35,11 +31,9 @@ def integration(degree: int) -> Matrix:
 
 
 def shifted_chebyshev(degree: int) -> Matrix:
-    """Column k: coefficients of ``T_k(2 t - 1)`` in powers of ``t``, exact integers.
-
-    Going through Chebyshev coefficients, which decay, keeps this ill-conditioned change of
-    basis accurate; its product with `to_coefficients` would not be.
-    """
+    """Column k: coefficients of ``T_k(2 t - 1)`` in powers of ``t``, exact integers."""
+    # Coefficients decay: this ill-conditioned change of basis stays accurate where its product with
+    # `to_coefficients` would not.
     shifted = np.zeros((degree + 1, degree + 1))
     shifted[0, 0] = 1.0
     if degree >= 1:

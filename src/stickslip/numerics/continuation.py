@@ -34,13 +34,7 @@ class StepTooLong(Exception):
 
 
 class LeavesRegion(Exception):
-    """Raised by equations where F is not the smooth function any more that is followed.
-
-    Attributes
-    ----------
-    cause : object
-        Whatever the equations have to say about it.
-    """
+    """Raised by equations where F is no longer the smooth function that is followed."""
 
     def __init__(self, cause: Any = None) -> None:
         super().__init__(cause)
@@ -53,31 +47,14 @@ class _BeyondRangeError(StepTooLong):
 
 @dataclass(frozen=True, eq=False)
 class CurvePoint:
-    """A point of the curve.
+    """A point of the curve."""
 
-    Attributes
-    ----------
-    y : ndarray of float, shape (n + 1,)
-        The parameter last.
-    tangent : ndarray of float, shape (n + 1,)
-        Of ``y / scale``, length 1, in the direction of travel.
-    residual : float
-        Largest abs(F) before the last Newton step, which was no longer than rounding: an upper
-        bound.
-    corrections : int
-        Newton steps from the guess.
-    note : object
-        What the equations returned as their third result.
-    step : float
-        Scaled length of the step to be tried from here.
-    """
-
-    y: Floats
-    tangent: Floats
-    residual: float
+    y: Floats  # the parameter last
+    tangent: Floats  # of y / scale, length 1, in the direction of travel
+    residual: float  # largest abs(F) before the last Newton step, itself no longer than rounding
     corrections: int
-    note: Any
-    step: float
+    note: Any  # the equations' third result
+    step: float  # scaled length to be tried from here
 
     @property
     def parameter(self) -> float:
@@ -95,46 +72,24 @@ class CurvePoint:
 
 @dataclass(frozen=True)
 class StepControl:
-    """Lengths are scaled ones.
-
-    Attributes
-    ----------
-    first, smallest, largest : float
-        Length of a step.
-    angle : float
-        The tangent turns at most so much in one step, radians.
-    corrections : int
-        Newton steps per point at most; with fewer than half of them the step grows.
-    patience : int
-        Steps out of the region that are halved before `Curve.walk` ends there.
-    """
+    """Lengths are scaled ones."""
 
     first: float = 0.01
     smallest: float = 1e-9
     largest: float = 1 / 32
-    angle: float = 0.25
-    corrections: int = 7
-    patience: int = 2
+    angle: float = 0.25  # by which the tangent turns in one step at most, radians
+    corrections: int = 7  # Newton steps per point; with fewer than half of them the step grows
+    patience: int = 2  # steps out of the region that are halved before `Curve.walk` ends there
 
 
 @dataclass(frozen=True, eq=False)
 class WalkEnd:
-    """How a walk along a curve ended.
+    """How a walk along a curve ended."""
 
-    Attributes
-    ----------
-    reason : {"end of range", "region", "step limit"}
-        ``region``: every step that was tried met `LeavesRegion`. ``step limit``: the smallest
-        step was still too long.
-    last : CurvePoint
-        The last point.
-    cause : object
-        Of the last `LeavesRegion`.
-    """
-
+    # region: every step met `LeavesRegion`; step limit: the smallest was still too long
     reason: Literal["end of range", "region", "step limit"]
     last: CurvePoint
-    cause: Any = None
+    cause: Any = None  # of the last `LeavesRegion`
 
 
 def _accept_all(previous: CurvePoint, new: CurvePoint) -> None:
@@ -143,27 +98,15 @@ def _accept_all(previous: CurvePoint, new: CurvePoint) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """The curve F(y) = 0 and how to walk on it.
+    """The curve F(y) = 0 and how to walk on it."""
 
-    Parameters
-    ----------
-    equations : callable
-        ``equations(y)``: F(y), shape (n,); its Jacobian, shape (n, n + 1); and a note that
-        points of the curve carry. May raise `LeavesRegion`, or `StepTooLong` to ask for a
-        point nearby.
-    scale : ndarray of float, shape (n + 1,)
-        Size of each unknown.
-    low, high : float
-        Range of the parameter; nothing is evaluated outside.
-    control : StepControl
-    accept : callable, optional
-        ``accept(previous, new)`` looks at each new point before it is taken and may raise
-        `StepTooLong` or `LeavesRegion`.
-    """
+    # `equations(y)` gives F, shape (n,), its Jacobian, shape (n, n + 1), and a note for the point.
+    # They may raise `LeavesRegion`, or `StepTooLong` to ask for a point nearby; so may
+    # `accept(previous, new)`.
 
     equations: Equations
     scale: Floats
-    low: float = -math.inf
+    low: float = -math.inf  # range of the parameter: nothing is evaluated outside
     high: float = math.inf
     control: StepControl = field(default_factory=StepControl)
     accept: Callable[[CurvePoint, CurvePoint], None] = _accept_all
@@ -174,13 +117,6 @@ class Curve:
         """Return the point of the curve with the parameter of a guess, parameter rising.
 
         Where the curve turns back just there, the nearest point of the curve.
-
-        Raises
-        ------
-        StepTooLong
-            Newton's method does not converge.
-        LeavesRegion
-            From the equations.
         """
         rising = np.zeros(len(guess))
         rising[-1] = 1.0
@@ -232,15 +168,7 @@ class Curve:
     # ------------------------------------------------------------------ steps
 
     def walk(self, start: CurvePoint) -> Generator[CurvePoint, None, WalkEnd]:
-        """Yield points from a start in the direction of its tangent, without the start.
-
-        Lands exactly on the ends of the parameter's range.
-
-        Returns
-        -------
-        WalkEnd
-            The generator's return value.
-        """
+        """Yield points from a start in the direction of its tangent; ends of the range exactly."""
         here, step, retreats, calm = start, start.step, 0, 0
         while not self._at_end(here):
             try:
@@ -318,20 +246,7 @@ class Curve:
     def between(
         self, a: CurvePoint, b: CurvePoint, test: Callable[[CurvePoint], float]
     ) -> CurvePoint:
-        """Find the point between two neighbours where a function along the curve vanishes.
-
-        Parameters
-        ----------
-        a, b : CurvePoint
-            Successive points of a walk.
-        test : callable
-            Has different signs at ``a`` and ``b``.
-
-        Raises
-        ------
-        StepTooLong, LeavesRegion
-            The curve cannot be solved for on the way.
-        """
+        """Find the point between two neighbours where a function along the curve vanishes."""
         chord = (b.y - a.y) / self.scale
         length = float(np.linalg.norm(chord))
         chord = chord / length

@@ -1,7 +1,6 @@
 """Formulas as graphs, grown by numbers that record what is done to them.
 
-A friction law is written once, as a formula in the slip speed. Everything else that is needed
-of it (slope, derivatives by its parameters, Taylor series, enclosures) comes from its graph.
+A friction law is written once; slope, derivatives, series and enclosures come from its graph.
 """
 
 from __future__ import annotations
@@ -31,11 +30,7 @@ class Node(NamedTuple):
 
 
 class Elementary(NamedTuple):
-    """An elementary function u = f(x), with the form in which its series is computed.
-
-    Either ``u' = factor(x, u) x'`` or ``u' = x' / divisor(x, u)``, whichever needs fewer
-    series products.
-    """
+    """An elementary function u = f(x): ``u' = factor(x, u) x'`` or ``u' = x' / divisor(x, u)``."""
 
     scalar: Callable[[float], float]
     ufunc: np.ufunc
@@ -44,15 +39,7 @@ class Elementary(NamedTuple):
 
 
 class Graph:
-    """Grows nodes, each distinct one once. `variable` is what series are taken in.
-
-    Parameters
-    ----------
-    variable : str
-        Name of the symbol that varies with time; all other symbols are parameters.
-    nodes : sequence of Node
-        Start from these, as another graph left them.
-    """
+    """Grows nodes, each distinct one once; `variable` varies with time, other symbols do not."""
 
     def __init__(self, variable: str = "s", nodes: Sequence[Node] = ()) -> None:
         self.variable = variable

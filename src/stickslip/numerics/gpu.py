@@ -1,7 +1,6 @@
 """Running kernels on a GPU: is there one, scratch arrays of a thread, launching.
 
-The CPU's kernels are what runs there: numba compiles them for both, so that arithmetic and
-decisions have one source. Only this module and the templates named ``_cuda_..._kernels`` know
+The CPU's kernels run there. Only this module and the templates named ``_cuda_..._kernels`` know
 numba's CUDA target, which is imported when somebody asks for it.
 """
 
@@ -24,13 +23,7 @@ THREADS = 128
 
 
 def require_gpu() -> None:
-    """Check that motions can run on a GPU (or on numba's simulator of one).
-
-    Raises
-    ------
-    ValueError
-        numba's CUDA target is missing, or sees no device.
-    """
+    """Check that motions can run on a GPU (or on numba's simulator of one)."""
     try:
         from numba import cuda
 
@@ -72,19 +65,9 @@ def launch_on_gpu(
     *,
     filled: bool = False,
 ) -> None:
-    """Run a kernel with one thread for each of `size` items.
+    """Run a kernel, called with inputs and outputs, with one thread for each of `size` items.
 
-    Parameters
-    ----------
-    kernel : CUDA kernel
-        Called with the inputs, then with the outputs.
-    size : int
-    inputs : sequence
-        Arrays are copied to the device, other things are passed as they are.
-    outputs : sequence of ndarray
-        Where results go. The kernel writes every entry, unless they are `filled`.
-    filled : bool
-        Whether what the outputs hold is copied to the device first.
+    The kernel writes every entry of the outputs, unless they are `filled`: copied there before.
     """
     from numba import cuda
 
@@ -100,17 +83,9 @@ def launch_on_gpu(
 
 
 def local_arrays(stem: str, **examples: tuple[NDArray[Any] | tuple[Any, ...], ...]) -> ModuleType:
-    """Write device functions that make arrays like the given ones, local to a thread.
+    """Write device functions that make arrays like the given ones, zeros, local to a thread.
 
-    Numba wants the shapes of local arrays in the text, and the functions that make them
-    inlined into the kernel. Arrays start with zeros.
-
-    Parameters
-    ----------
-    stem : str
-        Of the generated module's name.
-    **examples : tuple
-        For each function, by its name, what it returns: arrays, and NamedTuples of them.
+    Numba wants shapes of local arrays in the text, and these functions inlined into the kernel.
     """
     functions = [_maker(name, example) for name, example in examples.items()]
     classes = {kind for example in examples.values() for kind in _classes(example)}
@@ -145,11 +120,9 @@ def _maker(name: str, example: tuple[Any, ...]) -> str:
 
 
 def _array_lines(name: str, array: NDArray[Any]) -> Iterator[str]:
-    """Make an array like this one, of zeros.
-
-    Memory cannot be empty: an empty array is a part of a longer one, and a slice of several
-    dimensions would not be contiguous, which is another type to numba.
-    """
+    """Make an array like this one, of zeros."""
+    # Memory cannot be empty: an empty array is a part of a longer one, and a slice of several
+    # dimensions would not be contiguous, which is another type to numba.
     if array.size == 0:
         yield f"{name} = cuda.local.array(1, {array.dtype.name})[:0].reshape({array.shape})"
         return

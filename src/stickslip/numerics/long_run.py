@@ -1,8 +1,6 @@
 """What an orbit of a map of the line does in the long run, read off a stretch of it.
 
-Knows neither maps nor blocks: points, labels and slopes of one orbit come in, and what can be
-said of them goes out. The verdicts are those of an orbit of finite length; docs/sweeps.md says
-what each rests on.
+What each verdict, of an orbit of finite length, rests on: docs/sweeps.md.
 """
 
 from __future__ import annotations
@@ -38,17 +36,13 @@ class Path(NamedTuple):
 
 
 class LongRun(NamedTuple):
-    """Verdicts, an entry for each orbit; ``cells`` (m, 4): bits of the cells it visits.
-
-    ``exponent`` and ``error``: mean of log |f'| and its standard error. ``period`` is 0 unless
-    the kind is PERIODIC.
-    """
+    """Verdicts, an entry for each orbit."""
 
     kind: NDArray[np.int8]
-    period: NDArray[np.int32]
-    exponent: Floats
-    error: Floats
-    cells: NDArray[np.uint64]
+    period: NDArray[np.int32]  # 0 unless the kind is PERIODIC
+    exponent: Floats  # mean of log |f'|
+    error: Floats  # standard error of the exponent
+    cells: NDArray[np.uint64]  # shape (m, 4): bits of the cells visited
 
 
 def new_path(n: int) -> Path:

@@ -109,11 +109,10 @@ def signal_rounding(start: float, size: float, slack: float) -> float:
 
 @kernel(inline=True)
 def first_contact(c: Floats, h: float, leaving: bool, slack: float) -> float:
-    """First t in (0, h] at which a signal that is positive before reaches zero.
+    """First t in (0, h] at which a signal that is positive before reaches zero, or NO_ROOT.
 
-    `leaving`: the signal starts at zero; that root is divided out. `slack`: how near zero
-    counts as zero (rounding of the coefficients). Returns NO_ROOT where bounds on the
-    coefficients exclude a contact, which is nearly always.
+    `leaving`: the signal starts at zero; that root is divided out. `slack`: how near zero counts as
+    zero (rounding of the coefficients).
     """
     higher = tail(c, h)
     rounding = signal_rounding(c[0], abs(c[1]) * h + abs(c[2]) * h * h + higher, slack)

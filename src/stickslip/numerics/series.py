@@ -37,11 +37,9 @@ def indented(lines: Iterable[str], depth: int = 1) -> Lines:
 
 @dataclass
 class Scalars:
-    """Kernel text of whatever does not depend on the variable.
+    """Kernel text of what does not depend on the variable: columns of the array ``p``."""
 
-    Parameters stand in columns of the array ``p``. Every other constant of the formula that
-    is made of parameters gets a column after them, filled once by whoever fills ``p``.
-    """
+    # Behind the parameters stands a column for each other constant of the formula made of them.
 
     graph: Graph
     parameter_columns: Mapping[str, int]
@@ -61,15 +59,7 @@ class Scalars:
 
 
 def value_lines(scalars: Scalars, targets: Mapping[str, int]) -> Lines:
-    """Write the assignments that compute nodes from the variable.
-
-    Parameters
-    ----------
-    scalars : Scalars
-        Of the graph; gains the constants that are needed.
-    targets : mapping of str to int
-        Text to assign to, such as ``out[2]``, and the node to assign.
-    """
+    """Write the assignments that compute nodes from the variable, each to a text: ``out[2]``."""
     graph = scalars.graph
     names = _names(scalars, targets.values(), f"{graph.variable}")
     lines = [
@@ -112,26 +102,15 @@ def value_text(node: Node, names: Mapping[int, str]) -> str:
 
 @dataclass
 class SeriesText:
-    """Text that advances the Taylor series of some nodes by one coefficient.
+    """Text that advances the Taylor series of some nodes by one coefficient."""
 
-    ``start`` computes coefficient 0 and ``advance`` coefficient k >= 1, of all nodes that
-    `outputs` need; both expect ``rows``, ``p`` and the local names that they read to exist.
-
-    Parameters
-    ----------
-    scalars : Scalars
-    outputs : mapping of int to int
-        The row and the node that it shall hold.
-    known : mapping of int to int
-        Nodes whose series is there already, and the row it is in; the variable is one.
-    first_row : int
-        First row free for other nodes; `next_row` is the first left free.
-    """
+    # ``start`` computes coefficient 0 and ``advance`` coefficient k >= 1; both expect ``rows``,
+    # ``p`` and the local names that they read to exist.
 
     scalars: Scalars
-    outputs: Mapping[int, int]
-    known: Mapping[int, int]
-    first_row: int
+    outputs: Mapping[int, int]  # row: the node that it shall hold
+    known: Mapping[int, int]  # node: the row in which its series is already; the variable is one
+    first_row: int  # the first row free for other nodes
 
     start: Lines = field(init=False)
     advance: Lines = field(init=False)

@@ -1,8 +1,7 @@
 """Straight-line kernel text for values of a formula as sums of two doubles.
 
-Each number is a pair: the rounded one, and what rounding left out of it. Sums, products and
-quotients keep what they leave out (`numerics.rounding`); of powers and elementary functions only
-what their arguments left out is followed, by their slopes, and their own rounding stays.
+Sums, products and quotients keep what rounding leaves out (`numerics.rounding`); powers and
+elementary functions follow what their arguments left out, and keep their own rounding.
 """
 
 from __future__ import annotations
@@ -27,19 +26,7 @@ _PAIRS: dict[str, Callable[..., str]] = {
 
 
 def sharp_lines(graph: Graph, output: int, symbols: Mapping[str, Pair], target: Pair) -> Lines:
-    """Write the assignments that compute a node as a sum of two.
-
-    Parameters
-    ----------
-    graph : Graph
-        Gains the slopes of the elementary functions.
-    output : int
-        The node.
-    symbols : mapping of str to pair of str
-        Text of each symbol, and of what it leaves out.
-    target : pair of str
-        Names to assign.
-    """
+    """Write assignments that compute a node as a sum of two; graph gains elementary slopes."""
     names: dict[int, Pair] = {}
     lines: Lines = []
     for number in reachable(graph, [output]):

@@ -19,29 +19,11 @@ SPREAD: Final = 0.25  # of the bracket: three points so far apart quarter it
 
 
 def slope_zeros(slope: Callable[[Floats], Floats], ends: Floats, slopes: Floats) -> Floats:
-    """Close in on one change of sign in each bracket.
-
-    Parameters
-    ----------
-    slope : callable
-        Slopes at points, shape (m,).
-    ends : ndarray of float, shape (2, n)
-        Lower and upper ends.
-    slopes : ndarray of float, shape (2, n)
-        At the ends, where the function is not asked; of different signs, or infinite.
-
-    Returns
-    -------
-    ndarray of float, shape (n,)
-        Points inside; of two adjacent floats the one with the smaller slope.
-
-    Notes
-    -----
-    Three points at once, the chord's zero and one on either side of it, make a bracket as narrow
-    as their distance. The chord's error is quadratic in the width, and so the distance is squared
-    each time: from a cell of a table three or four calls suffice. Where the zero is not between the
-    outer points, the next three quarter the bracket.
-    """
+    """Close in on one change of sign in each bracket; of adjacent floats, the smaller slope."""
+    # Three points at once, the chord's zero and one on either side of it, make a bracket as narrow
+    # as their distance. The chord's error is quadratic in the width, so the distance is squared
+    # each time: from a cell of a table three or four calls suffice. Where the zero is not between
+    # the outer points, the next three quarter the bracket.
     outer, ends, at = ends, ends.copy(), slopes.copy()
     rising = (at[0] < 0) | (at[1] > 0)
     aside = np.full(rising.shape, ASIDE)

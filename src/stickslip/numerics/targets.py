@@ -1,9 +1,7 @@
 """Where kernels run: compiling them, caching them on disk, binding laws into them, threads.
 
-Every compiled function of the project goes through `kernel`. Numba's own cache is keyed by
-the source of one function and so serves stale code when a callee in another file changes
-(numba issues 3588, 8851, 8926); here the cache folder is named by a hash over the sources of
-all kernels and of what these import, so that an edit of any of them makes a new folder.
+Numba's own cache serves stale code when a callee in another file changes (numba issues 3588, 8851,
+8926): here a hash over the sources of all kernels and of their imports names the cache folder.
 """
 
 from __future__ import annotations
@@ -38,11 +36,9 @@ config: Any = numba.config
 
 
 def _believe_in_blas() -> None:
-    """Keep numba from loading scipy.linalg, a seventh of the time to the first value.
-
-    It does so only to learn whether there is a BLAS, when it compiles or loads its first function.
-    SciPy is always there; a function that needs its BLAS loads it when it is compiled.
-    """
+    """Keep numba from loading scipy.linalg, a seventh of the time to the first value."""
+    # Numba only asks whether there is a BLAS, when it compiles or loads its first function. SciPy
+    # is always there; a function that needs its BLAS loads it when it is compiled.
     with suppress(ImportError, AttributeError):
         linalg: Any = importlib.import_module("numba.np.linalg")
         ensure, linalg.ensure_blas = linalg.ensure_blas, lambda: None
@@ -80,10 +76,7 @@ def source_hash() -> str:
 
 
 def kernel_sources(package: Path) -> set[Path]:
-    """Files of kernels and of their generators, what they import, and so on; what binds names.
-
-    Imports for the type checker are indented, and do not count.
-    """
+    """Files of kernels and of their generators, what they import (not indented), and so on."""
     files = {path: path.read_bytes().decode() for path in package.rglob("*.py")}
     users = {path: text for path, text in files.items() if USES in text}
     todo = [path for path, text in files.items() if "\n@kernel" in text]
@@ -117,12 +110,10 @@ def _candidate_roots() -> Iterator[Path]:
 
 
 def _private_and_writable(folder: Path) -> bool:
-    """Make `folder` if need be; whether it can hold code: nobody else can write there.
-
-    No level of the path belongs to another user or can be written by others, so that no folder
-    of it can be exchanged later. In a shared folder with the sticky bit, as /tmp, only the owner
-    can exchange what is there; the next level must then be ours, or the system's.
-    """
+    """Make `folder` if need be; whether it can hold code: nobody else can write there."""
+    # No level of the path belongs to another user or can be written by others, so that no folder of
+    # it can be exchanged later. In a shared folder with the sticky bit, as /tmp, only the owner can
+    # exchange what is there; the next level must then be ours, or the system's.
     try:
         for level in reversed((folder, *folder.parents)):
             if not level.exists():
@@ -148,8 +139,7 @@ def cache_root() -> Path | None:
     """Folder of compiled and generated kernels of this version of the sources, or None.
 
     The first of ``$STICKSLIP_CACHE_DIR``, ``$XDG_CACHE_HOME``, ``~/.cache`` and the temporary
-    folder that this user alone can write. Folders of other versions that nobody used for a month
-    go.
+    folder that this user alone can write. Folders of versions unused for a month go.
     """
     for base in _candidate_roots():
         numba_base = Path(os.path.realpath(base)) / "numba"  # a link could be turned elsewhere
@@ -302,23 +292,12 @@ def kernel(*, inline: bool = ..., fused: bool = ...) -> Callable[[F], F]: ...
 def kernel(
     func: F | None = None, *, inline: bool = False, fused: bool = False
 ) -> F | Callable[[F], F]:
-    """Compile a function for the CPU; the only use of numba's decorator in the project.
+    """Compile a function for the CPU: IEEE rounding, no exceptions, no counted references.
 
-    Every operation is rounded as IEEE rules say, and divisions follow them too; arrays are not
-    counted as references, because kernels never allocate.
-
-    Parameters
-    ----------
-    func : callable
-        A plain function of floats, integers, NamedTuples and arrays.
-    inline : bool
-        Always compile it into its callers: for small functions on the hot path, where passing
-        a motion would cost more than the work.
-    fused : bool
-        Let the compiler fuse multiplications and additions: for passes over lanes, a tenth
-        faster. Of ``a b + c d`` it may fuse either product. A kernel that others call has a
-        copy in each of them, and of the copies in a process the first one loaded serves all: the
-        last bit then depends on what was compiled or loaded before (docs/notes/0008).
+    `inline` compiles it into its callers: for small functions on the hot path. `fused` lets the
+    compiler fuse products into sums, a tenth faster over lanes. Of ``a b + c d`` it may fuse
+    either, and the copies in callers may differ: the last bit depends on what was loaded first
+    (docs/notes/0008).
     """
     if func is None:
         return lambda function: _compiled(function, inline, fused)
@@ -358,21 +337,9 @@ def _instance(key: str, *, cached: bool) -> Iterator[None]:
 def instantiate(template: str, key: str, *, cached: bool = True, **bindings: Any) -> ModuleType:
     """Execute a template module of kernels again, with `bindings` among its globals.
 
-    This is how a friction law or a stepper gets into the engine: numba sees plain global
-    functions, which it inlines and caches; a closure or a function argument would be compiled
-    anew in each process. Each instance has a cache folder of its own.
-
-    Parameters
-    ----------
-    template : str
-        Full name of the template module. Names that it expects to be bound are imported
-        there under ``TYPE_CHECKING`` only.
-    key : str
-        Identifies the bindings; equal keys give the same instance.
-    cached : bool
-        False when a binding exists in this process only.
-    **bindings
-        The global names to bind.
+    Numba sees plain global functions, which it inlines and caches; closures would be compiled anew
+    in each process. Equal keys give the same instance; `cached` is False for bindings of this
+    process.
     """
     with _making:
         return _instantiated(template, f"{template}[{key}]", key, cached, bindings)
@@ -408,9 +375,7 @@ def write_module(stem: str, text: str) -> ModuleType:
 def generated_module(stem: str, key: str, make_text: Callable[[], str]) -> ModuleType:
     """Import generated kernels, written as a module so that numba can cache them.
 
-    The file lies in the cache folder under a name with the `key`, which must identify the text
-    among those that this version of the sources generates; without a private folder it lives in
-    this process alone. `make_text` is called if there is no such file.
+    The `key` must identify the text among those that this version of the sources generates.
     """
     with _making:
         return _generated(f"stickslip_generated_{stem}_{key}", key, make_text)
@@ -482,11 +447,9 @@ def available_threads() -> int:
 
 
 def launch(task: Callable[[int, int], None], size: int, threads: int, smallest: int) -> None:
-    """Run ``task(start, stop)`` over ``range(size)``, cut into tiles for `threads` threads.
-
-    Kernels release the interpreter lock, so threads are enough. Tiles shrink towards the end, so
-    that all threads end together, but not much below `smallest` items.
-    """
+    """Run ``task(start, stop)`` over ``range(size)``, cut into tiles for `threads` threads."""
+    # Kernels release the interpreter lock. Tiles shrink towards the end, so that all threads end
+    # together, but not much below `smallest` items.
     if threads == 1 or size <= smallest:
         task(0, size)
         return

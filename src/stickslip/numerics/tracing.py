@@ -83,17 +83,7 @@ def _retargeted(value: Any, done: dict[int, Any]) -> Any:
 
 
 def trace(function: Callable[..., Any], graph: Graph, parameters: Sequence[str] = ()) -> Expression:
-    """Record ``function(variable, **parameters)`` as nodes of `graph`.
-
-    Functions of numpy and of the math module are recorded, also where helper functions use
-    them.
-
-    Raises
-    ------
-    NotTraceable
-        The function branches on its argument, uses a function that is not recorded, or
-        returns something that is no number.
-    """
+    """Record ``function(variable, **parameters)`` in `graph`, numpy and math in helpers as well."""
     symbols = {name: graph.symbol(name) for name in parameters}
     try:
         result = _retargeted(function, {})(graph.symbol(graph.variable), **symbols)

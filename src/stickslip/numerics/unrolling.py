@@ -1,9 +1,7 @@
 """Loops with known bounds written out: kernel text without inner loops, arrays or branches.
 
-Coefficients of lanes (`numerics.vector`) are to stay in registers, not in arrays. Recurrences are
-written as loops; here they are executed as far as their integers are known, and what is left is a
-list of assignments of new names, and of calls. A sum of products, gathered term by term, becomes
-one call of `vector.products`: what compiling costs is the number of statements.
+Coefficients of lanes stay in registers. A sum of products, gathered term by term, becomes one call
+of `vector.products`: what compiling costs is the number of statements.
 """
 
 from __future__ import annotations
@@ -34,25 +32,10 @@ _COMPARISONS: dict[type[ast.cmpop], Callable[[Number, Number], bool]] = {
 def unrolled(
     text: str, known: Mapping[str, Number], local: Collection[str], fixed: Collection[str] = ()
 ) -> list[str]:
-    """Write out straight-line assignments.
+    """Write out assignments, calls, and ``for`` and ``if`` over known integers, straight-line.
 
-    Parameters
-    ----------
-    text : str
-        Statements: assignments, calls, ``for`` over ranges of known integers, ``if`` with a known
-        condition.
-    known : mapping of str to number
-        Values of names.
-    local : collection of str
-        Arrays whose elements become names; their indices must be known.
-    fixed : collection of str
-        Arrays that do not change, indexed by known numbers: ``p[3]`` becomes ``p_3``, which
-        whoever uses the text defines.
-
-    Raises
-    ------
-    ValueError
-        A bound, a condition or an index is not known, or a statement is of another kind.
+    Elements of `local` arrays become names; of `fixed` ones ``p[3]`` becomes ``p_3``, which whoever
+    uses the text defines. Indices must be known.
     """
     writer = _Writer(known, local, fixed)
     writer.block(ast.parse(text).body)

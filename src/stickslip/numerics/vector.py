@@ -1,12 +1,8 @@
 """Lanes: sixteen doubles as one value of a kernel; every operation on them is vector code.
 
-A type of numba's with operators, not a loop that the compiler may or may not make vectors of: the
-two vectors of AVX-512 (four of AVX2) go through a step side by side, so that one computes while
-the other waits. In plain Python lanes are arrays of NumPy. Lanes never leave a kernel: they come
-from an array (`load`) and go back into one (`store`).
-
-Numba spends its time on statements. A sum of twenty products that is one call costs what one
-product does.
+Two vectors of AVX-512 (four of AVX2) go through a step side by side. In plain Python lanes are
+arrays of NumPy. They come from an array (`load`) and go back into one (`store`). Numba spends its
+time on statements: one call that sums twenty products costs what one product does.
 """
 
 from __future__ import annotations

@@ -14,22 +14,8 @@ WIDTH: Final = 4 * float(np.finfo(np.float64).eps)  # of the place: a bracket so
 def zero_between(g: Callable[[float], float], a: float, b: float, g_a: float, g_b: float) -> float:
     """Find a zero of a continuous function between two points where its signs differ.
 
-    Parameters
-    ----------
-    g : callable
-    a, b : float
-    g_a, g_b : float
-        Values there, of different signs or zero.
-
-    Returns
-    -------
-    float
-        Of the last bracket the end with the smaller value.
-
-    Notes
-    -----
-    Inverse quadratic interpolation where that is safe, else halving: Chandrupatla, Advances
-    in Engineering Software 28, 145 (1997).
+    Chandrupatla's method, Advances in Engineering Software 28, 145 (1997). Of the last bracket, the
+    end with the smaller value.
     """
     if g_a == 0:
         return a

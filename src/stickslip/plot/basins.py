@@ -21,23 +21,7 @@ LEFT, UNDECIDED = -2, -1
 
 
 def draw_basins(basins: Any, ax: Axes | None = None, *, attractors: bool = True) -> Axes:
-    """Draw basins of attraction as a strip.
-
-    Parameters
-    ----------
-    basins : Basins
-        From `stickslip.basins`.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
-    attractors : bool
-        Mark the attractors above the strip.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        One colour and hatch per attractor; light grey where orbits leave, white where
-        undecided. The height means nothing.
-    """
+    """Draw basins as a strip: a colour and hatch per attractor, light grey where orbits leave."""
     ax = axes_or_new(ax)
     widths = np.diff(basins.edges)
     for k in np.unique(basins.index):
@@ -51,20 +35,7 @@ def draw_basins(basins: Any, ax: Axes | None = None, *, attractors: bool = True)
 
 
 def draw_bands(attractors: Sequence[Any], ax: Axes | None = None) -> Axes:
-    """Draw the bands of attractors as strips above each other, cycles as points.
-
-    Parameters
-    ----------
-    attractors : sequence of Attractor
-        From `stickslip.attractors`.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The first attractor lowest. The height means nothing.
-    """
+    """Draw the bands of attractors as strips, the first one lowest, cycles as points."""
     ax = axes_or_new(ax)
     for k, attractor in enumerate(attractors):
         _draw_attractor(ax, attractor, k, height=k + 0.5)
@@ -77,21 +48,9 @@ def draw_attractor(attractor: Any, ax: Axes | None = None) -> Axes:
 
 
 def draw_density(density: Any, ax: Axes | None = None) -> Axes:
-    """Draw an invariant density over its bands.
-
-    Parameters
-    ----------
-    density : InvariantDensity
-        From `stickslip.invariant_density`.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The highest half per cent of the density may reach above the axes: inverse square
-        roots have no height.
-    """
+    """Draw an invariant density over its bands."""
+    # The highest half per cent of the density may reach above the axes: inverse square roots have
+    # no height.
     ax = axes_or_new(ax)
     breaks = np.flatnonzero(density.left[1:] > density.right[:-1]) + 1
     for cells in np.split(np.arange(len(density.left)), breaks):

@@ -35,22 +35,7 @@ _OTHER: Final = ("*", PALETTE["black"])
 
 
 def draw_branch(branch: Any, ax: Axes | None = None, **style: Any) -> Axes:
-    """Draw a periodic orbit along a parameter.
-
-    Parameters
-    ----------
-    branch : OrbitBranch
-        From `stickslip.continue_orbit`.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
-    **style
-        Passed on to ``Axes.plot``.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Heavy where the orbit is stable, thin where not; folds and flips are marked.
-    """
+    """Draw an orbit along a parameter: heavy where stable, thin where not; folds, flips marked."""
     ax = axes_or_new(ax)
     (name,) = branch.parameters
     values = np.asarray(branch.parameters[name])
@@ -79,18 +64,7 @@ def draw_stretches(
     multipliers: NDArray[np.float64],
     **style: Any,
 ) -> None:
-    """Draw the points of an orbit over a parameter, heavy where it is stable.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    values : ndarray of float, shape (n,)
-    points : ndarray of float, shape (n, p)
-    multipliers : ndarray of float, shape (n,)
-    **style
-        Passed on to ``Axes.plot``, for both parts.
-    """
+    """Draw points, shape (n, p), of an orbit over a parameter, heavy where it is stable."""
     # Both meet at a bifurcation that is among the points; else thin lines reach to heavy ones.
     stable = np.abs(multipliers) < 1 + MARGINAL
     unstable = np.abs(multipliers) > 1 - MARGINAL
@@ -103,22 +77,7 @@ def draw_stretches(
 
 
 def draw_bifurcations(bifurcations: Any, ax: Axes | None = None, *, legend: bool = True) -> Axes:
-    """Draw the orbits of a range and the bifurcations between them.
-
-    Parameters
-    ----------
-    bifurcations : BifurcationList
-        From `stickslip.bifurcations`.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
-    legend : bool
-        Whether to say which mark is which kind.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Stable orbits heavy, unstable ones thin, a mark per bifurcation on its orbit.
-    """
+    """Draw the orbits of a range, stable ones heavy, and a mark per bifurcation."""
     ax = axes_or_new(ax)
     for branch in bifurcations.branches:
         (name,) = branch.parameters
@@ -136,22 +95,7 @@ def draw_bifurcations(bifurcations: Any, ax: Axes | None = None, *, legend: bool
 
 
 def draw_bifurcation(item: Any, ax: Axes | None = None, **style: Any) -> Axes:
-    """Mark a bifurcation at its parameter value, on the orbit concerned.
-
-    Parameters
-    ----------
-    item : Bifurcation
-        One of a `BifurcationList`.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
-    **style
-        Passed on to ``Axes.plot``.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The kind is the mark's label, for a legend, once per kind.
-    """
+    """Mark a bifurcation at its parameter value, on the orbit concerned."""
     new = ax is None
     ax = axes_or_new(ax)
     points = np.asarray(item.points)
@@ -162,24 +106,7 @@ def draw_bifurcation(item: Any, ax: Axes | None = None, **style: Any) -> Axes:
 
 
 def draw_curve(curve: Any, ax: Axes | None = None, *, names: bool = True, **style: Any) -> Axes:
-    """Draw a bifurcation in the plane of two parameters.
-
-    Parameters
-    ----------
-    curve : BifurcationCurve
-        From `stickslip.continue_bifurcation`.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
-    names : bool
-        Whether to write the kind of each codimension-two point beside it.
-    **style
-        Passed on to ``Axes.plot``, for the curve.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Points at which the bifurcation changes its type are open circles.
-    """
+    """Draw a bifurcation in the plane of two parameters, codimension-two points as circles."""
     ax = axes_or_new(ax)
     x, y = (np.asarray(curve.parameters[name]) for name in (curve.along, curve.solve_for))
     _, color = MARKS.get(curve.kind, _OTHER)
@@ -204,22 +131,7 @@ def draw_curve_point(point: Any, ax: Axes | None = None, **style: Any) -> Axes:
 
 
 def draw_breakpoint_curve(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
-    """Draw a breakpoint of a map along a parameter: a dashed line, as D in the paper.
-
-    Parameters
-    ----------
-    curve : BreakpointCurve
-        From following a breakpoint.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
-    **style
-        Passed on to ``Axes.plot``.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
-    """
+    """Draw a breakpoint of a map along a parameter: a dashed line, as D in the paper."""
     ax = axes_or_new(ax)
     ax.plot(curve.values, curve.d, **{**BREAK, **style})
     _name_axes(ax, curve.parameter, "$d$")
@@ -227,35 +139,14 @@ def draw_breakpoint_curve(curve: Any, ax: Axes | None = None, **style: Any) -> A
 
 
 def parameter_label(name: str) -> str:
-    """Axis label of a parameter: its symbol, or its name where it has none.
-
-    Parameters
-    ----------
-    name : str
-        As in ``parameters`` of a model or map; a user's own map may have any.
-
-    Returns
-    -------
-    str
-    """
+    """Axis label of a parameter: its symbol, or its name where it has none."""
     base, _, block = name.rpartition("_")
     known = name in TERMS or (base in TERMS and block.isdigit())
     return symbol(name) if known else name
 
 
 def mark(ax: Axes, kind: str, x: NDArray[np.float64], y: NDArray[np.float64], **style: Any) -> None:
-    """Draw the mark of a kind of bifurcation; its label, for a legend, once per axes.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    kind : str
-        A key of `MARKS`; anything else gets a star.
-    x, y : ndarray of float, shape (n,)
-    **style
-        Passed on to ``Axes.plot``.
-    """
+    """Draw the mark of a kind of bifurcation; its label, for a legend, once per axes."""
     marker, color = MARKS.get(kind, _OTHER)
     label = _words(kind)
     known = ax.get_legend_handles_labels()[1]

@@ -22,19 +22,7 @@ MARKERS = {"fold": "o", "flip": "s", "neimark_sacker": "^", "branch_point": "x",
 
 
 def plot_cycle_branch(branch: Any, ax: Axes | None = None) -> Axes:
-    """Draw periods along the parameter: solid where the cycle attracts, dashed where not.
-
-    Parameters
-    ----------
-    branch : CycleBranch
-    ax : matplotlib.axes.Axes, optional
-        By default a new figure.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Bifurcations are marked; a diamond stands where the sequence of modes changes.
-    """
+    """Draw periods along the parameter: solid where the cycle attracts, dashed where not."""
     ax = axes_or_new(ax)
     values, periods, stable = branch.values, branch.periods, branch.stable
     for wanted, look in ((True, "-"), (False, "--")):
@@ -56,19 +44,7 @@ def plot_cycle(cycle: Any, ax: Axes | None = None) -> Axes:
 
 
 def plot_cycles(cycles: Iterable[Any], ax: Axes | None = None) -> Axes:
-    """Draw limit cycles in the phase plane, a colour each: solid if they attract, else dashed.
-
-    Parameters
-    ----------
-    cycles : iterable of Cycle
-    ax : matplotlib.axes.Axes, optional
-        By default a new figure.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        One line for each block of each cycle.
-    """
+    """Draw limit cycles in the phase plane, a colour each: solid if they attract, else dashed."""
     ax = axes_or_new(ax)
     for color, cycle in zip(itertools.cycle(COLORS), cycles, strict=False):
         t = np.linspace(0.0, cycle.period, SAMPLES)
@@ -101,20 +77,9 @@ def plot_gap(gap: Any, ax: Axes | None = None, **style: Any) -> Axes:
 
 
 def plot_return_region(region: Any, ax: Axes | None = None) -> Axes:
-    """Draw the gaps of the event map over the parameter, the domain of d as a frame.
-
-    Parameters
-    ----------
-    region : ReturnRegion
-    ax : matplotlib.axes.Axes, optional
-        By default a new figure.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Bars: differences without a return, lighter where undecided; dotted lines: where a cycle
-        without global stick begins or ceases to attract.
-    """
+    """Draw the gaps of the event map over the parameter, the domain of d as a frame."""
+    # Bars are differences without a return, lighter where undecided; dotted lines stand where a
+    # cycle without global stick begins or ceases to attract.
     ax = axes_or_new(ax)
     domains = np.array(
         [region.model.replace(**{region.parameter: float(p)}).domain for p in region.values]

@@ -100,18 +100,7 @@ def _mark_ends(diagram: Any, ax: Axes, periods: set[int] | None) -> None:
 
 
 def draw_orbit_curve(diagram: Any, orbit: Any, ax: Axes, **style: Any) -> None:
-    """Draw one orbit of a diagram: heavy where it is stable, thin where not, up to its ends.
-
-    Parameters
-    ----------
-    diagram : Diagram
-    orbit : OrbitCurve
-        One of ``diagram.orbits``.
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    **style
-        Passed on to ``Axes.plot``, for both parts.
-    """
+    """Draw one orbit of a diagram: heavy where it is stable, thin where not, up to its ends."""
     draw_stretches(ax, *_with_ends(diagram, orbit), **style)
 
 
@@ -132,20 +121,7 @@ def _with_ends(
 def draw_attractors(
     diagram: Any, ax: Axes, *, dots: int = 64, kinds: Iterable[str] | None = None, **style: Any
 ) -> None:
-    """Draw attractors that are none of the diagram's orbits as dots.
-
-    Parameters
-    ----------
-    diagram : Diagram
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    dots : int
-        Points drawn of an attractor at each value; cycles are drawn whole.
-    kinds : iterable of {"periodic", "chaotic", "undecided"}, optional
-        Which attractors; by default all.
-    **style
-        Passed on to ``Axes.plot``.
-    """
+    """Draw attractors that are none of the diagram's orbits as dots, cycles whole."""
     table = diagram.attractors
     if not len(table):
         return
@@ -161,15 +137,6 @@ def draw_attractors(
 
 
 def draw_breakpoints(diagram: Any, ax: Axes, **style: Any) -> None:
-    """Draw the lines on which the map breaks.
-
-    Parameters
-    ----------
-    diagram : Diagram
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    **style
-        Passed on to ``Axes.plot``.
-    """
+    """Draw the lines on which the map breaks."""
     for line in diagram.breakpoints:
         ax.plot(diagram.values, line.d, **{**BREAK, **style})

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from stickslip.mechanics.friction.law import FrictionLaw
-    from stickslip.study.model_values import Model
+    from stickslip.mechanics.model.values import Model
 
 
 def friction_characteristic(
@@ -60,21 +60,7 @@ def friction_characteristic(
 
 
 def friction_characteristics(model: Model, ax: Axes | None = None, *, limit: float = 2.0) -> Axes:
-    """Draw the law of a model, or the laws of its blocks if they differ.
-
-    Parameters
-    ----------
-    model : TwoBlock, Blocks, Chain or Oscillator
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
-    limit : float
-        Largest slip speed shown.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        As `friction_characteristic`, with a label for each block where laws differ.
-    """
+    """Draw the law of a model, or the laws of its blocks if they differ."""
     ax = axes_or_new(ax)
     one_for_all = len(set(model.laws)) == 1
     for block, law in enumerate(model.laws[:1] if one_for_all else model.laws, start=1):

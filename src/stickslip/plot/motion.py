@@ -22,24 +22,9 @@ def sample_times(
     per_unit: float = 60.0,
     riding: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.float64]:
-    """Spread times for a smooth line: even steps within each phase, and both its ends.
-
-    Friction jumps at events: each has a time just before it, too.
-
-    Parameters
-    ----------
-    t : ndarray of float64, shape (n,)
-        Times of the events, ascending.
-    per_unit : float
-        Points per unit of dimensionless time; a phase gets 8 at least.
-    riding : ndarray of bool, shape (n - 1,), optional
-        Phases in which both blocks ride: straight lines, of which the ends are enough.
-
-    Returns
-    -------
-    ndarray of float64, shape (m,)
-        Ascending, with every element of `t`.
-    """
+    """Spread times for a smooth line: even steps within each phase, and both its ends."""
+    # Friction jumps at events: each has a time just before it, too. Of phases in which both blocks
+    # ride, straight lines, the ends are enough.
     counts = np.maximum(8, per_unit * np.diff(t)).astype(int)
     if riding is not None:
         counts[riding] = 1
@@ -55,22 +40,7 @@ def _times(trajectory: Any) -> NDArray[np.float64]:
 
 
 def stick_interval(model: TwoBlock, block: int, x_other: float) -> tuple[float, float]:
-    """Displacements at which a block can ride while the other stands at a given place (eq. 6a).
-
-    Parameters
-    ----------
-    model : TwoBlock
-        Gives alpha and the static limits.
-    block : int
-        1 or 2.
-    x_other : float
-        Displacement of the other block.
-
-    Returns
-    -------
-    tuple of float
-        Ends of |X_i + alpha (X_i - X_j)| < L_i. The interval moves with the other block.
-    """
+    """Displacements at which a block can ride while the other is at a place (eq. 6a)."""
     limit, shift = model.limits[block - 1], model.alpha * x_other
     return ((shift - limit) / (1.0 + model.alpha), (shift + limit) / (1.0 + model.alpha))
 
@@ -108,28 +78,8 @@ def draw_portrait(
     interval: tuple[float, float] | None = None,
     linewidth: float = 0.8,
 ) -> Axes:
-    """Draw sampled displacement and velocity of one block with the stick interval.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    x, v : ndarray of float64, shape (n,)
-        Displacement and velocity.
-    block : int
-        1 or 2, for the axis labels.
-    V : float
-        Driving velocity.
-    interval : pair of float, optional
-        Ends of the stick interval; by default it is drawn where the block rides.
-    linewidth : float
-        Of the slips, in points.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes given.
-    """
+    """Draw sampled displacement and velocity of one block with the stick interval."""
+    # Without `interval`, which moves with the other block, the line is drawn where the block rides.
     ax.axhline(V, color=PALETTE["grey"], lw=0.5, ls=(0, (5, 3)), zorder=1)
     riding: dict[str, Any] = {
         "color": PALETTE["vermillion"],
@@ -154,20 +104,7 @@ def draw_portrait(
 
 
 def plot_trajectory(trajectory: Any, ax: Axes | None = None) -> Axes:
-    """Draw displacements over time: what ``Trajectory.plot`` shows.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-        A simulated motion.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        One line per block, named in a legend.
-    """
+    """Draw displacements over time: what ``Trajectory.plot`` shows."""
     return time_series(trajectory, "x", ax)
 
 

@@ -18,41 +18,13 @@ if TYPE_CHECKING:
 def draw_orbit(orbit: Any, ax: Axes | None = None, **style: Any) -> Axes:
     """Mark the points of a periodic orbit over their predecessors.
 
-    Parameters
-    ----------
-    orbit : PeriodicOrbit
-        With ``points``, ``stable`` and ``infinitely_unstable``.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw, such as axes of a map; by default a new figure.
-    **style
-        Passed on to ``Axes.plot``.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Filled circles if stable, open squares if unstable, crosses if the orbit
-        passes through a jump.
+    Filled circles if stable, open squares if unstable, crosses if the orbit passes through a jump.
     """
     return draw_orbits([orbit], ax, **style)
 
 
 def draw_orbits(orbits: Sequence[Any], ax: Axes | None = None, **style: Any) -> Axes:
-    """Mark several periodic orbits; as `draw_orbit`.
-
-    Parameters
-    ----------
-    orbits : sequence of PeriodicOrbit
-        From `stickslip.periodic_orbits`.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure, with the diagonal.
-    **style
-        Passed on to ``Axes.plot``.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
-    """
+    """Mark several periodic orbits; as `draw_orbit`, on new axes with the diagonal."""
     bare = ax is None
     ax = axes_or_new(ax)
     for orbit in orbits:

@@ -98,20 +98,8 @@ _METADATA: Final[dict[str, dict[str, str | None]]] = {
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Draw and save in the house style; the caller's settings come back afterwards.
-
-    Yields
-    ------
-    None
-        Inside the block matplotlib's defaults are replaced by ours, so that a
-        user's own style file cannot change a figure of the paper.
-
-    Examples
-    --------
-    >>> with style():
-    ...     figure = new_figure("one")
-    ...     ax = figure.add_subplot()
-    """
+    """Draw and save in the house style; the caller's settings come back afterwards."""
+    # A user's own style file cannot change a figure of the paper.
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(_SETTINGS)
@@ -119,45 +107,16 @@ def style() -> Iterator[None]:
 
 
 def new_figure(columns: str = "one", *, height: float | None = None) -> Figure:
-    """Figure of the width of one or two columns, apart from pyplot's state.
-
-    Parameters
-    ----------
-    columns : {"one", "two"}
-        88 or 180 mm.
-    height : float, optional
-        Inches; by default three quarters of one column's width.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        With constrained layout.
-
-    Raises
-    ------
-    ValueError
-        Neither one nor two columns.
-    """
+    """Figure of the width of one or two columns, 88 or 180 mm, apart from pyplot's state."""
     if columns not in WIDTHS:
         raise ValueError(f"columns = {columns!r} must be one of {', '.join(map(repr, WIDTHS))}")
     return Figure(figsize=(WIDTHS[columns], height or 0.75 * WIDTHS["one"]), layout="constrained")
 
 
 def axes_or_new(ax: Axes | None) -> Axes:
-    """Return the axes given, or those of a new figure.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes or None
-        Where to draw.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Registered with pyplot only if the caller has imported pyplot, so that
-        ``plt.show()`` works there and no window system is touched elsewhere; and in a
-        notebook, which shows pyplot's figures below the cell.
-    """
+    """Return the axes given, or those of a new figure."""
+    # Registered with pyplot only if the caller has imported pyplot: ``plt.show()`` works there, and
+    # no window system is touched elsewhere; and in a notebook, which shows pyplot's figures.
     if ax is not None:
         return ax
     if _in_notebook():
@@ -185,36 +144,12 @@ def png_text(draw: Callable[[Axes], object]) -> str:
 
 
 def panel_letter(ax: Axes, letter: str) -> None:
-    """Name a panel as the paper does: "(a)" above its left end.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        The panel.
-    letter : str
-        Without parentheses.
-    """
+    """Name a panel as the paper does: "(a)" above its left end."""
     ax.set_title(f"({letter})", loc="left", pad=3.0)
 
 
 def check_formats(formats: Iterable[str]) -> tuple[str, ...]:
-    """Check names of file formats.
-
-    Parameters
-    ----------
-    formats : iterable of str
-        Any of `PICTURE_FORMATS`.
-
-    Returns
-    -------
-    tuple of str
-        The same.
-
-    Raises
-    ------
-    ValueError
-        Unknown format.
-    """
+    """Return names of file formats, each one of `PICTURE_FORMATS`."""
     given = (formats,) if isinstance(formats, str) else tuple(formats)
     for name in given:
         if name not in PICTURE_FORMATS:
@@ -225,30 +160,7 @@ def check_formats(formats: Iterable[str]) -> tuple[str, ...]:
 def save(
     figure: Figure, stem: str | Path, formats: Iterable[str] = PICTURE_FORMATS
 ) -> tuple[Path, ...]:
-    """Write a figure; the same figure gives the same bytes.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        What to write.
-    stem : str or path
-        Path without suffix; folders are made.
-    formats : iterable of str
-        Any of `PICTURE_FORMATS`.
-
-    Returns
-    -------
-    tuple of pathlib.Path
-        One per format. Each appears whole or not at all: written under a
-        temporary name, then renamed.
-
-    Raises
-    ------
-    ValueError
-        Unknown format.
-    OSError
-        The folder cannot be made or written.
-    """
+    """Write a figure in some formats, each file whole or not at all; same figure, same bytes."""
     formats = check_formats(formats)
     stem = Path(stem)
     stem.parent.mkdir(parents=True, exist_ok=True)

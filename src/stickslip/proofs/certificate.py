@@ -81,13 +81,7 @@ class Certificate:
 def certificate(
     claim: str, system: dict[str, str], digits: int, entries: dict[str, Any]
 ) -> Certificate:
-    """Make the certificate of a proven claim from its data.
-
-    Raises
-    ------
-    Refused
-        A certificate cannot hold them.
-    """
+    """Make the certificate of a proven claim; `Refused` if a certificate cannot hold its data."""
     document = {"schema": SCHEMA, "claim": claim, "system": system, "digits": digits, **entries}
     document["statement"] = read(document).statement()
     return Certificate(True, document["statement"], _enclosures(entries), digits, document)

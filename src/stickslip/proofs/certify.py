@@ -14,14 +14,12 @@ from stickslip.analysis.bifurcations.bifurcation import Bifurcation
 from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.checks import finite_number, shown, whole_number
-from stickslip.proofs.border import proven_border
 from stickslip.proofs.certificate import Certificate, certificate, refusal
-from stickslip.proofs.complete import survey
-from stickslip.proofs.critical import MULTIPLIERS, proven_critical
+from stickslip.proofs.complete import Survey
 from stickslip.proofs.jet import outward, precision, variables
-from stickslip.proofs.jump import proven_jump
+from stickslip.proofs.jump import proven_border, proven_jump
 from stickslip.proofs.newton import NoZero
-from stickslip.proofs.orbit import proven_orbit
+from stickslip.proofs.orbit import MULTIPLIERS, proven_critical, proven_orbit
 from stickslip.proofs.power import Setting, step
 from stickslip.proofs.system import Exact, exact_parameters, fraction, number
 from stickslip.proofs.verify.words import LONGEST_LISTED, LONGEST_PERIOD
@@ -143,16 +141,7 @@ def certify_bifurcation(
 ) -> Certificate:
     """Prove what happens to the orbit near d near the model's own value of a parameter.
 
-    Parameters
-    ----------
-    model, digits, exact
-        As for `certify`.
-    kind : str
-        ``fold``, ``flip``, or ``border_collision``: the point near d reaches a jump.
-    d : float
-    period : int
-    parameter : str
-        The one that varies.
+    `kind` is ``fold``, ``flip`` or ``border_collision``: the point near d reaches a jump.
     """
     values, digits, period = _checked(model, digits, exact, period)
     near = arb(finite_number("d", d))
@@ -205,7 +194,7 @@ def certify_orbits(
     )
 
     def prove() -> dict[str, Any]:
-        found = survey(Setting(values), max_period, digits)
+        found = Survey(Setting(values), max_period, digits)
         undecided = [[repr(low), repr(high)] for low, high in found.undecided]
         return {"max_period": max_period, "orbits": found.orbits, "undecided": undecided}
 

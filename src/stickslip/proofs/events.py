@@ -11,8 +11,8 @@ from typing import Any, Final
 from flint import arb
 
 from stickslip.proofs.jet import Number, hull, outward, spread
-from stickslip.proofs.smooth import TaylorStep
 from stickslip.proofs.system import Phase
+from stickslip.proofs.taylor import TaylorStep
 from stickslip.proofs.wave import Undecided, Wave, root
 
 LONGEST: Final = 200.0  # a phase, in units of sqrt(m / k)
@@ -27,48 +27,24 @@ VAGUE: Final = 0.6  # a distance below this share of its spread is not approache
 
 @dataclass(frozen=True)
 class Decision:
-    """A question that a box leaves open.
+    """A question that a box leaves open."""
 
-    Attributes
-    ----------
-    kind : str
-        ``graze``, ``tie`` (two events coincide), ``rest`` (a block lands with its needed force
-        at the static limit).
-    blocks : tuple of int
-        Blocks concerned, from 1.
-    margin : Jet or arb
-        Its sign answers the question.
-    sign : int
-        Of the margin, for the answer that is followed here.
-    answer : str
-        That answer in words.
-    """
-
+    # graze; tie: two events coincide; rest: a block lands with its needed force at the limit
     kind: str
-    blocks: tuple[int, ...]
-    margin: Number
-    sign: int
+    blocks: tuple[int, ...]  # from 1
+    margin: Number  # its sign answers the question
+    sign: int  # of the margin, for the answer that is followed here
     answer: str
 
 
 @dataclass(frozen=True)
 class Event:
-    """A signal reaches zero; or nothing happens for as long as the motion is known.
+    """A signal reaches zero; or nothing happens for as long as the motion is known."""
 
-    Attributes
-    ----------
-    block, end : int
-        As in `Phase.signals`; a block of None if nothing happens.
-    time : Jet or arb
-        Since the start of the phase.
-    decisions : tuple of Decision
-        What was left open on the way to it.
-    """
-
-    block: int | None
-    end: int
-    time: Number
-    decisions: tuple[Decision, ...] = ()
+    block: int | None  # None if nothing happens
+    end: int  # as in `Phase.signals`
+    time: Number  # since the start of the phase
+    decisions: tuple[Decision, ...] = ()  # left open on the way to it
 
 
 class _Signal:
@@ -143,18 +119,9 @@ class _Signal:
 def possible_events(phase: Phase | TaylorStep, *, at_touch: bool = False) -> list[Event]:
     """Return the first event of a phase; several if the box leaves open which it is.
 
-    Parameters
-    ----------
-    phase : Phase or TaylorStep
-    at_touch : bool, optional
-        Let a block that may graze land at the extremum of its velocity. That is where it lands
-        if it just touches; the states agree to first order there. By default the time of
-        landing is enclosed for the whole box, and gradients are lost.
-
-    Raises
-    ------
-    Undecided
-        No finite list of possibilities could be proven.
+    With `at_touch`, a block that may graze lands at the extremum of its velocity: so a block lands
+    that just touches, and the states agree to first order there. Otherwise the time of landing is
+    enclosed for the whole box, and gradients are lost.
     """
     signals = [_Signal(*signal) for signal in phase.signals]
     s = arb(0)
@@ -230,11 +197,9 @@ def _beyond(signal: _Signal) -> float:
 def _window(
     signals: list[_Signal], s: arb, at_touch: bool
 ) -> tuple[list[Event], tuple[Decision, ...] | None, arb]:
-    """Return the events that may come in a short time, what holds if none does, and its end.
-
-    The time is short enough for each signal to be monotone or to have one minimum in it, and
-    long enough for each to be clear of zero at its end.
-    """
+    """Return the events that may come in a short time, what holds if none does, and its end."""
+    # The time is short enough for each signal to be monotone or to have one minimum in it, and long
+    # enough for each to be clear of zero at its end.
     h = max(
         CAUTION * min(x.safe() for x in signals),
         min((x.scale() for x in signals if not x.rate > 0), default=SHORTEST),

@@ -11,7 +11,7 @@ from typing import Any, Final, TypeAlias
 from flint import arb
 
 from stickslip.proofs.events import Decision, possible_events
-from stickslip.proofs.jet import Number, spread, tight
+from stickslip.proofs.jet import Jet, Number, spread, tight
 from stickslip.proofs.system import System
 from stickslip.proofs.wave import Undecided
 
@@ -24,21 +24,18 @@ GLYPHS: Final = {-1: "-", 0: ".", 1: "+"}
 
 @dataclass(frozen=True)
 class Piece:
-    """What f does for those parameters of a box whose motion has this itinerary.
-
-    Attributes
-    ----------
-    itinerary : str
-        Modes from onset to global stick.
-    value : Jet or arb
-        The next d. Outside these parameters, the smooth continuation from them.
-    decisions : tuple of Decision
-        Empty if the whole box is proven to have this itinerary.
-    """
+    """What f does for those parameters of a box whose motion has this itinerary."""
 
     itinerary: str
-    value: Number
-    decisions: tuple[Decision, ...]
+    value: Any  # the next d; outside these parameters, the smooth continuation from them
+    decisions: tuple[Decision, ...]  # empty if the whole box is proven to have this itinerary
+
+    @property
+    def margin(self) -> Jet:
+        """Of the one question that stays open."""
+        (decision,) = self.decisions
+        assert isinstance(decision.margin, Jet)
+        return decision.margin
 
 
 @dataclass(frozen=True)
@@ -55,35 +52,11 @@ class _State:
         return replace(self, decisions=(*self.decisions, decision))
 
 
-def image(system: System, d: Number) -> Piece:
-    """Return f on a box whose itinerary can be proven.
-
-    Raises
-    ------
-    Undecided
-        It cannot, at this width and precision; the message says where.
-    """
-    (piece,) = images(system, d, forks=0)
-    return piece
-
-
 def images(system: System, d: Number, *, forks: int = 8, at_touch: bool = False) -> list[Piece]:
     """Return f on a box: one piece for each itinerary that cannot be excluded.
 
-    Parameters
-    ----------
-    system : System
-    d : Jet or arb
-        Inside the domain.
-    forks : int, optional
-        How many questions may stay open.
-    at_touch : bool, optional
-        As in `possible_events`.
-
-    Raises
-    ------
-    Undecided
-        More stay open.
+    At most so many questions as `forks` stay open, else `Undecided`; `at_touch` as in
+    `possible_events`.
     """
     waiting = _onsets(system, d)
     if len(waiting) > 1 and forks == 0:
@@ -144,38 +117,26 @@ def _after(system: System, state: _State, at_touch: bool) -> list[_State]:
         waves: tuple[Any, ...] = phase.w
         w = [wave.at(basis) if m else arb(0) for wave, m in zip(waves, state.modes, strict=True)]
         e: list[Number] = [wave.at(basis) for wave in phase.e]
-        i = event.block
-        decisions = state.decisions + event.decisions
-        if i is None:
-            found.append(
-                replace(
-                    state,
-                    w=(w[0], w[1]),
-                    e=(e[0], e[1]),
-                    released=None,
-                    phases=state.phases + 1,
-                    words=words,
-                    decisions=decisions,
-                )
-            )
-            continue
-        w[i] = arb(0)
-        if event.end:
-            e[i] = system.limits[i] * arb(event.end)
-            choices: list[tuple[int, tuple[Decision, ...]]] = [(-event.end, ())]
-        else:
-            choices = _landing(system, i, e[i])
+        i, released = event.block, None
+        choices: list[tuple[int, tuple[Decision, ...]]] = [(0, ())]
+        if i is not None:
+            w[i] = arb(0)
+            if event.end:
+                e[i] = system.limits[i] * arb(event.end)
+                choices, released = [(-event.end, ())], i
+            else:
+                choices = _landing(system, i, e[i])
         for mode, asked in choices:
-            modes = (mode, state.modes[1]) if i == 0 else (state.modes[0], mode)
+            modes = [mode if k == i else before for k, before in enumerate(state.modes)]
             found.append(
                 _State(
-                    modes,
+                    (modes[0], modes[1]),
                     (w[0], w[1]),
                     (e[0], e[1]),
-                    i if event.end else None,
+                    released,
                     state.phases + 1,
                     words,
-                    decisions + asked,
+                    state.decisions + event.decisions + asked,
                 )
             )
     return found

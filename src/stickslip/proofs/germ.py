@@ -1,8 +1,7 @@
 """Power series in the start d, cut off: numbers that know higher derivatives of the event map.
 
-The coefficients are numbers on a box, so that of u(d) the derivatives u'(d), u''(d) / 2, ... are
-known as functions on the box, with gradients of their own. What makes a fold or a flip of the map
-is an equation for u'.
+Coefficients are numbers on a box: u'(d), u''(d) / 2, ... are known on the box, with gradients of
+their own. Folds and flips of the map are equations for u'.
 """
 
 from __future__ import annotations
@@ -17,12 +16,7 @@ from stickslip.proofs.jet import Jet, centre, sin_cos, spread, tight
 
 
 class Germ:
-    """c_0 + c_1 x + ... + c_n x^n + O(x^{n+1}), x the distance from d.
-
-    Parameters
-    ----------
-    coefficients : sequence of Jet or arb
-    """
+    """c_0 + c_1 x + ... + c_n x^n + O(x^{n+1}), x the distance from d."""
 
     __slots__ = ("coefficients",)
 

@@ -22,19 +22,9 @@ HALF: Final = arb(1) / 2
 
 
 class Jet:
-    """A function on a box.
+    """A function on a box: enclosures of its value at the centre, its range and its gradient."""
 
-    Parameters
-    ----------
-    centre : arb
-        Encloses the value at the centre of the box.
-    range : arb
-        Encloses all values on the box.
-    gradient : tuple of arb
-        Encloses the partial derivatives on the box, one for each variable.
-    box : tuple of arb
-        The variables less their centres: balls around 0.
-    """
+    # `box` holds the variables less their centres: balls around 0.
 
     __slots__ = ("box", "centre", "gradient", "range")
 
@@ -128,15 +118,7 @@ Number: TypeAlias = Any  # arb, Jet, or a germ of either
 
 
 def variables(centres: Sequence[arb], radii: Sequence[arb]) -> list[Jet]:
-    """Return the coordinates of a box.
-
-    Parameters
-    ----------
-    centres : sequence of arb
-        Exact numbers.
-    radii : sequence of arb
-        Half widths, rounded upward.
-    """
+    """Return the coordinates of a box; centres are exact, half widths are rounded upward."""
     box = tuple(arb(0, radius.upper()) for radius in radii)
     units = [tuple(arb(i == j) for i in range(len(box))) for j in range(len(box))]
     return [

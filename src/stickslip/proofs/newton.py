@@ -30,32 +30,10 @@ def zero(
     *,
     target: arb,
 ) -> tuple[list[arb], list[arb]]:
-    """Prove that equations have one zero near a point, and enclose it.
+    """Prove that equations have one zero near a point: its enclosure, and where it is alone.
 
-    Parameters
-    ----------
-    equations : callable
-        From the coordinates of a box to as many jets; may raise `Undecided`.
-    start : sequence of arb
-        Near the zero.
-    radii : sequence of float
-        Boxes to try around the start, the widest first.
-    target : arb
-        Radius asked for.
-
-    Returns
-    -------
-    found : list of arb
-        Encloses the zero.
-    alone : list of arb
-        The box in which it is the only one.
-
-    Raises
-    ------
-    NoZero
-        The widest box that could be decided holds none.
-    Undecided
-        No box could be decided.
+    `radii` are boxes to try around the start, the widest first; `target` is the radius asked for.
+    `NoZero`: the widest box that could be decided holds none. `Undecided`: none could be decided.
     """
     reason = Undecided("no box was tried")
     for radius in radii:
@@ -79,10 +57,7 @@ def zero(
 def nearer(
     equations: Callable[[list[Jet]], Sequence[Jet]], start: list[arb], reach: float
 ) -> list[arb]:
-    """Improve a starting point by Newton's method, without proof.
-
-    The point given comes back if the method leaves a box of radius `reach` around it.
-    """
+    """Improve a starting point by Newton's method, without proof, no further than `reach`."""
     at, still = start, [arb(0)] * len(start)
     with precision(min(ctx.prec, SEARCH_BITS)):
         for _ in range(POLISHING):

@@ -1,21 +1,25 @@
-"""Periodic orbits proven: existence, uniqueness, points, multiplier, stability."""
+"""Periodic orbits proven, their stability, and the parameter values at which they fold or flip."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from flint import arb
 
-from stickslip.proofs.jet import Jet, variables
-from stickslip.proofs.newton import zero
+from stickslip.proofs.germ import Germ, germ
+from stickslip.proofs.jet import Jet, precision, variables
+from stickslip.proofs.newton import nearer, zero
 from stickslip.proofs.power import Setting, step
-from stickslip.proofs.smooth import Falling
 from stickslip.proofs.system import law_of
+from stickslip.proofs.taylor import Falling
 from stickslip.proofs.verify.words import rounded
 from stickslip.proofs.wave import Undecided
 
 RADII: Final = tuple(10.0**-k for k in range(4, 15))
+MULTIPLIERS: Final = {"fold": 1, "flip": -1}
+CRITICAL_RADII: Final = tuple(10.0**-k for k in range(5, 20, 3))
+FORM_BITS: Final = 112  # beyond the digits of the normal form
 
 
 def closing(setting: Setting, period: int) -> Callable[[list[Jet]], list[Jet]]:
@@ -35,22 +39,7 @@ def closing(setting: Setting, period: int) -> Callable[[list[Jet]], list[Jet]]:
 def proven_orbit(
     setting: Setting, near: arb, period: int, digits: int
 ) -> tuple[arb, arb, dict[str, Any]]:
-    """Prove the orbit through a point, and describe it.
-
-    Returns
-    -------
-    point : arb
-        Encloses the orbit's point.
-    alone : arb
-        Ball around `near` in which it is the only one.
-    entries : dict
-        What the certificate of an orbit holds.
-
-    Raises
-    ------
-    NoZero, Undecided
-        There is none near by; it cannot be told.
-    """
+    """Prove the orbit through a point: its point, the ball where it is alone, its entries."""
     target = arb(10) ** (-digits - 12)
     (point,), (box,) = zero(closing(setting, period), [near], RADII, target=target)
     # What the second program confirms: it follows law (9) without the mean value form.
@@ -94,3 +83,78 @@ def _entries(setting: Setting, point: arb, period: int, digits: int, alone: str)
         "stable": bool(abs(multiplier) < 1),
         "alone": alone,
     }
+
+
+def proven_critical(
+    kind: str, setting: Setting, near: arb, value: arb, period: int, digits: int
+) -> dict[str, Any]:
+    """Prove that an orbit folds or flips (`kind`) at one value of the varied parameter."""
+    # `near` and `value` are a point of the orbit and the parameter, nearly.
+    multiplier = MULTIPLIERS[kind]
+
+    def equations(box: list[Jet]) -> list[Jet]:
+        end, slope, *_ = _round(setting, box, period, 1)[1].coefficients
+        return [end - box[0], slope - multiplier]
+
+    start = nearer(equations, [near, value], CRITICAL_RADII[0])
+    found, _ = zero(equations, start, CRITICAL_RADII, target=arb(10) ** (-digits - 12))
+    box = variables([x.mid() for x in found], [x.rad() for x in found])
+    with precision(4 * digits + FORM_BITS):
+        starts, end, words = _round(setting, box, period, 1 if kind == "fold" else 3)
+    points = [start.coefficients[0].range for start in starts]
+    if any(a.overlaps(b) for i, a in enumerate(points) for b in points[:i]):
+        raise Undecided("two points of the orbit coincide: a shorter period returns there")
+    told = _fold(end) if kind == "fold" else _flip(end)
+    return {
+        "parameter": setting.varied[0],
+        "value": rounded(found[1], digits),
+        "period": period,
+        "points": [rounded(x, digits) for x in points],
+        "itinerary": words,
+        **{name: x if isinstance(x, str) else rounded(x, digits) for name, x in told.items()},
+    }
+
+
+def _round(
+    setting: Setting, box: Sequence[Jet], period: int, order: int
+) -> tuple[list[Germ], Germ, list[str]]:
+    """Follow an orbit once, with derivatives in its first point up to an order."""
+    d, *parameters = box
+    x, starts, words = germ(d, order), [], []
+    for _ in range(period):
+        starts.append(x)
+        (piece,) = step(setting, x, parameters)
+        words.append(piece.itinerary)
+        x = piece.value
+    return starts, x, words
+
+
+def _fold(end: Germ) -> dict[str, arb | str]:
+    """Say on which side the two orbits exist: (q - q_0) f_q f'' < 0."""
+    curvature = end.coefficients[1].gradient[0]
+    push = end.coefficients[0].gradient[1]
+    return {"curvature": curvature, "exists": _side(-push * curvature)}
+
+
+def _flip(end: Germ) -> dict[str, arb | str]:
+    """Say where the orbit is stable, and where one of twice the period is."""
+    # The multiplier leaves -1 at a rate r; the orbit is stable where r (q - q_0) > 0, and the other
+    # exists where c r (q - q_0) < 0.
+    value, slope, bend, third = end.coefficients
+    drift = value.gradient[1] / (1 - value.gradient[0])  # of the point along the branch
+    rate = slope.gradient[1] + slope.gradient[0] * drift
+    cubic = third.range + bend.range**2
+    return {
+        "rate": rate,
+        "cubic": cubic,
+        "stable": _side(rate),
+        "doubled": _side(-rate * cubic),
+    }
+
+
+def _side(sign: arb) -> str:
+    if sign > 0:
+        return "above"
+    if sign < 0:
+        return "below"
+    raise Undecided("a coefficient of the normal form cannot be told from 0")

@@ -1,7 +1,6 @@
 """Powers of the event map on a box, by the chain rule from one global stick to the next.
 
-One number d joins two steps, so that derivatives of steps multiply. Carried through all events
-of all steps at once, their enclosures would grow like products of matrices instead.
+Carried through all events of all steps at once, enclosures would grow like products of matrices.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from typing import Any
 
 from flint import arb
 
-from stickslip.proofs.events import Decision
 from stickslip.proofs.flow import Piece, images
 from stickslip.proofs.germ import Germ, germ, like, principal
 from stickslip.proofs.jet import Jet, Number, variables
@@ -22,18 +20,10 @@ from stickslip.proofs.system import System, law_of, number
 
 @dataclass(frozen=True)
 class Setting:
-    """A system with exact parameters, some of which may vary.
-
-    Attributes
-    ----------
-    values : dict of str to Fraction
-        By the names of `system.NAMES`.
-    varied : tuple of str
-        Parameters that are coordinates of the box, behind d. ``mu`` is both blocks'.
-    """
+    """A system with exact parameters, some of which may vary."""
 
     values: dict[str, Fraction]
-    varied: tuple[str, ...] = ()
+    varied: tuple[str, ...] = ()  # coordinates of the box, behind d; ``mu`` is both blocks'
 
     def names(self, varied: str) -> tuple[str, ...]:
         """Names in `values` that a varied parameter stands for: its own, or both blocks'."""
@@ -45,44 +35,13 @@ class Setting:
         return frozenset(each for name in self.varied for each in self.names(name))
 
     def system(self, coordinates: Sequence[Jet], kind: Number) -> System:
-        """Return the system on a box, given the coordinates of the varied parameters.
-
-        Parameters
-        ----------
-        coordinates : sequence of Jet
-        kind : Jet or Germ
-            The form in which numbers that vary are written.
-        """
+        """Return the system on a box, its numbers that vary written as `kind`, a jet or a germ."""
         given: dict[str, Any] = {name: number(value) for name, value in self.values.items()}
         for name, coordinate in zip(self.varied, coordinates, strict=True):
             given |= dict.fromkeys(self.names(name), like(kind, coordinate))
         law = law_of(given)
         first, second = (law(*(given[f"{n}_{i}"] for n in law._fields)) for i in (1, 2))
         return System(given["alpha"], given["beta"], given["V"], (first, second))
-
-
-@dataclass(frozen=True)
-class Image:
-    """What `flow.Piece` says, in the coordinates of a box.
-
-    Attributes
-    ----------
-    itinerary : str
-    value : Jet or Germ
-        The next d.
-    decisions : tuple of Decision
-    """
-
-    itinerary: str
-    value: Any
-    decisions: tuple[Decision, ...]
-
-    @property
-    def margin(self) -> Jet:
-        """Of the one question that stays open."""
-        (decision,) = self.decisions
-        assert isinstance(decision.margin, Jet)
-        return decision.margin
 
 
 def step(
@@ -92,18 +51,10 @@ def step(
     *,
     forks: int = 0,
     at_touch: bool = False,
-) -> list[Image]:
+) -> list[Piece]:
     """Return f at a point that depends on the coordinates of a box; see `flow.images`.
 
-    Parameters
-    ----------
-    setting : Setting
-    d : Jet or Germ
-        A germ, for higher derivatives in the first start; the value is one, too.
-    parameters : sequence of Jet
-        Coordinates of the varied parameters.
-    forks, at_touch
-        As in `flow.images`.
+    Of a germ, for higher derivatives in the first start, the value is a germ.
     """
     first = principal(d)
     middle = first.centre.mid()
@@ -115,7 +66,7 @@ def step(
     return [_composed(piece, d, middle, parameters) for piece in pieces]
 
 
-def _composed(piece: Piece, d: Jet | Germ, middle: arb, parameters: Sequence[Jet]) -> Image:
+def _composed(piece: Piece, d: Jet | Germ, middle: arb, parameters: Sequence[Jet]) -> Piece:
     """Write a piece in the coordinates of the outer box."""
     start = principal(d)
 
@@ -135,6 +86,6 @@ def _composed(piece: Piece, d: Jet | Germ, middle: arb, parameters: Sequence[Jet
         replace(each, margin=outer(principal(each.margin))) for each in piece.decisions
     )
     if isinstance(d, Jet):
-        return Image(piece.itinerary, outer(piece.value), decisions)
+        return Piece(piece.itinerary, outer(piece.value), decisions)
     coefficients = [outer(c) for c in piece.value.coefficients]
-    return Image(piece.itinerary, d.into(coefficients), decisions)
+    return Piece(piece.itinerary, d.into(coefficients), decisions)

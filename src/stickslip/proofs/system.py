@@ -13,7 +13,7 @@ from flint import arb, fmpq
 from stickslip.checks import instance, shown
 from stickslip.mechanics.model.arguments import two_blocks
 from stickslip.proofs.jet import HALF, Number, spread
-from stickslip.proofs.smooth import Falling, TaylorStep
+from stickslip.proofs.taylor import Falling, TaylorStep
 from stickslip.proofs.wave import Wave
 
 if TYPE_CHECKING:
@@ -52,13 +52,7 @@ LAWS: Final[dict[str, type[Constant] | type[Falling]]] = {
 
 
 def fraction(name: str, value: Exact) -> Fraction:
-    """Return a number exactly; a float as the shortest decimal that Python prints for it.
-
-    Raises
-    ------
-    ValueError
-        It is not a finite number.
-    """
+    """Return a number exactly; a float as the shortest decimal that Python prints for it."""
     try:
         exact = Fraction(repr(float(value)) if isinstance(value, float) else value)
         return Fraction(int(exact.numerator), int(exact.denominator))  # NumPy's stay NumPy's
@@ -77,20 +71,7 @@ def number(value: Fraction) -> arb:
 def exact_parameters(
     model: TwoBlock, exact: Mapping[str, Exact] | None = None
 ) -> dict[str, Fraction]:
-    """Return the parameters of a model exactly.
-
-    Parameters
-    ----------
-    model : TwoBlock
-        Undamped, with Coulomb friction or law (9); its floats are read as the decimals they print.
-    exact : mapping of str to exact number, optional
-        Values that replace the model's, by the names of ``model.parameters``.
-
-    Raises
-    ------
-    ValueError
-        The model is of another kind, a name is unknown, or a value is out of range.
-    """
+    """Return a model's parameters exactly, floats as printed; `exact` ones replace them."""
     two_blocks(model, why="Proofs are about the event map of two blocks.")
     if exact is not None:
         instance("exact", exact, Mapping, 'values by name, such as {"alpha": "1.2"}')
@@ -150,17 +131,8 @@ class System:
     def phase(
         self, modes: Modes, w: Pair, e: Pair, released: int | None = None
     ) -> Phase | TaylorStep:
-        """Return the motion with constant modes from a state, for ever or for some time.
-
-        Parameters
-        ----------
-        modes : pair of int
-            -1 backward slip, 0 stick, 1 forward slip; not both 0.
-        w, e : pair of numbers
-            Relative velocities and needed forces at the start.
-        released : int, optional
-            The block whose force has just reached its limit.
-        """
+        """Return the motion with constant modes from a state, for ever or for some time."""
+        # The `released` block's force has just reached its limit.
         if isinstance(self.laws[0], Falling):
             return TaylorStep(self, modes, w, e, released)
         return Phase(self, modes, w, e)
@@ -177,16 +149,7 @@ class System:
 
 
 class Phase:
-    """Motion with constant modes from a state (w, e): each a wave (docs: proofs, the flow).
-
-    Parameters
-    ----------
-    system : System
-    modes : pair of int
-        -1 backward slip, 0 stick, 1 forward slip; not both 0.
-    w, e : pair of Jet or arb
-        Relative velocities and needed forces at the start.
-    """
+    """Motion with constant modes from a state (w, e): each a wave (docs: proofs, the flow)."""
 
     def __init__(
         self,
@@ -233,11 +196,9 @@ class Phase:
         )
 
     def _signals(self) -> list[tuple[int, int, Wave]]:
-        """Return what stays positive while the modes last: (block, end, wave).
-
-        The end is 0 for a landing, 1 or -1 for a rider's upper or lower limit. A rider whose
-        neighbour slips backward is loaded: e' = V - alpha w >= V > 0, so only its upper limit.
-        """
+        """Return what stays positive while the modes last: (block, end, wave)."""
+        # The end is 0 for a landing, 1 or -1 for a rider's upper or lower limit. A rider whose
+        # neighbour slips backward is loaded: e' = V - alpha w >= V > 0, so only its upper limit.
         found = []
         for i in (0, 1):
             mode, other = self.modes[i], self.modes[1 - i]

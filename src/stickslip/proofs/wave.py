@@ -22,15 +22,7 @@ class Basis(NamedTuple):
 
 
 class Wave:
-    """constant + rate t + sum of a cos(omega t) + b sin(omega t), one (a, b) for each omega.
-
-    Parameters
-    ----------
-    constant, rate : Jet or arb
-    terms : tuple of (a, b)
-    omegas : tuple of Jet or arb
-        Positive frequencies.
-    """
+    """constant + rate t + sum of a cos(omega t) + b sin(omega t), one (a, b) for each omega."""
 
     __slots__ = ("constant", "omegas", "rate", "terms")
 
@@ -104,20 +96,9 @@ class Wave:
 
 
 def root(wave: Wave, window: arb) -> Number:
-    """Return the root of a wave in a window on which it is strictly monotone.
-
-    Parameters
-    ----------
-    wave : Wave
-        With a root in the window for all parameters in the box, and a derivative without zero.
-    window : arb
-        Times, for all parameters.
-
-    Returns
-    -------
-    Jet or arb
-        The time; its gradient by the implicit function theorem.
-    """
+    """Return the root of a wave in a window: times, for all parameters."""
+    # There the wave is strictly monotone and has a root for each parameter; its gradient comes by
+    # the implicit function theorem.
     slope = wave.derivative()
     range = _newton(wave, slope, window)
     kernel = wave.centre()

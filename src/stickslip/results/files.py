@@ -35,6 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import __version__
+from stickslip.checks import shown
 from stickslip.files import checked_path, checked_suffix, read_text, write_text
 from stickslip.results.parts import (
     class_named,
@@ -147,29 +148,36 @@ def _checksum(document: dict[str, Any]) -> str:
 
 
 def load(path: str | os.PathLike[str], system: Any = None) -> Any:
-    """Read a result from a file that `save` has written.
+    """Read a result from a file that the ``save`` of a result has written.
 
     Parameters
     ----------
     path : str or path
-    system : map with parameters, optional
-        The map, for a result of one that no file can hold: a `PiecewiseMap`, or a model
+    system : model or map, optional
+        What the result is one of, where no file can hold that: a `PiecewiseMap`, or a model
         with a friction law of the user's own. Parameter values are taken from the file.
 
     Returns
     -------
     object
-        Equal to what was saved, except that a map that the file does not hold and that is
-        not given is None: then nothing can be solved anew.
+        Equal to what was saved. A map that the file does not hold and that is not given
+        is None: the numbers are there, but nothing can be solved anew.
 
     Raises
     ------
     ValueError
-        The file is none of this program's, or of a newer version of it, or damaged; or
-        ``system`` has other parameters than the map in the file.
+        The file is none of this program's, of another version of it, or damaged; or ``system``
+        has other parameters than that of the file.
     OSError
         The file cannot be read.
     """
+    if callable(as_map := getattr(system, "as_map", None)):
+        system = as_map()
+    if system is not None and not callable(getattr(system, "evaluate", None)):
+        raise ValueError(
+            f"system = {shown(system)} is neither a map nor a model that has one. Take "
+            "ss.event_map(model), ss.PiecewiseMap(...) or a model such as ss.TwoBlock(...)."
+        )
     path = checked_path(path)
     document = _document(path)
     try:

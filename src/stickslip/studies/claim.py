@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
@@ -18,25 +19,12 @@ VERDICTS: Final[tuple[Verdict, ...]] = (
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that a claim says, put so that a computed quantity decides it.
+    """One thing that a claim says, put so that a computed quantity decides it."""
 
-    Attributes
-    ----------
-    says : str
-        What would have to be the case.
-    found : str
-        What is, in words and numbers; true whether or not `passed`.
-    passed : bool
-        Whether the two agree.
-    essential : bool
-        Without it the claim does not hold. If it is no more than a detail of the claim, the
-        claim holds with a correction.
-    """
-
-    says: str
-    found: str
+    says: str  # what would have to be the case
+    found: str  # what is, in words and numbers; true whether or not `passed`
     passed: bool
-    essential: bool = True
+    essential: bool = True  # else a detail: without it the claim holds with a correction
 
     def __post_init__(self) -> None:
         """Make a comparison of array elements a bool of Python's own."""
@@ -45,39 +33,18 @@ class Finding:
 
 @dataclass(frozen=True)
 class Claim:
-    """Something that the paper says of its systems.
+    """Something that the paper says of its systems."""
 
-    Attributes
-    ----------
-    key : str
-        Short and unique, such as ``"coulomb.u4"``.
-    figure : int
-        Figure of the paper beside which it stands.
-    place : str
-        Section and paragraph.
-    statement : str
-        What is claimed, in our words.
-    findings : tuple of Finding
-        The evidence, and all that the verdict depends on besides printed numbers.
-    values : tuple of Value
-        Numbers that the claim is about; the printed ones among them have to agree.
-    mechanism : str
-        What happens in the motion.
-    note : str
-        What a reader should know beside the evidence.
-    undecided : str
-        Why no verdict is possible; empty where one is.
-    """
-
-    key: str
-    figure: int
-    place: str
-    statement: str
-    findings: tuple[Finding, ...] = ()
+    key: str  # short and unique, such as "coulomb.u4"
+    figure: int  # beside which it stands
+    place: str  # section and paragraph
+    statement: str  # what is claimed, in our words
+    findings: tuple[Finding, ...] = ()  # all that the verdict depends on besides printed numbers
+    # numbers that the claim is about; the printed ones have to agree
     values: tuple[Value, ...] = ()
-    mechanism: str = ""
-    note: str = ""
-    undecided: str = ""
+    mechanism: str = ""  # what happens in the motion
+    note: str = ""  # what a reader should know beside the evidence
+    undecided: str = ""  # why no verdict is possible; empty where one is
 
     def __post_init__(self) -> None:
         """Refuse a claim that nothing could refute."""
@@ -106,6 +73,14 @@ class Claim:
     def line(self) -> str:
         """Verdict, figure and statement."""
         return f"{self.verdict:23s}  figure {self.figure:<2d}  {self.statement}"
+
+
+def claims_by_figure(
+    made: Mapping[int, Callable[[], Iterable[Claim]]], figures: Iterable[int] | None
+) -> tuple[Claim, ...]:
+    """Make the claims that belong to some figures, all by default, given what makes them."""
+    wanted = made if figures is None else [number for number in made if number in set(figures)]
+    return tuple(claim for number in wanted for claim in made[number]())
 
 
 def _in_words(value: Value) -> str:

@@ -31,18 +31,7 @@ class PaperFigure(Protocol):
 
 
 def available(source: str) -> tuple[int, ...]:
-    """Numbers of the figures that can be computed.
-
-    Parameters
-    ----------
-    source : str
-        Package that holds ``figNN`` modules.
-
-    Returns
-    -------
-    tuple of int
-        Ascending.
-    """
+    """Numbers of the figures of a study that can be computed, ascending."""
     names = (
         module.name for module in pkgutil.iter_modules(importlib.import_module(source).__path__)
     )
@@ -51,43 +40,12 @@ def available(source: str) -> tuple[int, ...]:
 
 
 def load(number: int, source: str) -> PaperFigure:
-    """Import one figure's module.
-
-    Parameters
-    ----------
-    number : int
-        As in the paper.
-    source : str
-        Package that holds ``figNN`` modules.
-
-    Returns
-    -------
-    PaperFigure
-        The module.
-    """
+    """Import one figure's module."""
     return cast("PaperFigure", importlib.import_module(f"{source}.fig{number:02d}"))
 
 
 def select(numbers: Iterable[int] | None, source: str) -> tuple[int, ...]:
-    """Check figure numbers; none given means all.
-
-    Parameters
-    ----------
-    numbers : iterable of int or None
-        As in the paper; repeats are dropped.
-    source : str
-        Package that holds ``figNN`` modules.
-
-    Returns
-    -------
-    tuple of int
-        Ascending.
-
-    Raises
-    ------
-    ValueError
-        A figure that does not exist (yet); the ones that do are listed.
-    """
+    """Check figure numbers and sort them; none given means all."""
     known = available(source)
     wanted = known if numbers is None else tuple(sorted(set(numbers)))
     for number in wanted:

@@ -23,28 +23,15 @@ MARK: Final = {True: "yes", False: "**no**"}
 
 @dataclass(frozen=True)
 class Report:
-    """What became of a paper's claims and numbers.
+    """What became of a paper's claims and numbers."""
 
-    Attributes
-    ----------
-    source, title : str
-        Author and year, and what was published or studied.
-    claims : tuple of Claim
-        By figure, in the order of the paper.
-    values : tuple of Value
-        Every number that was computed.
-    captions : mapping of int to str
-        What each figure shows and which parameters were chosen; of those drawn.
-    pictures : mapping of int to str
-        Path of each figure's picture, relative to the report.
-    """
-
-    source: str
-    title: str
-    claims: tuple[Claim, ...]
-    values: tuple[Value, ...]
+    source: str  # author and year
+    title: str  # what was published or studied
+    claims: tuple[Claim, ...]  # by figure, in the order of the paper
+    values: tuple[Value, ...]  # every number that was computed
+    # of the figures drawn, with the parameters that were chosen
     captions: Mapping[int, str] = field(default_factory=dict)
-    pictures: Mapping[int, str] = field(default_factory=dict)
+    pictures: Mapping[int, str] = field(default_factory=dict)  # paths relative to the report
 
     def counts(self) -> dict[Verdict, int]:
         """How many claims have which verdict."""

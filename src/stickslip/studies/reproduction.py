@@ -20,19 +20,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Reproduction:
-    """What was written.
+    """What was written."""
 
-    Attributes
-    ----------
-    files : tuple of pathlib.Path
-        Figures first, then ``values.json``, ``values.md``, ``report.json`` and ``report.md``.
-    values : tuple of Value
-        The numbers of the table.
-    report : Report
-        The claims that belong to the figures, each with its verdict and the evidence.
-    """
-
-    files: tuple[Path, ...]
+    files: tuple[Path, ...]  # figures, then values.json, values.md, report.json and report.md
     values: tuple[Value, ...]
     report: Report
 

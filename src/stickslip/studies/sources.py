@@ -24,21 +24,11 @@ FOLDER: Final = "stickslip.studies"
 
 @dataclass(frozen=True)
 class Source:
-    """A study.
+    """A study."""
 
-    Attributes
-    ----------
-    name : str
-        As `source_named` takes it.
-    source : str
-        Author and year.
-    title : str
-        What was published, or what is studied.
-    """
-
-    name: str
-    source: str
-    title: str
+    name: str  # as `source_named` takes it
+    source: str  # author and year
+    title: str  # what was published, or what is studied
 
     @property
     def package(self) -> str:
@@ -60,12 +50,7 @@ class Source:
 
 
 def sources() -> tuple[Source, ...]:
-    """All studies, by name.
-
-    Returns
-    -------
-    tuple of Source
-    """
+    """All studies, by name."""
     folder = _module(FOLDER)
     names = sorted(module.name for module in pkgutil.iter_modules(folder.__path__) if module.ispkg)
     packages = {name: _module(f"{FOLDER}.{name}") for name in names}
@@ -73,22 +58,7 @@ def sources() -> tuple[Source, ...]:
 
 
 def source_named(name: str) -> Source:
-    """Return the study of a name.
-
-    Parameters
-    ----------
-    name : str
-        One of those of `sources`.
-
-    Returns
-    -------
-    Source
-
-    Raises
-    ------
-    ValueError
-        There is none of that name.
-    """
+    """Return the study of a name."""
     known = {source.name: source for source in sources()}
     if name not in known:
         raise ValueError(f"there is no study {name!r}. {did_you_mean(name, list(known))}")

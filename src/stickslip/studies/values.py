@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
-from stickslip.study.digits import digits
+from stickslip.studies.digits import digits
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -18,41 +18,21 @@ SCHEMA = 1
 
 @dataclass(frozen=True)
 class Value:
-    """One computed number.
+    """One computed number."""
 
-    Attributes
-    ----------
-    name : str
-        Short and unique, such as ``"V at the collision of S4"``.
-    computed : float
-        Dimensionless.
-    error : float
-        Estimate of its absolute error.
-    figure : int
-        Figure of the paper to which it belongs.
-    how : str
-        Which equation was solved.
-    printed : str
-        As the paper prints it; empty if it does not.
-    note : str
-        What a reader should know, such as why the two differ.
-    """
-
-    name: str
+    name: str  # short and unique, such as "V at the collision of S4"
     computed: float
-    error: float
-    figure: int
-    how: str
-    printed: str = ""
-    note: str = ""
+    error: float  # estimate of the absolute error
+    figure: int  # of the paper, to which it belongs
+    how: str  # which equation was solved
+    printed: str = ""  # as the paper prints it; empty if it does not
+    note: str = ""  # what a reader should know, such as why the two differ
 
     @property
     def agrees(self) -> bool | None:
-        """Whether the printed number is within one unit of its own last digit; None without one.
-
-        One unit and not a half: the paper does not say whether it rounds or cuts, and
-        reads some values off a diagram ("approximately").
-        """
+        """Whether the printed number is within one unit of its own last digit; None without one."""
+        # One unit and not a half: the paper does not say whether it rounds or cuts, and reads some
+        # values off a diagram ("approximately").
         if not self.printed:
             return None
         printed = Decimal(self.printed)
@@ -66,22 +46,7 @@ class Value:
 
 
 def as_json(values: Sequence[Value], captions: Mapping[int, str], source: str) -> str:
-    """Document for programs.
-
-    Parameters
-    ----------
-    values : sequence of Value
-        In the order to be written.
-    captions : mapping of int to str
-        What each figure shows and which parameters were chosen.
-    source : str
-        Author and year.
-
-    Returns
-    -------
-    str
-        JSON; numbers in full precision, NaN as null.
-    """
+    """Document for programs; numbers in full precision, NaN as null."""
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "source": source,
@@ -92,22 +57,7 @@ def as_json(values: Sequence[Value], captions: Mapping[int, str], source: str) -
 
 
 def as_markdown(values: Sequence[Value], captions: Mapping[int, str], source: str) -> str:
-    """Table for readers.
-
-    Parameters
-    ----------
-    values : sequence of Value
-        In the order to be written.
-    captions : mapping of int to str
-        What each figure shows and which parameters were chosen.
-    source : str
-        Author and year.
-
-    Returns
-    -------
-    str
-        Markdown; as many digits as the error allows.
-    """
+    """Table for readers; as many digits as the error allows."""
     lines = [f"# Values of {source}, computed", ""]
     if values:
         lines += [*value_table(values), ""]
@@ -117,18 +67,7 @@ def as_markdown(values: Sequence[Value], captions: Mapping[int, str], source: st
 
 
 def value_rows(values: Sequence[Value]) -> list[dict[str, Any]]:
-    """Turn values into plain data for a document; numbers that are not finite become None.
-
-    Parameters
-    ----------
-    values : sequence of Value
-        In the order to be written.
-
-    Returns
-    -------
-    list of dict
-        The fields of each, and whether it agrees with the printed number.
-    """
+    """Turn values into plain data for a document; numbers that are not finite become None."""
     rows = [{**asdict(value), "agrees": value.agrees} for value in values]
     for row in rows:
         row |= {key: None for key in ("computed", "error") if not math.isfinite(row[key])}
@@ -136,17 +75,7 @@ def value_rows(values: Sequence[Value]) -> list[dict[str, Any]]:
 
 
 def value_table(values: Sequence[Value]) -> list[str]:
-    """Write values as lines of a Markdown table, with the notes below it.
-
-    Parameters
-    ----------
-    values : sequence of Value
-        In the order to be written; at least one.
-
-    Returns
-    -------
-    list of str
-    """
+    """Write values, at least one, as lines of a Markdown table, with the notes below it."""
     lines = ["| figure | value | printed | computed | error | agrees | how |"]
     lines += ["|---|---|---|---|---|---|---|"]
     lines += [_row(value) for value in values]

@@ -79,13 +79,7 @@ def axis(lo: float, hi: float, n: int, scale: Literal["linear", "log"] = "linear
 
 
 def as_axes(given: Mapping[str, AxisLike]) -> dict[str, Axis]:
-    """Read the axes of a sweep in the forms that `stickslip.sweep` takes.
-
-    Raises
-    ------
-    ValueError
-        None given, or one that is no axis; the message names it.
-    """
+    """Read the axes of a sweep in the forms that `stickslip.sweep` takes."""
     instance("axes", given, Mapping, 'values by name, {"V": (0.03, 0.05, 12)}')
     if not given:
         raise ValueError("axes = {}: a sweep needs at least one axis, {name: values}.")

@@ -19,9 +19,7 @@ from stickslip.numerics.long_run import (
 )
 from stickslip.status import OK
 from stickslip.sweeps.identity import digest, law_identity
-from stickslip.sweeps.orbits import joined
-from stickslip.sweeps.seeds import spread_shares
-from stickslip.sweeps.system import System, rows
+from stickslip.sweeps.system import System, spread_shares
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,8 +29,8 @@ if TYPE_CHECKING:
     from stickslip.mechanics.eventmap.follow_records import Followed
     from stickslip.mechanics.model.belt_model import BeltModel
     from stickslip.numerics.long_run import LongRun
-    from stickslip.sweeps.orbits import Run
-    from stickslip.sweeps.system import Columns, Floats
+    from stickslip.sweeps.job import Points
+    from stickslip.sweeps.system import Floats, Run
 
 
 class MotionSystem(System):
@@ -63,16 +61,9 @@ class MotionSystem(System):
         """Make what functions of the user's own are given: the model."""
         return self.model_at(values)
 
-    def starts(
-        self,
-        columns: Columns,
-        d0: Floats | None,
-        seed: int,
-        index: NDArray[np.uint64],
-        n_seeds: int,
-    ) -> Floats:
+    def starts(self, points: Points, n_starts: int) -> Floats:
         """Return NaN: there are no points of a map to start from."""
-        return np.full((len(index), n_seeds), np.nan)
+        return np.full((points.size, n_starts), np.nan)
 
 
 class BlocksSystem(MotionSystem):
@@ -94,59 +85,46 @@ class BlocksSystem(MotionSystem):
         """Make the map at some parameter values."""
         return BlocksEventMap(self.model.replace(**values), **self.settings)
 
-    def starts(
-        self,
-        columns: Columns,
-        d0: Floats | None,
-        seed: int,
-        index: NDArray[np.uint64],
-        n_seeds: int,
-    ) -> Floats:
+    def starts(self, points: Points, n_starts: int) -> Floats:
         """Draw global stick phases, needed forces even between their limits; NaN for none."""
-        shares = spread_shares(seed, index, n_seeds, self.model.n_blocks)
+        shares = spread_shares(points.seed, points.index, n_starts, self.model.n_blocks)
         starts = np.empty((*shares.shape[:2], self.model.n_blocks - 1))
-        for point, values in enumerate(rows(columns, len(index))):
+        for point, values in enumerate(points.values()):
             model = self.model_at(values)
             starts[point] = np.diff(model.structure.sticking(shares[point]), axis=-1)
-            if n_seeds == 1 and d0 is not None:
-                starts[point] = d0[point]
+            if n_starts == 1 and points.d0 is not None:
+                starts[point] = points.d0[point]
             starts[point, ~model.contains(starts[point])] = np.nan
         return starts
 
-    def follow(
-        self, columns: Columns, starts: Floats, run: Run, tail: int
+    def follow_one(
+        self, f: BlocksEventMap, starts: Floats, run: Run, tail: int
     ) -> tuple[LongRun, Followed]:
-        """Follow orbits."""
-        parts = []
-        for values, some in zip(rows(columns, len(starts)), starts, strict=True):
-            parts.append(_followed(self.map_at(values), some, run, tail))
-        return joined(parts)
-
-
-def _followed(f: BlocksEventMap, starts: Floats, run: Run, tail: int) -> tuple[LongRun, Followed]:
-    """Follow orbits under one map; ``tail`` holds first differences."""
-    m, steps = len(starts), run.transient + run.n
-    verdicts, followed = new_long_run(m), new_followed(m, tail)
-    widths = np.ptp(f.spread(256), axis=0)
-    orbits = np.full((m, steps + 1, f.dimension), np.nan)
-    admitted = np.isfinite(starts).all(axis=1)
-    orbits[admitted] = f.iterate(starts[admitted], steps)
-    for i in np.flatnonzero(admitted).tolist():
-        defined = np.isfinite(orbits[i]).all(axis=1)
-        if not defined.all():
-            last = int(np.argmin(defined)) - 1
-            followed.steps[i] = last
-            followed.status[i] = f.carry(orbits[i, last : last + 1]).status[0]
-            continue
-        points = orbits[i, run.transient :]
-        motions = f.carry(points[:-1], slope=True)
-        followed.status[i], followed.steps[i] = OK, steps
-        followed.tail[i] = points[run.n + 1 - tail :, 0]
-        followed.mean_events[i] = motions.n_events.mean()
-        followed.most_events[i] = motions.n_events.max()
-        followed.mean_duration[i] = motions.duration.mean()
-        _read_off(points, motions.label, motions.derivative, widths, run.max_period, verdicts, i)
-    return verdicts, followed
+        """Follow the orbits of one grid point; ``tail`` holds first differences."""
+        m, steps = len(starts), run.transient + run.n
+        verdicts, followed = new_long_run(m), new_followed(m, tail)
+        widths = np.ptp(f.spread(256), axis=0)
+        orbits = np.full((m, steps + 1, f.dimension), np.nan)
+        admitted = np.isfinite(starts).all(axis=1)
+        orbits[admitted] = f.iterate(starts[admitted], steps)
+        for i in np.flatnonzero(admitted).tolist():
+            defined = np.isfinite(orbits[i]).all(axis=1)
+            if not defined.all():
+                last = int(np.argmin(defined)) - 1
+                followed.steps[i] = last
+                followed.status[i] = f.carry(orbits[i, last : last + 1]).status[0]
+                continue
+            points = orbits[i, run.transient :]
+            motions = f.carry(points[:-1], slope=True)
+            followed.status[i], followed.steps[i] = OK, steps
+            followed.tail[i] = points[run.n + 1 - tail :, 0]
+            followed.mean_events[i] = motions.n_events.mean()
+            followed.most_events[i] = motions.n_events.max()
+            followed.mean_duration[i] = motions.duration.mean()
+            _read_off(
+                points, motions.label, motions.derivative, widths, run.max_period, verdicts, i
+            )
+        return verdicts, followed
 
 
 def _read_off(
@@ -158,11 +136,9 @@ def _read_off(
     verdicts: LongRun,
     i: int,
 ) -> None:
-    """Fill in entry `i` of the verdicts, as `numerics.long_run.read_off` does on the line.
-
-    The exponent is the largest one: growth of one tangent vector, or of a cycle log of the
-    spectral radius of its monodromy matrix per step.
-    """
+    """Fill in entry `i` of the verdicts, as `numerics.long_run.read_off` does on the line."""
+    # The exponent is the largest one: growth of one tangent vector, or of a cycle log of the
+    # spectral radius of its monodromy matrix per step.
     paths = [Path(np.ascontiguousarray(x), labels, _growth(jacobians)) for x in points.T]
     tolerances = RECURRENCE * widths
     # Without periods: exponent, error, and whether that is chaos.

@@ -53,11 +53,9 @@ def in_threads(
 def in_dask(
     compute: Compute, job: Job, tiles: Iterable[Tile], client: Any
 ) -> Generator[Outcome, None, None]:
-    """Compute tiles on the workers of a ``dask.distributed`` client.
-
-    The scheduler gives the tiles of a worker that died to others. Results come back to this
-    process, which alone writes, so that workers need no access to the store.
-    """
+    """Compute tiles on the workers of a ``dask.distributed`` client."""
+    # The scheduler gives the tiles of a worker that died to others. This process alone writes:
+    # workers need no access to the store.
     distributed: Any = importlib.import_module("distributed")
 
     name = f"stickslip-{uuid.uuid4().hex[:8]}"

@@ -22,13 +22,7 @@ def digest(content: Any) -> str:
 
 
 def function_identity(function: Callable[..., Any]) -> dict[str, Any]:
-    """Describe a Python function: its name, its text and the numbers it has closed over.
-
-    Raises
-    ------
-    ValueError
-        It has no text, or depends on values that cannot be described.
-    """
+    """Describe a function by its name, its text and the numbers it has closed over."""
     name = f"{getattr(function, '__module__', '?')}:{getattr(function, '__qualname__', '?')}"
     function = getattr(function, "py_func", function)  # compiled by numba
     try:
@@ -62,13 +56,7 @@ def law_identity(law: FrictionLaw) -> dict[str, Any]:
 
 
 def import_function(name: str) -> Any:
-    """Import what ``module:name`` names.
-
-    Raises
-    ------
-    ValueError
-        No such module or name.
-    """
+    """Import what ``module:name`` names."""
     module, _, qualname = name.partition(":")
     try:
         found: Any = importlib.import_module(module)

@@ -1,7 +1,7 @@
 """The description of a sweep, cut into tiles, and the computation of one tile.
 
-A tile is what one task computes and one chunk of each array of the store. `compute` is a pure
-function of a job and a tile, so that it may run in any thread or process, any number of times.
+A tile is one task and one chunk of each array of the store. `compute` is a pure function of a job
+and a tile, so that it may run in any thread or process, any number of times.
 """
 
 from __future__ import annotations
@@ -11,26 +11,89 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from stickslip.analysis.maps.protocol import OUTSIDE
 from stickslip.sweeps.identity import digest
-from stickslip.sweeps.points import Points
+from stickslip.sweeps.system import rows
 from stickslip.sweeps.target import target
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stickslip.mechanics.eventmap.follow_records import Followed
+    from stickslip.numerics.long_run import LongRun
     from stickslip.sweeps.axis import Axis
     from stickslip.sweeps.observable import Observable, Output
-    from stickslip.sweeps.orbits import Run
-    from stickslip.sweeps.system import System
+    from stickslip.sweeps.system import Run, System
+
+    Floats = NDArray[np.float64]
 
 FORMAT: Final = 1  # raised when the same description would give other results
 D0: Final = "d0"  # name of an axis of starting points
 POINTS_PER_TILE: Final = {"cpu": 4096, "cuda": 65_536}  # a GPU takes as many orbits at once
 TILES: Final = 64  # of a small sweep, so that all cores have work and little is lost
+
+
+class Orbits(NamedTuple):
+    """What is known of orbits, in the order of grid points, the seeds of one together."""
+
+    verdicts: LongRun
+    followed: Followed
+
+
+@dataclass
+class Points:
+    """Grid points: values of each varied parameter, and the place of each in the whole grid."""
+
+    system: System
+    columns: Mapping[str, Floats]
+    d0: Floats | None  # starting points, where they are given
+    # place in the whole grid in C order; with ``seed`` it decides the other starting points
+    index: NDArray[np.uint64]
+    seed: int
+    # last points to keep of each run's orbits, the most that any observable asks for
+    tails: Mapping[Run, int]
+
+    def __post_init__(self) -> None:
+        """Remember no orbits yet."""
+        self._known: dict[Run, Orbits] = {}
+
+    @property
+    def widths(self) -> Floats:
+        """Width of the domain at each grid point, of a map of the line."""
+        low, high = self.system.domains(self.columns, self.size)
+        return high - low
+
+    @property
+    def size(self) -> int:
+        """Number of grid points."""
+        return len(self.index)
+
+    def starts(self, n_starts: int) -> Floats:
+        """Return starting points (size, n_starts, ...): `System.starts`."""
+        return self.system.starts(self, n_starts)
+
+    def orbits(self, run: Run) -> Orbits:
+        """Follow orbits, or return those of an equal run that are known already."""
+        if run not in self._known:
+            starts = self.starts(run.n_starts)
+            found = Orbits(*self.system.follow(self.columns, starts, run, self.tails[run]))
+            outside = np.isnan(starts).reshape(self.size * run.n_starts, -1).any(axis=1)
+            found.followed.status[outside] = OUTSIDE
+            self._known[run] = found
+        return self._known[run]
+
+    def maps(self) -> Iterator[tuple[Any, Any]]:
+        """Give the map (`System.map_at`) and the starting point of each grid point in turn."""
+        for values, start in zip(self.values(), self.starts(1)[:, 0], strict=True):
+            yield self.system.map_at(values), start.tolist() if start.ndim == 0 else start
+
+    def values(self) -> Iterator[dict[str, float]]:
+        """Give the values of the varied parameters at each grid point in turn."""
+        yield from rows(self.columns, self.size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,21 +141,11 @@ def _axis_identity(values: NDArray[np.float64]) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class Tile:
-    """A part of the grid.
+    """A part of the grid."""
 
-    Attributes
-    ----------
-    index : tuple of int
-        Place among the tiles, along each axis.
-    start : tuple of int
-        Place of its first point in the grid.
-    values : tuple of ndarray
-        Of each axis.
-    """
-
-    index: tuple[int, ...]
-    start: tuple[int, ...]
-    values: tuple[NDArray[np.float64], ...]
+    index: tuple[int, ...]  # among the tiles, along each axis
+    start: tuple[int, ...]  # place of the first point in the grid
+    values: tuple[NDArray[np.float64], ...]  # of each axis
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -139,10 +192,7 @@ def compute(job: Job, tile: Tile) -> Computed:
 
 
 def default_chunks(shape: tuple[int, ...], device: str = "cpu") -> tuple[int, ...]:
-    """Choose tiles of at most 4096 points, and 64 tiles or more if there are so many points.
-
-    On a GPU at most 65 536, and fewer tiles.
-    """
+    """Choose tiles of at most 4096 points (65 536 on a GPU), and 64 tiles or more if possible."""
     tiles = 1 if device == "cuda" else TILES
     wanted = max(1, min(POINTS_PER_TILE[device], math.prod(shape) // tiles))
     chunks: list[int] = []

@@ -1,8 +1,7 @@
 """One writer for a store: a file lock of the system, or in a bucket a lease that is renewed.
 
-The system lets go of a file lock when its holder dies, however it died. A lease in a bucket
-counts as abandoned when its holder was a process of this machine that no longer runs, or when
-it was not renewed for some time.
+A lease counts as abandoned when its holder was a process of this machine that no longer runs, or
+when it was not renewed for some time.
 """
 
 from __future__ import annotations
@@ -33,18 +32,7 @@ ABANDONED_AFTER: Final = 120.0
 
 @contextmanager
 def writing(place: Place) -> Iterator[Callable[[], None]]:
-    """Hold the right to write to a place.
-
-    Yields
-    ------
-    callable
-        Raises StoreBusy if the right was lost; to call before each write.
-
-    Raises
-    ------
-    StoreBusy
-        Another process holds it; the message says which.
-    """
+    """Hold the right to write to a place; yields what raises StoreBusy if the right was lost."""
     with _file_lock(place) if place.local else _lease(place) as check:
         yield check
 

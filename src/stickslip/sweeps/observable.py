@@ -12,8 +12,8 @@ from stickslip.sweeps.axis import MOST_VALUES
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.sweeps.orbits import Run
-    from stickslip.sweeps.points import Points
+    from stickslip.sweeps.job import Points
+    from stickslip.sweeps.system import Run
 
 Columns: TypeAlias = "dict[str, NDArray[Any]]"
 

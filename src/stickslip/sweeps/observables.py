@@ -15,15 +15,14 @@ import numpy as np
 from stickslip.checks import MOST_STEPS, dimensions, instance, shown, whole_number
 from stickslip.numerics.long_run import CHAOTIC, LEFT, PERIODIC, UNDECIDED
 from stickslip.status import NEVER_CYCLE, NEVER_SLIPPING
-from stickslip.sweeps.coexistence import CoexistingAttractors
 from stickslip.sweeps.identity import function_identity, import_function
-from stickslip.sweeps.limit_cycles import LimitCycles
 from stickslip.sweeps.observable import Columns, Observable, Output, whole
-from stickslip.sweeps.orbits import Run
+from stickslip.sweeps.several_starts import CoexistingAttractors, LimitCycles
+from stickslip.sweeps.system import Run
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
-    from stickslip.sweeps.points import Orbits, Points
+    from stickslip.sweeps.job import Orbits, Points
 
 __all__ = [
     "Attractor",
@@ -197,7 +196,7 @@ class NeverReturns(Observable):
 
     Parameters
     ----------
-    n_seeds : int
+    n_starts : int
         Starting points, one at random in each of as many equal cells of the domain.
     n : int
         Returns after which a motion counts as one that returns.
@@ -205,7 +204,7 @@ class NeverReturns(Observable):
 
     name: ClassVar[str] = "never_returns"
     needs: ClassVar[tuple[str, ...]] = ("orbits", "events")
-    n_seeds: int = whole(64)
+    n_starts: int = whole(64)
     n: int = whole(100, least=2)
 
     def outputs(self) -> tuple[Output, ...]:
@@ -217,7 +216,7 @@ class NeverReturns(Observable):
 
     @property
     def _run(self) -> Run:
-        return Run(self.n_seeds, 0, self.n, 1)
+        return Run(self.n_starts, 0, self.n, 1)
 
     def runs(self) -> dict[Run, int]:
         """Return the orbits that it asks for."""
@@ -226,7 +225,7 @@ class NeverReturns(Observable):
     def compute(self, points: Points) -> Columns:
         """Return their values."""
         found = points.orbits(self._run)
-        status = found.followed.status.reshape(points.size, self.n_seeds)
+        status = found.followed.status.reshape(points.size, self.n_starts)
         never = np.isin(status, (NEVER_SLIPPING, NEVER_CYCLE))
         return {
             "never_share": never.mean(axis=1),
@@ -323,13 +322,7 @@ OBSERVABLES: Final[dict[str, type[Observable]]] = {
 
 
 def as_observables(given: Iterable[Observable | str]) -> tuple[Observable, ...]:
-    """Read a list of observables; a name stands for one with its default settings.
-
-    Raises
-    ------
-    ValueError
-        None given, an unknown name, or two that record a variable of one name.
-    """
+    """Read a list of observables; a name stands for one with its default settings."""
     if isinstance(given, str | Observable):
         given = [given]
     try:

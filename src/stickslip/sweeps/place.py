@@ -28,26 +28,13 @@ UNREADABLE: Final = (KeyError, zipfile.BadZipFile, zlib.error, EOFError, Runtime
 
 @dataclass(frozen=True)
 class Place:
-    """A folder of objects, in a file system or a bucket.
+    """A folder of objects, in a file system or a bucket."""
 
-    Attributes
-    ----------
-    url : str
-        As the user wrote it.
-    path : str
-        Of the folder that is written to, as its file system names it.
-    fs : fsspec file system
-    local : bool
-        Whether it is a folder of this machine, whose files appear whole or not at all.
-    archive : Path or None
-        The zip file that the folder becomes once it is complete.
-    """
-
-    url: str
-    path: str
+    url: str  # as the user wrote it
+    path: str  # of the folder that is written to, as its file system names it
     fs: Any
-    local: bool
-    archive: Path | None = None
+    local: bool  # a folder of this machine, whose files appear whole or not at all
+    archive: Path | None = None  # the zip file that the folder becomes once it is complete
     options: dict[str, Any] = field(default_factory=dict)
 
     def of(self, name: str) -> str:
@@ -166,24 +153,7 @@ class Place:
 
 
 def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) -> Place:
-    """Find the place that a path or URL names.
-
-    Parameters
-    ----------
-    store : str or path
-        A local folder, a name that ends in ``.zip``, or a URL of a file system that fsspec knows.
-    options : dict, optional
-        For the file system: credentials, endpoint.
-
-    Raises
-    ------
-    StoreRefused
-        A file stands where the folder should be.
-    ValueError
-        No such file system, or what it needs is not installed.
-    MissingExtraError
-        An ImportError: the extra ``sweep`` is not installed.
-    """
+    """Find the place that names a local folder, a ``.zip`` file or a URL known to fsspec."""
     require_extra("sweep", "sweeps", *EXTRA)
     from fsspec.core import url_to_fs
     from fsspec.implementations.local import LocalFileSystem
@@ -229,13 +199,7 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
 
 @contextmanager
 def room_for(path: str) -> Iterator[None]:
-    """Say for which file no space was left.
-
-    Raises
-    ------
-    StoreFull
-        The system said so, or whatever lies between it and us.
-    """
+    """Raise StoreFull, with the file's name, where no space was left."""
     try:
         yield
     except StoreFull:

@@ -9,10 +9,10 @@ import msgspec
 
 from stickslip.checks import one_of, shown
 from stickslip.files import checked_path
-from stickslip.study.event_map import event_map
-from stickslip.study.law_values import within
-from stickslip.study.model_file import read_model, read_toml
-from stickslip.study.model_values import model_of_values
+from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.friction.values import within
+from stickslip.mechanics.model.file import read_model, read_toml
+from stickslip.mechanics.model.values import model_of_values
 from stickslip.sweeps.axis import axis
 from stickslip.sweeps.errors import StoreRefused
 from stickslip.sweeps.identity import import_function
@@ -72,30 +72,15 @@ class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Plan(msgspec.Struct, frozen=True):
-    """A sweep that was read from a file.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    store : str
-        Path or URL.
-    arguments : dict
-        Of `stickslip.sweep`, apart from the store and what belongs to the machine.
-    """
+    """A sweep that was read from a file."""
 
     path: Path
-    store: str
+    store: str  # path or URL
+    # of `stickslip.sweep`, apart from the store and what belongs to the machine
     arguments: dict[str, Any]
 
     def run(self, **more: Any) -> xarray.Dataset:
-        """Run the sweep; further arguments as of `stickslip.sweep`.
-
-        Raises
-        ------
-        ValueError
-            And others, as in `stickslip.sweep`; of a description, with the name of the file.
-        """
+        """Run the sweep; further arguments as of `stickslip.sweep`."""
         try:
             return sweep(**self.arguments, **{"store": self.store, **more})
         except StoreRefused:
@@ -105,25 +90,7 @@ class Plan(msgspec.Struct, frozen=True):
 
 
 def read_plan(path: str | PathLike[str]) -> Plan:
-    """Read a plan.
-
-    Parameters
-    ----------
-    path : str or path
-        The file. Paths in it are relative to its folder.
-
-    Returns
-    -------
-    Plan
-
-    Raises
-    ------
-    ValueError
-        The file is not TOML; a key is unknown or missing; a value is of the wrong type or out of
-        its range. The message names file and key.
-    OSError
-        The file cannot be read.
-    """
+    """Read a plan; paths in it are relative to its folder. Errors name file and key."""
     path = checked_path(path)
     table = read_toml(path)
     with within(f"{path}: "):

@@ -48,34 +48,17 @@ READERS: Final = 8  # threads that check marked tiles: they wait for disk or net
 
 @dataclass(frozen=True, eq=False)
 class Store:
-    """An open store.
-
-    Attributes
-    ----------
-    place : Place
-    arrays : dict of str to zarr.Array
-        Each variable and the marks by name, opened once: that costs as much as a chunk.
-    outputs : tuple of Output
-    chunks : tuple of int
-        Points of a tile along each axis.
-    key : str
-        Of the description, which every mark covers.
-    """
+    """An open store."""
 
     place: Place
+    # variables and marks by name, opened once: that costs as much as a chunk
     arrays: dict[str, Any]
     outputs: tuple[Output, ...]
-    chunks: tuple[int, ...]
-    key: str
+    chunks: tuple[int, ...]  # points of a tile along each axis
+    key: str  # of the description, which every mark covers
 
     def write(self, tile: Tile, computed: Computed) -> None:
-        """Write the values of a tile, then its mark.
-
-        Raises
-        ------
-        StoreFull
-            No space is left; the tile is not marked.
-        """
+        """Write the values of a tile, then its mark: where no space is left there is no mark."""
         try:
             self._write(tile, computed)
         except StoreFull:
@@ -162,20 +145,8 @@ def finished(place: Place, marks: NDArray[np.uint64], names: Iterable[str]) -> N
 def create_or_open(
     place: Place, job: Job, axes: Mapping[str, Axis], chunks: tuple[int, ...], *, given: bool
 ) -> Store:
-    """Open the store of a sweep, or make it; whoever calls holds the right to write.
-
-    Parameters
-    ----------
-    chunks : tuple of int
-        For a new store; an old one keeps its own.
-    given : bool
-        Whether the user asked for these chunks, so that others are refused.
-
-    Raises
-    ------
-    StoreRefused
-        There is something else than this sweep, computed by code for this kind of machine.
-    """
+    """Open the store of a sweep, or make it; whoever calls holds the right to write."""
+    # An old store keeps its chunks; where the user has `given` other ones, the store is refused.
     import zarr
 
     identity, here = job.identity(axes), targets.target(job.device)
@@ -203,13 +174,7 @@ def create_or_open(
 
 
 def examined(place: Place) -> tuple[dict[str, Any] | None, list[str]]:
-    """Return what a store says of itself, and which files of its layout are damaged or missing.
-
-    Raises
-    ------
-    StoreRefused
-        There is something that is no sweep, or one that no longer says which.
-    """
+    """Return what a store says of itself, and which files of its layout are damaged or missing."""
     documents = {name: place.read(name) for name in COPIES}
     pairs = itertools.product(COPIES, documents.values())  # they may have changed places
     facts = next(filter(None, itertools.starmap(_unsealed, pairs)), None)
@@ -253,10 +218,8 @@ def _sealed(name: str, document: dict[str, Any], facts: dict[str, Any]) -> bytes
 def _layout(
     job: Job, axes: Mapping[str, Axis], chunks: tuple[int, ...], facts: Mapping[str, Any]
 ) -> dict[str, bytes]:
-    """Make all files that do not depend on what is computed, in the order to write them.
-
-    The last one makes it a zarr group, and has the metadata of all arrays for those who read.
-    """
+    """Make all files that do not depend on what is computed, in the order to write them."""
+    # The last one makes it a zarr group, and has the metadata of all arrays for those who read.
     import zarr
     from zarr.codecs import Crc32cCodec, ZstdCodec
 

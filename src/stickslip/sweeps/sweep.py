@@ -339,7 +339,7 @@ def _check_sizes(job: Job, chunks: tuple[int, ...]) -> None:
         for output in job.outputs
     }
     held |= {
-        f"the orbits from {run.n_seeds} starts": 8 * run.n_seeds * tail
+        f"the orbits from {run.n_starts} starts": 8 * run.n_starts * tail
         for run, tail in job.tails.items()
     }
     for name, size in held.items():

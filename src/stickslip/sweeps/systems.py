@@ -14,18 +14,18 @@ from stickslip.checks import shown
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
 from stickslip.mechanics.eventmap.cuda_carrier import check_damping, check_traced
+from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.eventmap.follow import follow
 from stickslip.mechanics.eventmap.follow_records import ModelTable, new_followed
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.flow.engine import engine_for
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.long_run import new_long_run
-from stickslip.study.event_map import EventMap, event_map
 from stickslip.sweeps.blocks_systems import BlocksSystem, MotionSystem
 from stickslip.sweeps.identity import function_identity, law_identity
-from stickslip.sweeps.orbits import Run, follow_map, joined
-from stickslip.sweeps.system import System, rows
+from stickslip.sweeps.system import Run, System, follow_map, joined
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -45,13 +45,7 @@ def _engine_of(model: TwoBlock, name: EngineName) -> Engine:
 
 
 def as_system(given: Any) -> System:
-    """Take a model, its event map or a map of the user's own.
-
-    Raises
-    ------
-    ValueError
-        It is none of these.
-    """
+    """Take a model, its event map or a map of the user's own."""
     if isinstance(given, TwoBlock):
         given = event_map(given)
     if isinstance(given, mechanics.EventMap):
@@ -140,7 +134,11 @@ class ModelSystem(System):
         if models[0][0].damping > 0.0:
             if self.device == "cuda":
                 check_damping(models[0][0])
-            return self._one_by_one(columns, starts, of_start, run, tail)
+            parts = []
+            for point in np.unique(of_start):
+                f = self.map_at({name: float(column[point]) for name, column in columns.items()})
+                parts.append(follow_map(f, starts[of_start == point], run, tail))
+            return joined(parts)
         engines = [_engine_of(model, self.settings["engine"]) for model, _ in models]
         law_row = np.zeros(size, dtype=np.int64)
         for row, (_, chosen) in enumerate(models):
@@ -166,27 +164,11 @@ class ModelSystem(System):
             device=self.device,
         )
 
-    def _one_by_one(
-        self,
-        columns: Columns,
-        starts: Floats,
-        of_start: NDArray[np.int64],
-        run: Run,
-        tail: int,
-    ) -> tuple[LongRun, Followed]:
-        parts = []
-        for point in np.unique(of_start):
-            f = self.map_at({name: float(column[point]) for name, column in columns.items()})
-            parts.append(follow_map(f, starts[of_start == point], run, tail))
-        return joined(parts)
-
     def _by_kernels(
         self, columns: Columns, size: int
     ) -> list[tuple[list[tuple[TwoBlock, NDArray[np.bool_]]], NDArray[np.bool_]]]:
-        """Group the grid points: models that differ in alpha, beta and V alone are one model.
-
-        Returns, for each set of kernels, its models with their grid points, and all of these.
-        """
+        """Group grid points by kernels: models that differ in alpha, beta, V alone."""
+        # Returns, for each set of kernels, its models with their grid points, and all of these.
         names = [name for name in columns if name not in OWN]
         table = (
             np.stack([columns[name] for name in names], axis=1) if names else np.empty((size, 0))
@@ -235,12 +217,3 @@ class MapSystem(System):
         """Return the ends of the domains."""
         low, high = self.f.domain
         return np.full(size, low), np.full(size, high)
-
-    def follow(
-        self, columns: Columns, starts: Floats, run: Run, tail: int
-    ) -> tuple[LongRun, Followed]:
-        """Follow orbits."""
-        parts = []
-        for values, some in zip(rows(columns, len(starts)), starts, strict=True):
-            parts.append(follow_map(self.map_at(values), some, run, tail))
-        return joined(parts)

@@ -22,20 +22,9 @@ def _cpu() -> tuple[str, str]:
 
 
 def target(device: str = "cpu") -> dict[str, str]:
-    """Tell what compiled code this process runs, and for which processor.
-
-    Parameters
-    ----------
-    device : {"cpu", "cuda"}
-
-    Returns
-    -------
-    dict of str to str
-        ``device``, ``machine``, ``cpu`` and ``features`` (those that code may use, so also what
-        the environment variables NUMBA_CPU_NAME and NUMBA_CPU_FEATURES set) and ``kernels``, a
-        hash over the sources of all kernels and the version of the compiler. Of a GPU ``gpu``,
-        its name and compute capability, in place of ``cpu`` and ``features``.
-    """
+    """Tell what compiled code this process runs, and for which processor or GPU."""
+    # ``features`` are those that code may use, so also what NUMBA_CPU_NAME and NUMBA_CPU_FEATURES
+    # set; ``kernels`` is a hash over the sources of all kernels and the version of the compiler.
     if device == "cuda":
         return {
             "device": device,

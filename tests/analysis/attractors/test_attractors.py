@@ -193,7 +193,7 @@ def test_coexisting_chaotic_attractors():
 @given(slope=st.floats(1.05, 1.99))
 def test_bands_map_onto_themselves(slope):
     f = tent(slope)
-    (found,) = attractors(f, n_seeds=4)
+    (found,) = attractors(f, n_starts=4)
     x = np.concatenate([np.linspace(low, high, 50) for low, high in found.bands])
     assert np.all(found.contains(f(x), slack=1e-10))
 
@@ -203,7 +203,7 @@ def test_bands_map_onto_themselves(slope):
 
 def test_chaotic_transient_that_leaves_is_no_attractor():
     # Past r = 4 orbits escape at the top, here after some ten thousand steps.
-    found = attractors(logistic(4 + 1e-8), n_seeds=8)
+    found = attractors(logistic(4 + 1e-8), n_starts=8)
     assert all(a.kind == "undecided" for a in found)
     assert all("reach a gap" in a.reason or "lost" in a.reason for a in found)
 
@@ -212,7 +212,7 @@ def test_everything_leaves_through_the_gap():
     found = attractors(tent_with_hole(3.0))
     assert len(found) == 0
     assert found.left == 1
-    assert sum(found.statuses.values()) >= found.n_seeds
+    assert sum(found.statuses.values()) >= found.n_starts
 
 
 # --- on the interpolated table ------------------------------------------------------------------
@@ -302,8 +302,8 @@ def test_table_and_orbits_at_hand_are_used():
     f = cubic(1.5)
     found = attractors_of(f, branch_table(f), periodic_orbits(f, 2))
     assert sorted(a.orbit.points[0] for a in found) == pytest.approx([-np.sqrt(0.5), np.sqrt(0.5)])
-    with pytest.raises(ValueError, match="n_seeds = 0"):
-        attractors_of(f, branch_table(f), n_seeds=0)
+    with pytest.raises(ValueError, match="n_starts = 0"):
+        attractors_of(f, branch_table(f), n_starts=0)
 
 
 def test_stand_in_that_the_map_does_not_confirm_is_dropped():
@@ -357,15 +357,15 @@ def test_long_periods_beside_the_collision_of_s4(beyond, period):
 
 def test_given_seeds_see_their_own_attractor_only():
     f = cubic(1.5)
-    (found,) = attractors(f, seeds=[0.3, 0.4])
+    (found,) = attractors(f, starts=[0.3, 0.4])
     assert found.orbit.points == pytest.approx([np.sqrt(0.5)])
     assert found.basin_share == 1
 
 
 def test_known_stable_orbits_are_attractors_without_a_seed():
     f = cubic(1.5)
-    (other,) = attractors(f, seeds=[-0.3])
-    found = attractors(f, seeds=[0.3], known=[other.orbit])
+    (other,) = attractors(f, starts=[-0.3])
+    found = attractors(f, starts=[0.3], known=[other.orbit])
     assert sorted(a.orbit.points[0] for a in found) == pytest.approx([-np.sqrt(0.5), np.sqrt(0.5)])
     assert sorted(a.basin_share for a in found) == [0, 1]
 
@@ -377,7 +377,7 @@ def test_results_repeat():
     assert len(list(one)) == len(one)
 
 
-@pytest.mark.parametrize("name", ["n_seeds", "max_period", "max_steps"])
+@pytest.mark.parametrize("name", ["n_starts", "max_period", "max_steps"])
 def test_counts_below_one_are_refused(name):
     with pytest.raises(ValueError, match=f"{name} = 0"):
         attractors(logistic(3.2), **{name: 0})
@@ -385,21 +385,21 @@ def test_counts_below_one_are_refused(name):
 
 @pytest.mark.parametrize("max_steps", [1, 2])
 def test_orbits_that_were_hardly_followed_have_an_exponent(max_steps):
-    found = attractors(logistic(3.2), max_steps=max_steps, n_seeds=4)
+    found = attractors(logistic(3.2), max_steps=max_steps, n_starts=4)
     assert "undecided" in {item.kind for item in found}
     assert np.isfinite([item.lyapunov.value for item in found]).all()
 
 
 def test_seed_outside_the_domain_is_refused():
     with pytest.raises(ValueError, match="outside the domain"):
-        attractors(logistic(3.2), seeds=[1.5])
+        attractors(logistic(3.2), starts=[1.5])
 
 
 def test_one_seed_is_quick():
     f = logistic(3.5)
-    attractors(f, seeds=[0.3])
+    attractors(f, starts=[0.3])
     start = time.perf_counter()
-    attractors(f, seeds=[0.3])
+    attractors(f, starts=[0.3])
     assert time.perf_counter() - start < 1.0  # 0.05 s on an idle machine
 
 

@@ -80,10 +80,10 @@ def test_orbit_that_leaves_has_no_exponent():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"d0": 0.3, "n": 1}, "n = 1"),
-        ({"d0": 0.3, "n": 10, "transient": -1}, "transient = -1"),
-        ({"d0": 1.3, "n": 10}, "outside the domain"),
-        ({"d0": np.nan, "n": 10}, "outside the domain"),
+        ({"d": 0.3, "n": 1}, "n = 1"),
+        ({"d": 0.3, "n": 10, "transient": -1}, "transient = -1"),
+        ({"d": 1.3, "n": 10}, "outside the domain"),
+        ({"d": np.nan, "n": 10}, "outside the domain"),
     ],
 )
 def test_illegal_input_is_named(arguments, message):

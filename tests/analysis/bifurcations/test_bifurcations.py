@@ -200,7 +200,7 @@ def test_a_range_or_name_that_means_nothing_is_refused(arguments, message):
         bifurcations(examples.logistic(3.0), *arguments)
 
 
-@pytest.mark.parametrize("options", [{"max_period": 0}, {"max_period": 1.5}, {"n_values": 2}])
+@pytest.mark.parametrize("options", [{"max_period": 0}, {"max_period": 1.5}, {"n_lists": 2}])
 def test_numbers_that_are_not_whole_are_refused(options):
     (name,) = options
     with pytest.raises(ValueError, match=f"{name} = .*whole number"):
@@ -215,7 +215,7 @@ def test_a_window_that_is_none_is_refused():
 def test_progress_is_told():
     shares = []
     bifurcations(
-        examples.logistic(3.0), "r", (2.9, 3.1), max_period=1, n_values=5, progress=shares.append
+        examples.logistic(3.0), "r", (2.9, 3.1), max_period=1, n_lists=5, progress=shares.append
     )
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
@@ -252,7 +252,7 @@ def test_an_orbit_that_meets_a_jump_goes_on_with_another_period(
         ("breakpoint", "end of range"),
     ]
     assert not found.unresolved
-    diagram = ss.bifurcation_diagram(f, "r", np.linspace(0.4, 0.61, 8), lists=4)
+    diagram = ss.bifurcation_diagram(f, "r", np.linspace(0.4, 0.61, 8), n_lists=4)
     assert not diagram.unresolved
     for one, two in (found.branches, diagram.orbits):
         assert sorted(one.ends[1].points) == pytest.approx(before, abs=SHARP)
@@ -275,7 +275,7 @@ def test_a_fault_costs_its_own_part_and_is_told(monkeypatch, caplog, module, nam
         raise IndexError("of no concern to users")
 
     monkeypatch.setattr(f"stickslip.analysis.bifurcations.{module}.{name}", fault)
-    found = bifurcations(examples.logistic(3.0), "r", (2.9, 3.2), max_period=2, n_values=4)
+    found = bifurcations(examples.logistic(3.0), "r", (2.9, 3.2), max_period=2, n_lists=4)
     assert len(found) == (name not in ("join", "explained"))
     assert "of no concern to users" in caplog.text
     said = "\n".join(map(str, found.unresolved))

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from stickslip import examples
+from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.diagrams.diagram import Diagram
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.analysis.diagrams.diagrams import bifurcation_diagram as of_a_system
 from stickslip.analysis.examples import border_collision, logistic, tent
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.results.files import load
-from stickslip.study.bifurcations import bifurcations
-from stickslip.study.diagram import bifurcation_diagram as of_a_system
-from stickslip.study.event_map import event_map
 
 FLIP_OF_2 = 1 + np.sqrt(6)  # where the logistic map's 2-cycle doubles
 FOLD_OF_3 = 1 + np.sqrt(8)
@@ -182,7 +182,7 @@ class TestBreakpoints:
 @pytest.fixture(scope="module")
 def coulomb():
     values = np.linspace(0.0366, 0.0372, 61)
-    return of_a_system(examples.coulomb(), "V", values, lists=5)
+    return of_a_system(examples.coulomb(), "V", values, n_lists=5)
 
 
 class TestPaper:
@@ -283,7 +283,7 @@ class TestErrors:
             bifurcation_diagram(logistic(), "r", values)
 
     def test_a_tuple_is_a_grid_as_in_a_sweep(self):
-        diagram = bifurcation_diagram(logistic(), "r", (2.8, 2.9, 5), max_period=1, lists=2)
+        diagram = bifurcation_diagram(logistic(), "r", (2.8, 2.9, 5), max_period=1, n_lists=2)
         assert diagram.values.tolist() == np.linspace(2.8, 2.9, 5).tolist()
 
     @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ KNOWN = (2, 1, 0, 1, 0, 2, 4, 7)
 
 @pytest.fixture(scope="module")
 def orbits():
-    return periodic_orbits(henon(), len(KNOWN), n_seeds=1024)
+    return periodic_orbits(henon(), len(KNOWN), n_starts=1024)
 
 
 def test_all_orbits_of_the_henon_map_are_found(orbits):
@@ -58,7 +58,7 @@ def test_orbits_are_listed_once_and_their_hits_counted(orbits):
 
 def test_the_estimate_tells_of_orbits_not_found():
     """With few seeds some orbits of period 8 stay unseen, and the estimate says so."""
-    few = periodic_orbits(henon(), period=8, n_seeds=100)
+    few = periodic_orbits(henon(), period=8, n_starts=100)
     assert len(few) < 7
     assert 0.05 < few.unseen[0].probability < 0.5
 
@@ -89,7 +89,7 @@ def test_the_shooting_matrix_is_singular_where_the_monodromy_has_the_eigenvalue_
 @settings(max_examples=20)
 @given(a=st.floats(1.1, 2.4))
 def test_the_fixed_points_of_the_delayed_logistic_map(a):
-    found = periodic_orbits(delayed_logistic(a), 1, n_seeds=32)
+    found = periodic_orbits(delayed_logistic(a), 1, n_starts=32)
     points = np.array([orbit.points[0] for orbit in found])
     np.testing.assert_allclose(points, [[0, 0], [1 - 1 / a, 1 - 1 / a]], rtol=0, atol=1e-13)
     expected = np.roots([1.0, -1.0, a - 1.0])
@@ -108,7 +108,7 @@ def test_both_sides_of_a_border_have_their_orbit():
     assert found[0].points[0] == pytest.approx([0.1 / 2.75, -0.025 / 2.75], abs=1e-14)
 
 
-@pytest.mark.parametrize("bad", [{"max_period": 0}, {"period": 0}, {"n_seeds": 0}])
+@pytest.mark.parametrize("bad", [{"max_period": 0}, {"period": 0}, {"n_starts": 0}])
 def test_bad_numbers_are_named(bad):
     (name,) = bad
     with pytest.raises(ValueError, match=f"{name} = 0"):

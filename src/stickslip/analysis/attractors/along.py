@@ -52,21 +52,11 @@ BESIDE: Final = 1e-9  # of the domain's width: where a side of a break is evalua
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Where orbits settle at one parameter value.
+    """Where orbits settle at one parameter value."""
 
-    Attributes
-    ----------
-    kind : {"periodic", "chaotic", "undecided"}
-        "chaotic" means a positive mean of log |f'|, without proof.
-    points : ndarray of float, shape (k,)
-        The cycle, or successive iterates.
-    lyapunov : float
-        Mean of log |f'| over the points.
-    """
-
-    kind: Kind
-    points: Floats
-    lyapunov: float
+    kind: Kind  # "chaotic" means a positive mean of log |f'|, without proof
+    points: Floats  # the cycle, or successive iterates
+    lyapunov: float  # mean of log |f'| over the points
 
     @property
     def period(self) -> int:
@@ -85,38 +75,16 @@ class Motion:
 
 @dataclass
 class Settler:
-    """Follows the attractors of a family along ascending parameter values.
+    """Follows the attractors of a family along ascending parameter values."""
 
-    Attributes
-    ----------
-    iterates : int
-        Points kept of a motion that is no cycle.
-    motions : list of Motion
-        At the last value, without the cycles that were given.
-    """
-
-    iterates: int
+    iterates: int  # points kept of a motion that is no cycle
+    # at the last value, without the cycles that were given
     motions: list[Motion] = field(default_factory=list)
 
     def at(
         self, f: Map1D, cycles: Sequence[Floats], critical: Floats, spread: Floats
     ) -> list[Motion]:
-        """Find the attractors of the next map, besides known stable cycles.
-
-        Parameters
-        ----------
-        f : Map1D
-        cycles : sequence of ndarray
-            Points of stable cycles that are known, in their order.
-        critical : ndarray of float
-            Breaks and turning points.
-        spread : ndarray of float
-            Other starting points.
-
-        Returns
-        -------
-        list of Motion
-        """
+        """Find the attractors of the next map besides known stable cycles."""
         look = _Look(f, self.iterates, list(cycles))
         look.go_on([motion for motion in self.motions if not look.hand_on(motion)])
         owner, seeds = _images(f, critical)
@@ -147,7 +115,7 @@ def _leaks(motion: Motion, number: int, critical: Floats, fates: NDArray[np.intp
 
 
 def _creeps(tail: Floats) -> bool:
-    """Tell whether every p-th point of an orbit's end moves on in one direction, for a small p.
+    """Tell whether an orbit's end moves on, every p-th point in one direction, for a small p.
 
     So does a slow passage past a weakly unstable cycle, where slopes look like chaos.
     """
@@ -229,10 +197,7 @@ class _Look:
         return fate
 
     def _captured(self, tails: Floats, cycle: Floats) -> NDArray[np.bool_]:
-        """Tell which orbits are near a stable cycle and come closer.
-
-        Orbits that are shorter than a round must have gone along with it for half their way.
-        """
+        """Tell which orbits near a stable cycle come closer, or went along for half their way."""
         p, n = len(cycle), tails.shape[1]
         gaps = np.abs(tails[:, -1, None] - cycle)
         nearest = gaps.argmin(axis=1)
@@ -248,10 +213,7 @@ class _Look:
             return np.asarray((np.abs(tails[:, n - 1 - back] - beside) <= NEAR * self.width).all(1))
 
     def _identify(self, tail: Floats, steps: int, *, was_chaotic: bool = False) -> int:
-        """Find out where an orbit, shape (1, n), settles; add that if it is new.
-
-        Returns the orbit's fate.
-        """
+        """Find out where an orbit (1, n) settles, its fate; add the attractor if it is new."""
         number = len(self.found)
         for more in (steps, *LONG):
             tail = np.hstack([tail, advance(self.f, tail[:, -1], more)[:, 1:]])

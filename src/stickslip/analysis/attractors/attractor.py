@@ -40,7 +40,7 @@ class Attractor(Result):
         Mean of log |f'| per step, and its standard error.
     basin_share : float
         Share of the seeds spread over the domain that end here: an estimate with a standard
-        error of about ``sqrt(share (1 - share) / n_seeds)``. `basins` gives the exact one.
+        error of about ``sqrt(share (1 - share) / n_starts)``. `basins` gives the exact one.
     point : float
         A point on or near the attractor.
     reason : str
@@ -106,7 +106,7 @@ class AttractorList(ResultList[Attractor]):
         Share of the seeds spread over the domain whose orbits leave it or fall into a gap.
     statuses : dict
         How many seeds left, by the status that the map gave at their last point.
-    n_seeds : int
+    n_starts : int
         Seeds spread over the domain, which the shares refer to.
     resolution : str
         What the search would miss.
@@ -115,7 +115,7 @@ class AttractorList(ResultList[Attractor]):
     attractors: tuple[Attractor, ...]
     left: float
     statuses: dict[int, int]
-    n_seeds: int
+    n_starts: int
     resolution: str
     _number: ClassVar = "attractor"
     _column_names: ClassVar = Attractor._column_names
@@ -127,5 +127,5 @@ class AttractorList(ResultList[Attractor]):
 
     def __repr__(self) -> str:
         """Short table."""
-        rows = [f"AttractorList: {len(self)} from {self.n_seeds} seeds, {self.left:.3f} left"]
+        rows = [f"AttractorList: {len(self)} from {self.n_starts} seeds, {self.left:.3f} left"]
         return "\n".join([*rows, *(f"  {a._line()}" for a in self)])

@@ -18,6 +18,7 @@ from stickslip.analysis.attractors.recurrence import confirmed
 from stickslip.analysis.attractors.search import AttractorSearch
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import InterpolatedMap, interpolated_map
+from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import checked_points
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.checks import (
@@ -35,20 +36,20 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
 
-N_SEEDS: Final = 64
+N_STARTS: Final = 64
 MAX_PERIOD: Final = 64
 LONGEST: Final = 128  # period that `attractors_of` recognises: costs next to nothing there
 MAX_STEPS: Final = 20_000
 
 
 def attractors(
-    f: Map1D,
+    f: Map1D | Modelled[Map1D],
     *,
-    seeds: ArrayLike | None = None,
+    starts: ArrayLike | None = None,
     rng: np.random.Generator | int | None = None,
-    n_seeds: int = N_SEEDS,
+    n_starts: int = N_STARTS,
     max_period: int = MAX_PERIOD,
     max_steps: int = MAX_STEPS,
     known: Iterable[PeriodicOrbit] = (),
@@ -60,12 +61,12 @@ def attractors(
     ----------
     f : map of the line
         An event map, a `PiecewiseMap`, or anything else that offers `domain` and `evaluate`.
-    seeds : array_like of float, optional
+    starts : array_like of float, optional
         Starting points. By default the one-sided values at all breakpoints and turning points
-        and `n_seeds` points spread over the domain, one at random in each of equal cells.
+        and `n_starts` points spread over the domain, one at random in each of equal cells.
     rng : Generator or int, optional
         For the spread seeds; by default a fixed one, so that results repeat.
-    n_seeds : int
+    n_starts : int
         Spread seeds.
     max_period : int
         Longest cycle that is recognised.
@@ -107,16 +108,17 @@ def attractors(
 
     An attractor that no seed reaches stays unseen, unless a stable cycle in `known` points to it.
     """
-    n_seeds, max_period, max_steps = _checked_counts(n_seeds, max_period, max_steps)
+    n_starts, max_period, max_steps = _checked_counts(n_starts, max_period, max_steps)
     fast = flag("interpolate", interpolate)
     orbits = _orbits("known", known)
+    f = line_map(f)
     table = branch_table(f)
-    if seeds is None:
-        spread, start = _seeds(f, table.laps, n_seeds, rng)
+    if starts is None:
+        spread, start = _seeds(f, table.laps, n_starts, rng)
     else:
-        spread = start = np.atleast_1d(checked_points(f.domain, seeds, "seeds")).ravel()
+        spread = start = np.atleast_1d(checked_points(f.domain, starts, "starts")).ravel()
         if not start.size:
-            raise ValueError(f"seeds = {shown(seeds)} is empty: at least one point is needed.")
+            raise ValueError(f"starts = {shown(starts)} is empty: at least one point is needed.")
     task = _Task(f, table, start, len(spread), max_period, max_steps, orbits)
     return task.solved(interpolated_map(table) if fast else None)
 
@@ -126,37 +128,17 @@ def attractors_of(
     table: BranchTable,
     orbits: Iterable[PeriodicOrbit] = (),
     *,
-    n_seeds: int = N_SEEDS,
+    n_starts: int = N_STARTS,
     max_period: int = LONGEST,
     max_steps: int = MAX_STEPS,
     fast: InterpolatedMap | None = None,
 ) -> AttractorList:
     """Find the attractors of a map whose table is at hand; see `attractors`.
 
-    Parameters
-    ----------
-    f : Map1D
-    table : BranchTable
-        Of `f`.
-    orbits : iterable of PeriodicOrbit
-        Orbits known from elsewhere. The stable ones are attractors even if no seed reaches
-        them.
-    n_seeds, max_period, max_steps
-        As in `attractors`.
-    fast : InterpolatedMap, optional
-        Of `table`; made if it is not given.
-
-    Returns
-    -------
-    AttractorList
-
-    Raises
-    ------
-    ValueError
-        A count is below 1.
+    The stable ones of the given ``orbits`` are attractors even if no seed reaches them.
     """
-    n_seeds, max_period, max_steps = _checked_counts(n_seeds, max_period, max_steps)
-    spread, start = _seeds(f, table.laps, n_seeds, None)
+    n_starts, max_period, max_steps = _checked_counts(n_starts, max_period, max_steps)
+    spread, start = _seeds(f, table.laps, n_starts, None)
     task = _Task(f, table, start, len(spread), max_period, max_steps, tuple(orbits))
     return task.solved(interpolated_map(table) if fast is None else fast)
 
@@ -190,9 +172,9 @@ class _Task:
         return search, search.result(self.n_spread)
 
 
-def _checked_counts(n_seeds: int, max_period: int, max_steps: int) -> tuple[int, int, int]:
+def _checked_counts(n_starts: int, max_period: int, max_steps: int) -> tuple[int, int, int]:
     return (
-        whole_number("n_seeds", n_seeds, at_most=MOST_KEPT),
+        whole_number("n_starts", n_starts, at_most=MOST_KEPT),
         whole_number("max_period", max_period, at_most=MOST_KEPT),
         whole_number("max_steps", max_steps, at_most=MOST_STEPS),
     )
@@ -211,10 +193,10 @@ def _orbits(name: str, orbits: Iterable[PeriodicOrbit]) -> tuple[PeriodicOrbit, 
 
 
 def _seeds(
-    f: Map1D, laps: Laps, n_seeds: int, rng: np.random.Generator | int | None
+    f: Map1D, laps: Laps, n_starts: int, rng: np.random.Generator | int | None
 ) -> tuple[Floats, Floats]:
     """Points spread over the domain; the same and the one-sided values at all ends of laps."""
-    spread = _spread(f, n_seeds, rng)
+    spread = _spread(f, n_starts, rng)
     ends = np.concatenate([laps.value_left, laps.value_right])
     return spread, np.concatenate([spread, _inside_domain(f, np.unique(ends))])
 

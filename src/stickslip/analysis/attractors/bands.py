@@ -40,30 +40,16 @@ UNEXPLAINED: Final = "not an early image of a breakpoint or turning point"
 
 @dataclass(frozen=True)
 class Bands:
-    """The set that a short interval grows into.
+    """The set that a short interval grows into."""
 
-    Attributes
-    ----------
-    intervals : ndarray (k, 2)
-        Disjoint bands from left to right.
-    period : int
-        Number of sets of bands that are visited in turn; 0 if the growth did not end.
-    residual : float
-        Largest distance between an edge of the bands and the nearest edge of their image.
-    causes : tuple of str
-        For each edge, in the order of ``intervals.ravel()``, what it is an image of.
-    reason : str
-        Empty for a trapping region, else why there is none.
-    sources : tuple of (float, int, int)
-        For each edge the end of a lap, the side it is approached from (-1 left, 1 right) and
-        the number of maps after which its image is the edge, 0 if none is known.
-    """
-
-    intervals: Floats
-    period: int
+    intervals: Floats  # disjoint, from left to right; shape (k, 2)
+    period: int  # number of sets of bands visited in turn; 0 if the growth did not end
+    # largest distance between an edge of the bands and the nearest edge of their image
     residual: float
+    # for each edge, in the order of ``intervals.ravel()``, what it is an image of
     causes: tuple[str, ...]
-    reason: str = ""
+    reason: str = ""  # empty for a trapping region, else why there is none
+    # for each edge: end of a lap, side of approach (-1 left, 1 right), maps (0: unknown)
     sources: tuple[tuple[float, int, int], ...] = ()
 
     def contain(self, x: Floats, slack: float = 0.0) -> NDArray[np.bool_]:
@@ -151,21 +137,9 @@ def _finish(f: Map1D, laps: Laps, union: Floats, period: int, slack: float) -> B
 
 
 def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:
-    """Take bands that were found on a stand-in of a map over to the map itself.
+    """Take bands of a stand-in over to the map: edges are images of the same ends of laps.
 
-    Parameters
-    ----------
-    f : Map1D
-    laps : Laps
-        Of `f`.
-    bands : Bands
-        Of a map that is almost `f`.
-
-    Returns
-    -------
-    Bands
-        Edges are images under `f` of the same ends of laps; the residual is that of `f`. An
-        edge without such a source stays where it is.
+    An edge without a source stays where it is; the residual is that of the map.
     """
     edges = bands.intervals.ravel().copy()
     for i, (x, side, order) in enumerate(bands.sources):

@@ -94,23 +94,11 @@ def first_causes(f: Map1D, table: Laps, edges: Floats) -> list[EdgeCause]:
 def explain(
     f: Map1D, pieces: Pieces, first: list[EdgeCause], widest: float
 ) -> tuple[Floats, Integers, tuple[EdgeCause, ...], int]:
-    """Turn slivers into edges and name the cause of every edge.
+    """Turn slivers into edges and name the cause of every edge, the domain's ends included.
 
-    Parameters
-    ----------
-    pieces : Pieces
-        As refined as they get.
-    first : list of EdgeCause
-        Causes of the first edges, which ``pieces.source`` counts.
-    widest : float
-        Share of the domain below which a piece is part of an edge.
-
-    Returns
-    -------
-    edges, index, causes
-        Of what is wide enough; one cause per edge, those of the domain's ends included.
-    thin : int
-        Decided pieces that were too thin to list.
+    ``first`` causes are counted by ``pieces.source``; pieces below ``widest`` of the domain are
+    parts of edges. Returns edges, index and causes of the rest, and how many decided pieces were
+    too thin.
     """
     wide = np.diff(pieces.edges) > widest * domain_width(f)
     thin = int(np.sum(~wide & (pieces.index != UNDECIDED)))

@@ -40,27 +40,15 @@ MAX_STEPS: Final = 256  # on the way into a trap
 class Pieces:
     """Consecutive pieces of a domain, from left to right.
 
-    The map's values at the ends of pieces, one-sided, are kept: a cut is the preimage of a known
-    value, so that no value is computed twice.
-
-    Attributes
-    ----------
-    edges : ndarray (n + 1,)
-    index : ndarray (n,)
-        Place of the attractor, or `UNDECIDED`, or `LEFT`.
-    lap : ndarray (n,)
-        Number of the lap that holds an undecided piece.
-    value_left, value_right : ndarray (n,)
-        Limits of the map at the ends, from inside.
-    source, order : ndarray (n + 1,)
-        For each edge, which of the first edges it is a preimage of, and how many steps away.
+    A cut is the preimage of a known value: no value at an end, one-sided, is computed twice.
     """
 
-    edges: Floats
-    index: Integers
-    lap: Integers
-    value_left: Floats
+    edges: Floats  # shape (n + 1,)
+    index: Integers  # place of the attractor, or `UNDECIDED`, or `LEFT`
+    lap: Integers  # that holds an undecided piece
+    value_left: Floats  # limits of the map at the ends, from inside
     value_right: Floats
+    # which of the first edges each edge is a preimage of, and in how many steps; (n + 1,)
     source: Integers
     order: Integers
 
@@ -147,8 +135,8 @@ def _trap(f: Map1D, table: Laps, attractor: Attractor) -> Floats:
 def _grown(f: Map1D, table: Laps, cycle: Cycle, trap: Floats) -> Floats:
     """Widen a trap by intervals beside the cycle that are monotonically carried into it.
 
-    An interval from a point of the cycle to an end whose orbit shares every lap with the cycle's
-    is mapped onto the interval between the two orbits, so that the last of these decides.
+    An interval from a point of the cycle to an end whose orbit shares every lap with the cycle's is
+    mapped onto the interval between the two orbits, so that the last of these decides.
     """
     low, high = f.domain
     period, lasting = cycle.period, min(max(abs(cycle.multiplier), 0.1), 0.999)
@@ -183,10 +171,9 @@ def _images(f: Map1D, table: Laps, interval: Floats, n: int) -> list[Floats] | N
 
 
 def refined(f: Map1D, table: Laps, pieces: Pieces, floor: float) -> Pieces | None:
-    """Compare undecided pieces with their images: cut them, and take over what is known.
+    """Cut undecided pieces at preimages, and take over what is known of images; None when done.
 
     Pieces narrower than `floor` are not cut, but follow their image if all of it has one fate.
-    Returns None if there is nothing to do.
     """
     # The whole line: what leaves the domain, the pieces, what leaves the domain. What lies left
     # of an edge has the edge's position, what lies right of the last edge one more.

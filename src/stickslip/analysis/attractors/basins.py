@@ -21,6 +21,7 @@ from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.attractors.basin_edges import EdgeCause, explain, first_causes
 from stickslip.analysis.attractors.basin_pieces import LEFT, UNDECIDED, first_pieces, refined
 from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import checked_points, domain_width
 from stickslip.checks import finite_number, instance, whole_number
 from stickslip.results.result import Result
@@ -28,7 +29,7 @@ from stickslip.results.result import Result
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
 
     Integers = NDArray[np.int64]
 
@@ -133,7 +134,7 @@ class Basins(Result):
 
 
 def basins(
-    f: Map1D,
+    f: Map1D | Modelled[Map1D],
     found: AttractorList | None = None,
     *,
     resolution: float = RESOLUTION,
@@ -143,8 +144,7 @@ def basins(
 
     Parameters
     ----------
-    f : map of the line
-        An event map, a `PiecewiseMap`, or anything else that offers `domain` and `evaluate`.
+    f : map of the line or model
     found : AttractorList, optional
         The attractors; by default `attractors` searches for them.
     resolution : float
@@ -173,6 +173,7 @@ def basins(
     if not 0 < resolution < 1:
         raise ValueError(f"resolution = {resolution} must lie between 0 and 1 (of the domain)")
     max_rounds = whole_number("max_rounds", max_rounds, 0)
+    f = line_map(f)
     table = branch_table(f).laps
     known = (
         attractors(f)

@@ -61,8 +61,7 @@ def short_interval(f: Map1D, points: Floats) -> tuple[float, float]:
 def mean_of_logs(slopes: Floats) -> LyapunovExponent:
     """Mean over orbits (m, n); the error is the larger of two estimates.
 
-    Blocking sees correlations along orbits, the spread of the orbits' means sees what lasts
-    longer than they do.
+    Blocking sees correlations along orbits, the spread of orbits' means those that last longer.
     """
     with np.errstate(divide="ignore"):
         logs = np.log(np.maximum(np.abs(slopes), 1e-300))

@@ -21,6 +21,7 @@ from stickslip.analysis.attractors.attractor import Attractor
 from stickslip.analysis.attractors.bands import inside
 from stickslip.analysis.attractors.lyapunov import LyapunovExponent, advance
 from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.checks import instance, whole_number
 from stickslip.results.result import Result
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.branches.laps import Laps
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
 
 CELLS: Final = 2000
 MOST_CELLS: Final = 10**7
@@ -99,12 +100,14 @@ class InvariantDensity(Result):
         )
 
 
-def invariant_density(f: Map1D, attractor: Attractor, *, cells: int = CELLS) -> InvariantDensity:
+def invariant_density(
+    f: Map1D | Modelled[Map1D], attractor: Attractor, *, cells: int = CELLS
+) -> InvariantDensity:
     """Compute the invariant density of a chaotic attractor.
 
     Parameters
     ----------
-    f : map of the line
+    f : map of the line or model
         The map that `attractor` belongs to.
     attractor : Attractor
         A chaotic one, as from `attractors`.
@@ -130,6 +133,7 @@ def invariant_density(f: Map1D, attractor: Attractor, *, cells: int = CELLS) -> 
             f"the attractor is {attractor.kind}: only a chaotic one has a density; "
             "a cycle spends an equal share of its time on each of its points"
         )
+    f = line_map(f)
     table = branch_table(f).laps
     coarse = _ulam(f, table, attractor.bands, cells // 2)
     left, right, mass, exponent = _ulam(f, table, attractor.bands, cells)

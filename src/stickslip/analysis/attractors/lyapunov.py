@@ -16,6 +16,7 @@ import numpy as np
 from scipy import special
 
 from stickslip.analysis.interpolation.cell_table import tabulated
+from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import (
     checked_points,
     clip_to_domain,
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
 
 CHUNK: Final = 1 << 15  # maps of one orbit between two evaluations of slopes: bounds the memory
 INDEPENDENT: Final = 0.99  # confidence of the test that blocks are no longer correlated
@@ -90,15 +91,14 @@ class LyapunovExponent(Result):
 
 
 def lyapunov_exponent(
-    f: Map1D, d0: ArrayLike, n: int = 100_000, *, transient: int | None = None
+    f: Map1D | Modelled[Map1D], d: ArrayLike, n: int = 100_000, *, transient: int | None = None
 ) -> LyapunovExponent:
-    """Estimate the Lyapunov exponent of the orbits that start at `d0`.
+    """Estimate the Lyapunov exponent of the orbits that start at `d`.
 
     Parameters
     ----------
-    f : map of the line
-        An event map, a `PiecewiseMap`, or anything else that offers `domain` and `evaluate`.
-    d0 : array_like of float
+    f : map of the line or model
+    d : array_like of float
         Starting points inside ``f.domain``; one exponent each.
     n : int
         Steps to average, after the transient.
@@ -108,7 +108,7 @@ def lyapunov_exponent(
     Returns
     -------
     LyapunovExponent
-        Shaped like `d0`.
+        Shaped like `d`.
 
     Raises
     ------
@@ -130,7 +130,8 @@ def lyapunov_exponent(
         if transient is None
         else whole_number("transient", transient, 0, at_most=MOST_STEPS)
     )
-    start = checked_points(f.domain, d0, "d0")
+    f = line_map(f)
+    start = checked_points(f.domain, d, "d")
     values, slopes = trace(f, start.ravel(), n, skip)
     pairs = [_mean_of_logs(f, v, s) for v, s in zip(values, slopes, strict=True)]
     mean, error = np.array(pairs, dtype=np.float64).reshape(-1, 2).T
@@ -153,10 +154,7 @@ def _mean_of_logs(f: Map1D, values: Floats, slopes: Floats) -> tuple[float, floa
 
 
 def settled_period(values: Floats, tolerance: float) -> int:
-    """Smallest period with which the end of an orbit recurs; 0 if there is none.
-
-    The last ``RECURRENCES`` periods must agree to within `tolerance`.
-    """
+    """Smallest period of the last ``RECURRENCES`` rounds of an orbit; 0 if there is none."""
     longest = min(LONGEST_CYCLE, (len(values) - 1) // (RECURRENCES + 1))
     last = values[::-1]
     near = np.flatnonzero(np.abs(last[1 : longest + 1] - last[0]) <= tolerance) + 1
@@ -170,11 +168,8 @@ def settled_period(values: Floats, tolerance: float) -> int:
 def blocking_error(series: Floats) -> float:
     """Return the standard error of the mean of a correlated series.
 
-    Notes
-    -----
-    Flyvbjerg and Petersen's blocking with Jonsson's choice of the block length. The series is
-    first cut into a power of two of short blocks (8 to 15 terms where there are enough), which
-    loses less than an eighth of it; the value of the mean is not touched by that.
+    Flyvbjerg and Petersen's blocking with Jonsson's choice of the block length, on a power of two
+    of short blocks, which loses less than an eighth of the series.
     """
     if len(series) < 2:
         return float(np.inf)
@@ -212,9 +207,8 @@ def _first_blocks(series: Floats) -> Floats:
 def trace(f: Map1D, x: Floats, n: int, skip: int = 0) -> tuple[Floats, Floats]:
     """Follow orbits for `skip` steps, then `n`: points left behind and slopes there, (m, n).
 
-    Floats have few bits: under x -> 2 x mod 1 every orbit ends on 0 after 53 steps. An orbit that
-    ends on a repelling cycle on which it did not start is therefore followed once more, moved by
-    a few roundings every now and then.
+    Floats have few bits: under x -> 2 x mod 1 every orbit ends on 0 after 53 steps. Orbits that end
+    on a repelling cycle are followed once more, moved by a few roundings every now and then.
     """
     values, slopes = np.empty((len(x), n)), np.empty((len(x), n))
     f = _for_long_orbits(f, x, len(x) * (skip + n))
@@ -246,9 +240,8 @@ def _for_long_orbits(f: Map1D, x: Floats, steps: int) -> Map1D:
 def _stretch(f: Map1D, x: Floats, n: int) -> tuple[Floats, Floats]:
     """Points (m, n + 1) and slopes (m, n) along orbits.
 
-    Many orbits are evaluated together, step by step, for value and slope at once; a few are
-    iterated first, which saves the overhead of calls and costs each map twice. A map that
-    iterates values and slopes by itself does.
+    Many orbits are evaluated step by step, values and slopes at once; a few are iterated first,
+    which saves the overhead of calls. A map that iterates values and slopes by itself does.
     """
     native = getattr(f, "iterate_with_slopes", None)
     if native is not None and np.all(clip_to_domain(f.domain, x)[1]):
@@ -292,10 +285,7 @@ def shaken(f: Map1D, x: Floats, rng: np.random.Generator) -> Floats:
 
 
 def advance(f: Map1D, x: Floats, n: int) -> Floats:
-    """Iterate points `n` times: shape (m, n + 1), NaN from where an orbit is undefined on.
-
-    A map's own ``iterate`` (compiled) is preferred; starting points may be NaN.
-    """
+    """Iterate points, NaN allowed, `n` times, by the map's own ``iterate`` if any: (m, n + 1)."""
     orbit = np.full((len(x), n + 1), np.nan)
     alive = np.flatnonzero(clip_to_domain(f.domain, x)[1])
     if alive.size:

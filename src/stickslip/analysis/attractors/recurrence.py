@@ -40,24 +40,12 @@ ROUNDING: Final = 64 * np.finfo(np.float64).eps
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
-    """A periodic orbit that Newton's method confirmed.
-
-    Attributes
-    ----------
-    points : ndarray (p,)
-        In the order of visits.
-    multiplier : float
-        Slope of f^p along the orbit.
-    labels : ndarray (p,)
-        Label of the map at each point.
-    residual : float
-        Largest ``|f(x_i) - x_(i+1)|``.
-    """
+    """A periodic orbit that Newton's method confirmed, in the order of visits."""
 
     points: Floats
-    multiplier: float
+    multiplier: float  # slope of f^p along the orbit
     labels: Labels
-    residual: float
+    residual: float  # largest ``|f(x_i) - x_(i+1)|``
 
     @property
     def period(self) -> int:
@@ -83,10 +71,7 @@ class Cycle:
 
 
 def as_orbit(f: Map1D, cycle: Cycle, table: BranchTable | None = None) -> PeriodicOrbit:
-    """Turn a confirmed cycle into the public type, the smallest point first.
-
-    The table of `f`, if at hand, is not made again.
-    """
+    """Turn a confirmed cycle into the public type, the smallest point first."""
     start = int(np.argmin(cycle.points))
     points, labels = np.roll(cycle.points, -start), np.roll(cycle.labels, -start)
     table = branch_table(f) if table is None else table
@@ -108,20 +93,7 @@ def as_orbit(f: Map1D, cycle: Cycle, table: BranchTable | None = None) -> Period
 
 
 def recurrences(tails: Floats, max_period: int) -> Floats:
-    """Largest change of the last ``REPEATS`` periods of each orbit under a shift by p.
-
-    Parameters
-    ----------
-    tails : ndarray (m, n)
-        Ends of orbits.
-    max_period : int
-        Periods 1 ... `max_period` are tried as far as the tails are long enough.
-
-    Returns
-    -------
-    ndarray (m, p)
-        Column p - 1 belongs to period p.
-    """
+    """Largest change of the last ``REPEATS`` periods of tails under a shift by p = 1, 2, ..."""
     n = tails.shape[1]
     periods = range(1, min(max_period, (n - 1) // (REPEATS + 1)) + 1)
     columns = [
@@ -134,15 +106,7 @@ def recurrences(tails: Floats, max_period: int) -> Floats:
 def settled(f: Map1D, tail: Floats, period: int) -> Cycle | None:
     """Confirm that the end of an orbit has settled on a cycle of this period (or a divisor).
 
-    Parameters
-    ----------
-    tail : ndarray (n,)
-        End of the orbit, at least ``REPEATS + 1`` periods.
-
-    Returns
-    -------
-    Cycle or None
-        None if labels do not repeat, Newton fails, leaves the word, or moves the orbit.
+    None if labels do not repeat, Newton's method fails, leaves the word, or moves the orbit.
     """
     labels = np.asarray(f.evaluate(tail[-(REPEATS + 1) * period :]).label)
     if not np.array_equal(labels[period:], labels[:-period]):
@@ -153,8 +117,7 @@ def settled(f: Map1D, tail: Floats, period: int) -> Cycle | None:
 def confirmed(f: Map1D, points: Floats, moved: float = MOVED) -> Cycle | None:
     """Polish a cycle by Newton's method on all its points at once, and reduce its period.
 
-    Returns None if Newton fails, ends in another word, or moves a point by more than `moved`
-    times the width of the domain.
+    None if Newton fails, ends in another word, or moves a point by `moved` of the domain's width.
     """
     width = domain_width(f)
     cycle = _newton(f, points, LEASH * moved * width)
@@ -172,10 +135,7 @@ def confirmed(f: Map1D, points: Floats, moved: float = MOVED) -> Cycle | None:
 
 
 def promising(f: Map1D, starts: Sequence[Floats], moved: float) -> list[int]:
-    """Choose the starts from which `confirmed` may find a cycle that does not repel.
-
-    Newton's method for all of them together shows most to lead away, or to repelling cycles.
-    """
+    """Choose starts from which a few steps of Newton's method lead to no repelling cycle."""
     if len(starts) < FEW:
         return list(range(len(starts)))
     periods = np.array([len(start) for start in starts], dtype=np.intp)
@@ -190,10 +150,7 @@ def promising(f: Map1D, starts: Sequence[Floats], moved: float) -> list[int]:
 
 
 def _newton(f: Map1D, start: Floats, leash: float) -> Cycle | None:
-    """Iterate Newton's method until the residual, already at rounding, falls no further.
-
-    Where a point has gone further than the leash, no cycle is close.
-    """
+    """Iterate until the residual falls no further; None for a point further off than the leash."""
     low, high = f.domain
     scale = np.max(np.abs(start)) + (high - low)
     points, best = start, None
@@ -222,8 +179,8 @@ def _newton(f: Map1D, start: Floats, leash: float) -> Cycle | None:
 def _cyclic_step(slopes: Floats, defect: Floats) -> Floats:
     """Solve ``dx_(i+1) = slope_i dx_i + defect_i`` around the cycle.
 
-    Start where the product of slopes that follows stays smallest, so that the substitution,
-    which runs forward, damps rounding errors wherever the orbit as a whole does.
+    Start where the product of slopes that follows stays smallest, so that the substitution, which
+    runs forward, damps rounding errors wherever the orbit as a whole does.
     """
     with np.errstate(divide="ignore"):
         climb = np.cumsum(np.log(np.abs(slopes)))
@@ -242,11 +199,7 @@ def _cyclic_step(slopes: Floats, defect: Floats) -> Floats:
 
 
 def capture_radius(f: Map1D, cycle: Cycle) -> float:
-    """Distance from ``cycle.points[0]`` inside which f^p was seen to contract towards it.
-
-    Eight points on the two sides of a trial radius must all come closer by a fixed share in one
-    period; the radius is halved until they do. It is evidence, not proof.
-    """
+    """Distance from ``cycle.points[0]`` inside which eight points were seen to come closer."""
     low, high = f.domain
     shares = np.array([-1.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6, 1.0])
     share_left = 0.5 * (1 + max(abs(cycle.multiplier), 0.5))
@@ -275,19 +228,10 @@ def hidden_cycles(
     tries: int = 3,
     multiples_of: int = 1,
 ) -> list[Cycle]:
-    """Search the contracting passages of a seemingly chaotic orbit for stable cycles.
+    """Search the contracting passages of seemingly chaotic orbits (m, n) for stable cycles.
 
-    Parameters
-    ----------
-    values, slopes : ndarray (m, n)
-        Orbits and the slopes of the map along them; their ends are searched.
-    max_period : int
-        Periods that are searched.
-    tries : int
-        Newton starts per period: the closest returns among passages of p steps whose slopes
-        multiply to less than 1.
-    multiples_of : int
-        Only such periods are possible: the number of bands that are visited in turn.
+    Newton's method starts from the closest returns among passages of p steps whose slopes multiply
+    to less than 1. Bands visited in turn allow ``multiples_of`` their number only.
     """
     last = max(SEARCHED // len(values), REPEATS)
     values, slopes = values[:, -last:], slopes[:, -last:]

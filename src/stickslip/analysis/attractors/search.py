@@ -88,25 +88,9 @@ class _Known:
 
 
 class AttractorSearch:
-    """Seeds still moving, and what has been found.
+    """Seeds still moving, and what has been found; ``doubts`` are what the map did not confirm.
 
-    Parameters
-    ----------
-    f : Map1D
-        The map whose attractors are asked for.
-    table : BranchTable
-        Its branches and laps.
-    max_period : int
-        Longest cycle that is recognised.
-    max_steps : int
-        Steps after which an orbit counts as undecided.
-    fast : Map1D, optional
-        A stand-in on which orbits are followed; the map itself by default.
-
-    Attributes
-    ----------
-    doubts : list of str
-        What the stand-in proposed and the map did not confirm.
+    Orbits are followed on ``fast``, a stand-in of the map ``f``, by default ``f`` itself.
     """
 
     def __init__(
@@ -339,7 +323,7 @@ class AttractorSearch:
             attractors=tuple(sorted(found, key=lambda a: (-a.basin_share, a.point))),
             left=float(np.mean(fates == -2)),
             statuses=dict(sorted(self.statuses.items())),
-            n_seeds=n_spread,
+            n_starts=n_spread,
             resolution=(
                 f"basins that hold none of {len(self.fate)} seeds; "
                 f"cycles longer than {self.max_period}"

@@ -278,7 +278,7 @@ class BifurcationList(ResultList[Bifurcation]):
     cascades : tuple of Cascade
     unresolved : tuple of UnresolvedChange
         Changes that no located bifurcation explains.
-    n_values : int
+    n_lists : int
         Parameter values at which complete lists of orbits were made.
     """
 
@@ -291,7 +291,7 @@ class BifurcationList(ResultList[Bifurcation]):
     branches: tuple[OrbitBranch, ...] = ()
     cascades: tuple[Cascade, ...] = ()
     unresolved: tuple[UnresolvedChange, ...] = ()
-    n_values: int = 0
+    n_lists: int = 0
     _column_names: ClassVar = (
         *("kind", "criticality", "parameter", "value", "error", "period", "points"),
         *("multipliers", "orbits_before", "orbits_after", "attractors_before"),

@@ -16,6 +16,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
 )
 from stickslip.analysis.bifurcations.cascades import cascades
 from stickslip.analysis.bifurcations.chains import orbit_branches
+from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection
 from stickslip.analysis.bifurcations.crisis.crises import crises
 from stickslip.analysis.bifurcations.crisis.parameter_point import ParameterPoint, parameter_point
 from stickslip.analysis.bifurcations.explain import (
@@ -27,7 +28,9 @@ from stickslip.analysis.bifurcations.explain import (
 from stickslip.analysis.bifurcations.faults import attempted
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
-from stickslip.analysis.maps.arguments import checked_range
+from stickslip.analysis.branches.along.borders import Border, ConditionLost
+from stickslip.analysis.maps.arguments import checked_range, line_family
+from stickslip.analysis.maps.protocol import explanation
 from stickslip.analysis.orbits.shooting import solve_orbit
 from stickslip.analysis.threads import in_threads
 from stickslip.checks import MOST_KEPT, check_callback, whole_number
@@ -37,64 +40,77 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.bifurcations.crisis.crises import CrisisEvent
-    from stickslip.analysis.maps.protocol import MapFamily
+    from stickslip.analysis.maps.protocol import MapFamily, Modelled
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 T = TypeVar("T")
 
-N_VALUES: Final = 24
+N_LISTS: Final = 24
 HALF: Final = 0.5  # share of the work that the survey is, roughly
 BESIDE: Final = 2e-3  # of the range: how far from an event attractors are looked at, at most
 SAME_VALUE: Final = 1e-11  # of the range, beside its error: a crisis is part of another event
 
 
 def bifurcations(
-    f: MapFamily,
-    name: str,
+    system: MapFamily | Modelled[MapFamily],
+    parameter: str,
     range: tuple[float, float],
     *,
     max_period: int = 4,
     window: tuple[float, float] | None = None,
-    n_values: int | None = None,
+    n_lists: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> BifurcationList:
-    """Find, locate and explain every bifurcation of a family of maps along a parameter.
+    """Find, locate and explain every bifurcation of a system along one of its parameters.
 
     Parameters
     ----------
-    f : MapFamily
-        A map with named parameters.
-    name : str
-        Of the parameter that is varied.
+    system : model or map with parameters
+        A `TwoBlock`, an event map or a `PiecewiseMap`.
+    parameter : str
+        Parameter that is varied, as in ``system.parameters``.
     range : pair of float
-        ``lo < hi``, both allowed for the map.
+        ``lo < hi``, both allowed for the system.
     max_period : int
-        Longest period of the orbits that are searched for. Cascades are followed beyond.
+        Longest period of the orbits that are searched for; cascades are followed beyond.
     window : pair of float, optional
-        Part of the domain that is searched; orbits that leave it have left.
-    n_values : int, optional
-        Values of the parameter at which complete lists of orbits are made to begin with, 24
-        by default; more are added where something happens.
+        Part of the domain that is searched: orbits that leave it have left.
+    n_lists : int, optional
+        Complete lists of orbits over the range to begin with (24 by default); more are added
+        where something happens.
     progress : callable, optional
         Called now and then with the share of the work that is done, 0 to 1.
 
     Returns
     -------
     BifurcationList
-        Ascending; ``unresolved`` names changes that no located bifurcation explains.
+        A sequence of `Bifurcation`, ascending, with the branches of orbits between them, the
+        cascades, and what stayed ``unresolved``. For a model the border collisions carry
+        their mechanism and block.
 
     Raises
     ------
     ValueError
-        The parameter is unknown, the range is not an interval or not allowed for the map, a
-        period or number of values is not a whole number, or the window is not an interval.
+        Neither a model nor a map with parameters; an unknown parameter; a range that is no
+        interval or not allowed; a period or number of values that is not a whole number.
 
     Notes
     -----
-    How it works, and what it can miss: docs/theory/bifurcations.md.
+    Complete lists of orbits at a grid of values, every orbit joined to its like at the next
+    value or followed to where it ends; what ends it is solved for to rounding, and lists just
+    below and above each bifurcation show what it concerns (docs/theory/bifurcations.md).
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.0})
+    >>> found = ss.bifurcations(f, "r", (2.9, 3.5), max_period=2)
+    >>> [(b.kind, b.criticality, round(b.value, 9)) for b in found]
+    [('flip', 'super', 3.0), ('flip', 'super', 3.449489743)]
     """
-    lo, hi = checked_range(f, name, range)
-    family = Family(f, name, window)
+    f = line_family(system)
+    lo, hi = checked_range(f, parameter, range)
+    family = Family(f, parameter, window)
     check_callback("progress", progress, "the share of the work that is done")
     tell = progress if progress is not None else _nobody
     survey = Survey(
@@ -104,9 +120,58 @@ def bifurcations(
         whole_number("max_period", max_period, 1, at_most=MOST_KEPT),
         lambda share: tell(HALF * share),
     )
-    count = N_VALUES if n_values is None else n_values
-    survey.run(whole_number("n_values", count, 3, at_most=MOST_KEPT))
-    return _Report(survey, f, tell).made()
+    count = N_LISTS if n_lists is None else n_lists
+    survey.run(whole_number("n_lists", count, 3, at_most=MOST_KEPT))
+    found = _Report(survey, f, tell).made()
+    return _with_mechanisms(found, f) if hasattr(f, "explain_break") else found
+
+
+def _with_mechanisms(found: BifurcationList, f: MapFamily) -> BifurcationList:
+    """Explain all border collisions and crises by the motions at their borders."""
+    unresolved = list(found.unresolved)
+    new = {
+        id(item): attempted(
+            partial(explain_border, item, f), "a mechanism", item.value, item.value, unresolved
+        )
+        or item
+        for item in found
+    }
+    cascades = tuple(
+        replace(cascade, flips=tuple(new.get(id(item), item) for item in cascade.flips))
+        for cascade in found.cascades
+    )
+    items = tuple(new[id(item)] for item in found)
+    return replace(found, bifurcations=items, cascades=cascades, unresolved=tuple(unresolved))
+
+
+def explain_border(item: Bifurcation, f: MapFamily) -> Bifurcation:
+    """Add to a bifurcation what the motions on both sides of its border tell.
+
+    Parameters
+    ----------
+    item : Bifurcation
+        Unchanged if no break of the map takes part in it.
+    f : EventMap
+        Of the system, whatever the value of the bifurcation's parameter.
+    """
+    condition = item.condition
+    if isinstance(condition, Collision):
+        border = condition.border
+    elif isinstance(condition, Connection):
+        border = condition.critical
+    else:
+        return item
+    if not isinstance(border, Border):
+        return item
+    at_value = f.replace(**{item.parameter: item.value})
+    try:
+        reading = border.at(at_value)
+    except ConditionLost:
+        return item
+    text, block = explanation(at_value, *reading.interval)
+    if isinstance(condition, Connection):
+        text = f"image {condition.k} of the break where {text} meets the unstable orbit"
+    return replace(item, mechanism=text, block=block)
 
 
 def _nobody(_: float) -> None:
@@ -160,7 +225,7 @@ class _Report:
             branches=branches,
             cascades=tuple(chains),
             unresolved=tuple(sorted(self.unresolved, key=lambda item: item.lo)),
-            n_values=survey.n_nodes,
+            n_lists=survey.n_nodes,
         )
 
     def _part(self, part: Callable[[], T], what: str, *at: float) -> T | None:

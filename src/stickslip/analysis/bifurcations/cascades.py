@@ -45,23 +45,9 @@ def cascades(
     range: tuple[float, float],
     max_period: int,
 ) -> list[Cascade]:
-    """Follow the cascade that starts at each supercritical flip of no doubled orbit.
+    """Follow the cascade from each supercritical flip of no doubled orbit.
 
-    Parameters
-    ----------
-    found : sequence of Bifurcation
-    branches : sequence of OrbitBranch
-        They tell which flip follows which.
-    family : Family
-    range : tuple of float
-        A cascade that leaves it ends there.
-    max_period : int
-        Of the orbits on the branches.
-
-    Returns
-    -------
-    list of Cascade
-        Those with two flips at least; flips that are not in ``found`` have ``in_cascade``.
+    A cascade ends at the range's ends; flips that are not in ``found`` have ``in_cascade``.
     """
     flips = [b for b in found if b.kind == "flip" and b.criticality == "super"]
     after = {id(flip): _successor(flip, flips, branches) for flip in flips}
@@ -177,8 +163,8 @@ def _grown(
 ) -> tuple[MapFamily, Floats] | None:
     """Carry a doubled orbit from where it was solved for to where its own flip is expected.
 
-    Its two halves part like the square root of the distance from the flip that it was born at,
-    and their middle moves away from the orbit that flipped in proportion to it.
+    Its two halves part like the square root of the distance from the flip that it was born at, and
+    their middle moves away from the orbit that flipped in proportion to it.
     """
     f, bundle, q = start
     points = bundle.points[0]
@@ -202,8 +188,8 @@ def _doubled(
 ) -> tuple[MapFamily, OrbitBundle, float] | None:
     """Solve for the orbit born at a flip, from the size that the normal form foretells.
 
-    On the unstable side u -> -(1 + e) u + c u^3 with e = abs(slope) abs(q - q0) has the cycle
-    u = ±sqrt(e / c).
+    On the unstable side u -> -(1 + e) u + c u^3 with e = abs(slope) abs(q - q0) has the cycle u =
+    ±sqrt(e / c).
     """
     last, coefficient = level.flip, level.coefficient.value
     if not coefficient > 0:
@@ -297,22 +283,10 @@ def _accumulation(chain: list[Bifurcation]) -> tuple[float, float]:
 
 
 def accumulation(values: Floats, errors: Floats) -> tuple[float, float]:
-    """Extrapolate the flips of a cascade to where they accumulate, by Aitken's method.
+    """Extrapolate successive flips to where they accumulate, with an error, by Aitken's method.
 
-    Parameters
-    ----------
-    values : ndarray of float, shape (n,)
-        Where the flips are, in their order.
-    errors : ndarray of float, shape (n,)
-
-    Returns
-    -------
-    value, error : float
-        Each three successive flips make an estimate; where the estimates themselves come
-        closer by a steady ratio, each three of them make a better one. Of the best kind the
-        one that differs least from the one before it; that difference, and what the flips'
-        errors do to it. NaN and infinity for fewer than three flips, an infinite error for
-        three.
+    Each three flips make an estimate, each three estimates a better one where they come closer by a
+    steady ratio; the one that differs least from the one before is taken. NaN below three flips.
     """
     if len(values) < 3:
         return math.nan, math.inf

@@ -76,18 +76,9 @@ class _Web:
 def orbit_branches(
     survey: Survey, concerned: dict[int, list[Concerned]]
 ) -> tuple[OrbitBranch, ...]:
-    """Join all orbits of a survey to branches.
+    """Join all orbits of a survey to branches: by period, then lower end and smallest point.
 
-    Parameters
-    ----------
-    survey : Survey
-    concerned : dict of int to list of Concerned
-        By number of the span: the orbits that its events concern.
-
-    Returns
-    -------
-    tuple of OrbitBranch
-        By period, then by the parameter value and the smallest point where they begin.
+    ``concerned`` holds, by number of the span, the orbits that its events concern.
     """
     web = _Web([*(span.left for span in survey.spans), survey.spans[-1].right])
     for number, span in enumerate(survey.spans):
@@ -158,8 +149,8 @@ def _link_event(web: _Web, number: int, event: Event, share: Concerned) -> None:
 def _link_crossing(web: _Web, number: int, event: Event, share: Concerned) -> bool:
     """Link orbits across the point where they cross; false if there are not two or four.
 
-    Crossing curves change their order: the upper orbit goes on as the lower one. Of a
-    pitchfork's three orbits the middle one goes on, and the others are two ends of one curve.
+    Crossing curves change their order: the upper orbit goes on as the lower one. Of a pitchfork's
+    three orbits the middle one goes on, and the others are two ends of one curve.
     """
     row = _Row(event.value, event.points, 1.0, event)
     below = _by_place(web, number, share.lost, event, UP)

@@ -33,39 +33,16 @@ PARENT: Final = 1e-3  # of the domain: how far the orbit that flips may be from 
 
 @dataclass(frozen=True, eq=False)
 class Concerned:
-    """The orbits that an event concerns, by their places in the lists beside it.
+    """The orbits that an event concerns, by their places in the lists beside it."""
 
-    Attributes
-    ----------
-    before, after : tuple of int
-        Those that persist included.
-    lost : tuple of int
-        Of `before`: those that do not cross the span.
-    born : tuple of int
-        Of `after`: likewise.
-    """
-
-    before: tuple[int, ...]
+    before: tuple[int, ...]  # those that persist included
     after: tuple[int, ...]
-    lost: tuple[int, ...]
+    lost: tuple[int, ...]  # of `before`, those that do not cross the span; `born` likewise
     born: tuple[int, ...]
 
 
 def concerned_orbits(span: Span) -> tuple[list[Concerned], list[UnresolvedChange]]:
-    """Share out the orbits that do not cross a span among its events.
-
-    Parameters
-    ----------
-    span : Span
-        With events.
-
-    Returns
-    -------
-    concerned : list of Concerned
-        One per event.
-    open : list of UnresolvedChange
-        Orbits that no event of the span explains.
-    """
+    """Share out the orbits that do not cross a span among its events; the rest stays open."""
     lost = _shared_out(span, span.left, span.loose_left)
     born = _shared_out(span, span.right, span.loose_right)
     result, unresolved = [], []
@@ -131,20 +108,7 @@ def _adds_up(event: Event, lost: list[int], born: list[int], span: Span) -> bool
 
 
 def explained(event: Event, span: Span, concerned: Concerned, family: Family) -> Bifurcation:
-    """Tell what the lists and the map at an event say of it: all but the attractors.
-
-    Parameters
-    ----------
-    event : Event
-    span : Span
-        That holds it.
-    concerned : Concerned
-    family : Family
-
-    Returns
-    -------
-    Bifurcation
-    """
+    """Tell what the lists and the map at an event say of it: all but the attractors."""
     found, reading = event.located, event.located.reading
     criticality = predicted = None
     note = ""

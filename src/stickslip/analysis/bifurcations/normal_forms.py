@@ -33,26 +33,14 @@ SHARP: Final = 1e-7  # of a derivative: known so well it needs no shorter steps
 
 @dataclass(frozen=True)
 class FlipCoefficient:
-    """Cubic coefficient c of a flip: in a suitable coordinate f^p is u -> -u + c u^3 + ...
+    """Cubic coefficient c of a flip: in a suitable coordinate f^p is u -> -u + c u^3 + ..."""
 
-    Attributes
-    ----------
-    value : float
-        c = (g'')^2 / 4 + g''' / 6 of g = f^p; its sign does not depend on the coordinate.
-    error : float
-        Estimated.
-    """
-
-    value: float
+    value: float  # (g'')^2 / 4 + g''' / 6 of g = f^p; the coordinate does not change its sign
     error: float
 
     @property
     def criticality(self) -> Literal["super", "sub"] | None:
-        """``super`` if c > 0: a stable orbit of twice the period where this one is unstable.
-
-        ``sub`` if c < 0: an unstable one where this one is stable. None if the error leaves
-        the sign open.
-        """
+        """``super`` if c > 0 (doubled orbits are stable), ``sub`` if c < 0, None if it may be 0."""
         if not abs(self.value) > self.error:
             return None
         return "super" if self.value > 0 else "sub"
@@ -60,20 +48,10 @@ class FlipCoefficient:
 
 @dataclass(frozen=True)
 class FoldCoefficient:
-    """A fold: f^p(x) - x is half ``curvature`` u^2 + ``speed`` (q - q0) + ...
-
-    Attributes
-    ----------
-    curvature : float
-        Second derivative of f^p.
-    error : float
-        Its error, estimated.
-    speed : float
-        Derivative of f^p with respect to the parameter q.
-    """
+    """A fold: f^p(x) - x is half ``curvature`` u^2 + ``speed`` (q - q0) + ..."""
 
     curvature: float
-    error: float
+    error: float  # of the curvature
     speed: float
 
     @property
@@ -91,28 +69,13 @@ class FoldCoefficient:
 
 @dataclass(frozen=True)
 class CrossingCoefficients:
-    """Two curves of orbits that cross: g = f^p(x) - x to the lowest orders.
+    """Two curves of orbits that cross: g = f^p(x) - x to the lowest orders."""
 
-    Attributes
-    ----------
-    curvature : float
-        g_xx; zero at a pitchfork, where one of the curves is vertical.
-    error : float
-        Its error, estimated: a smaller curvature is none.
-    cubic : float
-        g_xxx.
-    mixed : float
-        g_xq.
-    discriminant : float
-        g_xq^2 - g_xx g_qq: along two curves that are not vertical the multipliers are
-        1 ± its square root times q - q0.
-    """
-
-    curvature: float
-    error: float
-    cubic: float
-    mixed: float
-    discriminant: float
+    curvature: float  # g_xx; zero at a pitchfork, where one of the curves is vertical
+    error: float  # of the curvature: a smaller one is none
+    cubic: float  # g_xxx
+    mixed: float  # g_xq
+    discriminant: float  # g_xq^2 - g_xx g_qq: its ± root is the rate of multipliers along curves
 
     @property
     def kind(self) -> Literal["transcritical", "pitchfork"]:
@@ -135,27 +98,11 @@ class CrossingCoefficients:
 
 
 def flip_coefficient(f: Map1D, points: ArrayLike) -> FlipCoefficient:
-    """Find the cubic coefficient of a flip, whose sign tells super- from subcritical.
+    """Find the cubic coefficient -S / 6 of a flip; NaN for a point alone on its branch.
 
-    Parameters
-    ----------
-    f : Map1D
-        The map at the flip.
-    points : array_like of float, shape (p,)
-        The orbit with multiplier -1, in the map's order.
-
-    Returns
-    -------
-    FlipCoefficient
-        NaN with infinite error where a point has no neighbours on its branch.
-
-    Notes
-    -----
-    At multiplier -1 the coefficient is -S / 6 with the Schwarzian derivative
-    S = g''' / g' - 3/2 (g'' / g')^2 of g = f^p, and Schwarzians compose:
-    S(f^p) is the sum of S f(x_k) ((f^(k-1))'(x_1))^2 over the orbit
-    (Kuznetsov, Elements of Applied Bifurcation Theory, section 4.5; de Melo and van Strien,
-    One-Dimensional Dynamics, section II.6).
+    The Schwarzian S = g''' / g' - 3/2 (g'' / g')^2 of g = f^p is the sum of S f(x_k)
+    ((f^(k-1))'(x_1))^2 over the orbit (Kuznetsov, Elements of Applied Bifurcation Theory, section
+    4.5; de Melo and van Strien, One-Dimensional Dynamics, section II.6).
     """
     x = np.asarray(points, dtype=np.float64)
     slope, (second, error_2), (third, error_3) = _derivatives(f, x)
@@ -169,26 +116,7 @@ def flip_coefficient(f: Map1D, points: ArrayLike) -> FlipCoefficient:
 
 
 def fold_coefficient(f: MapFamily, points: ArrayLike, name: str) -> FoldCoefficient:
-    """Find curvature and speed of a fold, whose signs tell where its two orbits exist.
-
-    Parameters
-    ----------
-    f : MapFamily
-        The map at the fold.
-    points : array_like of float, shape (p,)
-        The orbit with multiplier 1, in the map's order.
-    name : str
-        The parameter.
-
-    Returns
-    -------
-    FoldCoefficient
-
-    Raises
-    ------
-    ValueError
-        ``name`` is not a parameter of the map.
-    """
+    """Find curvature and speed of a fold, whose signs tell where its two orbits exist."""
     x = np.asarray(points, dtype=np.float64)
     moved = np.asarray(f.parameter_derivative(x, name), dtype=np.float64)
     slope, (second, error_2), _ = _derivatives(f, x)
@@ -204,21 +132,7 @@ def fold_coefficient(f: MapFamily, points: ArrayLike, name: str) -> FoldCoeffici
 def crossing_coefficients(
     f: Map1D, points: ArrayLike, mixed: float, discriminant: float
 ) -> CrossingCoefficients:
-    """Find what tells a transcritical crossing of two curves of orbits from a pitchfork.
-
-    Parameters
-    ----------
-    f : Map1D
-        The map at the crossing.
-    points : array_like of float, shape (p,)
-        The orbit there, with multiplier 1, in the map's order.
-    mixed, discriminant : float
-        g_xq, and g_xq^2 - g_xx g_qq, of g = f^p(x) - x.
-
-    Returns
-    -------
-    CrossingCoefficients
-    """
+    """Find what tells a transcritical crossing of two curves of orbits from a pitchfork."""
     x = np.asarray(points, dtype=np.float64)
     slope, (second, error_2), (third, _) = _derivatives(f, x)
     before = _before(slope)

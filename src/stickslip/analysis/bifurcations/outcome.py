@@ -98,11 +98,10 @@ class Outcome:
 
 
 def disagreement(predicted: Outcome, observed: Outcome) -> str:
-    """Say in what a prediction and an observation differ; empty if in nothing.
+    """Say in what a prediction and an observation differ; empty if in nothing, or undecided.
 
-    A family of cycles (``period-adding``, ``period-incrementing``) shows itself as one
-    ``periodic`` attractor at any one parameter value, and agrees with that. Nothing that is
-    undecided disagrees.
+    At one parameter value a family of cycles (``period-adding``, ``period-incrementing``) shows
+    itself as one ``periodic`` attractor, and agrees.
     """
     parts = []
     if "undecided" not in (predicted.orbits, observed.orbits) and (

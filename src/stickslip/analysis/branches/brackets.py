@@ -26,15 +26,7 @@ ASIDE: Final = 2.0  # of their disagreement, to either side: expected to hold th
 
 
 class LabelBrackets:
-    """Brackets of label changes; arrays of n, which grows where a third label turns up.
-
-    Attributes
-    ----------
-    left, right : Nodes
-        Points on either side of each change.
-    wide : ndarray of bool
-        Brackets given up because there are too many.
-    """
+    """Brackets of label changes; ``wide`` ones, of which there are too many, are given up."""
 
     def __init__(self, mesh: Mesh, left: Nodes, right: Nodes, room: int) -> None:
         self.mesh, self.room = mesh, room

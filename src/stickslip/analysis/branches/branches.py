@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Final
 
 from stickslip.analysis.branches.breakpoints import BREAKPOINT_COLUMNS, Breakpoint
 from stickslip.analysis.branches.table import RESOLUTION, branch_table
+from stickslip.analysis.maps.arguments import line_map
+from stickslip.analysis.maps.protocol import explanation
 from stickslip.results.result import ResultList
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.breakpoints import Kind
     from stickslip.analysis.branches.discontinuities import Unresolved
     from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Map1D
+    from stickslip.analysis.maps.protocol import Map1D, Modelled
 
 SHOWN: Final = 40  # rows of a list in its repr
 
@@ -70,61 +72,65 @@ def _row(item: Breakpoint) -> str:
     return f"{values}{slopes}  {item.kind:6s}  {item.mechanism}".rstrip()
 
 
-def branches(f: Map1D, resolution: float = RESOLUTION) -> BranchTable:
-    """Find the branches of a map, and with them its breakpoints, gaps and laps.
+def branches(f: Map1D | Modelled[Map1D], resolution: float = RESOLUTION) -> BranchTable:
+    """Find the branches, breakpoints, gaps and laps of a map.
 
     Parameters
     ----------
-    f : Map1D
-        An event map, a `PiecewiseMap` or a power of one (``f.power(p)``).
+    f : map or model
+        An event map, a `PiecewiseMap`, a power of one (``f.power(p)``), or a model.
     resolution : float
-        Branches, gaps and laps wider than this are found. Narrower ones between two of the
-        same label may be missed; narrower ones between two different ones are part of one
-        breakpoint.
+        Everything wider is found; what stayed undecided is listed with its reason.
 
     Returns
     -------
     BranchTable
-        A sequence of `Branch`; ``unresolved`` says where branches accumulate or the map
-        is too rough.
+        A sequence of branches; ``breakpoints`` of an event map carry their mechanism.
 
     Raises
     ------
     ValueError
-        The resolution is not positive or not small beside the domain.
+        Neither a map nor a model; a resolution that is not small beside the domain.
 
     Examples
     --------
     >>> import stickslip as ss
-    >>> f = ss.PiecewiseMap(lambda x: 3 * x % 1, (0, 1), breakpoints=[1 / 3, 2 / 3])
-    >>> [(round(b.left, 6), round(b.right, 6)) for b in ss.branches(f)]
-    [(0.0, 0.333333), (0.333333, 0.666667), (0.666667, 1.0)]
+    >>> len(ss.branches(ss.examples.coulomb()))
+    9
     """
-    return branch_table(f, resolution)
+    table = branch_table(line_map(f), resolution)
+    explained = _explained(table)
+    return table if explained is table.breakpoints else replace(table, breakpoints=explained)
 
 
-def breakpoints(f: Map1D, resolution: float = RESOLUTION) -> BreakpointList:
-    """Find where the branches of a map end, to adjacent floats.
+def breakpoints(f: Map1D | Modelled[Map1D], resolution: float = RESOLUTION) -> BreakpointList:
+    """Find where the branches of a map end, to adjacent floats, and why.
 
-    Parameters
-    ----------
-    f : Map1D
-        An event map, a `PiecewiseMap` or a power of one.
-    resolution : float
-        As in `branches`.
+    Parameters and errors as in `branches`.
 
     Returns
     -------
     BreakpointList
-        A sequence of `Breakpoint`; ``of_kind("jump", "corner", "edge")`` leaves out the
-        harmless ones.
+        A sequence of `Breakpoint` in ascending order. ``kind`` "smooth" marks changes of the
+        itinerary that the map's value and slope do not notice; ``of_kind("jump", "corner",
+        "edge")`` leaves them out. ``mechanism`` and ``block`` are known for event maps.
 
     Examples
     --------
     >>> import stickslip as ss
-    >>> f = ss.PiecewiseMap(lambda x: abs(x - 0.25), (0, 1))
-    >>> [(b.d, b.kind, b.left_slope, b.right_slope) for b in ss.breakpoints(f)]
-    [(0.25, 'corner', -1.0, 1.0)]
+    >>> ss.breakpoints(ss.examples.coulomb()).of_kind("jump")[3].mechanism
+    'block 2 grazes its stick interval near X_2 = 0.0258, inside'
     """
-    table = branch_table(f, resolution)
-    return BreakpointList(table.breakpoints, table.resolution, table.unresolved)
+    table = branch_table(line_map(f), resolution)
+    return BreakpointList(_explained(table), table.resolution, table.unresolved)
+
+
+def _explained(table: BranchTable) -> tuple[Breakpoint, ...]:
+    """Return the breakpoints with the mechanisms that the map tells, if it tells any."""
+    if not hasattr(table.f, "explain_break"):
+        return table.breakpoints
+    found = []
+    for item in table.breakpoints:
+        text, block = explanation(table.f, *item.interval)
+        found.append(replace(item, mechanism=text, block=block))
+    return tuple(found)

@@ -87,10 +87,7 @@ class Breakpoint(Result):
 
 
 def limits_at_cuts(mesh: Mesh, cuts: Cuts) -> tuple[Limits, Limits]:
-    """Return the limits at both ends of every segment between cuts, shapes (n_cuts + 1,).
-
-    The first segment starts where the map does, the last ends where it ends.
-    """
+    """Return the limits at both ends of every segment between cuts, shapes (n_cuts + 1,)."""
     starts, ends = cuts.starts, cuts.ends
     room = ends.x - starts.x
     ones = np.ones(len(room))
@@ -98,20 +95,7 @@ def limits_at_cuts(mesh: Mesh, cuts: Cuts) -> tuple[Limits, Limits]:
 
 
 def kind_of(mesh: Prober, left: Limits, right: Limits, width: Floats) -> list[Kind]:
-    """Classify breaks by their limits from both sides.
-
-    Parameters
-    ----------
-    mesh : Mesh or other Prober
-        Knows the scales.
-    left, right : Limits, shapes (n,)
-    width : ndarray of float, shape (n,)
-        Distance between the points that the limits belong to.
-
-    Returns
-    -------
-    list of str
-    """
+    """Classify breaks by their limits from both sides, which are ``width`` apart."""
     with np.errstate(all="ignore"):
         steepness = np.abs(left.slope) + np.abs(right.slope)
         slack = np.where(np.isfinite(steepness), steepness * width, 0.0)

@@ -69,15 +69,11 @@ class Unresolved:
 
 @dataclass(frozen=True)
 class Cuts:
-    """Neighbouring points, ``left`` and ``right`` of each break of the map, ascending.
-
-    ``first`` and ``last`` are the outermost points of the map: the ends of its domain, unless
-    these belong to branches narrower than the resolution.
-    """
+    """Neighbouring points, ``left`` and ``right`` of each break of the map, ascending."""
 
     left: Nodes
     right: Nodes
-    first: Nodes
+    first: Nodes  # outermost points: ends of the domain, or of branches as wide as the resolution
     last: Nodes
 
     def take(self, index: Bools) -> Cuts:
@@ -100,19 +96,10 @@ class Cuts:
 
 
 def find_cuts(mesh: Mesh) -> tuple[Cuts, list[Unresolved]]:
-    """Refine a mesh until nothing is open and every break lies between adjacent floats.
+    """Refine a mesh in place until nothing is open and every break lies between adjacent floats.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        Refined in place; keeps points close to each break on both sides.
-
-    Returns
-    -------
-    cuts : Cuts
-        Breaks closer to each other than the resolution are one cut.
-    unresolved : list of Unresolved
-        Intervals with more label changes than ``MAX_CHANGES`` leaves room for.
+    Breaks closer to each other than the resolution are one cut; unresolved are the intervals with
+    more label changes than ``MAX_CHANGES`` leaves room for.
     """
     search = _Search(mesh)
     mesh.refine()

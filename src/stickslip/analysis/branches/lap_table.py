@@ -22,66 +22,31 @@ GUARD: Final = 1 / 64  # of the resolution: closer to a break the map is continu
 
 @dataclass(frozen=True)
 class Segments:
-    """What lies between neighbouring breaks; arrays of shape (n,), breaks (n - 1,).
-
-    Attributes
-    ----------
-    first, last : Nodes
-        Outermost points of each segment.
-    at_first, at_last : Limits
-        One-sided limits there.
-    where : ndarray of float, shape (n - 1,)
-        Positions of the breaks.
-    smooth : ndarray of bool, shape (n - 1,)
-        Breaks that the map does not care about.
-    """
+    """What lies between neighbouring breaks; arrays of shape (n,), breaks (n - 1,)."""
 
     first: Nodes
     last: Nodes
     at_first: Limits
     at_last: Limits
-    where: Floats
-    smooth: np.ndarray
+    where: Floats  # of the breaks
+    smooth: np.ndarray  # breaks that the map does not care about
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """Nodes of a smooth piece of a map, from break to break; arrays of shape (n,).
-
-    Attributes
-    ----------
-    x, value, slope : ndarray of float
-    turns : ndarray of int, shape (m,)
-        Nodes that are turning points.
-    numbers : tuple of int
-        What the stretch ends at, left and right (see `Laps`).
-    guards : tuple of float
-        Between them the map itself may be evaluated.
-    first_turn : int
-        Number of turning points left of the stretch.
-    """
+    """Nodes of a smooth piece of a map, from break to break; arrays of shape (n,)."""
 
     x: Floats
     value: Floats
     slope: Floats
-    turns: Indices
-    numbers: tuple[int, int]
-    guards: tuple[float, float]
-    first_turn: int = 0
+    turns: Indices  # nodes that are turning points
+    numbers: tuple[int, int]  # what the stretch ends at, left and right (see `Laps`)
+    guards: tuple[float, float]  # between them the map itself may be evaluated
+    first_turn: int = 0  # number of turning points left of the stretch
 
 
 def smooth_stretches(mesh: Mesh, segments: Segments) -> list[Stretch]:
-    """Gather the nodes between breaks that matter, with a node at every turning point.
-
-    Parameters
-    ----------
-    mesh : Mesh
-    segments : Segments
-
-    Returns
-    -------
-    list of Stretch, ascending
-    """
+    """Gather the nodes between breaks that matter, with a node at every turning point."""
     n = len(segments.first)
     stretches: list[Stretch] = []
     group: list[int] = []
@@ -218,19 +183,7 @@ def _split(stretch: Stretch, x: float, number: int) -> tuple[Stretch, Stretch]:
 
 
 def tabulate_laps(mesh: Mesh, stretches: list[Stretch], n_breaks: int) -> Laps:
-    """Cut smooth stretches at their turning points into laps.
-
-    Parameters
-    ----------
-    mesh : Mesh
-    stretches : list of Stretch
-    n_breaks : int
-        Number of breakpoints: turning points are numbered on from there.
-
-    Returns
-    -------
-    Laps
-    """
+    """Cut smooth stretches at their turning points, numbered on from the breaks, into laps."""
     rows: list[tuple[float, ...]] = []
     cells: list[tuple[Floats, ...]] = []
     for stretch in stretches:

@@ -68,30 +68,10 @@ class Cells:
 @part
 @dataclass(frozen=True, eq=False)
 class Laps:
-    """All laps of a map in ascending order; arrays of shape (n,) unless said otherwise.
+    """All laps (Milnor and Thurston 1988) of a map, ascending; arrays of shape (n,).
 
-    A lap is closed: its values and slopes at the ends are one-sided limits. Close to a
-    break the map is continued linearly from `guard_left` and `guard_right`, so that
-    evaluation never falls on the wrong side.
-
-    Attributes
-    ----------
-    f : Map1D
-    left, right : ndarray of float
-    value_left, value_right, slope_left, slope_right : ndarray of float
-    guard_left, guard_right : ndarray of float
-        Between them the map itself is evaluated.
-    direction : ndarray of int
-        +1 rising, -1 falling, 0 constant.
-    end_left, end_right : ndarray of int
-        What the lap ends at: number of a breakpoint; number of breakpoints + number of a
-        turning point; `LO`, `HI` for the ends of the domain.
-    cells : Cells
-        Of all laps, one lap after the other.
-    first_cell : ndarray of int, shape (n + 1,)
-        Where each lap's cells start.
-    value_scale : float
-        Range of the map's values.
+    A lap is closed: its values and slopes at the ends are one-sided limits. Outside its guards,
+    close to a break, the map is continued linearly: evaluation never falls on the wrong side.
     """
 
     f: Map1D
@@ -103,12 +83,12 @@ class Laps:
     slope_right: Floats
     guard_left: Floats
     guard_right: Floats
-    direction: Indices
-    end_left: Indices
+    direction: Indices  # +1 rising, -1 falling, 0 constant
+    end_left: Indices  # number of a breakpoint, n_breaks + that of a turning point, `LO` or `HI`
     end_right: Indices
-    cells: Cells
-    first_cell: Indices
-    value_scale: float
+    cells: Cells  # of all laps, one lap after the other
+    first_cell: Indices  # shape (n + 1,)
+    value_scale: float  # range of the map's values
 
     def __len__(self) -> int:
         """Return the number of laps."""
@@ -125,14 +105,7 @@ class Laps:
         return np.maximum(self.value_left, self.value_right)
 
     def locate(self, x: Floats, side: Indices | None = None) -> Indices:
-        """Return the lap of each point, -1 in a gap, outside the domain or for NaN.
-
-        Parameters
-        ----------
-        x : ndarray of float, shape (m,)
-        side : ndarray of int, shape (m,), optional
-            At a common end of two laps: +1 the right one (default), -1 the left one.
-        """
+        """Return the lap of each point (side -1: of two the left); -1 in a gap or outside."""
         to_left = np.zeros(x.shape, dtype=bool) if side is None else side < 0
         found = np.where(
             to_left,
@@ -157,29 +130,13 @@ class Laps:
         return value, slope
 
     def inverse(self, lap: Indices, y: Floats) -> Floats:
-        """Return the point of each lap with value y; shapes (m,).
-
-        Values beyond a lap's image give its end. From the interpolant of the lap's cells
-        Newton's method, kept inside the cell, needs one to three evaluations.
-        """
+        """Return the point of each lap with value y, by Newton's method in a cell; else the end."""
         cell = self._cell_of_value(lap, y)
         solver = _Inversion(self, lap, y, self.cells.take(cell))
         return solver.solve()
 
     def steepness(self, lap: Indices, lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
-        """Bound the absolute slope on subintervals of laps, from the table alone.
-
-        Parameters
-        ----------
-        lap : ndarray of int, shape (m,)
-        lower, upper : ndarray of float, shape (m,)
-            Ends of subintervals of the laps.
-
-        Returns
-        -------
-        least, most : ndarray of float, shape (m,)
-            As sure as the table's interpolants, a margin for their error included.
-        """
+        """Bound the absolute slope on subintervals of laps, as sure as the table's interpolants."""
         first, last = self._cell_at(lap, lower), self._cell_at(lap, upper)
         pairs = np.column_stack([first, last + 1]).ravel()
         by_cell = self._cell_steepness

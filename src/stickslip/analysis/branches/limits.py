@@ -45,23 +45,7 @@ class Limits:
 
 
 def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Limits:
-    """Extrapolate value and slope to points where a branch ends.
-
-    Parameters
-    ----------
-    mesh : Mesh or other Prober
-        Evaluates and knows the scales.
-    ends : Nodes, n of them
-        Last points of branches.
-    inward : ndarray of float, shape (n,)
-        +1 where the branch lies right of its end, -1 where left.
-    room : ndarray of float, shape (n,)
-        Widths of the branches.
-
-    Returns
-    -------
-    Limits
-    """
+    """Extrapolate value and slope to the last points of branches of width ``room``."""
     if not ends.ok.all():
         return _beside_gaps(mesh, ends, inward, room)
     n = len(ends)

@@ -120,28 +120,14 @@ class Prober(Protocol):
 
 @dataclass
 class Mesh:
-    """A map under the probe: nodes, and the cells between them that are still open.
-
-    Attributes
-    ----------
-    f : Map1D
-    resolution : float
-        No cell is made narrower than this.
-    seeds : ndarray of float
-        Points of the domain that the first grid must have, besides its own.
-    nodes : Nodes
-    open : ndarray of bool, shape (n - 1,)
-        Cells still to be tested.
-    doubtful : set of (float, float)
-        Cells of one label that fail the test at the resolution.
-    n_evaluations : int
-    """
+    """A map under the probe: nodes, and the cells between them that are still open."""
 
     f: Map1D
-    resolution: float
-    seeds: Floats = field(default_factory=lambda: np.empty(0))
+    resolution: float  # no cell is made narrower
+    seeds: Floats = field(default_factory=lambda: np.empty(0))  # points of the first grid
     nodes: Nodes = field(init=False)
-    open: Bools = field(init=False)
+    open: Bools = field(init=False)  # cells still to be tested
+    # of one label, fail at the resolution
     doubtful: set[tuple[float, float]] = field(default_factory=set)
     n_evaluations: int = 0
 
@@ -219,11 +205,9 @@ class Mesh:
         self.open |= cells & ~narrow
 
     def _bent(self) -> Bools:
-        """Tell which cells have a curvature that does not fit their neighbour's.
+        """Tell which cells have a curvature, at a common node, that does not fit their neighbour's.
 
-        One test point can miss a corner by accident (at 1/6 of a cell the prediction for its
-        middle comes true); the second derivatives that the cubics of neighbouring cells have
-        at their common node give it away.
+        One test point can miss a corner by accident: at 1/6 of a cell the prediction comes true.
         """
         n = self.nodes
         same = n.same_as_next() & n.ok[1:]
@@ -244,11 +228,7 @@ class Mesh:
         return cells
 
     def _dipping(self) -> Bools:
-        """Tell which cells may hide a branch: a margin falls towards 0 inside them.
-
-        The margin falls to 0 at a change of label. Where it would do so inside a cell, if it
-        went on as beside it, and yet both ends have one label, there may be two changes.
-        """
+        """Tell which cells of one label may hide a branch: the margin seems to fall to 0 inside."""
         n = self.nodes
         same = n.same_as_next()
         width = np.diff(n.x)

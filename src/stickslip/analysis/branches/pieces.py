@@ -31,21 +31,11 @@ class TooManyPiecesError(RuntimeError):
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """Ends of pieces of f^k from one side; arrays of shape (n, ...).
+    """Ends of pieces of f^k from one side; arrays of shape (n, ...)."""
 
-    Attributes
-    ----------
-    orbit : ndarray of float, shape (n, k + 1)
-        The end, then its images by one-sided continuity.
-    number : ndarray of int, shape (n,)
-        Which end of a lap of f the orbit meets (see `Laps`) ...
-    depth : ndarray of int, shape (n,)
-        ... after how many maps.
-    """
-
-    orbit: Floats
-    number: Indices
-    depth: Indices
+    orbit: Floats  # the end, then its images by one-sided continuity; shape (n, k + 1)
+    number: Indices  # which end of a lap of f the orbit meets (see `Laps`) ...
+    depth: Indices  # ... after how many maps
 
     def take(self, index: Indices) -> Ends:
         """Return some of the ends."""
@@ -62,22 +52,12 @@ class Ends:
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """All smooth monotone pieces of f^k, ascending; arrays of shape (n, ...).
+    """All smooth monotone pieces of f^k, ascending; arrays of shape (n, ...)."""
 
-    Attributes
-    ----------
-    laps : Laps
-        Of f.
-    left, right : Ends
-        One-sided orbits of both ends; column 0 is the end itself, column k its image.
-    word : ndarray of int, shape (n, k)
-        Lap of f that each of the k maps uses.
-    """
-
-    laps: Laps
-    left: Ends
+    laps: Laps  # of f
+    left: Ends  # one-sided orbits of both ends; column 0 is the end itself, column k its image
     right: Ends
-    word: Indices
+    word: Indices  # lap of f that each of the k maps uses; shape (n, k)
 
     def __len__(self) -> int:
         """Return the number of pieces."""
@@ -107,22 +87,9 @@ def first_pieces(laps: Laps) -> Pieces:
 
 
 def pieces_of_powers(laps: Laps, max_power: int) -> Iterator[Pieces]:
-    """Yield the pieces of f, f^2, ..., up to a power.
+    """Yield the pieces of f, f^2, ..., up to a power, or raise `TooManyPiecesError`.
 
-    Parameters
-    ----------
-    laps : Laps
-        Of f; a table's ``laps``, or its ``pieces`` to have harmless breakpoints count too.
-    max_power : int
-
-    Yields
-    ------
-    Pieces
-
-    Raises
-    ------
-    TooManyPiecesError
-        The next power has more than ``MAX_PIECES``.
+    ``laps`` are a table's ``laps``, or its ``pieces`` to have harmless breakpoints count too.
     """
     pieces = first_pieces(laps)
     yield pieces
@@ -133,10 +100,7 @@ def pieces_of_powers(laps: Laps, max_power: int) -> Iterator[Pieces]:
 
 
 class _EndImages:
-    """Orbits of the images of all lap ends, and from which side they are approached.
-
-    Row e is the left end of lap e, row n + e the right end of lap e.
-    """
+    """Orbits of the images of all lap ends: row e is the left end of lap e, row n + e the right."""
 
     def __init__(self, laps: Laps) -> None:
         n = len(laps)
@@ -218,19 +182,7 @@ def _image_ends(laps: Laps, lap: Indices) -> tuple[Indices, Indices]:
 def _meet(
     laps: Laps, lap: Indices, ends: Ends, images: _EndImages, row: Indices, beyond: Floats
 ) -> Ends:
-    """Pull ends of pieces back through laps, or stop at the lap's own end.
-
-    Parameters
-    ----------
-    laps : Laps
-    lap : ndarray of int, shape (n,)
-    ends : Ends, n of them
-    images : _EndImages
-    row : ndarray of int, shape (n,)
-        The lap's end that maps to this side of its image.
-    beyond : ndarray of float, shape (n,)
-        How far the ends are outside the lap's image.
-    """
+    """Pull ends of pieces back through laps, or stop at the lap's own end, a row of the images."""
     tolerance = _tolerance(laps)
     own = images.ends(row)
     ends = ends.replaced(beyond > tolerance, own)

@@ -19,26 +19,14 @@ ASIDE: Final = 64  # ulp of the domain's size: sides of a break that was pulled 
 
 @dataclass(frozen=True, eq=False)
 class Hints:
-    """Shape of a power of a map, as far as its pieces show it; nothing for a plain map.
+    """Shape of a power of a map, as far as its pieces show it; nothing for a plain map."""
 
-    Attributes
-    ----------
-    seeds : ndarray of float, shape (m,)
-        Both sides of every break, every turning point, a point of every piece.
-    starts, ends : ndarray of float, shape (n,)
-        Left and right ends of the pieces, ascending.
-    at_starts, at_ends : Limits
-        One-sided limits of f^p there.
-    reach : float
-        How far from these positions a break found by bisection may lie.
-    """
-
-    seeds: Floats
-    starts: Floats
+    seeds: Floats  # both sides of every break, every turning point, a point of every piece
+    starts: Floats  # left and right ends of the pieces, ascending
     ends: Floats
-    at_starts: Limits
+    at_starts: Limits  # one-sided limits of f^p there
     at_ends: Limits
-    reach: float
+    reach: float  # how far from these positions a break found by bisection may lie
 
     @classmethod
     def none(cls) -> Hints:
@@ -48,16 +36,7 @@ class Hints:
         return cls(empty, empty, empty, nothing, nothing, 0.0)
 
     def sharpened(self, x: Floats, limits: Limits, *, at_starts: bool) -> Limits:
-        """Replace limits that were extrapolated from samples where exact ones are known.
-
-        Parameters
-        ----------
-        x : ndarray of float, shape (k,)
-            Where the limits belong.
-        limits : Limits
-        at_starts : bool
-            Whether pieces start at x, or end there.
-        """
+        """Replace limits at x, extrapolated from samples, where exact ones are known."""
         places, known = (self.starts, self.at_starts) if at_starts else (self.ends, self.at_ends)
         if not len(places):
             return limits
@@ -73,14 +52,7 @@ class Hints:
 
 
 def hints_of(pieces: Pieces, n_breaks: int) -> Hints:
-    """Gather hints from all pieces of f^p.
-
-    Parameters
-    ----------
-    pieces : Pieces
-    n_breaks : int
-        Number of breakpoints of f.
-    """
+    """Gather hints from all pieces of f^p, where f has ``n_breaks`` breakpoints."""
     lo, hi = pieces.laps.f.domain
     aside = ASIDE * float(np.spacing(max(abs(lo), abs(hi))))
     left, right = pieces.left.orbit[:, 0], pieces.right.orbit[:, 0]

@@ -16,30 +16,10 @@ SAME: Final = 8 * float(np.finfo(np.float64).eps)  # of the scale: points that c
 
 
 def preimages(f: Map1D, x: float, *, resolution: float = RESOLUTION) -> Floats:
-    """Find all points y with f(y) = x.
+    """Return all y with f(y) = x, ascending, one per lap whose closed image contains x.
 
-    Parameters
-    ----------
-    f : Map1D
-        An event map, a `PiecewiseMap` or a power of one.
-    x : float
-        Need not lie in the domain.
-    resolution : float
-        Of the map's table of branches: laps narrower than this may be missed.
+    At a jump the one-sided limits count as values; of a lap where f is x throughout, both ends.
 
-    Returns
-    -------
-    ndarray of float, shape (k,)
-        Ascending, one per lap whose closed image contains x: at a jump the one-sided limits
-        count as values. Of a lap where f is constant and equal to x, both ends.
-
-    Raises
-    ------
-    ValueError
-        ``x`` is not a finite number.
-
-    Examples
-    --------
     >>> import stickslip as ss
     >>> tent = ss.PiecewiseMap(lambda x: 1 - abs(2 * x - 1), (0, 1), breakpoints=[0.5])
     >>> tent.preimages(0.5)

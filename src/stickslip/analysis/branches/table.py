@@ -158,21 +158,7 @@ class BranchTable(ResultList[Branch]):
 
 
 def branch_table(f: Map1D, resolution: float = RESOLUTION) -> BranchTable:
-    """Return the table of a map, from memory if it was made before and the map still lives.
-
-    Parameters
-    ----------
-    f : Map1D
-    resolution : float
-        Branches, gaps and laps wider than this are found; narrower ones between two of the
-        same label may be missed, narrower ones between two different are part of one
-        breakpoint.
-
-    Raises
-    ------
-    ValueError
-        The resolution is not positive or not small beside the domain.
-    """
+    """Return the table of a map, from memory if it was made before and the map still lives."""
     lo, hi = f.domain
     resolution = finite_number("resolution", resolution)
     if not 0 < resolution <= 1e-3 * (hi - lo):
@@ -247,10 +233,7 @@ def _classify(mesh: Mesh, cuts: Cuts, hints: Hints) -> tuple[list[Breakpoint], S
 
 
 def _positions(cuts: Cuts) -> Floats:
-    """One float per break: the first one right of it, but one that has a value.
-
-    Beside 0 it is 0, rather than the tiny number next to it.
-    """
+    """One float per break, the first one right of it that has a value; beside 0 it is 0."""
     use_left = (cuts.left.x == 0) | ~cuts.right.ok
     return np.where(use_left, cuts.left.x, cuts.right.x)
 

@@ -33,24 +33,12 @@ STALLED: Final = 1e-9  # of the parameter's range: steps that do not shrink belo
 
 @dataclass(frozen=True, eq=False)
 class Meeting:
-    """A periodic orbit with a point on a wall.
-
-    Attributes
-    ----------
-    value : float
-        Of the parameter.
-    points : ndarray of float, shape (p,)
-    slopes : ndarray of float, shape (p,)
-        One-sided at the wall.
-    labels : ndarray of uint64, shape (p,)
-        Of the points as they are; at the wall maybe that of the other side.
-    residual : float
-    """
+    """A periodic orbit with a point on a wall."""
 
     value: float
     points: Floats
-    slopes: Floats
-    labels: NDArray[np.uint64]
+    slopes: Floats  # one-sided at the wall
+    labels: NDArray[np.uint64]  # at the wall maybe that of the other side
     residual: float
 
 
@@ -78,32 +66,9 @@ def meet(
     low: float,
     high: float,
 ) -> Meeting:
-    """Solve for the parameter at which a point of a periodic orbit lies on a wall.
+    """Solve for the parameter at which point ``index`` of a periodic orbit lies on a wall.
 
-    Parameters
-    ----------
-    at : callable
-        The map at a value of the parameter.
-    name : str
-        Of the parameter.
-    points : ndarray of float, shape (p,)
-        The orbit nearby.
-    index : int
-        Which point meets the wall.
-    wall : Wall
-    value : float
-        Parameter of ``points``.
-    low, high : float
-        The parameter is kept between these.
-
-    Returns
-    -------
-    Meeting
-
-    Raises
-    ------
-    ConditionLost
-        The wall is gone, the orbit leaves the domain, or there is no meeting nearby.
+    Raises `ConditionLost` if the wall is gone, the orbit leaves the domain, or nothing is nearby.
     """
     problem = _Problem(at, name, index, wall)
     aside = FIRST_CHANGE * (high - low)
@@ -146,10 +111,7 @@ class _Problem:
         return _State(q, points, f, place, value, slopes, values.label, residual)
 
     def newton_step(self, before: _State, now: _State) -> Floats:
-        """Return changes of the points; in place of the pinned one that of the parameter.
-
-        The readings of the wall have no exact derivatives: those come from the last two.
-        """
+        """Solve for changes of the points, and the parameter's in place of the pinned one's."""
         k, p = self.index, len(now.points)
         ahead = (np.arange(p) + 1) % p
         difference = now.q - before.q

@@ -140,13 +140,7 @@ class _Follower:
         self.halved = False
 
     def start(self, orbit: PeriodicOrbitND) -> CurvePoint:
-        """Set out from an orbit, the parameter rising.
-
-        Raises
-        ------
-        ValueError
-            The map has no such orbit there.
-        """
+        """Set out from an orbit, the parameter rising; a ValueError if the map has none there."""
         value = float(self.f.parameters[self.name])
         if not self.low <= value <= self.high:
             raise ValueError(

@@ -45,20 +45,11 @@ class DepartureND:
 
 @dataclass(eq=False)
 class OrbitEquationsND:
-    """F(x_1 ... x_p, q)_i = f(x_i; q) - x_(i+1), unknowns in one row with the parameter last.
-
-    Attributes
-    ----------
-    f : FamilyND
-    name : str
-        Of the parameter q.
-    pieces : list of set of int, length p
-        Labels that each point may have.
-    """
+    """F(x_1 ... x_p, q)_i = f(x_i; q) - x_(i+1), unknowns in one row with the parameter last."""
 
     f: FamilyND
     name: str
-    pieces: list[set[int]]
+    pieces: list[set[int]]  # labels that each point may have
 
     def at(self, value: float) -> FamilyND:
         """Return the map at a value of the parameter."""
@@ -69,15 +60,7 @@ class OrbitEquationsND:
         return y[:-1].reshape(len(self.pieces), self.f.dimension)
 
     def __call__(self, y: Floats) -> tuple[Floats, Floats, LinearizedND]:
-        """Evaluate F, its Jacobian and what else is known.
-
-        Raises
-        ------
-        LeavesRegion
-            A point has no value or is on another piece; the cause is a `DepartureND`.
-        StepTooLong
-            A derivative is infinite just here.
-        """
+        """Evaluate F, its Jacobian and more; the cause of a `LeavesRegion` is a `DepartureND`."""
         f, points = self.at(y[-1]), self.points(y)
         values = sample(f, points)
         stays = [label in piece for label, piece in zip(values.label, self.pieces, strict=True)]

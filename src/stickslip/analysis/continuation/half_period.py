@@ -20,14 +20,7 @@ NOISE: Final = 1e-9  # of multiplier + 1: steps that do not shrink below it are 
 
 
 def shrinks_to_half(before: Floats, after: Floats) -> bool:
-    """Tell whether an orbit has passed through one of half its period.
-
-    Parameters
-    ----------
-    before, after : ndarray of float, shape (p,)
-        Neighbours along a branch: behind the merger the halves of the orbit have changed
-        places.
-    """
+    """Tell whether an orbit passed through one of half its period: its halves changed places."""
     p = len(before)
     if p % 2:
         return False
@@ -38,25 +31,7 @@ def shrinks_to_half(before: Floats, after: Floats) -> bool:
 def flip_of_half(
     at: Callable[[float], MapFamily], points: Floats, value: float, low: float, high: float
 ) -> tuple[float, Floats] | None:
-    """Find the flip that an orbit of even period shrinks to.
-
-    Parameters
-    ----------
-    at : callable
-        The map at a value of the parameter.
-    points : ndarray of float, shape (p,)
-        The orbit close to it.
-    value : float
-        Of the parameter there.
-    low, high : float
-        Range of the parameter.
-
-    Returns
-    -------
-    value : float
-    points : ndarray of float, shape (p // 2,)
-        The orbit of half the period, in the order of ``points``; None if there is none.
-    """
+    """Find the flip to which an orbit of even period shrinks: the value, and half the orbit."""
     half = 0.5 * (points[: len(points) // 2] + points[len(points) // 2 :])
     aside = FIRST_CHANGE * (high - low)
     old = value + aside if value + aside <= high else value - aside

@@ -31,44 +31,18 @@ NEARBY: Final = 1e-4  # of the domain: where a break without a label is looked f
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """A break, or an end of the domain, that a point of an orbit has come to.
-
-    Attributes
-    ----------
-    index : int
-        Of the point.
-    kind : str
-        ``jump``, ``corner``, ``edge``, ``smooth``, or ``end`` of the domain.
-    wall : Wall
-    beyond : int or None
-        Label on the other side; None where there is no value.
-    """
+    """A break, or an end of the domain, that a point of an orbit has come to."""
 
     index: int
     kind: str
     wall: Wall
-    beyond: int | None = None
+    beyond: int | None = None  # label on the other side; None where there is no value
 
 
 def obstacles(
     equations: OrbitEquations, points: Floats, value: float, departure: Departure
 ) -> Iterator[Obstacle]:
-    """Name what lies between points of an orbit and those where it has left its pieces.
-
-    Parameters
-    ----------
-    equations : OrbitEquations
-    points : ndarray of float, shape (p,)
-        Of the orbit, in its pieces.
-    value : float
-        Parameter there.
-    departure : Departure
-
-    Yields
-    ------
-    Obstacle
-        The likely ones; whether the orbit meets one is for the caller to see.
-    """
+    """Name the likely obstacles between an orbit and its points that have left their pieces."""
     for index in departure.indices:
         yield from _of_point(equations, index, points[index], value, departure)
 

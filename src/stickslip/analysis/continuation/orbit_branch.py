@@ -208,11 +208,7 @@ class OrbitBranch(AlongParameter, Result):
         return [(int(row), bool(passed[row])) for row in rows]
 
     def _orbit_between(self, row: int, number: float) -> PeriodicOrbit:
-        """Solve for the orbit between a row and the next, from a straight line through both.
-
-        Beside a fold, or an end with an infinite slope, that may be too far off: then the orbit
-        is approached from either row in steps that shrink towards the other.
-        """
+        """Solve for the orbit between two rows: from a straight line; beside a fold, in steps."""
         ends = (row, row + 1)
         (q, r), (x, y) = self.values[list(ends)], self.points[list(ends)]
         orbit = self._solved(number, x + (number - q) / (r - q) * (y - x))

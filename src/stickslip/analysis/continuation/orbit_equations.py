@@ -32,38 +32,20 @@ class Linearized:
 
 @dataclass(frozen=True, eq=False)
 class Departure:
-    """Points that have left their smooth pieces: the cause of a `LeavesRegion`.
-
-    Attributes
-    ----------
-    value : float
-        Of the parameter.
-    points : ndarray of float, shape (p,)
-    indices : tuple of int
-        Which of them.
-    """
+    """Points that have left their smooth pieces: the cause of a `LeavesRegion`."""
 
     value: float
     points: Floats
-    indices: tuple[int, ...]
+    indices: tuple[int, ...]  # of these points
 
 
 @dataclass(eq=False)
 class OrbitEquations:
-    """F(x_1 ... x_p, q)_i = f(x_i; q) - x_(i+1), the points in their pieces of the map.
-
-    Attributes
-    ----------
-    f : MapFamily
-    name : str
-        Of the parameter q.
-    pieces : list of set of int, length p
-        Labels that each point may have: those of one branch, and of others that continue it
-        smoothly.
-    """
+    """F(x_1 ... x_p, q)_i = f(x_i; q) - x_(i+1), the points in their pieces of the map."""
 
     f: MapFamily
     name: str
+    # labels that each point may have, smooth continuations of its branch included
     pieces: list[set[int]]
 
     def at(self, value: float) -> MapFamily:
@@ -71,15 +53,7 @@ class OrbitEquations:
         return self.f.replace(**{self.name: float(value)})
 
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Linearized]:
-        """Evaluate F, its Jacobian and what else is known.
-
-        Raises
-        ------
-        LeavesRegion
-            A point has no value or is on another branch; the cause is a `Departure`.
-        StepTooLong
-            A derivative is infinite just here.
-        """
+        """Evaluate F, its Jacobian and more; the cause of a `LeavesRegion` is a `Departure`."""
         f, points = self.at(y[-1]), y[:-1]
         values = sample(f, points)
         inside = self.stays(values.label, values.status == OK)

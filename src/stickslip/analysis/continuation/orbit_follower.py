@@ -90,19 +90,7 @@ class Half:
 
 
 class OrbitFollower:
-    """Follows one orbit of a map along a parameter.
-
-    Parameters
-    ----------
-    f : MapFamily
-    name : str
-        Of the parameter.
-    low, high : float
-        Its range.
-    max_step : float
-        Share of the range and of the domain.
-    max_points : int
-    """
+    """Follows one orbit of a map along a parameter; ``max_step`` is a share of range and domain."""
 
     def __init__(
         self, f: MapFamily, name: str, low: float, high: float, max_step: float, max_points: int
@@ -114,13 +102,7 @@ class OrbitFollower:
         self.halved = False
 
     def start(self, points: Floats, value: float) -> CurvePoint:
-        """Set out from an orbit, the parameter rising.
-
-        Raises
-        ------
-        ValueError
-            The map has no such orbit there.
-        """
+        """Set out from an orbit, the parameter rising; a ValueError if the map has none there."""
         f = self.f.replace(**{self.name: value})
         values = sample(f, points)
         pieces = [{label} for label in values.label.tolist()]
@@ -140,14 +122,7 @@ class OrbitFollower:
         return found
 
     def go(self, start: CurvePoint, targets: Sequence[CurvePoint]) -> Half:
-        """Follow the orbit from a start in the direction of its tangent.
-
-        Parameters
-        ----------
-        start : CurvePoint
-        targets : sequence of CurvePoint
-            Where the branch closes when it passes them in the direction of their tangents.
-        """
+        """Follow the orbit along its tangent, to a target passed in the direction of its own."""
         half, here = Half(), start
         for _ in range(MAX_OBSTACLES):
             outcome = self._walk(here, half, targets)

@@ -15,15 +15,9 @@ if TYPE_CHECKING:
 
 
 class Wall(Protocol):
-    """A place of the map that moves with its parameters and that an orbit may meet.
+    """A place of the map that moves with its parameters and that an orbit may meet."""
 
-    Attributes
-    ----------
-    side : int
-        Where the orbit is: -1 left of it, 1 right.
-    """
-
-    side: int
+    side: int  # where the orbit is: -1 left of it, 1 right
 
     def reading(self, f: Map1D) -> tuple[float, float, float]:
         """Return its place, and value and slope of the map there on the orbit's side."""
@@ -31,20 +25,11 @@ class Wall(Protocol):
 
 @dataclass
 class BorderWall:
-    """A break of the map; remembers where it was last.
-
-    Attributes
-    ----------
-    border : Border
-    side : int
-        The orbit's side: -1 left, 1 right.
-    piece : frozenset of int
-        Labels on the orbit's side. Where the branch on the other side gives way to another,
-        the break is where these end. Empty for a break without labels.
-    """
+    """A break of the map; remembers where it was last."""
 
     border: Border
-    side: int
+    side: int  # the orbit's: -1 left, 1 right
+    # labels on the orbit's side, at whose end the break is; empty without labels
     piece: frozenset[int] = frozenset()
 
     def reading(self, f: Map1D) -> tuple[float, float, float]:

@@ -86,18 +86,7 @@ class _Open:
 
 
 def trace_strands(survey: Survey) -> list[Traced]:
-    """Link what a survey found between its values.
-
-    Parameters
-    ----------
-    survey : Survey
-        After its `run`.
-
-    Returns
-    -------
-    list of Traced
-        By period, then by lower end and place.
-    """
+    """Link what a survey found between its values: by period, then by lower end and place."""
     done: list[Traced] = []
     first = survey.spans[0].left
     growing = {k: _begun(first, k, "end of range") for k in range(len(first.orbits))}

@@ -36,22 +36,12 @@ MOST_STEPS: Final = 12
 
 @dataclass(frozen=True, eq=False)
 class Strand:
-    """An orbit over an interval of the parameter, known at some values.
+    """An orbit over an interval of the parameter, known at some values."""
 
-    Attributes
-    ----------
-    values : ndarray of float, shape (m,)
-        Ascending; the orbit exists between the first and the last.
-    points : ndarray of float, shape (m, p)
-        In the map's order, each column following one point.
-    multipliers : ndarray of float, shape (m,)
-    roots : tuple of bool
-        Whether the points move like a square root at the lower and at the upper end.
-    """
-
-    values: Floats
-    points: Floats
+    values: Floats  # ascending; the orbit exists between the first and the last
+    points: Floats  # in the map's order, each column following one point
     multipliers: Floats
+    # whether the points move like a square root at the lower and at the upper end
     roots: tuple[bool, bool] = (False, False)
 
     @property
@@ -106,22 +96,7 @@ class _Course:
 def fill(
     maps: Sequence[Map1D], values: Floats, strands: Sequence[Strand]
 ) -> list[tuple[Floats, Floats]]:
-    """Solve for orbits at all parameter values between their ends.
-
-    Parameters
-    ----------
-    maps : sequence of Map1D, length n
-        The family at each value.
-    values : ndarray of float, shape (n,)
-        Ascending.
-    strands : sequence of Strand
-
-    Returns
-    -------
-    list of (points, multipliers)
-        For each strand arrays of shapes (n, p) and (n,), NaN where there is no orbit or
-        where it was not found as foretold.
-    """
+    """Solve for orbits at all ascending values between their ends, NaN where there is none."""
     n = len(values)
     courses = [_Course(s, np.full((n, s.period), np.nan), np.full(n, np.nan)) for s in strands]
     first = np.searchsorted(values, [s.values[0] for s in strands], side="left")
@@ -153,10 +128,9 @@ def _solve(f: Map1D, value: float, k: int, courses: list[_Course]) -> None:
 def _newton(
     f: Map1D, guess: Floats, periods: NDArray[np.intp]
 ) -> tuple[Floats, NDArray[np.float64]]:
-    """Solve for orbits, one in each row padded with NaN; their points and multipliers.
+    """Solve for orbits, one per row padded with NaN; the multiplier is NaN where that failed.
 
-    Guesses are so good that one evaluation often suffices: what a tiny step leaves is its
-    square. The multiplier is NaN where Newton's method failed.
+    Guesses are so good that one evaluation often suffices: what a tiny step leaves is its square.
     """
     points = np.clip(guess, *f.domain)
     multipliers = np.full(len(points), np.nan)

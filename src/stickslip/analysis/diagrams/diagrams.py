@@ -15,17 +15,17 @@ from stickslip.analysis.branches.along.break_lines import follow_breaks
 from stickslip.analysis.diagrams.assemble import trace_strands
 from stickslip.analysis.diagrams.at_values import fill
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
-from stickslip.analysis.maps.arguments import checked_range
+from stickslip.analysis.maps.arguments import checked_range, line_family
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.threads import in_threads
 from stickslip.checks import (
     MOST_KEPT,
     check_callback,
     flag,
-    grid,
     shown,
     whole_number,
 )
+from stickslip.checks import grid as grid_values
 from stickslip.numerics.targets import available_threads
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.nodes import Node
     from stickslip.analysis.branches.along.break_lines import BreakLine
     from stickslip.analysis.diagrams.assemble import Traced
-    from stickslip.analysis.maps.protocol import Floats, MapFamily
+    from stickslip.analysis.maps.protocol import Floats, MapFamily, Modelled
 
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
 FEWEST: Final = 48  # iterates by which a motion that is no cycle can be recognised
@@ -46,36 +46,36 @@ AT_END: Final = 1e-9  # of the range: at this distance from its end there may be
 
 
 def bifurcation_diagram(
-    family: MapFamily,
-    name: str,
-    values: ArrayLike,
+    system: MapFamily | Modelled[MapFamily],
+    parameter: str,
+    grid: ArrayLike,
     *,
     max_period: int = 4,
     window: tuple[float, float] | None = None,
     iterates: int = 64,
     attractors: bool = True,
-    lists: int = 24,
+    n_lists: int = 24,
     progress: Callable[[float], None] | None = None,
 ) -> Diagram:
-    """Follow all periodic orbits, the attractors and the breakpoints of a map over a parameter.
+    """Follow all periodic orbits, the attractors and the breakpoints over a parameter.
 
     Parameters
     ----------
-    family : map with parameters
-        An event map, a `PiecewiseMap`, or anything else that offers `MapFamily`.
-    name : str
-        The parameter that varies.
-    values : tuple of (float, float, int) or array_like of float, shape (n,)
-        A grid ``(lo, hi, n)``, or a list or array of at least two ascending values.
+    system : model or map with parameters
+        Such as a `TwoBlock`, an event map or a `PiecewiseMap`.
+    parameter : str
+        The parameter that varies, as in ``system.parameters``.
+    grid : tuple of (float, float, int) or array_like of float, shape (n,)
+        ``(lo, hi, n)``, or a list or array of at least two ascending values.
     max_period : int
         All orbits up to this period are followed, stable or not.
     window : tuple of float, optional
-        Part of the domain to look at; orbits that leave it have left.
+        Part of the map's domain to look at; orbits that leave it have left.
     iterates : int
         Points kept of an attractor that is no cycle.
     attractors : bool
         Whether to look for attractors besides the stable ones among the orbits.
-    lists : int
+    n_lists : int
         Complete lists of orbits that are made over the range, besides those next to every
         bifurcation; two orbits born and lost between neighbouring ones stay unseen.
     progress : callable, optional
@@ -84,50 +84,52 @@ def bifurcation_diagram(
     Returns
     -------
     Diagram
+        Orbits as curves with located ends, attractors and breakpoints; ``.plot()``,
+        ``.table()``, ``.save()``, ``.to_xarray()``.
 
     Raises
     ------
     ValueError
-        The values are not numbers in ascending order, `name` is not a parameter, or a count
-        is below 1.
+        Neither a model nor a map with parameters; the values do not ascend, `parameter` is not
+        one, or a count is too small.
 
     Notes
     -----
-    Orbits: complete lists at some tens of values, all changes between them located, and
-    every orbit solved for at every value from where it begins to where it ends. Attractors:
-    handed on from value to value, with the orbits of all critical points followed at each;
-    "chaotic" rests on a finite number of iterates, `attractors` gives proof. One that holds
-    no image of a break or turning point is looked for near the lists only.
+    Every orbit is solved for at every value from where it begins to where it ends, and both
+    ends are located. Attractors that are no short cycles are handed on from value to value;
+    "chaotic" rests on a finite number of iterates, `attractors` of one map gives proof.
 
     Examples
     --------
     >>> import stickslip as ss
-    >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.0})
-    >>> diagram = bifurcation_diagram(f, "r", np.linspace(2.8, 3.5, 71), max_period=2)
-    >>> [(curve.period, curve.ends[0].reason) for curve in diagram.orbits]
-    [(1, 'end of range'), (1, 'end of range'), (2, 'flip')]
+    >>> diagram = ss.bifurcation_diagram(
+    ...     ss.examples.coulomb(), "V", np.linspace(0.0366, 0.0372, 41), n_lists=4
+    ... )
+    >>> [(curve.period, curve.ends[1].reason) for curve in diagram.orbits][-1]
+    (4, 'border_collision')
     """
-    values = grid("values", values).copy()
+    family = line_family(system)
+    values = grid_values("grid", grid).copy()
     if values.size < 2 or (np.diff(values) <= 0).any():
         raise ValueError(
-            f"values = {shown(values)}: a grid (lo, hi, n) with lo < hi, or at least two numbers "
+            f"grid = {shown(grid)}: (lo, hi, n) with lo < hi, or at least two numbers "
             "in ascending order are needed."
         )
-    checked_range(family, name, (values[0], values[-1]), "values")
+    checked_range(family, parameter, (values[0], values[-1]), "grid")
     max_period = whole_number("max_period", max_period, 1, at_most=MOST_KEPT)
     iterates = whole_number("iterates", iterates, 1, at_most=MOST_KEPT)
-    lists = whole_number("lists", lists, 2, at_most=MOST_KEPT)
+    n_lists = whole_number("n_lists", n_lists, 2, at_most=MOST_KEPT)
     attractors = flag("attractors", attractors)
     check_callback("progress", progress, "the share of the work that is done")
     report = progress or (lambda share: None)
     survey = Survey(
-        Family(family, name, window),
+        Family(family, parameter, window),
         float(values[0]),
         float(values[-1]),
         max_period,
         lambda share: report(0.4 * share),
     )
-    survey.run(lists)
+    survey.run(n_lists)
     traced = trace_strands(survey)
     maps = [survey.family.at(q) for q in values]
     anchors = _anchors(survey)
@@ -139,11 +141,11 @@ def bifurcation_diagram(
     table = _attractor_table(maps, values, orbits, critical, anchors, iterates, attractors, steps)
     report(1.0)
     return Diagram(
-        parameter=name,
+        parameter=parameter,
         values=values,
         max_period=max_period,
         window=window,
-        parameters={key: v for key, v in family.parameters.items() if key != name},
+        parameters={key: v for key, v in family.parameters.items() if key != parameter},
         orbits=orbits,
         attractors=table,
         breakpoints=breaks,
@@ -230,10 +232,7 @@ def _missing(
 def _critical_points(
     values: Floats, breaks: Sequence[BreakLine], anchors: Sequence[Node]
 ) -> list[Floats]:
-    """Gather breaks and turning points of the map at each value.
-
-    Turning points are interpolated: the map's value there is wrong by the square of that error.
-    """
+    """Gather breaks and, interpolated between anchors, turning points at each value."""
     lines = [line.d for line in breaks]
     for left, right in pairwise(anchors):
         one, other = left.table.turning_points, right.table.turning_points

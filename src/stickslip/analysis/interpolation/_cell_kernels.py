@@ -21,10 +21,9 @@ ROW: Final = 16  # numbers of a cell, one of them unused: two lines of the cache
 
 
 class CellTable(NamedTuple):
-    """Entries of equal parts of the domain, and the polynomials of the cells.
+    """Entries of equal parts of the domain, the first ``n``, and the polynomials of the cells.
 
-    An entry is the row of a cell, `DIRECT`, or -2 - k if it is cut into the `FAN` entries
-    ``entries[FAN k:]``. The first ``n`` entries are those of the whole domain.
+    An entry is the row of a cell, `DIRECT`, or -2 - k: cut into `FAN` entries ``entries[FAN k:]``.
     """
 
     low: float
@@ -64,11 +63,7 @@ def cubic_slope(c: Floats, k: int, u: float, square: float) -> float:
 
 @kernel(inline=True)
 def cell_value(table: CellTable, row: int, x: float) -> tuple[float, float]:
-    """Value and slope of a cell's polynomial.
-
-    An orbit waits for each value, so that what counts is the longest chain of operations: four
-    terms at a time (Estrin), of which few depend on another.
-    """
+    """Value and slope of a cell's polynomial (Estrin's scheme: few operations wait for others)."""
     cell, c = table.rows[row], table.rows[row, COEFFICIENTS:]
     u = (x - cell[0]) * cell[1]
     square = u * u
@@ -82,10 +77,7 @@ def cell_value(table: CellTable, row: int, x: float) -> tuple[float, float]:
 
 @kernel
 def follow_cells(table: CellTable, orbit: Floats, slope: Floats, done: NDArray[np.int64]) -> None:
-    """Go on with orbits from column `done` until they end or meet a place without polynomial.
-
-    `orbit` (m, n + 1) takes the points, `slope` (m, n) the slopes there. NaN stays NaN.
-    """
+    """Go on with orbits (m, n + 1) from column `done`, up to a place without polynomial."""
     n = slope.shape[1]
     for i in range(orbit.shape[0]):
         j = done[i]

@@ -62,16 +62,7 @@ NODES, INTEGRATE = _integration()
 
 
 class TabulatedMap:
-    """A map of the line whose orbits are followed on a table; `tabulated` makes it.
-
-    It fits `Map1D`; ``evaluate`` is that of the map itself.
-
-    Attributes
-    ----------
-    f : Map1D
-        The map itself.
-    table : CellTable
-    """
+    """A `Map1D` whose orbits are followed on a table; ``evaluate`` is the map's own."""
 
     def __init__(self, f: Map1D, table: CellTable) -> None:
         self.f, self.table = f, table
@@ -90,13 +81,7 @@ class TabulatedMap:
         return self.iterate_with_slopes(x, n)[0]
 
     def iterate_with_slopes(self, x: ArrayLike, n: int) -> tuple[Floats, Floats]:
-        """Apply the map ``n`` times, and tell the slope at each point but the last.
-
-        Raises
-        ------
-        ValueError
-            A starting point is outside the domain.
-        """
+        """Apply the map ``n`` times; return orbits, and the slope at each point but the last."""
         start = checked_points(self.domain, x)
         orbit, slope = np.empty((start.size, n + 1)), np.empty((start.size, n))
         orbit[:, 0] = start.ravel()
@@ -128,19 +113,10 @@ class TabulatedMap:
 
 
 def tabulated(f: Map1D, past: Floats) -> TabulatedMap | None:
-    """Make the fast map of a map for orbits that go on where these have been.
+    """Make the fast map for orbits that go on where ``past``, a few thousand points, have been.
 
-    Parameters
-    ----------
-    f : Map1D
-    past : ndarray of float
-        Points of orbits, a few thousand; NaN are passed over.
-
-    Returns
-    -------
-    TabulatedMap or None
-        None if it would be of no use: the map knows no margins, so that breakpoints inside a
-        cell cannot be excluded, or too few of the points lie in cells.
+    None where the fast map is of no use: the map knows no margins, and breakpoints inside a cell
+    cannot be excluded, or too few of the points lie in cells.
     """
     points = past[np.isfinite(past)]
     if not points.size or np.isnan(sample(f, points[:1]).margin).all():
@@ -169,10 +145,7 @@ class _Construction:
         return place[first < last]
 
     def _refined(self, depth: int, place: Integers) -> Integers:
-        """Accept cells; return the halves of the others.
-
-        Where the map has no value the motion may be long to follow: only for an orbit's sake.
-        """
+        """Accept cells; return the halves of the others. Orbits decide on cells without a value."""
         half = 0.5 * self.width / (1 << depth)
         centre = np.asarray(self.low + (2 * place + 1) * half, dtype=np.float64)
         x = centre[:, None] + half * NODES

@@ -165,33 +165,13 @@ class InterpolatedMap:
 
 
 def interpolated_map(table: BranchTable, fit: float = FIT) -> InterpolatedMap:
-    """Make the fast map of a table, with as many more nodes as it takes.
+    """Make the fast map of a table, with as many more nodes as the fit takes.
 
-    Parameters
-    ----------
-    table : BranchTable
-        Of the true map.
-    fit : float
-        Share of the range of values by which a value may be wrong. Where it cannot be had
-        (beside singularities, above ``MAX_CELLS`` cells) `InterpolatedMap.error` says so.
-
-    Returns
-    -------
-    InterpolatedMap
-
-    Raises
-    ------
-    ValueError
-        `fit` is not between 1e-13 and 1e-3.
-
-    Notes
-    -----
     A cell passes unseen if its two neighbours predict its nodes well enough; the others are
-    compared with the true map in the middle, and halved there, until the halves are good.
-    Then random points are compared, half of them in the worst cells.
+    compared with the true map in the middle, and halved, until the halves are good. Then random
+    points are compared, half of them in the worst cells. `InterpolatedMap.error` says where the
+    fit, a share of the range of values, cannot be had (singularities, more than ``MAX_CELLS``).
 
-    Examples
-    --------
     >>> import stickslip as ss
     >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.5})
     >>> fast = interpolated_map(ss.branches(f))
@@ -264,10 +244,7 @@ class _Construction:
     def _better_kind(
         self, k: NDArray[np.intp], cells: Cells, x: Floats, true: PointValues
     ) -> tuple[Integers, Floats, Floats]:
-        """Choose the polynomials that predict the middles best, cubics if in doubt.
-
-        Returns kinds, errors in the middle, and those of cubics.
-        """
+        """Choose the kinds that predict the middles best; return also their errors and cubics'."""
         best = self.kind[k].copy()
         plain = np.abs(_cubic(cells, x) - true.value)
         # Where f'''' vanishes in the middle, so does the error, but not its slope.
@@ -326,11 +303,7 @@ def _lap_of_cell(laps: Laps) -> NDArray[np.intp]:
 
 
 def _predicted_errors(cells: Cells, lap: NDArray[np.intp]) -> Floats:
-    """Errors of the cubics from how well two cells together predict the node between them.
-
-    The error of a cubic is f'''' / 24 times the squared distances from both ends. Cells at the
-    ends of laps, where the map may be singular, count as unknown.
-    """
+    """Errors of cubics: two cells predict the node between them; unknown at the ends of laps."""
     error = np.full(len(lap), np.inf)
     first, last = cells.take(np.arange(len(lap) - 1)), cells.take(np.arange(1, len(lap)))
     both = Cells(first.x0, last.x1, first.v0, last.v1, first.s0, last.s1)

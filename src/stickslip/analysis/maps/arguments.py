@@ -5,36 +5,61 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING, Any
 
-from stickslip.checks import checked_interval, finite_number, parameter_name
+from stickslip.analysis.maps.protocol import Map1D, MapFamily, Modelled
+from stickslip.checks import checked_interval, finite_number, parameter_name, shown
 
 if TYPE_CHECKING:
-    from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.analysis.maps.protocol_nd import FamilyND
 
 
-def checked_parameter(f: MapFamily | FamilyND, name: object, role: str = "name") -> None:
-    """Check that a map has a parameter of that name.
+def map_of(f: object) -> Any:
+    """Return the map of a model, and anything else as it is."""
+    return f.as_map() if isinstance(f, Modelled) else f
+
+
+def line_map(f: object, role: str = "f") -> Map1D:
+    """Return a map of the line, or a model's.
 
     Raises
     ------
     ValueError
-        It has none; the closest known name is suggested.
+        Neither a map of the line nor a model that has one.
     """
+    found = map_of(f)
+    if isinstance(found, Map1D):
+        return found
+    raise ValueError(
+        f"{role} = {shown(f)} is neither a map of the line nor a model that has one. Take "
+        "ss.event_map(model), ss.PiecewiseMap(...) or a model such as ss.TwoBlock(...)."
+    )
+
+
+def line_family(system: object) -> MapFamily:
+    """Return a map of the line with parameters, or a model's.
+
+    Raises
+    ------
+    ValueError
+        No map of the line, or one without parameters.
+    """
+    f = line_map(system, "system")
+    if isinstance(f, MapFamily):
+        return f
+    raise ValueError(
+        f"system = {shown(system)} has no parameters to vary. Take a model such as "
+        "ss.TwoBlock(...), or ss.PiecewiseMap(..., parameters={...})."
+    )
+
+
+def checked_parameter(f: MapFamily | FamilyND, name: object, role: str = "name") -> None:
+    """Refuse the name of a parameter that the map has not, with the closest known name."""
     parameter_name(role, name, f.parameters)
 
 
 def checked_range(
     f: MapFamily | FamilyND, name: str, ends: Any, role: str = "range"
 ) -> tuple[float, float]:
-    """Return the ends of a parameter's range, both of which the map allows.
-
-    A map may say by ``searched`` how far searches along a parameter go.
-
-    Raises
-    ------
-    ValueError
-        As `checked_parameter` and `checked_interval`, or what the map says of an end.
-    """
+    """Return the ends of a range; a map may say by ``searched`` how far searches go."""
     checked_parameter(f, name)
     low, high = checked_interval(role, ends)
     widest = getattr(f, "searched", {}).get(name, (-inf, inf))

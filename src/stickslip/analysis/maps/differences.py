@@ -24,19 +24,7 @@ ORDER: Final = 4  # columns of the extrapolation table
 
 
 def complex_step(func: Callable[[NDArray[np.complex128]], Any], x: Floats) -> Floats:
-    """Differentiate an analytic function to rounding: Im f(x + ih) / h.
-
-    Parameters
-    ----------
-    func : callable
-        Takes an array, complex here, and returns one of the same shape.
-    x : ndarray of float
-
-    Returns
-    -------
-    ndarray of float
-        Nonsense where ``func`` is not analytic (``abs``, say): compare before use.
-    """
+    """Differentiate an analytic function to rounding, Im f(x + ih) / h; nonsense for ``abs``."""
     shifted = np.asarray(x, dtype=np.complex128) + 1j * COMPLEX_STEP
     slope: Floats = np.imag(func(shifted)) / COMPLEX_STEP
     # A constant may come back as one number.
@@ -50,32 +38,11 @@ def extrapolated_difference(
     usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None = None,
     n_steps: int = N_STEPS,
 ) -> tuple[Floats, Floats]:
-    """Differentiate by Ridders' method: differences at halved steps, extrapolated to zero.
+    """Return slopes and errors by Ridders' method: differences at halved steps, extrapolated.
 
-    Parameters
-    ----------
-    func : callable
-        Takes and returns arrays of one shape; NaN where undefined.
-    x : ndarray of float, shape (n,)
-    scale : float
-        Length over which ``func`` may vary; the first step is 1/64 of it.
-    usable : callable, optional
-        ``usable(x, points)`` tells, as bools, which points lie on the branch of ``x``.
-    n_steps : int
-        Steps, each half as long as the one before.
-
-    Returns
-    -------
-    slope : ndarray of float, shape (n,)
-        NaN where no step stays on the branch.
-    error : ndarray of float, shape (n,)
-        Estimated from the extrapolation table.
-
-    Notes
-    -----
-    Central differences where both neighbours are on the branch, one-sided ones elsewhere;
-    the entry whose neighbours in the table agree best wins, so steps that reach across an
-    unmarked jump lose by themselves.
+    ``usable(x, points)`` tells which points lie on the branch of x: central differences where both
+    neighbours do, one-sided ones elsewhere, NaN where no step stays on the branch. The entry of the
+    table whose neighbours agree best wins: steps across an unmarked jump lose by themselves.
     """
     steps, points = _neighbours(x, scale, n_steps)
     here = np.broadcast_to(x, points.shape)
@@ -107,12 +74,7 @@ def extrapolated_second_difference(
     usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None = None,
     n_steps: int = N_STEPS,
 ) -> tuple[Floats, Floats]:
-    """Differentiate twice: central second differences, extrapolated like the first ones.
-
-    Parameters and returned values as in `extrapolated_difference`. Both neighbours must lie
-    on the branch of ``x``; a step that reaches across an unmarked break disagrees with the
-    others and loses.
-    """
+    """Differentiate twice, as `extrapolated_difference` once; both neighbours must be usable."""
     steps, points = _neighbours(x, scale, n_steps)
     here = np.broadcast_to(x, points.shape)
     values = func(points.ravel()).reshape(points.shape)
@@ -132,11 +94,7 @@ def _neighbours(x: Floats, scale: float, n_steps: int) -> tuple[Floats, Floats]:
 
 
 def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> NDArray[np.bool_]:
-    """Tell at which steps the slopes to either side approach each other, or already agree.
-
-    Across a break they do not; and at a symmetric cusp central differences would agree with
-    each other all the same, at 0.
-    """
+    """Tell where the slopes to either side approach each other: a symmetric cusp has slopes ±s."""
     with np.errstate(invalid="ignore"):
         split = np.abs(ahead - behind)
         noise = NOISE * EPS * np.abs(centre) / h
@@ -147,11 +105,7 @@ def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> NDA
 
 
 def _best_entry(column: Floats, power: int, rounding: Floats) -> tuple[Floats, Floats]:
-    """Extrapolate a column of differences whose error starts at h**power; pick by agreement.
-
-    Values are multiples of their last bit: differences over tiny steps may agree by accident,
-    so that what rounding may do to each of them counts as well.
-    """
+    """Extrapolate a column whose error starts at h**power; pick by agreement beyond rounding."""
     best = np.full(column.shape[1:], np.nan)
     error = np.full(column.shape[1:], np.inf)
     # Central differences err in even powers of h only, one-sided ones in all.

@@ -9,8 +9,10 @@ import numpy as np
 
 from stickslip.analysis.maps.protocol import (
     Map1D,
+    Mechanism,
     PointValues,
     checked_points,
+    explanation,
     iterate,
     mix_labels,
     sample,
@@ -32,25 +34,11 @@ class LineMap:
     __slots__ = ()
 
     def power(self, p: int) -> PowerMap:
-        """Return the map f^p, which knows that it is a power of this one.
-
-        It has no value where an orbit leaves the domain.
-
-        Raises
-        ------
-        ValueError
-            ``p`` is not a whole number >= 1.
-        """
+        """Return the map f^p, which has no value where an orbit leaves the domain."""
         return PowerMap(cast("Map1D", self), whole_number("p", p, at_most=MOST_KEPT))
 
     def preimages(self, x: float) -> Floats:
-        """Return all points that the map carries to x, ascending; complete as `branches` is.
-
-        Raises
-        ------
-        ValueError
-            ``x`` is not a finite number.
-        """
+        """Return all points that the map carries to x, ascending; complete as `branches` is."""
         from stickslip.analysis.branches.preimages import preimages  # not for the first value
 
         return preimages(cast("Map1D", self), x)
@@ -166,6 +154,17 @@ class PowerMap(EvaluatedMap):
                 break
             point = float(step.value)
         return " | ".join(texts)
+
+    def explain_break(self, left: float, right: float) -> Mechanism:
+        """Return why f^p breaks between two points, and at which iterate."""
+        for k in range(self.exponent):
+            values = sample(self.base, [left, right])
+            if values.label[0] != values.label[1] or (values.status != OK).any():
+                text, block = explanation(self.base, left, right)
+                place = f" (iterate {k + 1})" if text and self.exponent > 1 else ""
+                return Mechanism(text + place, block)
+            left, right = values.value.tolist()
+        return explanation(self.base, left, right)
 
     def iterate(self, x: ArrayLike, n: int) -> Floats:
         """Apply f^p ``n`` times; shape ``x.shape + (n + 1,)``."""

@@ -9,7 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Final, Protocol, Self, TypeAlias, runtime_checkable
+from typing import (
+    Any,
+    ClassVar,
+    Final,
+    NamedTuple,
+    Protocol,
+    Self,
+    TypeAlias,
+    TypeVar,
+    runtime_checkable,
+)
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +32,8 @@ from stickslip.status import OK
 Floats: TypeAlias = NDArray[np.float64]
 Labels: TypeAlias = NDArray[np.uint64]
 Codes: TypeAlias = NDArray[np.integer[Any]]
+
+M = TypeVar("M", covariant=True)
 
 UNDEFINED: Final = -1  # the map's function returned NaN there: a gap
 OUTSIDE: Final = -2  # the argument is NaN or outside the domain: an orbit that has left
@@ -69,7 +81,8 @@ class Map1D(Protocol):
     - ``value_and_derivative(x)``, these two alone, faster than ``evaluate``;
     - ``iterate(x, n)``, shape (..., n + 1), faster than a loop over ``evaluate``;
     - ``itinerary(x)``, a text per point that says more than the label's number;
-    - ``base`` and ``exponent``: this map is ``base`` applied ``exponent`` times.
+    - ``base`` and ``exponent``: this map is ``base`` applied ``exponent`` times;
+    - ``explain_break(left, right)``, the `Mechanism` of a breakpoint between two points.
     """
 
     @property
@@ -78,6 +91,21 @@ class Map1D(Protocol):
 
     def evaluate(self, x: ArrayLike, /) -> MapValues:
         """Return value, derivative, label and status, all shaped like ``x``."""
+
+
+class Mechanism(NamedTuple):
+    """Why a map breaks, in words, and the block that the break concerns, if one does."""
+
+    text: str
+    block: int | None
+
+
+@runtime_checkable
+class Modelled(Protocol[M]):
+    """A model: something that makes its own map."""
+
+    def as_map(self) -> M:
+        """Return the map, of the line or of R^n."""
 
 
 @runtime_checkable
@@ -264,6 +292,12 @@ def is_ok(values: MapValues) -> NDArray[np.bool_]:
     """Return where a map has a value, so that slopes and labels there mean something."""
     ok: NDArray[np.bool_] = np.asarray(values.status) == OK
     return ok
+
+
+def explanation(f: Map1D, left: float, right: float) -> Mechanism:
+    """Return why a map breaks between two points; no words from a map that offers none."""
+    explain = getattr(f, "explain_break", None)
+    return Mechanism("", None) if explain is None else explain(left, right)
 
 
 def base_and_exponent(f: Map1D) -> tuple[Map1D, int]:

@@ -30,13 +30,7 @@ def apply(func: Function, x: Floats, parameters: Mapping[str, float], in_arrays:
 
 
 def takes_arrays(role: str, func: Function, x: Floats, parameters: Mapping[str, float]) -> bool:
-    """Tell whether a callable works elementwise on arrays, tried out at a few points.
-
-    Raises
-    ------
-    ValueError
-        It works in no way.
-    """
+    """Tell whether a callable works elementwise on arrays; a ValueError if it works in no way."""
     checked_callable(role, func)
     try:
         one_by_one = apply(func, x, parameters, in_arrays=False)
@@ -55,13 +49,7 @@ def takes_arrays(role: str, func: Function, x: Floats, parameters: Mapping[str, 
 
 
 def checked_callable(role: str, func: object) -> None:
-    """Check that something can be called.
-
-    Raises
-    ------
-    ValueError
-        It cannot.
-    """
+    """Refuse what cannot be called."""
     if not callable(func):
         raise ValueError(
             f"{role} = {shown(func)} cannot be called: a function of the point and of the "
@@ -85,13 +73,7 @@ def as_labels(numbers: NDArray[Any]) -> Labels:
 
 
 def checked_parameters(parameters: Mapping[str, float]) -> dict[str, float]:
-    """Return parameters as floats.
-
-    Raises
-    ------
-    ValueError
-        One is not a finite number.
-    """
+    """Return parameters as floats; refuse any that is not finite."""
     instance("parameters", parameters, Mapping, 'names with their values, {"r": 3.5}')
     for name in parameters:
         instance("a name in parameters", name, str, "text")

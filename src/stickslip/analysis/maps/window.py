@@ -106,6 +106,11 @@ class WindowMap(EvaluatedMap):
         """What the whole map says of a point's branch; an AttributeError if it says nothing."""
         return self.f.itinerary  # type: ignore[attr-defined]
 
+    @property
+    def explain_break(self) -> Any:
+        """Why the whole map breaks; an AttributeError if the whole map does not say."""
+        return self.f.explain_break  # type: ignore[attr-defined]
+
     def iterate(self, x: ArrayLike, n: int) -> Floats:
         """Apply the map ``n`` times; shape ``x.shape + (n + 1,)``.
 

@@ -31,31 +31,16 @@ MANY: Final = 64.0  # roundings that may add up in a value of the map
 
 @dataclass(frozen=True, eq=False)
 class OrbitBundle:
-    """k periodic orbits of one map; arrays are padded to the longest period P.
-
-    Attributes
-    ----------
-    periods : ndarray of int, shape (k,)
-    points, slopes : ndarray of float, shape (k, P)
-        In the map's order; NaN beyond the period.
-    labels : ndarray of uint64, shape (k, P)
-        0 beyond the period.
-    """
+    """k periodic orbits of one map; arrays (k, P) are padded to the longest period P."""
 
     periods: NDArray[np.intp]
-    points: Floats
+    points: Floats  # in the map's order; NaN beyond the period
     slopes: Floats
-    labels: Labels
+    labels: Labels  # 0 beyond the period
 
     @classmethod
     def of(cls, orbits: Sequence[PeriodicOrbit], f: Map1D) -> OrbitBundle:
-        """Gather orbits of the map f.
-
-        Raises
-        ------
-        ValueError
-            An orbit is infinitely unstable: it crosses a jump, where the map has no slope.
-        """
+        """Gather orbits of the map f; refuse infinitely unstable ones, which have no slope."""
         periods = np.array([orbit.period for orbit in orbits], dtype=np.intp)
         points = np.full((len(orbits), int(periods.max(initial=1))), np.nan)
         for row, orbit in zip(points, orbits, strict=True):
@@ -97,61 +82,22 @@ class OrbitBundle:
 
 @dataclass(frozen=True, eq=False)
 class Moved:
-    """Orbits after a change of the parameter; arrays of shape (k,).
+    """Orbits after a change of the parameter; arrays of shape (k,)."""
 
-    Attributes
-    ----------
-    bundle : OrbitBundle
-        The orbits where they are now; meaningless where not `converged`.
-    converged : ndarray of bool
-        Newton's method ended where only rounding is left.
-    given_up : ndarray of bool
-        Newton's method led too far away, or its steps grew.
-    same_labels : ndarray of bool
-        Converged, and all points are on the branches that they were on.
-    collapsed : ndarray of bool
-        Converged, but onto an orbit of which the period is a multiple.
-    distance : ndarray of float
-        Largest move of a point from where it was.
-    surprise : ndarray of float
-        Largest move of a point from where the derivatives foretold it.
-    """
-
-    bundle: OrbitBundle
-    converged: NDArray[np.bool_]
-    given_up: NDArray[np.bool_]
+    bundle: OrbitBundle  # meaningless where not `converged`
+    converged: NDArray[np.bool_]  # down to rounding
+    given_up: NDArray[np.bool_]  # Newton's method led too far away, or its steps grew
+    # converged, and all points are on the branches that they were on
     same_labels: NDArray[np.bool_]
-    collapsed: NDArray[np.bool_]
-    distance: Floats
-    surprise: Floats
+    collapsed: NDArray[np.bool_]  # converged, but onto an orbit of which the period is a multiple
+    distance: Floats  # largest move of a point
+    surprise: Floats  # largest distance of a point from its forecast
 
 
 def move_orbits(
     bundle: OrbitBundle, f: MapFamily, name: str, value: float
 ) -> tuple[MapFamily, Moved]:
-    """Move orbits of the map f to another value of a parameter, together.
-
-    Parameters
-    ----------
-    bundle : OrbitBundle
-        Orbits of ``f``.
-    f : MapFamily
-    name : str
-        Of the parameter.
-    value : float
-        Its new value.
-
-    Returns
-    -------
-    f : MapFamily
-        The map at the new value.
-    moved : Moved
-
-    Notes
-    -----
-    One call for the derivatives with respect to the parameter, which foretell the points to
-    first order, and two or three evaluations of all points.
-    """
+    """Move orbits of the map f to another value of a parameter, foretold to first order."""
     change = value - f.parameters[name]
     at_value = f.replace(**{name: value})
     if not len(bundle):
@@ -171,23 +117,10 @@ def polish_orbits(
     leash: float = np.inf,
     contraction: float = np.inf,
 ) -> Moved:
-    """Solve for orbits of the map f, starting from those of a bundle.
+    """Solve for orbits of f from ``start`` (the bundle's points); the bundle's labels are expected.
 
-    Parameters
-    ----------
-    bundle : OrbitBundle
-        Its points are foretold, its labels those that the orbits should have.
-    f : Map1D
-    start : ndarray of float, shaped like the bundle's points, optional
-        First guesses, if there are better ones.
-    leash : float
-        Orbits that go further than this from where they are foretold are given up.
-    contraction : float
-        Those of which a step is longer than this share of the one before are given up, too.
-
-    Returns
-    -------
-    Moved
+    Given up are orbits further than ``leash`` from the bundle's points, and those whose step is
+    longer than ``contraction`` times the step before.
     """
     return _polish(bundle, bundle.points, f, start, leash, contraction)
 

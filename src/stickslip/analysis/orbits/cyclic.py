@@ -13,10 +13,7 @@ if TYPE_CHECKING:
 
 
 def successors(points: Floats) -> Floats:
-    """Return the point after each one around its cycle: the last axis turned by one place.
-
-    `numpy.roll` does the same at several times the cost, which small arrays feel.
-    """
+    """Return the point after each one around its cycle; on small arrays `numpy.roll` is slower."""
     return np.concatenate((points[..., 1:], points[..., :1]), axis=-1)
 
 
@@ -35,21 +32,8 @@ def turned(points: Floats, near: Floats) -> Floats:
 def solve_cyclic(slopes: Floats, right: Floats, periods: NDArray[np.intp]) -> Floats:
     """Solve s_i y_i - y_(i+1) = b_i, cyclic in each row, for many rows of their own lengths.
 
-    Parameters
-    ----------
-    slopes, right : ndarray of float, shape (k, P)
-        s and b; anything beyond the period.
-    periods : ndarray of int, shape (k,)
-
-    Returns
-    -------
-    ndarray of float, shape (k, P)
-        Not finite where the product of the slopes is 1.
-
-    Notes
-    -----
-    Forwards where the product of the slopes is within [-1, 1], backwards elsewhere, so that
-    the solution is never divided by what should be large.
+    Forwards where the product of the slopes is within [-1, 1], backwards elsewhere: the solution is
+    never divided by what should be large. Not finite where the product is 1.
     """
     used = np.arange(slopes.shape[1]) < periods[:, None]
     # Beyond the period y is handed on unchanged.
@@ -92,10 +76,7 @@ def _solve_backwards(s: Floats, b: Floats) -> Floats:
 
 
 def inverse_bound(slopes: Floats, off: Floats) -> Floats:
-    """Bound the solutions of s_i y_i - y_(i+1) = b_i over all abs(b_i) <= off_i; shapes (n, p).
-
-    The inverse has the entries s_(j+1) ... s_(i-1) / (product of all - 1), indices cyclic.
-    """
+    """Bound the solutions of s_i y_i - y_(i+1) = b_i over all abs(b_i) <= off_i; shapes (n, p)."""
     n, p = slopes.shape
     sizes = np.abs(np.hstack([slopes, slopes]))
     offs = np.hstack([off, off])

@@ -38,23 +38,13 @@ MAX_PARTS: Final = 100_000  # no more are halved at a time
 
 @dataclass(frozen=True, eq=False)
 class Brackets:
-    """Intervals on one piece of f^p each; arrays of shape (n, ...).
-
-    Attributes
-    ----------
-    piece : ndarray of int, shape (n,)
-    word : ndarray of int, shape (n, p)
-    left, right : ndarray of float, shape (n, p + 1)
-        Orbits of both ends.
-    slope_left, slope_right : ndarray of float, shape (n,)
-        Of f^p at the ends.
-    """
+    """Intervals on one piece of f^p each; ``word`` is (n, p), orbits of the ends (n, p + 1)."""
 
     piece: Indices
     word: Indices
     left: Floats
     right: Floats
-    slope_left: Floats
+    slope_left: Floats  # of f^p at the ends
     slope_right: Floats
 
     def __len__(self) -> int:
@@ -90,20 +80,9 @@ class Brackets:
 
 
 def brackets_on_diagonal(pieces: Pieces, near: float) -> tuple[Brackets, list[NearFold]]:
-    """Find an interval for every fixed point of f^p, one per class of shifted words.
+    """Find an interval for every fixed point of f^p, one per class of shifted words; near-folds.
 
-    Parameters
-    ----------
-    pieces : Pieces
-        Of f^p, all of them.
-    near : float
-        Pieces that come this close to the diagonal without touching it are near-folds.
-
-    Returns
-    -------
-    brackets : Brackets
-        On each g = f^p(x) - x is monotone and changes its sign, or vanishes at an end.
-    near_folds : list of NearFold
+    On each g = f^p(x) - x is monotone and changes its sign, or vanishes at an end.
     """
     touch = TOUCH * _scale(pieces.laps)
     whole = _whole_pieces(pieces)
@@ -164,23 +143,7 @@ def _lexicographically_less(a: Indices, b: Indices) -> Bools:
 def forward_orbits(
     laps: Laps, word: Indices, x: Floats, lower: Floats, upper: Floats
 ) -> tuple[Floats, Floats]:
-    """Follow points through given laps.
-
-    Parameters
-    ----------
-    laps : Laps
-    word : ndarray of int, shape (n, p)
-    x : ndarray of float, shape (n,)
-    lower, upper : ndarray of float, shape (n, p + 1)
-        Orbits of two points around x: rounding is not allowed to carry the orbit of x
-        outside of them.
-
-    Returns
-    -------
-    orbit : ndarray of float, shape (n, p + 1)
-    slope : ndarray of float, shape (n,)
-        Product of the slopes on the way.
-    """
+    """Follow points through given laps, between two orbits (n, p + 1); the slope of f^p as well."""
     bottom, top = np.minimum(lower, upper), np.maximum(lower, upper)
     orbit, slope = np.empty_like(bottom), np.ones(len(x))
     orbit[:, 0] = x
@@ -309,11 +272,9 @@ def _bounds_of_g(
 
 
 def _slope_error(parts: Brackets, value: Floats, slope: Floats) -> Floats:
-    """Error of the slope of the cubic through values and slopes at both ends of a part.
+    """Error of the slope of a part's cubic, seen in the middle from the true value and slope.
 
-    It is seen in the middle, from the true value and slope there. The slope alone would not do:
-    a fourth derivative bends the cubic's slope everywhere but in the middle, where it moves the
-    value.
+    The slope alone would not do: a fourth derivative bends it everywhere but in the middle.
     """
     width = parts.width
     with np.errstate(all="ignore"):
@@ -326,11 +287,7 @@ def _slope_error(parts: Brackets, value: Floats, slope: Floats) -> Floats:
 
 
 def _cubic_slopes(parts: Brackets, error: Floats) -> tuple[Floats, Floats]:
-    """Bounds of the slope from the cubics of the halves, if the whole one predicted well.
-
-    The error of a cubic's slope falls at least eightfold with each halving of a smooth
-    piece, so that seen for the whole is a wide margin for a half.
-    """
+    """Bounds of the slope from the cubics of the halves, whose error is at most an eighth."""
     s0, s1 = parts.slope_left, parts.slope_right
     with np.errstate(all="ignore"):
         mean = (parts.right[:, -1] - parts.left[:, -1]) / parts.width

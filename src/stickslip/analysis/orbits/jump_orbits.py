@@ -30,21 +30,7 @@ ROUNDING: Final = 4 * float(np.finfo(np.float64).eps)  # of the scale: of one ev
 def orbits_through_jumps(
     pieces: Pieces, table: BranchTable
 ) -> tuple[list[PeriodicOrbit], list[Unresolved]]:
-    """Find the infinitely unstable orbits of one period.
-
-    Parameters
-    ----------
-    pieces : Pieces
-        Of f^p, p the period.
-    table : BranchTable
-        Of f.
-
-    Returns
-    -------
-    orbits : list of PeriodicOrbit
-    unresolved : list of Unresolved
-        Orbits on an end of their jump: they are about to be born or lost.
-    """
+    """Find the infinitely unstable orbits of one period; unresolved where on an end of a jump."""
     slack = SAME * max(abs(end) for end in table.f.domain)
     crossings: list[tuple[Breakpoint, Floats, Indices]] = []
     unresolved: list[Unresolved] = []

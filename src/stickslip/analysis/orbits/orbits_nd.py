@@ -174,7 +174,7 @@ class OrbitListND(OrbitSequence[PeriodicOrbitND]):
     max_period : int
     unseen : tuple of Unseen
         A period each.
-    n_seeds : int
+    n_starts : int
         Of each period.
     n_evaluations : int
         Evaluations of the map.
@@ -183,7 +183,7 @@ class OrbitListND(OrbitSequence[PeriodicOrbitND]):
     orbits: tuple[PeriodicOrbitND, ...]
     max_period: int
     unseen: tuple[Unseen, ...]
-    n_seeds: int
+    n_starts: int
     n_evaluations: int
     _number: ClassVar = "orbit"
     _column_names: ClassVar = (
@@ -195,7 +195,7 @@ class OrbitListND(OrbitSequence[PeriodicOrbitND]):
     def __repr__(self) -> str:
         """Table of the orbits, then the estimates."""
         lines = [
-            f"OrbitListND: {len(self)} orbits up to period {self.max_period} from {self.n_seeds} "
+            f"OrbitListND: {len(self)} orbits up to period {self.max_period} from {self.n_starts} "
             "seeds a period; others may exist",
             "  period    hits  kind      first point; multipliers",
         ]

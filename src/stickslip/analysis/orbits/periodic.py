@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 
 from stickslip.analysis.branches.discontinuities import Unresolved
 from stickslip.analysis.branches.pieces import TooManyPiecesError, pieces_of_powers
 from stickslip.analysis.branches.table import RESOLUTION, branch_table
+from stickslip.analysis.maps.arguments import line_map, map_of
+from stickslip.analysis.maps.protocol_nd import MapND
 from stickslip.analysis.orbits.diagonal import brackets_on_diagonal, forward_orbits
 from stickslip.analysis.orbits.jump_orbits import orbits_through_jumps
 from stickslip.analysis.orbits.orbit import NearFold, OrbitList, PeriodicOrbit
+from stickslip.analysis.orbits.search_nd import N_STARTS, search_orbits
 from stickslip.analysis.orbits.shooting import Polished, polish
-from stickslip.checks import MOST_KEPT, whole_number
+from stickslip.checks import MOST_KEPT, shown, whole_number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -22,54 +25,81 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.laps import Indices, Laps
     from stickslip.analysis.branches.pieces import Pieces
     from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats, Map1D, MapValues
+    from stickslip.analysis.maps.protocol import Floats, Map1D, MapValues, Modelled
     from stickslip.analysis.orbits.diagonal import Brackets
+    from stickslip.analysis.orbits.orbits_nd import OrbitListND
 
 SAME: Final = 1e-13  # of the scale, beside the points' errors: orbits that coincide
 BORDER: Final = 1e-12  # of the scale: a point this close to a break is on it
 SHRINKINGS: Final = 80  # halvings of a bracket before Newton's method gets a last chance
 
 
+@overload
 def periodic_orbits(
-    f: Map1D,
+    f: Map1D | Modelled[Map1D],
+    max_period: int = ...,
+    *,
+    period: int | None = ...,
+    infinitely_unstable: bool = ...,
+    resolution: float | None = ...,
+    n_starts: None = ...,
+) -> OrbitList: ...
+@overload
+def periodic_orbits(
+    f: MapND | Modelled[MapND],
+    max_period: int = ...,
+    *,
+    period: int | None = ...,
+    infinitely_unstable: bool = ...,
+    resolution: None = ...,
+    n_starts: int | None = ...,
+) -> OrbitListND: ...
+def periodic_orbits(
+    f: Map1D | MapND | Modelled[Map1D] | Modelled[MapND],
     max_period: int = 1,
     *,
     period: int | None = None,
     infinitely_unstable: bool = False,
-    resolution: float = RESOLUTION,
-) -> OrbitList:
-    """Find all periodic orbits of a map, stable and unstable, each once.
+    resolution: float | None = None,
+    n_starts: int | None = None,
+) -> OrbitList | OrbitListND:
+    """Find periodic orbits of a map or model, stable and unstable, each once.
 
     Parameters
     ----------
-    f : Map1D
-        An event map, a `PiecewiseMap` or a power of one.
+    f : map or model
     max_period : int
         Minimal periods 1 to this.
     period : int, optional
         Instead: minimal period exactly this.
     infinitely_unstable : bool
-        Whether to list orbits of the map with its jumps filled in, too: one point is a jump
-        d, its image y any value between f(d-) and f(d+).
-    resolution : float
-        Of the map's table of branches (see `branch_table`).
+        On a line: whether to list orbits of the map with its jumps filled in, too: one point is
+        a jump d, its image y any value between f(d-) and f(d+).
+    resolution : float, optional
+        On a line: of the map's table of branches, 1e-9 by default.
+    n_starts : int, optional
+        In R^n: starts of Newton's method for each period, 512 by default; half of them are
+        spread over the domain, half lie on orbits after a transient.
 
     Returns
     -------
-    OrbitList
-        Complete for every piece of f, ..., f^p whose laps of f are wider than the
-        resolution; ``near_folds`` and ``unresolved`` say what could not be decided.
+    OrbitList or OrbitListND
+        On a line: complete for every piece of f, ..., f^p whose laps of f are wider than the
+        resolution; ``near_folds`` and ``unresolved`` say what could not be decided. In R^n:
+        those found from the starts; ``unseen`` estimates how many were not.
 
     Raises
     ------
     ValueError
-        A period is not a whole number >= 1.
+        A period or number of starts that is not a whole number >= 1; an option of the other
+        kind of map; neither a map nor a model.
 
     Notes
     -----
-    Breakpoints and turning points of f^p come from those of f by inverting one lap after
-    another; every piece of f^p between them that meets the diagonal is searched, rising
-    ones after splitting them where the slope is 1 (docs/theory/maps.md).
+    On a line: breakpoints and turning points of f^p come from those of f by inverting one lap
+    after another; every piece of f^p between them that meets the diagonal is searched, rising
+    ones after splitting them where the slope is 1 (docs/theory/maps.md). In R^n: damped Newton
+    steps for all points of an orbit at once, with exact Jacobians.
 
     Examples
     --------
@@ -78,13 +108,25 @@ def periodic_orbits(
     >>> [(orbit.period, orbit.stable) for orbit in ss.periodic_orbits(f, 4)]
     [(1, False), (1, False), (2, True)]
     """
+    found = map_of(f)
+    if isinstance(found, MapND):
+        if infinitely_unstable or resolution is not None:
+            name = "infinitely_unstable" if infinitely_unstable else "resolution"
+            raise ValueError(f"{name} is for maps of a line; f = {shown(f)} is a map of R^n.")
+        return search_orbits(found, max_period, period, N_STARTS if n_starts is None else n_starts)
+    f = line_map(found)
+    if n_starts is not None:
+        raise ValueError(
+            f"n_starts = {shown(n_starts)} is for maps of R^n; f = {shown(f)} is a map of a line, "
+            "whose orbits are all found."
+        )
     if period is None:
         highest = whole_number("max_period", max_period, at_most=MOST_KEPT)
         wanted = range(1, highest + 1)
     else:
         highest = whole_number("period", period, at_most=MOST_KEPT)
         wanted = range(highest, highest + 1)
-    table = branch_table(f, resolution)
+    table = branch_table(f, RESOLUTION if resolution is None else resolution)
     search = _Search(table)
     for p, pieces in search.powers(highest):
         if p in wanted:
@@ -170,10 +212,7 @@ class _Search:
         return brackets, found
 
     def _guess(self, brackets: Brackets) -> Floats:
-        """Start in the middle of bracket and image and go back once around the orbit.
-
-        That divides the error by the multiplier before Newton's method has begun.
-        """
+        """Go once back around the orbit: that divides the middle's error by the multiplier."""
         word = brackets.word
         bottom = np.minimum(brackets.left, brackets.right)
         top = np.maximum(brackets.left, brackets.right)

@@ -18,60 +18,35 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
     from stickslip.analysis.orbits.shooting_nd import Solutions
 
-N_SEEDS: Final = 512
+N_STARTS: Final = 512
 TRANSIENT: Final = 32  # iterates after which points count as being on an attractor
 STARTS: Final = 32  # orbits that are iterated for seeds
 SAME: Final = 1e-8  # of an orbit's size: points of one orbit, reached from different seeds
 
 
-def periodic_orbits(
-    f: MapND, max_period: int = 1, *, period: int | None = None, n_seeds: int = N_SEEDS
+def search_orbits(
+    f: MapND, max_period: int, period: int | None, n_starts: int = N_STARTS
 ) -> OrbitListND:
-    """Search for periodic orbits of a map of R^n, stable and unstable, each once.
+    """Search for periodic orbits of a map of R^n; see `periodic_orbits`.
 
-    Parameters
-    ----------
-    f : MapND
-    max_period : int
-        Minimal periods 1 to this.
-    period : int, optional
-        Instead: minimal period exactly this.
-    n_seeds : int
-        From which Newton's method starts, for each period: half of them spread over the domain,
-        half on orbits after a transient.
-
-    Returns
-    -------
-    OrbitListND
-        Each orbit solved to rounding; ``unseen`` estimates how many were not found. Unlike on
-        a line there is no proof that the list is complete.
-
-    Raises
-    ------
-    ValueError
-        A period or number of seeds is not a whole number >= 1.
-
-    Notes
-    -----
-    Damped Newton steps for all points of the orbit at once, with exact Jacobians. Seeds whose
-    iterates leave the domain are dropped.
+    Seeds whose iterates leave the domain are dropped.
     """
     highest = whole_number("max_period", max_period, at_most=MOST_KEPT)
     if period is not None:
         highest = period = whole_number("period", period, at_most=MOST_KEPT)
-    n_seeds = whole_number("n_seeds", n_seeds, at_most=MOST_KEPT)
+    n_starts = whole_number("n_starts", n_starts, at_most=MOST_KEPT)
     wanted = range(1, highest + 1) if period is None else (period,)
     orbits: list[PeriodicOrbitND] = []
     unseen: list[Unseen] = []
     n_evaluations = 0
-    seeds = _seeds(f, n_seeds)
+    seeds = _seeds(f, n_starts)
     for p in wanted:
         solutions = solve_orbits(f, _itineraries(f, seeds, p))
         n_evaluations += solutions.n_evaluations
         census = _census(f, solutions)
         orbits += census.orbits()
         unseen.append(census.unseen(p))
-    return OrbitListND(tuple(orbits), highest, tuple(unseen), n_seeds, n_evaluations)
+    return OrbitListND(tuple(orbits), highest, tuple(unseen), n_starts, n_evaluations)
 
 
 def _seeds(f: MapND, count: int) -> Floats:

@@ -34,46 +34,21 @@ Evaluate: TypeAlias = Callable[["NDArray[np.intp]", "Floats"], tuple["Floats", "
 
 @dataclass(frozen=True)
 class Polished:
-    """Periodic points after Newton's method; shapes (n, p) unless said otherwise.
-
-    Attributes
-    ----------
-    points : ndarray of float
-    slopes : ndarray of float
-    error : ndarray of float
-        Bound of the points' errors: inverse Jacobian times residual and rounding.
-    residual : ndarray of float, shape (n,)
-    converged : ndarray of bool, shape (n,)
-        The residuals are no larger than rounding explains, and the error is bounded.
-    """
+    """Periodic points (n, p) after Newton's method."""
 
     points: Floats
     slopes: Floats
-    error: Floats
-    residual: Floats
-    converged: NDArray[np.bool_]
+    error: Floats  # bound of the points' errors: inverse Jacobian times residual and rounding
+    residual: Floats  # shape (n,)
+    converged: NDArray[np.bool_]  # residuals are rounding, and the error is bounded
 
 
 def polish(
     evaluate: Evaluate, points: Floats, lower: Floats, upper: Floats, value_scale: float
 ) -> Polished:
-    """Solve f(x_i) = x_(i+1) for all points of many orbits together.
+    """Solve f(x_i) = x_(i+1) for all points of many orbits (n, p), kept between two bounds.
 
-    Parameters
-    ----------
-    evaluate : callable
-        ``evaluate(k, x)``: values and slopes of the map at points x of shape (m,), where k
-        are their places in the flattened ``points``.
-    points : ndarray of float, shape (n, p)
-        First guesses of n orbits.
-    lower, upper : ndarray of float, shape (n, p)
-        The points are kept between these.
-    value_scale : float
-        Size of the map's values, for their rounding.
-
-    Returns
-    -------
-    Polished
+    ``evaluate(k, x)`` returns values and slopes at x, k their places in the flattened ``points``.
     """
     points = np.clip(points, lower, upper)
     slopes, residuals = np.empty_like(points), np.empty_like(points)
@@ -103,19 +78,7 @@ def polish(
 
 
 def solve_orbit(f: Map1D, guess: Floats) -> PeriodicOrbit:
-    """Solve for the periodic orbit of a map near given points.
-
-    Parameters
-    ----------
-    f : Map1D
-    guess : ndarray of float, shape (p,)
-        In the map's order. Their branches are those of the orbit.
-
-    Returns
-    -------
-    PeriodicOrbit
-        Of period p; ``quality`` is "failed" where Newton's method did not converge.
-    """
+    """Solve for the orbit near guessed points, on their branches; "failed" if nothing converges."""
     lo, hi = f.domain
 
     def evaluate(_: NDArray[np.intp], x: Floats) -> tuple[Floats, Floats]:
@@ -152,20 +115,7 @@ def itinerary_of(f: Map1D, points: Floats, labels: Labels) -> tuple[str, ...]:
 def residual_is_rounding(
     slopes: Floats, residuals: Floats, value_scale: float, times: float = 1.0
 ) -> NDArray[np.bool_]:
-    """Tell which orbits no step can improve: a slope carries the rounding of its point on.
-
-    Parameters
-    ----------
-    slopes, residuals : ndarray of float, shape (n, p)
-    value_scale : float
-        Size of the map's values, for their rounding.
-    times : float
-        So many roundings are allowed.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-    """
+    """Tell which orbits no step can improve: a slope carries the rounding of its point on."""
     with np.errstate(invalid="ignore"):
         # Beside an infinite slope the bound would allow anything.
         allowed = times * EPS * value_scale * (1 + np.minimum(np.abs(slopes), STEEPEST))

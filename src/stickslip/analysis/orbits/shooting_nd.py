@@ -53,19 +53,9 @@ def monodromy(jacobians: Floats) -> Floats:
 
 
 def solve_orbits(f: MapND, guesses: Floats) -> Solutions:
-    """Solve for periodic orbits from many guesses at once, by damped Newton steps.
+    """Solve for periodic orbits from many guesses (m, p, n), NaN none, by damped Newton steps.
 
-    Parameters
-    ----------
-    f : MapND
-    guesses : ndarray of float, shape (m, p, n)
-        All points of an orbit each; NaN is no guess.
-
-    Returns
-    -------
-    Solutions
-        A step is halved until the residual falls; a guess whose residual cannot be made smaller
-        has found an orbit if that is rounding, else nothing.
+    A step is halved until the residual falls; where it cannot fall, the residual must be rounding.
     """
     iteration = _Iteration(f, guesses)
     for _ in range(MAX_STEPS):

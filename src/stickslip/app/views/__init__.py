@@ -7,9 +7,8 @@ from typing import Any, Final
 
 from stickslip.app import requests
 from stickslip.app.answers import Part
-from stickslip.app.views.basins import basins
 from stickslip.app.views.diagram import diagram
-from stickslip.app.views.event_map import cobweb, event_map
+from stickslip.app.views.event_map import basins, cobweb, event_map
 from stickslip.app.views.model import law, locus
 from stickslip.app.views.motion import cycle, motion
 

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip.analysis.bifurcations.bifurcations import bifurcations
+from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.analysis.maps.arguments import line_family
 from stickslip.analysis.maps.window import windowed
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app.answers import Part
 from stickslip.app.jobs import checkpoint, progress_between
-from stickslip.app.views.common import map_of, naming, range_of
-from stickslip.study.bifurcations import as_family, bifurcations
-from stickslip.study.diagram import bifurcation_diagram
-from stickslip.study.maps import periodic_orbits
+from stickslip.app.views.model import map_of, naming, range_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -48,7 +49,7 @@ SHORT: Final = {
 
 def diagram(request: requests.Diagram) -> Iterator[Part]:
     """Iterate for first dots; then follow all orbits; then find and explain their bifurcations."""
-    f = as_family(map_of(request))
+    f = line_family(map_of(request))
     low, high = range_of(f, request)
     yield from _dots(f, request, low, high)
     asked: dict[str, Any] = {"max_period": request.max_period, "window": request.window}

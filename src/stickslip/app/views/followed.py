@@ -1,7 +1,6 @@
 """Orbits of a map solved for from those of a map nearby: quick while a slider moves.
 
-What is sent are orbits of the map that was asked for, to rounding; that there are no others only
-the search tells that comes after.
+They are orbits of the map, to rounding; only the search after them tells that there are no others.
 """
 
 from __future__ import annotations
@@ -41,13 +40,7 @@ class Known:
         self._lists.append((model, tuple(o.points for o in orbits if o.jump is None)))
 
     def followed(self, f: Map1D, model: TwoBlock, max_period: int) -> Iterator[dict[str, Any]]:
-        """Solve for the orbits of the nearest model that is known, if one is near.
-
-        Yields
-        ------
-        dict
-            ``period``, ``points``, ``multiplier``, ``kind`` and ``stable`` of each that is found.
-        """
+        """Solve for the orbits of the nearest model that is known, if one is near."""
         latest_first = tuple(self._lists)[::-1]
         nearest = min(latest_first, key=lambda item: _distance(item[0], model), default=None)
         if nearest is None or _distance(nearest[0], model) > NEAR:

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.app.answers import Part
 from stickslip.app.requests import BadRequestError, model_of
-from stickslip.app.views.common import naming
+from stickslip.app.views.model import naming
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model.two_block import TwoBlock
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from stickslip.app import requests
     from stickslip.mechanics.cycle.cycle import Cycle
     from stickslip.mechanics.flow.trajectory import Event, Trajectory
-    from stickslip.study.model_values import Model
+    from stickslip.mechanics.model.values import Model
 
     Floats = NDArray[np.float64]
 
@@ -78,13 +78,7 @@ def found_cycle(request: requests.Cycle) -> Cycle:
 
 
 def start_of(model: Model, request: requests.Start) -> dict[str, Any]:
-    """Return the start as `stickslip.simulate` takes it.
-
-    Raises
-    ------
-    BadRequestError
-        Neither or both of a global stick phase and a state.
-    """
+    """Return the start, a global stick phase or a state, as `stickslip.simulate` takes it."""
     if (request.d is None) == (request.x is None) or (request.x is None) != (request.v is None):
         raise BadRequestError("give either d, a global stick phase, or both x and v, a state", "d")
     if request.d is None:

@@ -93,9 +93,7 @@ class Partner(NamedTuple):
 def partners(shooting: Shooting, point: CurvePoint, ends: tuple[float, float]) -> Partner | None:
     """Look for the cycle with other modes that a cycle meets or becomes.
 
-    From the last cycle before the change, and from motions a little larger and smaller, Newton's
-    method is tried just beyond it, then just before: there the two cycles meet and vanish. A
-    cycle is the one sought if it tends to the cycle at the change with the parameter.
+    Newton's method starts just beyond the change, then just before: there both may meet and vanish.
     """
     ahead = 1.0 if point.tangent[-1] > 0.0 else -1.0
     free = _with_word(shooting, None)
@@ -146,10 +144,7 @@ def _beside(
 
 
 def _guesses(free: Shooting, point: CurvePoint, value: float) -> Iterator[Floats]:
-    """Yield starts about the cycle at a change, near ones first: on both sides of whatever changes.
-
-    After each comes where its motion is one period later: sticking leads onto a cycle at once.
-    """
+    """Yield starts about the cycle at a change, near ones first, each also a period later."""
     n_states = int(np.count_nonzero(free.section.unknown))
     plain = np.append(point.y[:-1], value)
     directions = np.random.default_rng(SEED).normal(size=(N_DIRECTIONS, n_states))

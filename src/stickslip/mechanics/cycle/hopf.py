@@ -116,14 +116,10 @@ class HopfPoint(Result):
 
 
 def hopf_points(model: Model, speeds: tuple[float, float]) -> tuple[HopfPoint, ...]:
-    """Find all of them in a range of belt speeds, ascending.
+    """Find all Hopf points in a range of belt speeds, ascending.
 
-    Notes
-    -----
-    An eigenvalue of steady sliding is never zero, since K is positive definite: stability
-    changes by pairs on the imaginary axis alone. The growth rates are continuous in V; sign
-    changes on a grid of 400 speeds, and extrema that a parabola through three of them carries
-    across zero, are refined by bracketing.
+    K is positive definite, so that pairs alone cross the axis: sign changes of growth rates on a
+    grid, and extrema that a parabola carries across zero, are bracketed.
     """
     grid = np.geomspace(*speeds, N_SPEEDS)
     rates = np.array([_growth_rates(model, float(V)) for V in grid])
@@ -219,9 +215,8 @@ def _lyapunov(
 ) -> tuple[float | None, float]:
     """First Lyapunov coefficient of the amplitude equation, and the size of what makes it up.
 
-    Kuznetsov, Elements of Applied Bifurcation Theory (2004), eq. (3.20), for an eigenvector
-    whose largest displacement is 1 and an amplitude that is twice its coordinate. Friction is
-    the only nonlinear force: m_i v_i' has -limit F(V) + limit F(V - v_i) to third order.
+    Kuznetsov, Elements of Applied Bifurcation Theory (2004), eq. (3.20); the amplitude is twice
+    the coordinate of an eigenvector whose largest displacement is 1.
     """
     derivatives = force_derivatives(model, model.V)
     if derivatives is None:

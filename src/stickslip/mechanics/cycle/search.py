@@ -92,13 +92,7 @@ def find_cycle(
 
 
 class NoCycleError(ValueError):
-    """No cycle was found from a state.
-
-    Attributes
-    ----------
-    kind : {"slides", "undecided"}
-        Whether all blocks can be shown to slip for ever, or the search gave up.
-    """
+    """No cycle was found from a state: all blocks slip for ever, or the search gave up."""
 
     def __init__(self, why: str, kind: Literal["slides", "undecided"] = "undecided") -> None:
         super().__init__(f"no cycle was found from this state{why}")
@@ -173,13 +167,7 @@ class _Search:
                 states.popleft()
 
     def _next_event(self, state: State) -> State:
-        """Follow a motion to where its modes change.
-
-        Raises
-        ------
-        ValueError
-            They never do, or not for very long.
-        """
+        """Follow a motion to where its modes change; ValueError if they do not."""
         for _ in range(MAX_WAITS):
             leg = self.plain.leg(state, 1, max_time=WAIT * self.slowest)
             _check(leg)

@@ -29,15 +29,11 @@ EVENTS: Final = 100_000  # in one period, after which a shot is given up
 class Section(NamedTuple):
     """Where a period begins: at an extreme of a block's displacement, or with the forcing.
 
-    Every block that moves in space comes to rest in space twice a period or more, and slips
-    there, because the belt does not rest: it has no event at its own section.
-
-    ``block``: whose velocity is zero there, from 0; None of a forced model, whose period begins
-    at the forcing's phase at time 0. ``mode``: of all blocks there.
+    There the block rests in space and slips, because the belt does not rest: no event is there.
     """
 
-    block: int | None
-    mode: Ints
+    block: int | None  # from 0; None: at the forcing's phase at time 0
+    mode: Ints  # of all blocks there
 
     @property
     def slips(self) -> NDArray[np.bool_]:
@@ -87,9 +83,7 @@ def word_of(leg: Leg) -> Word:
 def multipliers(section: Section, leg: Leg, velocity: Floats) -> NDArray[np.complex128]:
     """Floquet multipliers of one period by descending size; the trivial one is left out.
 
-    The return is projected along the flow onto the section, v_k = 0. Its rank is at most the
-    number of directions that are free in the phase with most riders (N displacements and the
-    velocities that slip, less the direction of the flow): all other multipliers are exact zeros.
+    More than the directions that are free in the phase with most riders are exact zeros.
     """
     kept = section.compared
     matrix = leg.tangent[np.ix_(kept, kept)]
@@ -119,16 +113,7 @@ def _fewest_slipping(section: Section, leg: Leg) -> int:
 class Shooting:
     """Equations of a cycle along a parameter: ``F(x, slipping w, period, parameter) = 0``.
 
-    Parameters
-    ----------
-    model : TwoBlock, Blocks, Chain or Oscillator
-    name : str
-        The parameter.
-    section : Section
-    word : Word, optional
-        Changes of mode that every shot must have; any, if not given.
-    rounds : int
-        Periods of the forcing in one period of the cycle, of a forced model.
+    `word`: changes of mode that every shot must have; `rounds`: periods of the forcing in one.
     """
 
     def __init__(
@@ -175,14 +160,7 @@ class Shooting:
     # --- the equations --------------------------------------------------------------------------
 
     def shot(self, y: Floats) -> Shot:
-        """Follow one period.
-
-        Raises
-        ------
-        LeavesRegion
-            Its modes are not those that are followed, or it could not be followed; the cause is
-            the shot.
-        """
+        """Follow one period; LeavesRegion, caused by the shot, where its modes are others."""
         model, state, period = self.start(y)
         slips = self.section.slips
         if period <= 0.0 or (state.w[slips] * self.section.mode[slips] <= 0.0).any():

@@ -48,33 +48,18 @@ class State(NamedTuple):
 
 @dataclass(frozen=True)
 class Leg:
-    """A piece of a motion: where it led, how long it took, why it ended, and its derivative.
-
-    ``tangent`` (2 N, 2 N): of the last state with respect to the first, at the event that ends
-    the leg, or at its fixed duration; ``parameter`` (2 N,): likewise with respect to the
-    shooter's parameter; ``events``: (time since the start, block, new mode).
-    """
+    """A piece of a motion: where it led, how long it took, why it ended, and its derivative."""
 
     state: State
     duration: float
     status: int
-    tangent: Floats
-    parameter: Floats
-    events: list[tuple[float, int, int]]
+    tangent: Floats  # (2 N, 2 N), at the event that ends the leg or at its fixed duration
+    parameter: Floats  # (2 N,), likewise
+    events: list[tuple[float, int, int]]  # time since the start, block, new mode
 
 
 class Shooter:
-    """Follows one motion of a model, event by event.
-
-    Parameters
-    ----------
-    model : TwoBlock, Blocks, Chain or Oscillator
-    rtol : float
-    tangents : bool
-        Whether to carry derivatives with respect to the state.
-    parameter : str, optional
-        Carry the derivative with respect to this parameter of the model as well.
-    """
+    """Follows one motion of a model, event by event, with derivatives by state and a parameter."""
 
     def __init__(
         self,
@@ -175,7 +160,7 @@ class Shooter:
     def _tangent(self, time: float | None) -> Floats:
         """Differentiate the present state: at its event, or at a fixed time since the start.
 
-        An event moves the clock of a tangent; what it was moved by in all stands in the phase.
+        Events move the clock of a tangent; the phase holds the sum of these shifts.
         """
         motion, directions = self.motion, self.directions
         tangent = np.concatenate([motion.tangent_x, motion.tangent_w])

@@ -21,15 +21,11 @@ Model: TypeAlias = TwoBlock | BeltModel
 
 
 class Modes(NamedTuple):
-    """Linear motions about steady sliding, z = (displacements, velocities).
-
-    ``matrix`` (2 N, 2 N): z' = matrix z; ``values``: its eigenvalues by descending real part;
-    ``vectors``: in the same order, columns.
-    """
+    """Linear motions about steady sliding: z' = matrix z, z = (displacements, velocities)."""
 
     matrix: Floats
-    values: Complexes
-    vectors: Complexes
+    values: Complexes  # by descending real part
+    vectors: Complexes  # columns
 
 
 def steady_displacements(model: Model, V: float) -> Floats:
@@ -54,10 +50,7 @@ def modes(model: Model, V: float) -> Modes:
 
 
 def force_derivatives(model: Model, V: float) -> Floats | None:
-    """First, second and third derivative of every law at a slip speed, shape (N, 3).
-
-    None if a law has no series, because its function cannot be traced.
-    """
+    """First three derivatives of every law at a slip speed, shape (N, 3); None without a series."""
     code = law_code(model.laws)
     if code.series is None:
         return None

@@ -31,8 +31,7 @@ def slip_cycle(
 ) -> Shot | None:
     """Cycle without events near a motion in which all blocks slip, if there is one.
 
-    The motion is followed from one extreme of a displacement to the next of its kind, and
-    Newton's method tried from there.
+    Newton's method starts from two successive extremes of a displacement.
     """
     if model.structure.is_forced or (state.mode == 0).any():
         return None

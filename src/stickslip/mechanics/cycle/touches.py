@@ -23,18 +23,14 @@ SIDES: Final = ((AT_UPPER_LIMIT, -1.0), (AT_LOWER_LIMIT, 1.0))
 
 
 class Touch(NamedTuple):
-    """A place of a motion that is about to change its modes.
+    """A place of a motion that is about to change its modes."""
 
-    ``kind``: ``grazing``, a slip turns back before the block reaches the belt, ``room`` away in
-    velocity, or would have turned back beyond it (negative); ``limit``, the needed force of a
-    rider turns back before the static limit; ``landing``, a block lands with that much static
-    limit to spare (negative: it does not stick); ``tie``, two blocks have events that much apart
-    in time. ``block`` from 0.
-    """
-
+    # grazing: a slip turns back `room` (of velocity) before the belt, or beyond it (negative).
+    # limit: a rider's needed force turns back. landing: static limit to spare; negative: no stick.
+    # tie: two blocks have events `room` apart in time.
     kind: TouchKind
     time: float
-    block: int
+    block: int  # from 0
     room: float
 
 

@@ -167,10 +167,9 @@ def carry(
     controls: Controls,
     itinerary: NDArray[np.int8],
 ) -> tuple[float, int, np.uint64, float, int]:
-    """Follow a motion from the global stick phase `d` to the next one, where it is left.
+    """Follow a motion to the next global stick phase, left in ``scratch.motion``.
 
-    Returns (duration, events, label, margin, status); the last state with its tangents is in
-    ``scratch.motion``. `itinerary` (phases, n) takes the modes as far as it reaches.
+    (duration, events, label, margin, status); `itinerary` (phases, n) takes modes while it lasts.
     """
     motion, directions, long_motion, long_directions, saved, work = scratch
     n, n_columns = motion.mode.shape[0], motion.tangent_x.shape[1]

@@ -52,10 +52,7 @@ def follow_each(  # type: ignore[no-untyped-def]
     most_events,
     mean_duration,
 ):
-    """Follow the orbits of ``starts``: the fields of `ModelTable`, `Path`, `LongRun`, `Followed`.
-
-    Paths have a row for each start; a start that is NaN is left as it is.
-    """
+    """Follow orbits; arguments: fields of `ModelTable`, `Path`, `LongRun`, `Followed`."""
     i = cuda.grid(1)
     if i >= starts.shape[0]:
         return

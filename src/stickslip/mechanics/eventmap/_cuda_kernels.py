@@ -52,10 +52,7 @@ def carry_each(  # type: ignore[no-untyped-def]
     margin,
     status,
 ):
-    """Evaluate the map at each ``d``; `directions` (columns, ...) are those of the tangents.
-
-    The arrays behind ``d`` are the fields of `Outputs`. NaN goes through.
-    """
+    """Evaluate the map at each ``d``; the arrays after it are fields of `Outputs`."""
     i = cuda.grid(1)
     if i >= d.shape[0]:
         return

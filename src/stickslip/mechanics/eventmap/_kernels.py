@@ -129,8 +129,7 @@ def loop_norm(motion: Motion, n_columns: int) -> float:
 def event_margin(system: System, laws: Floats, motion: Motion) -> float:
     """Clearance at an event: of landings from a touch, of all from the static limits.
 
-    A rider close to its limit as the other block lands would soon have left in its slip; one
-    that reaches its limit while the other slips forward may have come there tangentially.
+    A rider at its limit while the other slips forward may have come there tangentially.
     """
     margin = math.inf
     for block in range(2):
@@ -175,10 +174,9 @@ def carry(
     controls: Controls,
     itinerary: NDArray[np.int8],
 ) -> tuple[float, float, int, np.uint64, float, int]:
-    """Follow a motion from the global stick phase `d` to the next one.
+    """Follow a motion to the next global stick phase.
 
-    Returns (value, duration, events, label, margin, status). Tangents of the last state stay
-    in `motion`. `itinerary` takes the codes of the phases as far as it reaches.
+    (value, duration, events, label, margin, status); tangents of the last state stay in `motion`.
     """
     motion, long_motion, saved, work = scratch
     n_columns = motion.directions.shape[0]

@@ -335,8 +335,7 @@ def carry_block(
 ) -> None:
     """Carry starts ``value[start : start + n]`` to their values, and slopes if there is room.
 
-    `few`: motions that are not worth going on with beyond `ROUNDS`; `traced`: whether to keep
-    label, number of events and duration of each motion that returns, in LABEL, COUNT, ELAPSED.
+    Motions fewer than `few` stop at `ROUNDS`; `traced` keeps LABEL, COUNT, ELAPSED of each.
     """
     slopes = slope.size > 0
     for i in range(n):
@@ -414,12 +413,7 @@ def carry_lanes(
     stop: int,
     max_events: int,
 ) -> None:
-    """Turn starts ``value[start:stop]`` into values; NaN where the exact engine is to be asked.
-
-    inf where the motion does not return to global stick within `max_events`.
-
-    `slope`: as long as `value`, or empty. `row`: `plant_at`; `b`, `index`: scratch.
-    """
+    """Turn starts into values: NaN asks the exact engine, inf: no return within `max_events`."""
     plant = plant_of_row(row)
     few = max_events // EVENTS_PER_LANE
     for at in range(start, stop, BLOCK):

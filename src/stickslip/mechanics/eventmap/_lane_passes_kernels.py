@@ -86,10 +86,7 @@ POLISHED_LANDING = 3e-4
 
 @kernel(inline=True, fused=True)
 def plant_of(common: Plant, rows: Floats, b: Floats, k: np.uint64) -> Plant:
-    """Give the plant of an item: the common one, or its own if there is a column for each motion.
-
-    Numba knows the number of dimensions, so that only one of the two is compiled.
-    """
+    """Give the plant of an item: the common one, or its own if `rows` has a column for each."""
     if rows.ndim == 1:
         return common
     # fmt: off
@@ -315,10 +312,9 @@ def return_slopes(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
 
 @kernel(fused=True)
 def release_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
-    """Slips up to the time at which the rider reaches a limit: the upper one if backward.
+    """Slips up to FREED_TIME, at which the rider reaches a limit: the upper one if backward.
 
-    Its force changes one way between the ends of the search: Halley's method from a good
-    guess. FREED_TIME becomes the time. Both blocks then slip the same way.
+    Its force changes one way between the ends of the search: Halley's method from a good guess.
     """
     wide_vectors()
     base = ZERO
@@ -399,8 +395,7 @@ def release_slopes(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None
 def start_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Begin of slips of both blocks, TWO_FRESH of which (-1 or 1) from rest, and a first step.
 
-    The block from rest has a root at the start: divided by time its distance is at least
-    ``f' - m t / 2``, so it stays off the belt until ``2 f' / m``.
+    Divided by time the distance of the latter is at least ``f' - m t / 2``: no root until 2 f' / m.
     """
     wide_vectors()
     base = ZERO
@@ -447,8 +442,7 @@ def start_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
 def step_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
     """Carry slips of both blocks as far as bounds prove that neither touches the belt.
 
-    TWO_LANDS: the block (-1 or 1) that is now proved to land next, and soon; 0 while none
-    is; `UNDECIDED` next to a touch. A decided item stays as it is, in this pass and later.
+    TWO_LANDS: the block (-1, 1) proved to land next, 0 none, `UNDECIDED` next to a touch; it stays.
     """
     wide_vectors()
     base = ZERO
@@ -494,10 +488,7 @@ def step_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
 
 @kernel(fused=True)
 def landing_pass(common: Plant, rows: Floats, b: Floats, n: np.uint64) -> None:
-    """Carry slips of both blocks to the landing of one, and say what it does there.
-
-    NEXT_MODE is its new mode; END_LANDS stays the block; END_TIME becomes the whole time.
-    """
+    """Carry slips of both blocks to the landing of END_LANDS at END_TIME; NEXT_MODE is its mode."""
     wide_vectors()
     base = ZERO
     while base < n:

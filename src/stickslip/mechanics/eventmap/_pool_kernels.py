@@ -113,8 +113,7 @@ def advance_orbits(
 ) -> None:
     """Fill rows ``start..stop`` of `orbits`, each from its place ``filled`` on.
 
-    `outputs` holds what is known of the last motion of each row. A row with the status
-    `HANDED_OVER` waits for the scalar engine to carry its last place once.
+    A row with the status `HANDED_OVER` waits for the scalar engine to carry its last place.
     """
     steady_1 = force(laws[0], -1, system.V)
     steady_2 = system.beta * force(laws[1], -1, system.V)
@@ -278,10 +277,7 @@ def meet(
     pool: int,
     lane: int,
 ) -> int:
-    """Deal with what the screening of a step found; return a row whose motion ended, or -1.
-
-    What happens at an event is what the scalar engine does in `carry`.
-    """
+    """Deal with the signals of a step as `carry` does; return a row whose motion ended, or -1."""
     x, taken, motion = pools.x[pool], pools.taken, pools.motion
     h = first_event(system, pools, pool, lane)
     if h >= 0.0 and watch:
@@ -351,11 +347,7 @@ def finish(
 
 @kernel(inline=True)
 def first_event(system: System, pools: Pools, pool: int, lane: int) -> float:
-    """Find the first contact on a lane's last step; return its time, negative if that failed.
-
-    Without a contact ``motion.event`` stays 0 and the time is the step's length. Only signals
-    that the screening could not clear are searched.
-    """
+    """Time of the first contact on a lane's last step, else its length; negative if that failed."""
     x, taken, motion = pools.x[pool], pools.taken, pools.motion
     flag = int(taken[FLAG + lane])
     first = 1 if pool == 1 else 0

@@ -23,14 +23,7 @@ DEVICES = ("cpu", "cuda")
 def carrier_for(
     model: TwoBlock, engine: EngineName, controls: Controls, device: str, threads: int
 ) -> Carrier:
-    """Choose what carries the motions of a model.
-
-    Raises
-    ------
-    ValueError
-        As in `engine_for`; an unknown device; 'cuda' without a GPU, or for a model that only
-        the CPU carries.
-    """
+    """Choose what carries the motions of a model; ValueError if the device cannot."""
     if one_of("device", device, DEVICES) == "cuda":
         from stickslip.mechanics.eventmap.cuda_carrier import CudaCarrier  # needs numba-cuda
 

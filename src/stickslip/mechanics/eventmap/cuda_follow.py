@@ -36,13 +36,7 @@ def follow_on_gpu(
     verdicts: LongRun,
     followed: Followed,
 ) -> None:
-    """Follow the orbit of each start by the loop of `following`; results as `follow` has them.
-
-    Raises
-    ------
-    ValueError
-        The law cannot be traced.
-    """
+    """Follow the orbit of each start by the loop of `following`; results as `follow` has them."""
     check_traced(engine)
     kernel = _kernels(engine, following).follow_each
     for part in batches(starts.size, PATH_NUMBERS * (n + 1)):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip.analysis.maps.power import LineMap
 from stickslip.checks import MOST_STEPS, Many, parameter_name, shown, whole_number
 from stickslip.mechanics.eventmap.carrier import Carrier
 from stickslip.mechanics.eventmap.carriers import carrier_for
@@ -19,12 +20,13 @@ from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import available_threads
 
 if TYPE_CHECKING:
+    from stickslip.analysis.maps.protocol import Mechanism
     from stickslip.mechanics.flow.trajectory import Trajectory
 
 Floats: TypeAlias = NDArray[np.float64]
 
 
-class EventMap:
+class EventMap(LineMap):
     """The event map of a model; `stickslip.event_map` makes it.
 
     Calling it carries relative displacements from one global stick phase to the next:
@@ -113,6 +115,12 @@ class EventMap:
         from stickslip.mechanics.flow.trajectory import simulate  # not for the first value
 
         return simulate(self.model, d=d, until="stick", max_events=max_events, engine=self.engine)
+
+    def explain_break(self, left: float, right: float) -> Mechanism:
+        """Return why the map breaks between two starting points, adjacent floats."""
+        from stickslip.mechanics.eventmap.mechanism import mechanism_between  # seldom asked
+
+        return mechanism_between(self, left, right)
 
     # --- values ---------------------------------------------------------------------------
 

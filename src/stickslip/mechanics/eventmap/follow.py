@@ -43,31 +43,9 @@ def follow(
 ) -> tuple[LongRun, Followed]:
     """Follow the orbit of each starting point under the map of its own model.
 
-    Parameters
-    ----------
-    engine : Engine
-        Its kernels serve all the models; its own system and laws are not looked at.
-    models : ModelTable
-    starts : ndarray of float, shape (m,)
-        Inside the domain of their models; NaN for those that are to be passed over.
-    controls : Controls
-    transient, n : int
-        Maps applied before the stretch that is looked at, and its length.
-    max_period : int
-        Longest period that is recognised.
-    tail : int
-        Number of last points that are kept, at most n + 1.
-    device : {"cpu", "cuda"}
-
-    Returns
-    -------
-    LongRun, Followed
-        An entry for each starting point, whatever the other ones are.
-
-    Raises
-    ------
-    ValueError
-        The law cannot be traced, and the device is a GPU.
+    `engine` serves all models by its kernels alone. Starts that are NaN are passed over. After
+    `transient` maps, `n` are looked at, for periods up to `max_period`; `tail` <= n + 1 last points
+    are kept. Results have an entry for each start and depend on no other start.
     """
     verdicts, followed = new_long_run(starts.size), new_followed(starts.size, tail)
     if device == "cuda":

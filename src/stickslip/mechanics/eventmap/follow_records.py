@@ -12,51 +12,36 @@ from stickslip.mechanics.flow.system import Floats, Ints
 
 
 class ModelTable(NamedTuple):
-    """Models of two blocks, and which starting point belongs to which.
-
-    ``alpha``, ``beta``, ``V``, ``law_row``: one entry a model; ``laws`` (rows, 2, columns):
-    parameter rows of the laws; ``of_start``: the model of each starting point.
-    """
+    """Models of two blocks, one entry each, and which starting point belongs to which."""
 
     alpha: Floats
     beta: Floats
     V: Floats
-    laws: Floats
+    laws: Floats  # (rows, 2, columns): parameter rows
     law_row: Ints
-    of_start: Ints
+    of_start: Ints  # the model of each starting point
 
 
 class Followed(NamedTuple):
-    """What is kept of each orbit besides the verdict.
+    """What is kept of each orbit besides the verdict."""
 
-    ``status``: OK, or why its last motion has no value; ``steps``: maps applied, the transient
-    included; the rest is of the stretch after the transient: its last points ``tail``
-    (m, kept), and events and time of a step.
-    """
-
-    status: NDArray[np.int8]
-    steps: NDArray[np.int64]
-    tail: Floats
-    mean_events: Floats
+    status: NDArray[np.int8]  # OK, or why the last motion has no value
+    steps: NDArray[np.int64]  # maps applied, the transient included
+    tail: Floats  # (m, kept): last points
+    mean_events: Floats  # of a step after the transient, as the rest
     most_events: Ints
     mean_duration: Floats
 
 
 class Abreast(NamedTuple):
-    """Orbits that are followed side by side, a slot for each, and scratch of the lanes.
+    """Orbits that are followed side by side, a slot for each, and scratch of `_lane_kernels`."""
 
-    ``rows`` (plants' numbers, slots), ``x``, ``orbit``: plant, present point and number of the
-    orbit in each slot; ``value``, ``slope``: of its next step. ``point`` (slots, n + 1),
-    ``label``, ``log_slope`` (slots, n): paths, in the order of the starting points.
-    ``streams``, ``lists``: scratch of `_lane_kernels`.
-    """
-
-    rows: Floats
+    rows: Floats  # (numbers of a plant, slots)
     x: Floats
-    orbit: Ints
-    value: Floats
+    orbit: Ints  # number of the orbit in the slot
+    value: Floats  # of the next step, as slope
     slope: Floats
-    point: Floats
+    point: Floats  # (slots, n + 1), paths as label and log_slope (slots, n)
     label: NDArray[np.uint64]
     log_slope: Floats
     streams: Floats

@@ -28,9 +28,7 @@ SMALLEST_TILE = 8192
 class LaneCarrier:
     """Constant kinetic friction: values and slopes by lanes, all else by the exact engine.
 
-    Where lanes pass (a decision too close, a motion too long) the exact engine gives the
-    value too. Which of them answers depends on d alone, so values do not depend on how many
-    are asked together, on what else is asked of them, or on threads.
+    Which of them answers depends on d alone: not on how many are asked together, nor on threads.
     """
 
     def __init__(self, model: TwoBlock, engine: Engine, controls: Controls, threads: int) -> None:
@@ -83,10 +81,7 @@ class LaneCarrier:
         return self.exact.itinerary(d)
 
     def _by_lanes(self, d: Floats, slopes: Floats) -> tuple[Floats, NDArray[np.intp]]:
-        """Values and, if there is room for them, slopes; indices that the lanes passed on.
-
-        All that goes through whole arrays is part of a thread's task: memory is as slow as maps.
-        """
+        """Values and, if there is room, slopes; indices that the lanes passed on."""
         values = np.empty(d.size)
         passed: list[NDArray[np.intp]] = []
 

@@ -32,8 +32,7 @@ SMALLEST_TILE = 512
 class PoolCarrier(PlainCarrier):
     """Two undamped blocks with one formula for both: many motions at once, in pools.
 
-    What the pools hand over, and derivatives by parameters, the scalar engine carries. Which of
-    the two carries a motion depends on that motion alone, and so do the bits of its value.
+    The scalar engine carries what pools hand over. Which of them does depends on the motion alone.
     """
 
     def __init__(

@@ -33,22 +33,10 @@ DECISIONS = ("blocks_of_event", "event_margin", "mode_code", "value_tangent")
 
 @dataclass(frozen=True, eq=False)
 class MovingPools:
-    """Carries motions of one model in pools.
+    """Carries motions of one model in pools."""
 
-    Attributes
-    ----------
-    engine : Engine
-        The scalar engine, whose decisions at events are taken.
-    scalar : module
-        Its kernels of the event map.
-    series : LawSeries
-        Of the model's laws.
-    model : TwoBlock
-    controls : Controls
-    """
-
-    engine: Engine
-    scalar: ModuleType
+    engine: Engine  # the scalar engine, whose decisions at events are taken
+    scalar: ModuleType  # its kernels of the event map
     series: LawSeries
     model: TwoBlock
     controls: Controls

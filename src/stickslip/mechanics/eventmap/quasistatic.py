@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 class QuasistaticCarrier(PlainCarrier):
     """Carries motions with the belt at rest: the kernels of the moving belt, V = 0 in them.
 
-    A block that leaves at its limit L starts with the acceleration -L (1 - F(0)), not zero, so
-    that no speed of the belt is needed to begin.
+    A block leaves its limit L with the acceleration -L (1 - F(0)), which must not be zero.
     """
 
     def __init__(
@@ -79,10 +78,9 @@ class QuasistaticCarrier(PlainCarrier):
         return 1.0 + (1.0 + 2.0 * alpha) * d - beta
 
     def _slopes_of_tie(self, d: Floats, value: Floats, direction: Floats) -> Floats:
-        """One-sided slopes where both leave together, from the side of smaller d.
+        """One-sided slopes where both leave together: infinite, from the side of smaller d.
 
-        There block 1 sets block 2 loose after a time that grows as the square root of the
-        distance, so that the slope is infinite; without a coupling it never does.
+        There block 1 frees block 2 after a time that grows as the square root of the distance.
         """
         alpha = self.engine.system.alpha
         if alpha == 0.0 or direction[BETA] != 0.0 or direction[START] == 0.0:

@@ -1,7 +1,6 @@
 """What goes into the event map's kernels besides a motion, and what comes out of them.
 
-Not part of the template: one class for all engines, or numba would look its type up by the
-slow way at every call.
+One class for all engines, not part of a template: numba would look its type up slowly.
 """
 
 from __future__ import annotations
@@ -25,13 +24,10 @@ class Controls(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """What a motion leaves, an entry (``derivative``: a row) for each starting point.
-
-    Of n > 2 blocks ``value`` is (m, n - 1) and ``derivative`` (m, n - 1, columns).
-    """
+    """What a motion leaves, an entry for each start; of n > 2 blocks `value` is (m, n - 1)."""
 
     value: Floats
-    derivative: Floats
+    derivative: Floats  # (m, columns), (m, n - 1, columns)
     duration: Floats
     n_events: NDArray[np.int64]
     label: NDArray[np.uint64]
@@ -40,40 +36,30 @@ class Outputs(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Arrays of one thread: a motion, its twin with the columns of a loop, a saved state.
-
-    ``work`` belongs to the engine.
-    """
+    """Arrays of one thread."""
 
     motion: Motion
-    long_motion: Motion
+    long_motion: Motion  # twin with the columns of a loop
     saved: Motion
-    work: Any
+    work: Any  # of the engine
 
 
 class Pools(NamedTuple):
-    """Three pools of motions (`flow.lanes.layout`), and arrays for the one at an event.
+    """Three pools of motions (`flow.lanes.layout`), and arrays for the one at an event."""
 
-    ``laws``: parameter rows of `friction.series`; ``x`` (3, KEPT): numbers of the motions;
-    ``taken`` (SIZE of the law's steps,): the step that was taken last, of one of the pools;
-    ``tags`` (3, places, 4), ``labels`` (3, places): `Tags`; ``counts`` (3,): motions in each pool;
-    ``flagged``, ``rows``: lanes with an event, rows that may go on; ``w``, ``e``, ``signal``:
-    polynomials of the step; ``reciprocals``: 1 / k.
-    """
-
-    laws: Floats
-    x: Floats
-    taken: Floats
-    tags: NDArray[np.int64]
+    laws: Floats  # parameter rows of `friction.series`
+    x: Floats  # (3, KEPT): numbers of the motions
+    taken: Floats  # (SIZE,): the step taken last, of one of the pools
+    tags: NDArray[np.int64]  # (3, places, 4), as labels: `Tags`
     labels: NDArray[np.uint64]
-    counts: NDArray[np.int64]
-    flagged: NDArray[np.int64]
-    rows: NDArray[np.int64]
+    counts: NDArray[np.int64]  # motions in each pool
+    flagged: NDArray[np.int64]  # lanes with an event
+    rows: NDArray[np.int64]  # that may go on
     motion: Motion
     w: Floats
     e: Floats
     signal: Floats
-    reciprocals: Floats
+    reciprocals: Floats  # 1 / k
 
 
 class Tags(NamedTuple):

@@ -65,19 +65,15 @@ CAP = 0.85
 
 
 class Work(NamedTuple):
-    """Scratch of the engine: the state at the start of a step, and what the step found.
-
-    ``margin``: smallest clearance of a lobe or of a rider's extreme met so far, written only
-    if ``watch[0]`` is not 0. ``sliding``: time since both blocks began to slip.
-    """
+    """Scratch of the engine: the state at the start of a step, and what the step found."""
 
     start_w: Floats
     start_e: Floats
     start_w_low: Floats
     start_e_low: Floats
-    margin: Floats
+    margin: Floats  # smallest clearance so far, if watch[0] is not 0
     watch: Floats
-    sliding: Floats
+    sliding: Floats  # time since both blocks began to slip
 
 
 def new_work() -> Work:
@@ -132,8 +128,7 @@ def advance(
 ) -> tuple[float, int]:
     """Carry `motion` to its next event, or on by a bounded time; return that time and a status.
 
-    ``motion.event`` says what happened to each block; modes are left for `settle`. `cap` ends
-    the step early (the end of a trajectory); `rtol` belongs to the adaptive engine.
+    ``motion.event`` says what happened to each block; modes are left for `settle`.
     """
     for block in range(2):
         work.start_w[block] = motion.w[block]
@@ -158,11 +153,7 @@ def advance(
 
 @kernel(inline=True)
 def ride(system: System, work: Work, slipper: int, e: float, t: float) -> float:
-    """Needed force of the rider at time `t`, from that of the slipper, `e`.
-
-    Both are driven by the same spring, so that no integral is left:
-    e_b' = V - alpha w_a and e_a' = (1 + alpha) w_a + V.
-    """
+    """Needed force of the rider at time `t`, from that of the slipper, `e`: both by one spring."""
     stiffness = 1.0 + system.alpha
     gained = e - work.start_e[slipper]
     steady = system.V * (1.0 + 2.0 * system.alpha) * t
@@ -187,11 +178,9 @@ def move_one(
 def time_of_return(
     system: System, laws: Floats, motion: Motion, work: Work, slipper: int
 ) -> tuple[float, float]:
-    """First time at which a slipping block reaches w = 0 while the other rides, and |w'| there.
+    """First time at which a slipping block is back while the other rides, and |w'| there.
 
-    With ``u = w + V/W^2`` a sinusoid of frequency W, ``u = V/W^2`` is a quadratic in the
-    tangent of half the angle; its root with upward crossing is written so that nothing
-    cancels, also for a return right after a tangential start. (inf, 0): no return.
+    (inf, 0): no return. A quadratic in the tangent of half the angle, written so as not to cancel.
     """
     stiffness = 1.0 + system.alpha
     frequency = math.sqrt(stiffness)
@@ -258,10 +247,7 @@ def located(rest: float) -> float:
 
 @kernel(inline=True)
 def rest_of_landing(w: float, pull: float, rate: float) -> float:
-    """Time from here to the landing of a block with w' = `pull` and w'' = -`rate`.
-
-    Where it touches the belt, w' = 0 there and the force it needs is its friction.
-    """
+    """Time from here to a landing, w' = `pull`, w'' = -`rate`; at a touch w' = 0 there."""
     if abs(pull) < LARGEST_REST * abs(rate):
         return pull / rate
     return located(-w / pull)
@@ -271,11 +257,7 @@ def rest_of_landing(w: float, pull: float, rate: float) -> float:
 def sharpen_one(
     system: System, laws: Floats, motion: Motion, work: Work, slipper: int, t: float
 ) -> float:
-    """Put `motion` at its event about time `t`, with errors below a rounding of the state.
-
-    Return the time. Its rest is the event's signal over its rate, so small that rates are
-    constant.
-    """
+    """Put `motion` at its event about time `t`, with errors below a rounding; return the time."""
     rider = 1 - slipper
     first, first_low = sharp_pull(system, laws, motion, work, slipper)
     w, w_low = work.start_w[slipper], work.start_w_low[slipper]
@@ -359,8 +341,7 @@ def rider_reaches_upper(
 ) -> tuple[float, int]:
     """First time up to `t` at which the rider reaches its upper limit, if it does.
 
-    The other block slips backward, so the rider's force grows at a rate of at least V: its
-    value at `t` (in `motion`) decides, and the root is bracketed.
+    Its force grows, at a rate of at least V: the value at `t` (in `motion`) decides.
     """
     rider = 1 - slipper
     end = limit(system, rider)
@@ -400,8 +381,7 @@ def rider_reaches_either(
 ) -> tuple[float, int]:
     """First time up to `t_end` at which a rider reaches a limit while the other slips forward.
 
-    Its force changes at a rate V - alpha w of either sign. Most often two straight lines show
-    that it stays inside; else both distances are followed by safe steps.
+    Most often two straight lines show that it stays inside; else safe steps follow both distances.
     """
     rider = 1 - slipper
     end = limit(system, rider)
@@ -452,10 +432,7 @@ def rider_reaches_either(
 def rider_touch(
     system: System, laws: Floats, motion: Motion, work: Work, slipper: int, t: float
 ) -> float:
-    """Time at which a rider, nearest to a limit at `t`, reaches it; inf if it does not.
-
-    Decided by sums of two.
-    """
+    """Time at which a rider, nearest to a limit at `t`, reaches it, by sums of two, or inf."""
     rider = 1 - slipper
     sharpen_one(system, laws, motion, work, slipper, t)
     curvature = abs(system.alpha * (friction(system, laws, motion, slipper) - motion.e[slipper]))
@@ -574,9 +551,7 @@ def mode_swings(
 def common_period(alpha: float) -> float:
     """Period of two slipping blocks where their frequencies 1 and W have a small ratio, or inf.
 
-    Their relative velocities then recur, and a period without a contact proves that there is
-    none. With incommensurate frequencies the sum of the amplitudes is approached as closely
-    as one likes, so that `mode_swings` decides.
+    A period without a contact proves that there is none; else `mode_swings` decides.
     """
     frequency = math.sqrt(1.0 + 2.0 * alpha)
     for turns in range(1, 33):
@@ -699,10 +674,7 @@ def landing_time(
     t: float,
     tolerance: float,
 ) -> float:
-    """Time at which a block next to the belt lands, just after `t`; inf if it does not.
-
-    Where it all but touches the belt sums of two decide.
-    """
+    """Time at which a block next to the belt lands, just after `t`; inf if it does not."""
     sign = float(motion.mode[block])
     gap = sign * motion.w[block]
     slope = sign * (friction(system, laws, motion, block) - motion.e[block])

@@ -28,23 +28,17 @@ TURN, TURNS = 2.0 * math.pi, 0.5 / math.pi
 class Plant(NamedTuple):
     """Two blocks with constant kinetic friction, and what follows from their parameters.
 
-    The rider of a slip has ``e(t) = e(0) + ride_time t - ride_force (e_slipper(t) -
-    e_slipper(0))``. ``first_time``, ``first_gain``: return of a slip that starts from rest at
-    the limit, and what the rider's force gains until then; they do not depend on d.
-    ``turning``: speed of a forward slip at which its rider's force stops growing. ``unit``:
-    time in which a slip turns by 1, the inverse of its frequency; ``narrow``, ``compliance`` those
-    of the spread, the stiffness. ``_low``: what rounding left out. ``twice``: of alpha.
-
-    What steps of two slipping blocks need comes first, what only an onset needs last.
+    What steps of two slipping blocks need comes first, what only an onset needs last. The rider
+    of a slip has ``e(t) = e(0) + ride_time t - ride_force (e_slipper(t) - e_slipper(0))``.
     """
 
     V: float
     spread: float
-    twice: float
+    twice: float  # alpha
     cap: float
     friction_1: float
     friction_2: float
-    narrow: float
+    narrow: float  # 1 / spread
     limit_1: float
     limit_2: float
     near: float
@@ -52,19 +46,19 @@ class Plant(NamedTuple):
     stiffness: float
     beat: float
     frequency: float
-    frequency_low: float
-    unit: float
+    frequency_low: float  # what rounding left out
+    unit: float  # time in which a slip turns by 1
     unit_low: float
-    compliance: float
+    compliance: float  # 1 / stiffness
     compliance_low: float
     level: float
     ride_time: float
     ride_force: float
-    turning: float
+    turning: float  # speed of a forward slip at which the rider's force stops growing
     end: float
-    first_time_1: float
+    first_time_1: float  # return of a slip from rest at the limit
     first_time_2: float
-    first_gain_1: float
+    first_gain_1: float  # of the rider's force until then
     first_gain_2: float
 
 
@@ -119,10 +113,9 @@ def plant_of_row(row: Floats) -> Plant:
 
 @kernel(inline=True, fused=True)
 def drawn(plant: Plant, sign: float, gap: float) -> float:
-    """Give ``stiffness gap - 2 v`` of a slip, ``v = sign V`` (`sign` is 1 backward, -1 forward).
+    """Give ``stiffness gap - 2 v`` of a slip, gap = |w|, v = sign V (1 backward, -1 forward).
 
-    With ``gap = |w|`` and ``rate = gap'``, ``gap'' = v - stiffness gap``: what stays is
-    ``rate^2 + gap (stiffness gap - 2 v)``, the square of the rate at the return.
+    ``gap'^2 + gap (stiffness gap - 2 v)`` stays: the square of the rate at the return.
     """
     return (gap + plant.alpha * gap) - 2.0 * sign * plant.V
 
@@ -139,10 +132,7 @@ def half_angle(
 
 @kernel(inline=True, fused=True)
 def slip_turned(plant: Plant, t: float) -> tuple[float, float]:
-    """Return sine and versed sine of ``W t`` over W and W^2, W the frequency of one slip.
-
-    From those of half the angle, whose square is ``(1 + alpha) (t / 2)^2``: W itself is rounded.
-    """
+    """Return sine and versed sine of ``W t`` over W and W^2, from half the angle: W is rounded."""
     k = (t * plant.frequency * TURNS + ROUNDER) - ROUNDER
     half = 0.5 * ((t - k * (TURN * plant.unit)) - k * (TURN * plant.unit_low))
     square = half * half
@@ -154,10 +144,7 @@ def slip_turned(plant: Plant, t: float) -> tuple[float, float]:
 
 @kernel(inline=True, fused=True)
 def smooth_share(share: float) -> float:
-    """Where a force that changes from rest to rest has made a share of its way: a good guess.
-
-    The inverse of ``3 t^2 - 2 t^3`` within 0.003, exact at 0, 1/2 and 1.
-    """
+    """Inverse of ``3 t^2 - 2 t^3`` within 0.003, exact at 0, 1/2 and 1: a guess."""
     u = 1.0 - 2.0 * share
     square = 1.0 - u * u
     bend = math.sqrt(square if square > 0.0 else 0.0)
@@ -170,7 +157,7 @@ def dip(
 ) -> tuple[float, float, float, float]:
     """Fall of the rider's force in a forward slip: (begin, its gain there, end, gain there).
 
-    It falls while the slip is faster than V / alpha; where it never is, both times are 0.
+    Both times are 0 where the slip is never faster than V / alpha.
     """
     fast = plant.turning
     square = rate * rate + (gap - fast) * (plant.stiffness * (gap + fast) + 2.0 * plant.V)
@@ -258,10 +245,7 @@ def clearance(
     gap_w: float,
     gap_pull: float,
 ) -> tuple[float, float, float, float]:
-    """Distance of a slipping block from the belt, |w|, and three derivatives of it.
-
-    `side`: -1 for block 1, 1 for block 2, in which way the difference enters.
-    """
+    """Distance |w| of a block from the belt, and three derivatives; `side`: -1 of block 1, else 1."""
     half = 0.5 * mode
     gap_rate = side * gap_pull
     return (

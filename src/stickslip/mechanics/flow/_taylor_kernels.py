@@ -190,10 +190,7 @@ def loading_left_out(system: System, work: TaylorWork, block: int, k: int) -> fl
 
 @kernel
 def move_to_event(system: System, motion: Motion, rate_1: float, rate_2: float) -> None:
-    """Move the state from where a step ends to the event that ends it, of the first block if two.
-
-    What is left is linear in time; `rate_1`, `rate_2` are w' of each block.
-    """
+    """Move the state from the end of a step to its event, linearly; `rate_1`, `rate_2`: w'."""
     for block in range(2):
         event = motion.event[block]
         if event == 0:

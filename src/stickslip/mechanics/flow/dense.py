@@ -73,8 +73,7 @@ def find_events(
 ) -> float:
     """Length of the step up to its first event, or all of it; negative if a search failed.
 
-    ``motion.event`` names the event of each block; blocks whose events are closer than
-    rounding have theirs together.
+    ``motion.event`` names the event of each block; events closer than rounding are one.
     """
     motion.event[0] = motion.event[1] = 0
     slack = SLACK * EPSILON

@@ -42,30 +42,15 @@ LAW_KERNELS = (
 
 @dataclass(frozen=True, eq=False)
 class Engine:
-    """Kernels that move a model, and the model in the form that they take.
+    """Kernels that move a model, and the model in the form that they take."""
 
-    Attributes
-    ----------
-    name : str
-        "exact", "taylor" or "collocation"; the last two are the adaptive engine.
-    key : str
-        Names the kernels: equal keys, equal machine code.
-    cached : bool
-        Whether the kernels can be kept on disk.
-    kernels : module
-        With ``advance``, ``landing_rate``, ``new_work``.
-    system : System
-    laws : ndarray of float64, shape (2, columns)
-        Parameter rows of the laws (`friction.code`).
-    """
-
-    name: str
-    key: str
-    cached: bool
-    kernels: ModuleType
+    name: str  # "exact", or of the adaptive engine "taylor", "collocation"
+    key: str  # equal keys, equal machine code
+    cached: bool  # kernels can be kept on disk
+    kernels: ModuleType  # advance, landing_rate, new_work, ...
     code: LawCode
     system: System
-    laws: NDArray[np.float64]
+    laws: NDArray[np.float64]  # parameter rows, (2, columns)
 
     @property
     def n_law_parameters(self) -> int:
@@ -83,19 +68,7 @@ class Engine:
 
 
 def engine_for(model: TwoBlock, engine: EngineName = "auto") -> Engine:
-    """Choose and prepare the engine for a model.
-
-    Parameters
-    ----------
-    model : TwoBlock
-    engine : {"auto", "exact", "adaptive"}
-        "exact" exists where forces are constant between events; "auto" takes it there.
-
-    Raises
-    ------
-    ValueError
-        Unknown engine, or "exact" for a law whose motion has no closed form.
-    """
+    """Choose the engine for a model; ValueError for "exact" where motion has no closed form."""
     one_of("engine", engine, ENGINES)
     exact = all(map(is_constant, model.laws))
     if engine == "exact" and not exact:

@@ -31,10 +31,9 @@ def excess_force(system: System, motion: Motion, block: int) -> float:
 
 @kernel(inline=True)
 def round_to_limit(system: System, motion: Motion, block: int, rounding: float) -> None:
-    """Put a needed force on its static limit where rounding explains the difference.
+    """Put a needed force on its static limit where `rounding`, in EPSILON x limit, explains it.
 
-    `rounding` is that of the engine, in units of EPSILON x limit. Without it ties that the
-    system has by its symmetry would be broken by chance.
+    Otherwise chance would break ties that the system has by its symmetry.
     """
     end = limit(system, block)
     if abs(excess_force(system, motion, block)) <= rounding * EPSILON * end:
@@ -96,9 +95,7 @@ def land(system: System, motion: Motion, block: int) -> None:
 def settle(system: System, motion: Motion) -> None:
     """Change the modes of all blocks that are at an event, once.
 
-    The decision of each block rests on its needed force, which is continuous, and on the
-    relative velocity of the other, so blocks that change together cannot contradict each
-    other. Landings come first: they end the motion of w that the rates depend on.
+    Landings come first: they end the motion of w that the rates depend on.
     """
     for block in range(2):
         if motion.event[block] == LANDING:

@@ -18,11 +18,7 @@ from stickslip.numerics.targets import kernel
 
 @kernel(inline=True)
 def onset(system: System, motion: Motion, d: float) -> None:
-    """End of the global stick phase with ``X_2 - X_1 = d`` (eq. 6a): who slips, and from where.
-
-    On the belt d is fixed while both displacements grow, so the first upper limit reached
-    decides; the other block's needed force is then known. Where both are reached, both slip.
-    """
+    """End of the global stick phase with ``X_2 - X_1 = d`` (eq. 6a): who slips, and from where."""
     end = (1.0 + system.beta) / (1.0 + 2.0 * system.alpha)
     d = min(max(d, -end), end)
     spread = (1.0 + 2.0 * system.alpha) * d  # e_2 - e_1

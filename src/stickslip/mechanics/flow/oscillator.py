@@ -35,11 +35,7 @@ def oscillator(
 def oscillator_sharp(
     coupling: float, drive: float, w: float, w_low: float, pull: float, pull_low: float, t: float
 ) -> tuple[float, float, float, float]:
-    """As `oscillator` with stiffness ``1 + coupling``, each number a sum of two.
-
-    Errors are a tenth of the rounding of the result: what is left out of the stiffness, its root
-    and the angle would be the same in every phase.
-    """
+    """As `oscillator` with stiffness ``1 + coupling``, each number a sum of two."""
     stiffness, stiffness_low = two_sum(1.0, coupling)
     frequency = math.sqrt(stiffness)
     square, square_low = two_product(frequency, frequency)

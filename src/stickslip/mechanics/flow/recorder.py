@@ -30,37 +30,18 @@ StatesInside: TypeAlias = Callable[[Ints, Floats], tuple[Floats, Floats, Floats]
 @part
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """A motion as it was followed: n steps of N blocks.
-
-    Attributes
-    ----------
-    t : ndarray of float, shape (n + 1,)
-        Starts of the steps, and the end of the last.
-    x, w, e : ndarray of float, shape (n + 1, N)
-        Displacements, relative velocities and needed forces there.
-    mode : ndarray of int, shape (n + 1, N)
-        Modes of each step; the last ones are those that the motion ends with.
-    inside : callable or None
-        ``inside(step, t) -> (x, w, e)``, each (m, N), at times t (m,) after the starts of given
-        steps; None where only events were kept.
-    """
+    """A motion as it was followed: n steps of N blocks; entries of all but `inside`: n + 1."""
 
     t: Floats
     x: Floats
     w: Floats
     e: Floats
-    mode: Ints
-    inside: StatesInside | None
+    mode: Ints  # of each step; in the end those that the motion ends with
+    inside: StatesInside | None  # (step, t since its start) -> x, w, e; None: events only
 
 
 class Record:
-    """Steps of a motion while it is followed: start times, states and modes.
-
-    Parameters
-    ----------
-    last : int, optional
-        Keep so many steps, the last ones; all by default.
-    """
+    """Steps of a motion while it is followed, or the `last` of them: start times, states, modes."""
 
     def __init__(self, last: int | None = None) -> None:
         self.t: deque[float] = deque(maxlen=last)
@@ -98,22 +79,7 @@ class Record:
 class Recorder(ABC):
     """A motion that moves step by step; `run` ends it and returns why.
 
-    Parameters
-    ----------
-    rtol : float
-    dense : bool
-        Whether to keep what evaluates the motion within its steps.
-    last : int, optional
-        Keep so many steps and global stick phases, the last ones; all by default.
-
-    Attributes
-    ----------
-    t : float
-    n_events : int
-    status : int
-        Why it ended; OK before.
-    d : deque
-        Differences of the displacements in each global stick phase.
+    Keeps the `last` steps and global stick phases, or all; `dense`: what is inside steps too.
     """
 
     def __init__(self, *, rtol: float, dense: bool, last: int | None = None) -> None:
@@ -122,7 +88,7 @@ class Recorder(ABC):
         self.record = Record(last)
         self.t = 0.0
         self.n_events = 0
-        self.status = status_codes.OK
+        self.status = status_codes.OK  # why it ended
         self.d: deque[float | Floats] = deque(maxlen=last)
 
     # --- what a kind of motion must do -------------------------------------------------------

@@ -23,11 +23,9 @@ from stickslip.numerics.targets import kernel
 
 @kernel
 def saltation(system: System, motion: Motion, rate_w_1: float, rate_w_2: float) -> None:
-    """Move the tangents to the event that ``motion.event`` names, if any.
+    """Move the tangents to the event that ``motion.event`` names, if any; `rate_w`: w' just before.
 
-    `rate_w_1`, `rate_w_2`: w' of each block just before it. Of blocks that change together
-    the first that has an event sets the time. At a touch (rate 0 within rounding) nothing is
-    moved: the value is that of the side without contact.
+    The first block with an event sets the time. At a touch (rate 0) nothing is moved.
     """
     for block in range(2):
         event = motion.event[block]

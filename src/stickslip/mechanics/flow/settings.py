@@ -11,26 +11,14 @@ MAX_INSTANT = 4
 
 
 def tolerance(rtol: object) -> float:
-    """Return the local truncation error of the adaptive engine, at least 1e-16.
-
-    Raises
-    ------
-    ValueError
-        Not a number in (0, 1e-3].
-    """
+    """Return the local truncation error of the adaptive engine, in (0, 1e-3], at least 1e-16."""
     why = "rtol is the local truncation error of the adaptive engine."
     number = finite_number("rtol", rtol, above=0.0, at_most=1e-3, why=why)
     return max(number, 1e-16)
 
 
 def time_limit(value: object) -> float:
-    """Return the longest time of one motion, which may be infinite.
-
-    Raises
-    ------
-    ValueError
-        Not a positive number.
-    """
+    """Return the longest time of one motion, which may be infinite."""
     if isinstance(value, float) and value == math.inf:
         return value
     return finite_number("max_time", value, above=0.0, why="max_time limits one motion's time.")

@@ -16,9 +16,7 @@ CLEARANCE = 1e-6
 def energy_reach(system: System, motion: Motion, force_1: float, force_2: float) -> float:
     """Largest deviation from steady sliding that the energy of two slipping blocks allows.
 
-    With ``y = w + V`` and ``r`` the deviation of e from its steady value ``limit F(V)``, the
-    energy ``(y.y + r.K^-1 r) / 2`` cannot grow while F increases with speed, so that no
-    ``|y_i|`` exceeds its root. K^-1 is applied through sum and difference.
+    ``(y.y + r.K^-1 r) / 2``, y = w + V, r = e - limit F(V), cannot grow while F rises with speed.
     """
     y_1 = motion.w[0] + system.V
     y_2 = motion.w[1] + system.V

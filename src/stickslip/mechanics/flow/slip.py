@@ -44,13 +44,7 @@ class _Growing:
 class SlipTracker:
     """Joins changes of mode to slips while a motion goes on; holds no more than the open ones.
 
-    Parameters
-    ----------
-    structure : Structure
-        Whose springs and dampers say which blocks are neighbours.
-    from_belt : bool
-        Whether blocks that move at first have just left the belt. Slips that had begun before
-        are not told.
+    Slips that had begun before the start are left out, unless it is `from_belt`.
     """
 
     def __init__(self, structure: Structure, *, from_belt: bool) -> None:

@@ -43,22 +43,17 @@ class System(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """One motion, changed in place by kernels; ``w``, ``e``, ``mode``, ``event``: one per block.
-
-    ``w_low``, ``e_low``: what rounding left out of ``w``, ``e``, where an engine keeps it.
-    ``tangent_w``, ``tangent_e``: (2, columns), derivatives of the state, one column for each
-    row of ``directions`` (columns, LAWS + law parameters of both blocks).
-    """
+    """One motion, changed in place by kernels; ``w``, ``e``, ``mode``, ``event``: one per block."""
 
     w: Floats
     e: Floats
-    w_low: Floats
+    w_low: Floats  # what rounding left out, where an engine keeps it
     e_low: Floats
     mode: Ints
     event: Ints
-    tangent_w: Floats
+    tangent_w: Floats  # (2, columns), a column for each row of directions
     tangent_e: Floats
-    directions: Floats
+    directions: Floats  # (columns, LAWS + law parameters of both blocks)
 
 
 class Phases(NamedTuple):

@@ -416,10 +416,7 @@ def end_time(t_end: float) -> float:
 
 
 def leaves_belt(model: Model, w: Floats, e: Floats) -> bool:
-    """Whether a motion starts as a global stick phase ends.
-
-    All blocks are at rest on the belt and within their limits: beyond them it was no global stick.
-    """
+    """Whether a motion starts as a global stick phase ends: at rest, within all limits."""
     return bool((w == 0.0).all() and (np.abs(e) <= model.limits).all())
 
 

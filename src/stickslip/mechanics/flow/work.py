@@ -17,21 +17,15 @@ Rows = NDArray[np.float64]
 
 
 class TaylorWork(NamedTuple):
-    """Scratch of the engine.
+    """Scratch of the engine."""
 
-    ``w``, ``e`` (2, ORDER + 1): series of the step; ``rows``: series of each block's law;
-    ``w_low``, ``e_low``: what their first coefficients leave out; ``signal``: the polynomial that
-    is searched; ``d_w``, ``d_e``: series of one tangent. ``margin``, ``watch``, ``sliding``: as in
-    the exact engine.
-    """
-
-    w: Floats
+    w: Floats  # (2, ORDER + 1): series of the step, as e
     e: Floats
-    rows: Rows
-    signal: Floats
-    w_low: Floats
+    rows: Rows  # series of each block's law
+    signal: Floats  # the polynomial that is searched
+    w_low: Floats  # what the first coefficients leave out
     e_low: Floats
-    d_w: Floats
+    d_w: Floats  # of one tangent
     d_e: Floats
     margin: Floats
     watch: Floats
@@ -39,27 +33,21 @@ class TaylorWork(NamedTuple):
 
 
 class CollocationWork(NamedTuple):
-    """Scratch of the engine.
+    """Scratch of the engine."""
 
-    ``w``, ``e``: polynomials of the step in powers of time; ``node_w``, ``node_e``,
-    ``node_a``: values at the nodes; ``d_...``: the same of one tangent; ``gradient``: of a
-    law; ``length``: proposed length of the next step; ``sliding``: time since the motion began,
-    0 for a new one. ``margin``, ``watch``: as in the exact engine.
-    """
-
-    w: Rows
+    w: Rows  # polynomials of the step in powers of time, as e
     e: Rows
-    node_w: Rows
+    node_w: Rows  # values at the nodes
     node_e: Rows
     node_a: Rows
-    d_node_w: Rows
+    d_node_w: Rows  # d_...: of one tangent
     d_node_e: Rows
     d_node_a: Rows
     d_w: Rows
     d_e: Rows
     signal: Floats
-    gradient: Floats
-    length: Floats
+    gradient: Floats  # of a law
+    length: Floats  # proposed, of the next step
     margin: Floats
     watch: Floats
-    sliding: Floats
+    sliding: Floats  # time since the motion began, 0 for a new one

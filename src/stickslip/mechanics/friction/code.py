@@ -36,49 +36,20 @@ Kernel = Callable[..., Any]
 
 @dataclass(frozen=True, eq=False)
 class LawCode:
-    """Compiled functions of one or more friction laws.
+    """Compiled functions of one or more friction laws; p, m as the module says."""
 
-    Attributes
-    ----------
-    key : str
-        Short hash of the generated text; names cache folders.
-    traceable : bool
-        Whether there are Taylor series: `force_sharp`, `series` and `series_tangent` are None
-        otherwise.
-    formulas : tuple of Formula
-        The distinct formulas; column 0 of a parameter row says which of them applies.
-    force : kernel (p, m, s) -> float
-        F(s) for s >= 0; exactly 0 or 1 at s = 0 where only rounding separates it from them.
-    force_continued : kernel (p, m, s) -> float
-        The same, with its tangent at s = 0 for s < 0.
-    slope : kernel (p, m, s) -> float
-        dF/ds.
-    gradient : kernel (p, m, s, out) -> None
-        Writes dF/d(parameter j) to ``out[j]``, j < N_PARAMETERS.
-    static_value : kernel (p, m) -> float
-        F(0), as `force` gives it.
-    force_sharp : kernel (p, m, s, s_low) -> (float, float)
-        F(s + s_low) as a sum of two doubles.
-    series : kernel (p, m, rows, k) -> None
-        With the Taylor coefficients 0..k of s(t) in ``rows[0]`` and the kernel called for
-        0..k-1 before, writes coefficient k of F(s(t)) to ``rows[FORCE_ROW]``. Other rows
-        below N_ROWS are its work space.
-    series_tangent : kernel (p, m, rows, order) -> None
-        After `series` up to `order`: the series of dF/ds in ``rows[SLOPE_ROW]`` and of
-        dF/d(parameter j) in ``rows[GRADIENT_ROW + j]``.
-    N_ROWS, FORCE_ROW, SLOPE_ROW, GRADIENT_ROW, N_PARAMETERS : int
-    """
-
-    key: str
-    traceable: bool
-    formulas: tuple[Formula, ...]
-    force: Kernel
-    force_continued: Kernel
-    slope: Kernel
-    gradient: Kernel
-    static_value: Kernel
-    force_sharp: Kernel | None
+    key: str  # short hash of the generated text; names cache folders
+    traceable: bool  # there are Taylor series: the last three kernels
+    formulas: tuple[Formula, ...]  # distinct; LAW_COLUMN of a row numbers them
+    force: Kernel  # (p, m, s) -> F(s), s >= 0; exactly 0 or 1 at s = 0 but for rounding
+    force_continued: Kernel  # the same, and its tangent at 0 for s < 0
+    slope: Kernel  # (p, m, s) -> dF/ds
+    gradient: Kernel  # (p, m, s, out): dF/d(parameter j) into out[j]
+    static_value: Kernel  # (p, m) -> F(0)
+    force_sharp: Kernel | None  # (p, m, s, s_low) -> F(s + s_low), what rounding leaves out
+    # (p, m, rows, k): with s_0..k in rows[0], and called for 0..k-1: F_k into rows[FORCE_ROW].
     series: Kernel | None
+    # (p, m, rows, order): dF/ds into rows[SLOPE_ROW], dF/d(parameter j) into the rows after.
     series_tangent: Kernel | None
     N_ROWS: int
     N_PARAMETERS: int
@@ -88,10 +59,7 @@ class LawCode:
     GRADIENT_ROW: int = _text.GRADIENT_ROW
 
     def parameter_rows(self, laws: Iterable[FrictionLaw]) -> NDArray[np.float64]:
-        """Return the rows ``p`` of some laws, one per block: shape (n_blocks, n_columns).
-
-        A law of several pieces has its first one there; the others follow after all blocks.
-        """
+        """Rows ``p``, one per block; further pieces of laws follow after all blocks."""
         pieces = [self._pieces(law) for law in laws]
         rows = [first for first, *_ in pieces]
         for block, (_, *later) in enumerate(pieces):
@@ -110,7 +78,7 @@ class LawCode:
         return table
 
     def parameter_row(self, law: FrictionLaw, s: float) -> NDArray[np.float64]:
-        """Return the row ``p`` of the piece of a law that a slip speed lies on."""
+        """Row ``p`` of the piece of a law that a slip speed lies on."""
         piece = bisect.bisect_left([end for end, _ in law.pieces], s)
         return np.array(self._pieces(law)[piece])
 

@@ -1,8 +1,6 @@
-"""What a row of a friction law's numbers holds, for those who write it and for kernels.
+"""Columns of a parameter row, which belongs to one smooth piece of a law.
 
-A row belongs to one smooth piece of a law: the number of the law, its F(0) backward and forward,
-the speed where the piece ends, the row of the next one, then the parameters of its formula and
-constants made of them.
+After PARAMETER_COLUMN the parameters of the formula follow, then constants made of them.
 """
 
 LAW_COLUMN, STATIC_COLUMN, FORWARD_STATIC_COLUMN = 0, 1, 2

@@ -18,15 +18,11 @@ Function = Callable[..., Any]
 
 @dataclass(frozen=True)
 class TracedFormula:
-    """A law recorded as a graph in s = |w|; equal graphs are equal formulas.
-
-    `backward` and `forward` are the nodes of the force in the two directions of slip; they
-    are the same node in a symmetric law.
-    """
+    """A law recorded as a graph in s = |w|; equal graphs are equal formulas."""
 
     parameters: tuple[str, ...]
     nodes: tuple[Node, ...]
-    backward: int
+    backward: int  # node of the force; the same as forward in a symmetric law
     forward: int
 
     @property
@@ -35,7 +31,7 @@ class TracedFormula:
         return self.backward == self.forward
 
     def graph(self) -> Graph:
-        """Return a graph of its own to whoever wants to add derivatives to it."""
+        """Return a new graph, to which derivatives may be added."""
         return Graph("s", self.nodes)
 
     def output(self, forward: bool) -> int:
@@ -117,15 +113,12 @@ def _compiled(function: Function) -> Function:
 
 @dataclass(frozen=True)
 class CallableFormula:
-    """A law known by its values only; equal if the functions are the same ones.
-
-    `slope` belongs to the backward direction, and to both in a symmetric law.
-    """
+    """A law known by its values only; equal if the functions are the same ones."""
 
     parameters: tuple[str, ...]
     backward: UserFunction
     forward: UserFunction
-    slope: UserFunction | None = None
+    slope: UserFunction | None = None  # of the backward direction, or of both
 
     @property
     def symmetric(self) -> bool:

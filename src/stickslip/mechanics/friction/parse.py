@@ -10,14 +10,7 @@ from stickslip.vocabulary import did_you_mean
 
 
 def law_from_text(text: str, laws: Mapping[str, type[FrictionLaw]]) -> FrictionLaw:
-    """Read ``name:parameter=value,parameter=value``; the opposite of ``str(law)``.
-
-    Raises
-    ------
-    ValueError
-        No such law or parameter, a value that is no number or not allowed, a parameter
-        missing or given twice.
-    """
+    """Read ``name:parameter=value,parameter=value``; the opposite of ``str(law)``."""
     name, _, rest = text.strip().partition(":")
     name = name.strip().lower().replace("_", "-")
     if name not in laws:

@@ -22,22 +22,12 @@ STATIC_COLUMN, PARAMETER_COLUMN = 0, 1
 
 @dataclass(frozen=True)
 class LawSeries:
-    """Text of the series of a symmetric law's force, and after it of its slope.
-
-    Attributes
-    ----------
-    key : str
-        Short hash of the text.
-    force, slope : SeriesText
-        Rows: 0 the speed, 1 the force, 2 dF/ds, others as the texts need them.
-    scalars : Scalars
-        Of both; its constants are the last columns of `rows`.
-    """
+    """Text of the series of a symmetric law's force, and after it of its slope."""
 
     key: str
     force: SeriesText
     slope: SeriesText
-    scalars: Scalars
+    scalars: Scalars  # of both; constants are the last columns of `rows`
 
     def rows(self, laws: Sequence[FrictionLaw]) -> NDArray[np.float64]:
         """Return the parameter rows ``p`` of laws with this formula, one for each block."""
@@ -51,10 +41,9 @@ class LawSeries:
 
 
 def law_series(laws: Sequence[FrictionLaw]) -> LawSeries | None:
-    """Series of laws that are one smooth formula, the same in both directions; None for others.
+    """Series of laws that are one smooth symmetric formula; None for others.
 
-    Optional parameters that are zero in all of them are left out if recurrences go with them:
-    kernels for each such case, but no more.
+    Optional parameters that are zero in all of them are left out where recurrences go with them.
     """
     formula, *others = {law.formula for law in laws}
     if any(law.knots for law in laws):

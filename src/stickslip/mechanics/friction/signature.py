@@ -13,21 +13,7 @@ from stickslip.numerics.tracing import plain_function
 
 
 def user_function(function: Any, given: Sequence[str], owner: str) -> UserFunction:
-    """Check that a function takes a speed, then named parameters of which values are given.
-
-    Parameters
-    ----------
-    function : callable
-    given : sequence of str
-        Parameters that have a value.
-    owner : str
-        What messages call the function.
-
-    Raises
-    ------
-    ValueError
-        It does not; parameters with a default need no value.
-    """
+    """Check that a function takes a speed, then parameters that have a default or are `given`."""
     if not isinstance(function, Hashable) or not callable(function):
         raise ValueError(f"{owner} is no function but {shown(function)}")
     taken = _signature(function, owner)

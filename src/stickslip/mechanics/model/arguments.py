@@ -19,50 +19,26 @@ Model: TypeAlias = TwoBlock | BeltModel
 
 
 def checked_model(model: object) -> Model:
-    """Return a model, of any kind.
-
-    Raises
-    ------
-    ValueError
-        It is something else.
-    """
+    """Return a model, of any kind; else ValueError."""
     known = "a model. Take ss.TwoBlock(...), ss.Chain(...), ss.Blocks(...) or ss.Oscillator(...)"
     checked: Model = instance("model", model, (TwoBlock, BeltModel), known)
     return checked
 
 
 def two_blocks(model: object, *, why: str) -> TwoBlock:
-    """Return a model of two blocks.
-
-    Raises
-    ------
-    ValueError
-        It is something else; ``why`` says what is asked, a full sentence.
-    """
+    """Return a model of two blocks; else ValueError with `why`, a full sentence."""
     if isinstance(model, TwoBlock):
         return model
     raise ValueError(f"model = {shown(model)} is not an ss.TwoBlock. {why}")
 
 
 def checked_parameter(role: str, model: Model, name: object) -> str:
-    """Return the name of one of a model's parameters.
-
-    Raises
-    ------
-    ValueError
-        It has none of that name; the closest known one is suggested.
-    """
+    """Return the name of one of a model's parameters; else ValueError suggests the closest one."""
     return parameter_name(role, name, model.parameters, of="this model")
 
 
 def state_vector(name: str, values: object, model: Model) -> Floats:
-    """Return a finite number for each block.
-
-    Raises
-    ------
-    ValueError
-        Not as many finite numbers as blocks.
-    """
+    """Return a finite number for each block; else ValueError."""
     array = real_numbers(name, values)
     n = model.n_blocks
     if array.shape != (n,) or not np.isfinite(array).all():

@@ -21,13 +21,7 @@ ROUNDING = 64 * np.finfo(np.float64).eps
 
 
 def one_per_block(name: str, values: Any, n_blocks: int, *, above: float, why: str) -> Floats:
-    """Return one number per block; one number stands for all.
-
-    Raises
-    ------
-    ValueError
-        Wrong length, or an entry that is not a finite number above the bound.
-    """
+    """Return one finite number above a bound per block; one number stands for all."""
     if dimensions(values) == 0:
         return np.full(n_blocks, finite_number(name, values, above=above, why=why))
     what = "blocks: a model has a matrix with a row for each"
@@ -46,13 +40,7 @@ def one_per_block(name: str, values: Any, n_blocks: int, *, above: float, why: s
 
 
 def symmetric(name: str, values: object, n_blocks: int) -> Floats:
-    """Return a symmetric matrix with a row per block.
-
-    Raises
-    ------
-    ValueError
-        Not a matrix of numbers of that shape, not finite, or not symmetric.
-    """
+    """Return a symmetric matrix with a row per block; ValueError if it is none."""
     matrix = real_numbers(name, values)
     if matrix.shape != (n_blocks, n_blocks):
         raise ValueError(
@@ -73,13 +61,7 @@ def symmetric(name: str, values: object, n_blocks: int) -> Floats:
 
 
 def positive_definite(name: str, matrix: Floats) -> None:
-    """Check that springs always pull back.
-
-    Raises
-    ------
-    ValueError
-        An eigenvalue is not positive.
-    """
+    """Check that springs always pull back."""
     least = float(np.linalg.eigvalsh(matrix)[0])
     if least <= ROUNDING * np.abs(matrix).max():
         raise ValueError(
@@ -89,13 +71,7 @@ def positive_definite(name: str, matrix: Floats) -> None:
 
 
 def semidefinite(name: str, matrix: Floats) -> None:
-    """Check that dampers only take energy.
-
-    Raises
-    ------
-    ValueError
-        An eigenvalue is negative.
-    """
+    """Check that dampers only take energy."""
     least = float(np.linalg.eigvalsh(matrix)[0])
     if least < -ROUNDING * np.abs(matrix).max():
         raise ValueError(
@@ -105,13 +81,7 @@ def semidefinite(name: str, matrix: Floats) -> None:
 
 
 def belt_velocity(value: object, name: str = "V", *, is_forced: bool = False) -> float:
-    """Return the belt velocity, which only forced models may have at rest.
-
-    Raises
-    ------
-    ValueError
-        Negative, or 0 without forcing.
-    """
+    """Return the belt velocity: positive, or 0 in forced models."""
     remedy = (
         f"A belt that runs backward is the mirror image (X, V) -> -(X, V): take |{name}| and "
         "change the sign of all displacements and forces; a law with forward= exchanges its two "

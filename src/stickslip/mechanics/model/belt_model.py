@@ -18,6 +18,8 @@ from stickslip.vocabulary import did_you_mean
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
+
     Floats = NDArray[np.float64]
 
 Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, ...]
@@ -32,8 +34,7 @@ DOMAIN_SLACK = 8 * np.finfo(np.float64).eps
 class BeltModel(ABC):
     """Blocks on a moving belt, held by springs: the family that every model belongs to.
 
-    A model is a frozen value. Its numbers have names, and its structure depends on each of
-    them linearly.
+    Immutable. A model depends linearly on each of its numbers (`structure_direction`).
     """
 
     V: float
@@ -60,6 +61,12 @@ class BeltModel(ABC):
     def _rebuilt(self, numbers: Mapping[str, float], **changes: Any) -> Self:
         """Model with these numbers, checked, and some fields changed."""
 
+    def as_map(self) -> BlocksEventMap:
+        """Return the event map with its default settings."""
+        from stickslip.mechanics.eventmap.of_model import event_map  # not for the model alone
+
+        return event_map(self)
+
     # --- parameters --------------------------------------------------------------------------
 
     @cached_property
@@ -68,15 +75,7 @@ class BeltModel(ABC):
         return self._structure_with({**self.numbers, **self._forcing_numbers})
 
     def structure_direction(self, name: object) -> Structure:
-        """Differentiate the structure with respect to one of its numbers.
-
-        The structure is linear in each, so that the difference over a step of 1 is exact.
-
-        Raises
-        ------
-        ValueError
-            No such number.
-        """
+        """Differentiate the structure in one of its numbers: linear, so a step of 1 is exact."""
         numbers = {**self.numbers, **self._forcing_numbers}
         if not isinstance(name, str) or name not in numbers:
             known = did_you_mean(name, list(self.parameters))
@@ -126,11 +125,7 @@ class BeltModel(ABC):
 
     @property
     def law_parameters(self) -> dict[str, tuple[tuple[int, str], ...]]:
-        """For each friction parameter by its name in `parameters`: blocks and names in the law.
-
-        A law common to all blocks has one parameter for all; of several laws each parameter
-        carries its block's number, from 1.
-        """
+        """Blocks, and names in their laws, that each friction parameter of the model belongs to."""
         if not isinstance(self.friction, tuple):
             blocks = range(self.n_blocks)
             return {
@@ -326,13 +321,7 @@ class BeltModel(ABC):
 
 
 def laws_of(friction: object, n_blocks: int) -> Friction:
-    """Return one law for all blocks, or a tuple with one per block.
-
-    Raises
-    ------
-    ValueError
-        Anything else; the message says what to do.
-    """
+    """Return one law for all blocks, or a tuple with one per block; else ValueError."""
     if isinstance(friction, FrictionLaw):
         return friction
     if isinstance(friction, Sequence) and all(isinstance(law, FrictionLaw) for law in friction):

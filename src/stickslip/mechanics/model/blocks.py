@@ -170,13 +170,7 @@ def _frozen(array: Any) -> Any:
 
 
 def checked_forcing(forcing: object, n_blocks: int) -> Harmonic | None:
-    """Return the forcing of a model, or say what is wrong with it.
-
-    Raises
-    ------
-    ValueError
-        Neither None nor Harmonic, or amplitudes for another number of blocks.
-    """
+    """Return the forcing of a model: None, or a Harmonic for its blocks; else ValueError."""
     if forcing is None:
         return None
     if not isinstance(forcing, Harmonic):

@@ -21,150 +21,52 @@ ULP_SLACK = 4
 
 
 def spring_force(x: ArrayLike, alpha: float) -> NDArray[np.float64]:
-    """Force R that the springs ask of the belt, per block (eq. 6a).
-
-    Parameters
-    ----------
-    x : array_like of float, shape (..., 2)
-        Displacements in units of f_s1 / k.
-    alpha : float
-        Coupling ratio.
-
-    Returns
-    -------
-    ndarray of float64, shape (..., 2)
-        ``X_i + alpha (X_i - X_j)`` in units of f_s1.
-    """
+    """Force R_i = X_i + alpha (X_i - X_j) that the springs ask of the belt, shape (..., 2)."""
     x = np.asarray(x, dtype=np.float64)
     force: NDArray[np.float64] = x + alpha * (x - x[..., ::-1])
     return force
 
 
 def displacement(force: ArrayLike, alpha: float) -> NDArray[np.float64]:
-    """Displacements that need given forces: the inverse of `spring_force`.
-
-    Parameters
-    ----------
-    force : array_like of float, shape (..., 2)
-        Spring forces R in units of f_s1.
-    alpha : float
-        Coupling ratio.
-
-    Returns
-    -------
-    ndarray of float64, shape (..., 2)
-        Displacements in units of f_s1 / k.
-    """
+    """Displacements that need given forces, shape (..., 2): the inverse of `spring_force`."""
     force = np.asarray(force, dtype=np.float64)
     return ((1.0 + alpha) * force + alpha * force[..., ::-1]) / (1.0 + 2.0 * alpha)
 
 
 def half_width(alpha: float, beta: float) -> float:
-    """Largest |d| of a global stick phase: the locus projected on d = X_2 - X_1.
-
-    Since R_2 - R_1 = (1 + 2 alpha) d, the ends are where the blocks stand at
-    opposite limits: (1 + beta) / (1 + 2 alpha).
-
-    Parameters
-    ----------
-    alpha, beta : float
-        Coupling and static-friction ratio.
-
-    Returns
-    -------
-    float
-        In units of f_s1 / k.
-    """
+    """Largest |d| of a global stick phase: opposite limits, R_2 - R_1 = (1 + 2 alpha) d."""
     return (1.0 + beta) / (1.0 + 2.0 * alpha)
 
 
 def corners(alpha: float, beta: float) -> NDArray[np.float64]:
-    """Corners A, B, C, D of the locus, counterclockwise (the paper's figure 2).
+    """Corners A, B, C, D of the locus, counterclockwise (the paper's figure 2), shape (4, 2).
 
-    A and C are the ends of the event map's domain: at A block 1 stands at its
-    upper and block 2 at its lower limit, at C the reverse. At B both stand at
-    their upper limits, so a global stick phase ends on the edge AB (block 1
-    slips) or on the edge BC (block 2 slips).
-
-    Parameters
-    ----------
-    alpha, beta : float
-        Coupling and static-friction ratio.
-
-    Returns
-    -------
-    ndarray of float64, shape (4, 2)
-        Displacements (X_1, X_2) in units of f_s1 / k.
+    A and C are the ends of the event map's domain; a global stick phase ends on AB (block 1 slips)
+    or on BC (block 2 slips).
     """
     limits = np.array([[1.0, -beta], [1.0, beta], [-1.0, beta], [-1.0, -beta]])
     return displacement(limits, alpha)
 
 
 def contains(x: ArrayLike, alpha: float, beta: float) -> NDArray[np.bool_]:
-    """Whether both blocks can ride at given displacements (eq. 6a, open inequalities).
-
-    Parameters
-    ----------
-    x : array_like of float, shape (..., 2)
-        Displacements in units of f_s1 / k.
-    alpha, beta : float
-        Coupling and static-friction ratio.
-
-    Returns
-    -------
-    ndarray of bool, shape (...)
-        True inside the locus; False on its boundary, outside, and for NaN.
-    """
+    """Whether both blocks can ride (eq. 6a, open inequalities), shape (...); False for NaN."""
     force = spring_force(x, alpha)
     inside: NDArray[np.bool_] = np.all(np.abs(force) < np.array([1.0, beta]), axis=-1)
     return inside
 
 
 def onset(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:
-    """Displacements at which a global stick phase ends.
-
-    On the belt d is fixed while both displacements grow, and so do both R_i: the
-    upper limit that is reached first decides. R_1 = 1 at X_1 = 1 + alpha d and
-    R_2 = beta at X_1 = beta - (1 + alpha) d.
-
-    Parameters
-    ----------
-    d : array_like of float, any shape
-        Relative displacements X_2 - X_1 inside the domain (not checked here).
-    alpha, beta : float
-        Coupling and static-friction ratio.
-
-    Returns
-    -------
-    ndarray of float64, shape (..., 2)
-        (X_1, X_2) on the edges AB and BC of the locus.
-    """
+    """Displacements at which the global stick phase of `d` (not checked) ends, shape (..., 2)."""
     d = np.asarray(d, dtype=np.float64)
     x1 = np.minimum(1.0 + alpha * d, beta - (1.0 + alpha) * d)
     return np.stack([x1, x1 + d], axis=-1)
 
 
 def admit(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:
-    """Check relative displacements against the domain and return them as floats.
+    """Return relative displacements of the domain as floats; ValueError names the first outside.
 
-    Parameters
-    ----------
-    d : array_like of float, any shape
-        Relative displacements in units of f_s1 / k.
-    alpha, beta : float
-        Coupling and static-friction ratio.
-
-    Returns
-    -------
-    ndarray of float64, same shape
-        The input itself if it is writable, contiguous and inside; else a copy, with values up
-        to `ULP_SLACK` ulp outside moved to the end of the domain: rounding of ``-d_max`` and of
-        ``linspace`` must not be an error.
-
-    Raises
-    ------
-    ValueError
-        Some ``d`` is NaN or outside the locus; the first one is named.
+    The result is the input itself where it is writable, contiguous and inside. Values up to
+    `ULP_SLACK` ulp outside become the end: ``linspace`` rounds.
     """
     values = np.require(
         real_numbers("d", d), np.float64, ["C", "W"]

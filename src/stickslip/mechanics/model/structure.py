@@ -28,24 +28,14 @@ MOST_STATES = 10**8
 @part
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """Numbers of a model with n blocks, dimensionless.
+    """Numbers of a model with n blocks, dimensionless."""
 
-    Attributes
-    ----------
-    mass, static, amplitude : ndarray of float, shape (n,)
-        Masses, static limits, amplitudes of the forcing.
-    stiffness, damping : ndarray of float, shape (n, n)
-        Symmetric.
-    V, frequency, phase : float
-        Belt velocity; angular frequency and phase of the forcing.
-    """
-
-    mass: Floats
-    stiffness: Floats
+    mass: Floats  # (n,), as static and amplitude
+    stiffness: Floats  # (n, n), symmetric, as damping
     damping: Floats
     static: Floats
     V: float
-    amplitude: Floats
+    amplitude: Floats  # of the forcing, as frequency (angular) and phase
     frequency: float
     phase: float
 
@@ -65,15 +55,7 @@ class Structure:
         return np.asarray(self.V * self.stiffness.sum(axis=1))
 
     def needed_force(self, x: ArrayLike, v: ArrayLike, t: float = 0.0) -> Floats:
-        """Force that friction must supply for each block to ride, shape (..., n).
-
-        Parameters
-        ----------
-        x, v : array_like of float, shape (..., n)
-            Displacements and velocities.
-        t : float
-            Time, for the forcing.
-        """
+        """Force that friction must supply for each block to ride, shape (..., n) as `x` and `v`."""
         springs = np.asarray(x, dtype=np.float64) @ self.stiffness
         dampers = np.asarray(v, dtype=np.float64) @ self.damping
         forcing = self.amplitude * np.cos(self.frequency * t + self.phase)
@@ -86,32 +68,19 @@ class Structure:
         )
 
     def sample_sticking(self, n: int, rng: np.random.Generator | int | None = None) -> Floats:
-        """Draw displacements, shape (n, n_blocks), with which all blocks ride.
-
-        The needed forces are uniform within the static limits.
-        """
+        """Draw displacements, shape (n, n_blocks), of riding blocks; uniform needed forces."""
         n = whole_number("n", n, 0, at_most=MOST_STATES)
         return self.sticking(random_generator("rng", rng).uniform(size=(n, self.n_blocks)))
 
     def sticking(self, share: ArrayLike) -> Floats:
-        """Displacements with which all blocks ride.
-
-        Parameters
-        ----------
-        share : array_like of float, shape (..., n_blocks)
-            Where each needed force is between its limits: 0 at the lower, 1 at the upper.
-        """
+        """Displacements with needed forces at a `share` of their limits: 0 lower, 1 upper."""
         force = self.static * (2.0 * np.asarray(share) - 1.0)
         return self._displacements(force, np.full(self.n_blocks, self.V))
 
     def sample_state(
         self, rng: np.random.Generator | int | None = None, *, riding: bool = False
     ) -> tuple[Floats, Floats]:
-        """Draw displacements and velocities of a legal state, shape (n_blocks,) each.
-
-        Needed forces are uniform within the static limits; velocities are the belt's if
-        `riding`, else within one unit of it.
-        """
+        """Draw a legal state, displacements and velocities, shape (n_blocks,); see `BeltModel`."""
         generator = random_generator("rng", rng)
         v = np.full(self.n_blocks, self.V)
         if not flag("riding", riding):

@@ -20,6 +20,8 @@ from stickslip.vocabulary import did_you_mean
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from stickslip.mechanics.eventmap.event_map import EventMap
+
     Floats = NDArray[np.float64]
 
 Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, FrictionLaw]
@@ -211,6 +213,12 @@ class TwoBlock:
             The model has no scales and none are given.
         """
         return PhysicalTrajectory(trajectory, self._units(units))
+
+    def as_map(self) -> EventMap:
+        """Return the event map with its default settings."""
+        from stickslip.mechanics.eventmap.of_model import event_map  # not for the model alone
+
+        return event_map(self)
 
     @property
     def laws(self) -> tuple[FrictionLaw, FrictionLaw]:

@@ -130,11 +130,10 @@ def _discontinuous(motion: Motion, low: arb, high: arb) -> None:
 
 
 class _Side:
-    """The jump near the orbit's first point, at one value of the parameter.
+    """The jump near the orbit's first point, at one value of the parameter."""
 
-    Its `ends` are two points with the stated itineraries, `edge` the one on the orbit's side, and
-    `miss` says how far f^period of that misses it.
-    """
+    # Its `ends` have the stated itineraries, `edge` is the one on the orbit's side, and `miss` is
+    # how far f^period of `edge` misses it.
 
     def __init__(self, motion: Motion, c: Border, digits: int) -> None:
         stated, reach = ball(c.points[0]), ball(c.reach).mid()
@@ -152,10 +151,8 @@ class _Side:
 
 
 def _border(values: dict[str, str], c: Border, digits: int) -> None:
-    """Check that the orbit is there on one side of a value of the parameter, and lost on the other.
-
-    Where the jump's one-sided image returns to it only says where to look.
-    """
+    """Check that the orbit is there on one side of a parameter value, and lost on the other."""
+    # Where the jump's one-sided image returns to it only says where to look.
     stated = ball(c.value)
     low, high = ((stated.mid() + sign * stated.rad()).mid() for sign in (-1, 1))
     sides = [_Side(_at(values, c, p), c, digits) for p in (low, high)]
@@ -231,11 +228,9 @@ def _passed(
     tell: Callable[[Motion, list[str], arb, arb], tuple[arb, arb]],
     otherwise: str,
 ) -> tuple[arb, arb, arb]:
-    """Enclose where a condition passes 0: parameter, point, and the derivative somewhere there.
-
-    `tell` encloses the point and the condition at one value of the parameter, or for all values in
-    a ball, given a point nearby.
-    """
+    """Enclose where a condition passes 0: parameter, point, and the derivative somewhere there."""
+    # `tell` encloses the point and the condition at one value of the parameter, or for all values
+    # in a ball, given a point nearby.
     stated = ball(c.value)
     x, wide = ball(c.points[0]).mid(), arb(10) ** (-digits - 4)
     low, high = ((stated.mid() + sign * stated.rad()).mid() for sign in (-1, 1))
@@ -355,10 +350,7 @@ def _open(
     narrowest: arb,
     words: list[str] | None = None,
 ) -> Iterator[arb]:
-    """Yield narrow intervals that may hold an orbit of the period, `roots` aside.
-
-    Given an itinerary, only an orbit that has it.
-    """
+    """Yield narrow intervals that may hold an orbit of the period (and words), `roots` aside."""
     while waiting:
         box = waiting.pop()
         if _settled(motion, box, period, roots, words):
@@ -413,13 +405,7 @@ def _impossible(motion: Motion, box: arb, period: int, words: list[str] | None) 
 
 
 def check(document: Any) -> Certificate:
-    """Check a certificate; return what it holds: every word of its statement is then proven.
-
-    Raises
-    ------
-    Refused
-        It does not hold.
-    """
+    """Check a certificate, or raise `Refused`: every word of its statement is then proven."""
     c = read(document)
     before = ctx.prec, ctx.cap
     ctx.prec, ctx.cap = 10 * c.digits + 100, 2

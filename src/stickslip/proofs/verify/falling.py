@@ -1,7 +1,7 @@
 """Motion under law (9), by Taylor polynomials with Lagrange's remainder.
 
-The remainder of a step is its next coefficient on a box that Picard's iteration proves to hold the
-motion (the certifier: a bound of the whole tail in an algebra of power series).
+The remainder is the next coefficient on a box that Picard's iteration proves to hold the motion
+(the certifier: a bound of the whole tail).
 """
 
 from __future__ import annotations

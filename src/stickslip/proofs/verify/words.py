@@ -1,7 +1,6 @@
 """What a certificate may say: typed theorems, the numbers in them, and the statement they make.
 
-Every word of a statement is proven by `check`. What only the certifier knows, the `mechanism` of
-a jump, is no part of it.
+What only the certifier knows, the `mechanism` of a jump, is no part of the statement.
 """
 
 from __future__ import annotations
@@ -33,10 +32,7 @@ Side = Literal["above", "below"]
 
 
 class Refused(ValueError):
-    """The certificate does not hold; the message says what was found.
-
-    It is safe to print: short, and without what a terminal would act on.
-    """
+    """The certificate does not hold; the message, safe to print, says what was found."""
 
     def __init__(self, reason: str) -> None:
         plain = "".join(c if " " <= c <= "~" else ascii(c)[1:-1] for c in reason[:LONGEST_REASON])
@@ -222,19 +218,11 @@ Theorem: TypeAlias = Orbit | Jump | Border | Fold | Flip | List
 
 
 class Certificate(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A theorem and what it is about.
-
-    Attributes
-    ----------
-    system : dict of str to str
-        Exact parameters; one that varies is missing.
-    digits : int
-        Significant digits of the decimals.
-    """
+    """A theorem and what it is about."""
 
     schema: Literal["stickslip-certificate-2"]
-    system: Annotated[dict[Name, Exact], Meta(max_length=9)]
-    digits: Annotated[int, Meta(ge=5, le=1000)]
+    system: Annotated[dict[Name, Exact], Meta(max_length=9)]  # one that varies is missing
+    digits: Annotated[int, Meta(ge=5, le=1000)]  # significant, of the decimals
     theorem: Theorem
 
     @property
@@ -251,13 +239,7 @@ class Certificate(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
 
 
 def read(document: Any) -> Certificate:
-    """Read the entries of a certificate, its statement aside.
-
-    Raises
-    ------
-    Refused
-        One is missing, unknown, or not of its form.
-    """
+    """Read the entries of a certificate, its statement aside; `Refused` names a wrong one."""
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise Refused(f"not a certificate of the schema {SCHEMA}")
     head = {name: document[name] for name in ("schema", "system", "digits") if name in document}
@@ -285,16 +267,8 @@ def ball(text: str) -> arb:
 
 
 def rounded(x: arb, digits: int) -> str:
-    """Write a ball as ``decimal +/- radius``, the radius half a unit of the last digit.
-
-    The decimal has `digits` significant digits, or up to three more where the last could not be
-    told: so a number has one form only.
-
-    Raises
-    ------
-    ValueError
-        The ball is wider than that.
-    """
+    """Write a ball as ``decimal +/- radius``, the radius half a unit of the last digit."""
+    # Up to three more digits where the last could not be told: so a number has one form only.
     mantissa, exponent = x.mid().man_exp()
     middle = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
     mantissa, exponent = x.rad().man_exp()

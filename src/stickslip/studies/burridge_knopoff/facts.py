@@ -47,28 +47,18 @@ def chain(alpha: float, V: float, *, n: int = BLOCKS) -> Chain:
 
 @dataclass(frozen=True)
 class Catalogue:
-    """Slips of one motion after its transient, in the order of their ends.
+    """Slips of one motion after its transient, in the order of their ends."""
 
-    Attributes
-    ----------
-    alpha, V : float
-    slips : tuple of Slip
-    moment, lag : float
-        From the first time at which all blocks ride to the last: sum over the slips, and how far
-        the belt leaves all blocks behind, summed over them.
-    travel : float
-        Of the belt over the whole motion.
-    end : State
-        Of the motion.
-    """
+    # `moment` and `lag` count from the first time at which all blocks ride to the last: sum over
+    # the slips, and how far the belt leaves all blocks behind, summed over them.
 
     alpha: float
     V: float
     slips: tuple[Slip, ...]
     moment: float
     lag: float
-    travel: float
-    end: State
+    travel: float  # of the belt over the whole motion
+    end: State  # of the motion
 
     @property
     def size(self) -> Floats:
@@ -131,10 +121,8 @@ def fitted(alpha: float, V: float) -> PowerLaw:
 
 
 def lone_moment(alpha: float, V: float) -> float:
-    """Moment of a slip of one block between riders, by Runge and Kutta; V = 0: the limit.
-
-    ``w' = F(|w|) - e`` and ``e' = (1 + 2 alpha) w + V``, from e = 1 to rest.
-    """
+    """Moment of a slip of one block between riders, by Runge and Kutta; V = 0: the limit."""
+    # ``w' = F(|w|) - e`` and ``e' = (1 + 2 alpha) w + V``, from e = 1 to rest.
 
     def rates(_: float, y: Floats) -> list[float]:
         w, e, _ = y

@@ -20,32 +20,15 @@ REPEATS: Final = 200  # of the fit with sizes drawn from it
 
 @dataclass(frozen=True)
 class PowerLaw:
-    """Density proportional to ``size ** -exponent`` above a smallest size.
+    """Density proportional to ``size ** -exponent`` above a smallest size."""
 
-    Attributes
-    ----------
-    exponent, error : float
-        By maximum likelihood, and its standard error ``(exponent - 1) / sqrt(n)``.
-    smallest : float
-        Where the law begins.
-    distance : float
-        Its Kolmogorov-Smirnov distance from the sizes above.
-    n : int
-        Sizes above the smallest.
-    p_value : float
-        Share of samples of the fitted law that are farther from their own fits.
-    exponential : float
-        Vuong's normalised log likelihood ratio against an exponential law above the same size:
-        positive if the power law is the better one, and decisive beyond 2 either way.
-    """
-
-    exponent: float
-    error: float
-    smallest: float
-    distance: float
-    n: int
-    p_value: float
-    exponential: float
+    exponent: float  # by maximum likelihood
+    error: float  # standard error (exponent - 1) / sqrt(n)
+    smallest: float  # where the law begins
+    distance: float  # Kolmogorov-Smirnov, from the sizes above
+    n: int  # sizes above the smallest
+    p_value: float  # share of samples of the fitted law that are farther from their own fits
+    exponential: float  # Vuong's log likelihood ratio against an exponential law; > 2: power law
 
     def share_above(self, size: Floats) -> Floats:
         """Share of the sizes above the smallest that are larger than these."""
@@ -55,17 +38,7 @@ class PowerLaw:
 def fit_power_law(
     sizes: Floats, rng: np.random.Generator, *, smallest: float | None = None
 ) -> PowerLaw:
-    """Fit a power law to the upper end of some sizes.
-
-    Parameters
-    ----------
-    sizes : ndarray of float
-        Positive, more than `FEWEST`.
-    rng : numpy.random.Generator
-        Draws the samples behind the p-value.
-    smallest : float, optional
-        Where the law begins; default: where its distance is least.
-    """
+    """Fit a power law to the upper end of some sizes; it begins where it is least distant."""
     ordered = np.sort(sizes)
     if smallest is None:
         cuts = np.unique(ordered[np.linspace(0, ordered.size - FEWEST, CUTS).astype(int)])

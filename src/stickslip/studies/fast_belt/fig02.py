@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from stickslip.plot.cycles import plot_cycle_branch
-from stickslip.studies.fast_belt.facts import region
+from stickslip.studies.fast_belt.claims import region
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stickslip.study.return_region import ReturnRegion
+    from stickslip.mechanics.cycle.return_region import ReturnRegion
 
 TITLE: Final = "Cycles that attract from the gaps"
 COLUMNS: Final = "one"

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import examples
+from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 from stickslip.plot.bifurcations import BREAK
 from stickslip.plot.diagram import draw_attractors, draw_diagram, draw_orbit_curve
 from stickslip.plot.style import PALETTE, panel_letter
-from stickslip.study.diagram import bifurcation_diagram
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -75,7 +75,7 @@ def compute() -> Data:
     """Follow all orbits up to period 4 and the attractors over the paper's range of V."""
     model = examples.coulomb()
     values = np.linspace(*RANGE, VALUES)
-    return Data(model, bifurcation_diagram(model, "V", values, max_period=4, lists=LISTS))
+    return Data(model, bifurcation_diagram(model, "V", values, max_period=4, n_lists=LISTS))
 
 
 def draw(data: Data, figure: Figure) -> None:

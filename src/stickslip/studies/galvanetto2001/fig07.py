@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.plot.motion import draw_portrait, sample_times
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.galvanetto2001.orbits import attracting_orbits
-from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

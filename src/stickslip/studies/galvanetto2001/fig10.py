@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.plot.curve import Curve, trace
-from stickslip.plot.event_map import cobweb, draw_curve, mark_orbit
+from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.plot.event_map import Curve, cobweb, draw_curve, mark_orbit, trace
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.galvanetto2001.orbits import coulomb_orbits, from_point_1, jump_of_s4, u4
-from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import examples
+from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 from stickslip.plot.bifurcations import STABLE
 from stickslip.plot.diagram import draw_attractors, draw_diagram
 from stickslip.studies.galvanetto2001.orbits import WINDOW
-from stickslip.study.diagram import bifurcation_diagram
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -57,7 +57,7 @@ def compute() -> Data:
     model = examples.law9()
     values = np.linspace(*RANGE, VALUES)
     diagram = bifurcation_diagram(
-        model, "alpha", values, max_period=2, window=WINDOW, iterates=128, lists=LISTS
+        model, "alpha", values, max_period=2, window=WINDOW, iterates=128, n_lists=LISTS
     )
     return Data(model, diagram)
 

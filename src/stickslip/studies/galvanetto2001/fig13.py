@@ -9,12 +9,11 @@ import numpy as np
 
 from stickslip import examples
 from stickslip.analysis.maps.window import WindowMap
-from stickslip.plot.curve import Curve, trace
-from stickslip.plot.event_map import draw_curve, mark_orbit
+from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.plot.event_map import Curve, draw_curve, mark_orbit, trace
 from stickslip.plot.style import panel_letter
 from stickslip.studies.galvanetto2001.orbits import WINDOW, cusp_of
-from stickslip.study.event_map import event_map
-from stickslip.study.maps import periodic_orbits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,18 +34,15 @@ ROOM: Final = 0.6  # around a cusp, A and B in the enlarged panels, of the dista
 
 @dataclass(frozen=True)
 class Data:
-    """The graph of f^2 with its two cusps, P1, and the 2-cycles A and B.
-
-    The first cusp is that of f, the second its preimage; A1 and B1 lie beside the first.
-    """
+    """The graph of f^2 with its two cusps, P1, and the 2-cycles A and B."""
 
     model: TwoBlock
     whole: Curve
     enlarged: tuple[Curve, Curve]
     windows: tuple[tuple[float, float], tuple[float, float]]
-    cusps: tuple[float, float]
+    cusps: tuple[float, float]  # of f, and its preimage
     p1: PeriodicOrbit
-    a: PeriodicOrbit
+    a: PeriodicOrbit  # A1 and B1 lie beside the first cusp
     b: PeriodicOrbit
 
     @property

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.plot.curve import Curve, trace
-from stickslip.plot.event_map import draw_curve, mark_orbit
+from stickslip.analysis.attractors.attractors import attractors
+from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.plot.event_map import Curve, draw_curve, mark_orbit, trace
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.galvanetto2001.orbits import WINDOW, cusp_of, fixed_points, in_window
-from stickslip.study.event_map import event_map
-from stickslip.study.maps import attractors
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,7 +42,7 @@ def compute() -> Data:
     f = event_map(model)
     window = in_window(model.alpha)
     (p1,) = fixed_points(window)
-    (attractor,) = attractors(window, seeds=[cusp_of(window).d])
+    (attractor,) = attractors(window, starts=[cusp_of(window).d])
     first, second = trace(f, WINDOW), trace(f.power(2), WINDOW)
     return Data(model, first, second, attractor, float(p1.points[0]))
 

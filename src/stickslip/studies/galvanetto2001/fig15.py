@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
+from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.plot.diagram import draw_diagram
 from stickslip.plot.style import PALETTE
-from stickslip.study.diagram import bifurcation_diagram
-from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,16 +35,13 @@ STEPS: Final = 50  # of each
 
 @dataclass(frozen=True)
 class Data:
-    """The diagram with its fixed points, and what becomes of orbits that start in its middle.
-
-    ``edges`` has shape (n, 2): second and first image of the cusp. The attractor, as long as
-    there is one, fills the interval between them. ``transients`` has shape (n, STARTS *
-    STEPS); orbits that start between the edges, NaN as long as there is an attractor.
-    """
+    """The diagram with its fixed points, and what becomes of orbits that start in its middle."""
 
     model: TwoBlock
     diagram: Diagram
+    # shape (n, 2): second and first image of the cusp; an attractor fills what is between
     edges: NDArray[np.float64]
+    # shape (n, STARTS * STEPS): from between the edges; NaN beside an attractor
     transients: NDArray[np.float64]
 
     @property
@@ -71,7 +68,7 @@ def compute() -> Data:
     model = examples.law9()
     values = np.linspace(*RANGE, VALUES)
     diagram = bifurcation_diagram(
-        model, "alpha", values, max_period=1, window=WINDOW, iterates=48, lists=LISTS
+        model, "alpha", values, max_period=1, window=WINDOW, iterates=48, n_lists=LISTS
     )
     (cusp,) = (line.d for line in diagram.breakpoints if line.kind == "corner")
     maps = [event_map(model).replace(alpha=alpha) for alpha in values]

@@ -29,24 +29,13 @@ LANDED: Final = 1e-12  # as near to the belt's velocity the block is on it
 
 @dataclass(frozen=True)
 class Transient:
-    """Motion of block 2 from the onset to its first stick.
+    """Motion of block 2 from the onset to its first stick."""
 
-    Attributes
-    ----------
-    d : float
-        Of the global stick phase that ends.
-    x, v : ndarray of float64, shape (n,)
-        Displacement and velocity of the block.
-    peak : float
-        Largest X' - V after the onset; 0 if that is where the block sticks.
-    interval : pair of float
-        Ends of the stick interval at that moment (it moves with block 1).
-    """
-
-    d: float
+    d: float  # of the global stick phase that ends
     x: NDArray[np.float64]
     v: NDArray[np.float64]
-    peak: float
+    peak: float  # largest X' - V after the onset; 0 if that is where the block sticks
+    # ends of the stick interval at that moment (it moves with block 1)
     interval: tuple[float, float]
 
 

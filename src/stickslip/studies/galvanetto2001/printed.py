@@ -16,6 +16,7 @@ from stickslip import examples
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
 from stickslip.analysis.bifurcations.conditions.locate import solve
 from stickslip.analysis.branches.along.borders import Border
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.studies.galvanetto2001.orbits import (
     coulomb_orbits,
     cusp_of,
@@ -26,7 +27,6 @@ from stickslip.studies.galvanetto2001.orbits import (
     u4,
 )
 from stickslip.studies.values import Value
-from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition
     from stickslip.analysis.bifurcations.conditions.locate import MapAt
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
-    from stickslip.study.event_map import EventMap
+    from stickslip.mechanics.eventmap.event_map import EventMap
 
 EXACT: Final = 1e-14
 ADAPTIVE: Final = 1e-13
@@ -106,14 +106,11 @@ def _multiplier(name: str, orbit: PeriodicOrbit, figure: int) -> Value:
 
 @dataclass(frozen=True)
 class Bifurcation:
-    """A parameter value that section 4 speaks of: where a condition on the map holds.
-
-    ``start`` makes the condition for one parameter value inside the bracket, near which it is
-    solved for by following it.
-    """
+    """A parameter value that section 4 speaks of: where a condition on the map holds."""
 
     name: str
     how: str
+    # makes the condition near which it is solved, by following it inside the bracket
     start: Callable[[], Condition]
     bracket: tuple[float, float]
     printed: str = ""
@@ -214,36 +211,14 @@ _OTHERS: Final[dict[int, Callable[[], Iterator[Value]]]] = {
 
 
 def compute(figures: Iterable[int] | None = None) -> tuple[Value, ...]:
-    """Compute the numbers that belong to some figures.
-
-    Parameters
-    ----------
-    figures : iterable of int, optional
-        By default every number, also of figures that cannot be drawn yet.
-
-    Returns
-    -------
-    tuple of Value
-        Ordered by figure.
-    """
+    """Compute the numbers that belong to some figures, by default every number."""
     numbered = {*_BIFURCATIONS, *_OTHERS}
     wanted = numbered if figures is None else numbered & set(figures)
     return tuple(value for figure in sorted(wanted) for value in _of_figure(figure))
 
 
 def numbers(*figures: int) -> dict[str, Value]:
-    """Compute the numbers that belong to some figures.
-
-    Parameters
-    ----------
-    *figures : int
-        Figures to which they belong.
-
-    Returns
-    -------
-    dict of str to Value
-        By name.
-    """
+    """Compute the numbers that belong to some figures, by name."""
     return {value.name: value for value in compute(figures)}
 
 

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
-from stickslip.plot.curve import Curve, trace
-from stickslip.plot.event_map import draw_curve
+from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.eventmap.quasistatic_map import quasistatic_map
+from stickslip.plot.event_map import Curve, draw_curve, trace
 from stickslip.plot.style import PALETTE
-from stickslip.study.event_map import event_map
-from stickslip.study.quasistatic import quasistatic_map
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import examples
+from stickslip.mechanics.eventmap.quasistatic_map import QuasistaticSlips, quasistatic_map
 from stickslip.plot.style import PALETTE, panel_letter
-from stickslip.study.quasistatic import QuasistaticSlips, quasistatic_map
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -59,7 +59,7 @@ def test_windows_of_maximal_cycles_have_their_exact_borders(b):
 def test_an_orbit_that_stays_on_the_corner_makes_no_event():
     # For a = 1/2, b = -3 and any mu > 0: 0 -> mu -> -2 mu -> 0.
     f = examples.border_collision(0.5, -3.0, 0.3)
-    found = bifurcations(f, "mu", (0.1, 0.9), max_period=3, n_values=9)
+    found = bifurcations(f, "mu", (0.1, 0.9), max_period=3, n_lists=9)
     assert len(found) == 0
     assert not found.unresolved
     (branch,) = (b for b in found.branches if b.period == 3)

@@ -7,7 +7,7 @@ from stickslip import examples
 from stickslip.analysis.branches.along.break_lines import follow_breaks
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
-from stickslip.study.event_map import event_map
+from stickslip.mechanics.eventmap.of_model import event_map
 
 
 def followed(f, name, values, n_anchors=3):

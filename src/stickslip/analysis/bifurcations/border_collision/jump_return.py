@@ -64,78 +64,37 @@ class OneSided(Protocol):
 class FarImage:
     """What becomes of the far side's image of a jump, at a collision of an orbit with it.
 
-    Displacements u from the jump are positive on the far side.
-
-    Attributes
-    ----------
-    period : int
-        p, of the orbit that meets the jump.
-    multiplier : float
-        a, of that orbit: slope of f^p on the near side.
-    local_slope, local_height : float
-        Slope of f^p on the far side, and the displacement f^p(c far) - c: what the normal form
-        of the jump would take for b and l.
-    fate : {"returns", "settles", "leaves", "wanders"}
-        ``returns``: converges to the border from the near side. ``settles``: on another
-        cycle. ``leaves``: the domain, or into a gap. ``wanders``: none of these.
-    steps : int
-        r, if it returns: the offset of the periods, 1 <= r <= p. If it leaves: when.
-    height, slope : float
-        H > 0 and b, if it returns: near 0 the way back is u -> -H + b u.
-    cycle : int
-        Period of the cycle on which it settles, else 0.
-    path : tuple of float
-        The first images of the jump's far side.
+    Displacements u from the jump are positive on the far side. The fate is ``returns``: converges
+    to the border from the near side; ``settles``: on another cycle; ``leaves``: the domain, or into
+    a gap; ``wanders``: none of these.
     """
 
-    period: int
-    multiplier: float
-    local_slope: float
-    local_height: float
+    period: int  # p, of the orbit that meets the jump
+    multiplier: float  # a, of that orbit: slope of f^p on the near side
+    local_slope: float  # of f^p on the far side: the b of the jump's normal form
+    local_height: float  # displacement f^p(c far) - c: the l of the jump's normal form
     fate: Fate
-    steps: int = 0
-    height: float = math.nan
-    slope: float = math.nan
-    cycle: int = 0
-    path: tuple[float, ...] = ()
+    steps: int = 0  # r, if it returns: the offset of the periods, 1 <= r <= p; if it leaves: when
+    height: float = math.nan  # H > 0, if it returns: near 0 the way back is u -> -H + b u
+    slope: float = math.nan  # b of the way back
+    cycle: int = 0  # period of the cycle on which it settles
+    path: tuple[float, ...] = ()  # the first images of the jump's far side
 
     def window(self, n: int) -> tuple[float, float]:
-        """Return where the cycle exists that passes the border once in n p + r steps.
+        """Return the mu = f^p(c near) - c > 0 with a cycle of n p + r steps that crosses once.
 
-        Parameters
-        ----------
-        n : int
-            Turns beside the border, >= 1.
-
-        Returns
-        -------
-        tuple of float
-            Ends of the interval of mu = f^p(c near) - c past the collision, u > 0: to first
-            order in mu / H.
-
-        Notes
-        -----
-        With A_n = (a^-n - 1) / (1 - a), A_(n-1) + b <= H / mu < A_n. The interval is empty
-        (lower end above the upper) where ``A_(n-1) + b`` exceeds ``A_n``. The cycle's
-        multiplier is a^n b.
+        To first order A_(n-1) + b <= H / mu < A_n with A_n = (a^-n - 1) / (1 - a); empty (lower end
+        above the upper) where A_(n-1) + b exceeds A_n. The cycle's multiplier is a^n b.
         """
         low = self.height / _growth(self.multiplier, n)
         bottom = _growth(self.multiplier, n - 1) + self.slope
         return low, self.height / bottom if bottom > 0 else math.inf
 
     def periods(self, mu: float) -> tuple[int, ...]:
-        """Return the periods n p + r of all cycles with one crossing of the border per turn.
+        """Return the periods n p + r of all cycles that cross once, mu past the collision.
 
-        Parameters
-        ----------
-        mu : float
-            Distance past the collision, > 0.
-
-        Returns
-        -------
-        tuple of int
-            None between two windows (``slope > 0``: the cycles there mix two numbers n), two
-            where windows overlap (``slope < 0``: both cycles attract, if stable).
+        None between two windows (``slope > 0``: the cycles there mix two numbers n), two where
+        windows overlap (``slope < 0``: both cycles attract, if stable).
         """
         found = []
         for n in range(1, N_WINDOWS):
@@ -155,32 +114,8 @@ def _growth(a: float, n: int) -> float:
 def far_image(
     f: Map1D, border: OneSided, side: int, period: int, *, max_steps: int = MAX_STEPS
 ) -> FarImage:
-    """Follow the far side's image of a jump, at a collision of an orbit of period p with it.
+    """Follow the far side's image of a jump, at a collision with an orbit of period p.
 
-    Parameters
-    ----------
-    f : Map1D
-        The map at the collision.
-    border : Breakpoint or BorderReading
-        The jump of ``f``.
-    side : {-1, 1}
-        On which side of it the orbit's point lies: -1 left, 1 right.
-    period : int
-        The p.
-    max_steps : int
-        Images followed.
-
-    Returns
-    -------
-    FarImage
-
-    Raises
-    ------
-    ValueError
-        ``side`` is not -1 or 1, or ``period`` is below 1.
-
-    Examples
-    --------
     >>> from stickslip.analysis import examples
     >>> f = examples.border_collision(a=0.5, b=-0.4, mu=0.0, jump=-1.0)
     >>> far = far_image(f, ss.breakpoints(f)[0], side=-1, period=1)

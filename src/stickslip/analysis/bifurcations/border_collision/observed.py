@@ -27,25 +27,10 @@ def observed(
     gap: bool = False,
     width: float | None = None,
 ) -> Outcome:
-    """Name what happened, from the orbits and attractors on both sides of a border collision.
+    """Name what happened, from orbits beside a border and all attractors, before and after.
 
-    Parameters
-    ----------
-    orbits_before, orbits_after : sequence of PeriodicOrbit
-        Those concerned, that is beside the border, at a smaller and at a larger parameter.
-    attractors_before, attractors_after : sequence of Attractor
-        All attractors there. Those that are no orbit concerned and are found on both sides
-        with the same kind and period, in about the same place, only look on.
-    period : int
-        Of the orbit on the border.
-    gap : bool
-        Whether the border is the edge of a gap.
-    width : float, optional
-        Of the domain or window; the largest number in the attractors if not given.
-
-    Returns
-    -------
-    Outcome
+    Attractors that are no orbit concerned and are found on both sides with the same kind and
+    period, in about the same place, are bystanders. ``gap``: the border is the edge of one.
     """
     everything = (*attractors_before, *attractors_after)
     scale = width or max((float(np.abs(a.bands).max()) for a in everything), default=0.0)

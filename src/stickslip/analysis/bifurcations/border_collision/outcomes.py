@@ -31,36 +31,12 @@ NONE: Final = LocalAttractor("none")
 def predicted_at_corner(
     left_slope: float, right_slope: float, direction: int, *, period: int = 1
 ) -> Outcome:
-    """Predict what follows when a corner c of f^p crosses the diagonal.
+    """Predict what follows when a corner c of g = f^p crosses the diagonal.
 
-    Parameters
-    ----------
-    left_slope, right_slope : float
-        One-sided slopes a, b of g = f^p at c; infinite at a square root.
-    direction : {1, -1}
-        Sign of the change of g(c) - c as the parameter grows.
-    period : int
-        The p; periods and bands are counted in steps of f.
+    Complete for the normal form a x + mu (x < 0), b x + mu (x > 0), so for all small mu of a map
+    that is C1 on both sides; undecided exactly on the borders of the classification. Orbits: Feigin
+    (di Bernardo et al., Chaos Solitons Fractals 10, 1881, 1999); attractors: `skew_tent`.
 
-    Returns
-    -------
-    Outcome
-        Undecided exactly on the borders of the classification.
-
-    Raises
-    ------
-    ValueError
-        ``direction`` is not 1 or -1, or a slope is NaN.
-
-    Notes
-    -----
-    Complete for the normal form a x + mu (x < 0), b x + mu (x > 0), so for all small mu of a
-    map that is C1 on both sides and whose slopes are not on a border of the classification.
-    Orbits: Feigin (di Bernardo et al., Chaos Solitons Fractals 10, 1881, 1999); attractors:
-    `stickslip.analysis.bifurcations.border_collision.skew_tent`.
-
-    Examples
-    --------
     >>> outcome = predicted_at_corner(1.4, -2.2, direction=1)
     >>> outcome.orbits, outcome.attractors
     ('born in pairs', 'chaotic')
@@ -118,43 +94,15 @@ def _attractors_at_corner(a: float, b: float) -> str:
 def predicted_at_jump(
     f: Map1D, border: OneSided, side: int, direction: int, *, period: int = 1
 ) -> Outcome:
-    """Predict what follows when an orbit of period p meets a jump.
+    """Predict what follows when an orbit of period p meets a jump of f from a side.
 
-    Parameters
-    ----------
-    f : Map1D
-        The map at the collision.
-    border : Breakpoint or BorderReading
-        The jump of ``f``.
-    side : {-1, 1}
-        On which side of the jump the orbit's point lies: -1 left, 1 right.
-    direction : {1, -1}
-        Sign of the change of f^p(c) - c on that side as the parameter grows.
-    period : int
-        The p.
-
-    Returns
-    -------
-    Outcome
-        ``attractors``: a stable orbit with a multiplier 0 < a < 1 leaves behind the cycles of
-        `far_image` if the far side's image comes back (``period-adding`` if the way back has
-        a positive slope, ``period-incrementing`` if a negative one). If it leaves, or settles
-        on another cycle, which is there on both sides of the collision, nothing is left
-        behind (``none``; the text names the cycle). ``undecided`` if it does not settle.
-
-    Raises
-    ------
-    ValueError
-        ``side`` or ``direction`` is not 1 or -1, or ``period`` is below 1.
-
-    Notes
-    -----
-    For parameters close to the collision. The slopes of f^p on both sides and the step
-    between them decide only where the far image stays where these describe the map, as in
-    Jain and Banerjee, Int. J. Bifurcation Chaos 13, 3341 (2003); that is why ``f`` is asked.
-    Adding and incrementing: Avrutin, Gardini, Sushko and Tramontana, Continuous and
-    Discontinuous Piecewise-Smooth One-Dimensional Maps (2019); Granados, Alseda and Krupa,
-    SIAM Rev. 59, 225 (2017).
+    Close to the collision a stable orbit, 0 < a < 1, leaves behind the cycles of `far_image` if the
+    far side's image comes back (period-adding after a way back of positive slope, else
+    incrementing). The slopes of f^p and the step between them decide only where the far image stays
+    where these describe the map (Jain and Banerjee, Int. J. Bifurcation Chaos 13, 3341, 2003):
+    ``f`` is asked. Adding and incrementing: Avrutin, Gardini, Sushko and Tramontana, Continuous and
+    Discontinuous Piecewise-Smooth One-Dimensional Maps (2019); Granados, Alseda, Krupa, SIAM Rev.
+    59, 225 (2017).
     """
     _check_direction(direction)
     far = far_image(f, border, side, period)
@@ -214,29 +162,7 @@ def _by_slopes_alone(far: FarImage) -> str:
 
 
 def predicted_at_gap(slope: float, side: int, direction: int, *, period: int = 1) -> Outcome:
-    """Predict what follows when an orbit of period p meets the edge of a gap.
-
-    Parameters
-    ----------
-    slope : float
-        Of f^p at the edge, on the orbit's side.
-    side : {-1, 1}
-        On which side of the edge the map is defined: -1 left, 1 right.
-    direction : {1, -1}
-        Sign of the change of f^p(c) - c as the parameter grows.
-    period : int
-        The p.
-
-    Returns
-    -------
-    Outcome
-        Beyond the collision all orbits nearby end in the gap.
-
-    Raises
-    ------
-    ValueError
-        ``side`` or ``direction`` is not 1 or -1.
-    """
+    """Predict what follows when an orbit meets the edge of a gap: beyond, all end there."""
     _check_direction(direction)
     if side not in (-1, 1):
         raise ValueError(f"side = {side!r} of a border: -1 (left) or 1 (right) is needed.")

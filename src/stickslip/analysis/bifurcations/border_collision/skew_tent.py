@@ -30,20 +30,9 @@ ROOT_CHAOS: Final = 2 / 3  # slope opposite a square root above which there is c
 
 
 def attractor_of_skew_tent(a: float, b: float, side: int = 1) -> LocalAttractor:
-    """Return what attracts orbits of x -> a x + mu (x < 0), b x + mu (x > 0).
+    """Return the attractor of a x + mu (x < 0), b x + mu (x > 0), side the sign of mu.
 
-    Parameters
-    ----------
-    a, b : float
-        Slopes; infinite where a square root begins.
-    side : {1, -1}
-        Sign of mu.
-
-    Returns
-    -------
-    LocalAttractor
-        ``undecided`` exactly on the borders between regions, where cycles are neutral or on
-        the corner.
+    Undecided exactly on the borders between regions, where cycles are neutral or on the corner.
     """
     if side < 0:
         a, b = b, a
@@ -95,8 +84,8 @@ def _of_folded_map(a: float, b: float) -> LocalAttractor:
 def _steps_to_return(a: float, b: float) -> int:
     """Return n, the last index up to which the images c_2, c_3, ... of the corner are negative.
 
-    For a >= 1 only n = 2 can be renormalised: a longer stay left of 0 stretches so much that
-    (|A| - 1) (B - 1) > 1. The answer 0 means too many steps, or an image on the corner.
+    For a >= 1 only n = 2 can be renormalised: a longer stay left of 0 stretches so much that (|A| -
+    1) (B - 1) > 1. The answer 0 means too many steps, or an image on the corner.
     """
     if a >= 1.0:
         return 2
@@ -111,19 +100,16 @@ def _steps_to_return(a: float, b: float) -> int:
 
 
 def paired_side(a: float, b: float) -> int:
-    """Return the sign of mu for which both fixed points exist; 0 if there is one on each side.
-
-    Fixed points lie at mu / (1 - a) <= 0 and at mu / (1 - b) >= 0.
-    """
+    """Return the sign of mu with both fixed points, mu / (1 - a) <= 0 <= mu / (1 - b), or 0."""
     if (1.0 - a) * (1.0 - b) > 0.0:
         return 0
     return 1 if a > b else -1
 
 
 def doubled_side(a: float, b: float) -> int:
-    """Return the sign of mu for which there is a cycle of period 2; 0 if for neither.
+    """Return the sign of mu with a cycle of period 2 (Feigin), 0 for neither.
 
-    Its points are mu (1 + b) / (1 - a b) < 0 and mu (1 + a) / (1 - a b) > 0 (Feigin).
+    Its points are mu (1 + b) / (1 - a b) < 0 and mu (1 + a) / (1 - a b) > 0.
     """
     if not (1.0 + a) * (1.0 + b) < 0.0:
         return 0

@@ -38,74 +38,35 @@ if TYPE_CHECKING:
 @part
 @dataclass(frozen=True)
 class Reading:
-    """What a condition finds in one map.
+    """What a condition finds in one map."""
 
-    Attributes
-    ----------
-    value : float
-        The test function; the bifurcation is where it vanishes.
-    noise : float
-        Rounding in it, estimated.
-    points : tuple of float
-        The periodic orbit concerned, in the map's order; away from the bifurcation a
-        sequence that does not quite close.
-    multipliers : tuple of float
-        Of the orbit: one number; for a `Collision` the two one-sided ones, products of
-        slopes along the images of the border's left and right side, NaN beside a gap.
-    condition : Fold, Flip, Crossing, Collision or Connection
-        The same condition, started from here.
-    labels : tuple of int
-        Branches that the test function depends on, those of a border aside: where they
-        change, it may break.
-    visited : tuple of float
-        The points that have these labels.
-    critical : BorderReading or None
-        The border or turning point, where there is one.
-    path : tuple of float
-        Of a `Connection`: the images of the critical point, itself first.
-    curvature : float
-        Of a `Fold` or `Crossing`: second derivative of f^p; it vanishes at a cusp, and where
-        the crossing is a pitchfork.
-    mixed : float
-        Of a `Crossing`: derivative of the slope of f^p with respect to the parameter.
-    """
-
-    value: float
-    noise: float
+    value: float  # the test function; the bifurcation is where it vanishes
+    noise: float  # rounding in it, estimated
+    # the orbit, in the map's order; away from the bifurcation it does not quite close
     points: tuple[float, ...]
+    # one; of a `Collision` two, from the border's left and right, NaN beside a gap
     multipliers: tuple[float, ...]
-    condition: Condition
-    labels: tuple[int, ...] = ()
-    visited: tuple[float, ...] = ()
+    condition: Condition  # the same one, started from here
+    labels: tuple[int, ...] = ()  # branches that the test function depends on, the border's aside
+    visited: tuple[float, ...] = ()  # the points that have these labels
     critical: BorderReading | None = None
+    # of a `Connection`: the images of the critical point, itself first
     path: tuple[float, ...] = ()
+    # (f^p)'' at a `Fold` or `Crossing`; 0 at a cusp, and at a pitchfork
     curvature: float = math.nan
-    mixed: float = math.nan
+    mixed: float = math.nan  # of a `Crossing`: derivative of (f^p)' with respect to the parameter
 
 
 @part
 @dataclass(frozen=True)
 class Fold:
-    """An orbit with multiplier 1: f^p(x) - x where (f^p)'(x) = 1.
-
-    Attributes
-    ----------
-    period : int
-    points : tuple of float, length period
-        Where the orbit was last.
-    """
+    """An orbit with multiplier 1: f^p(x) - x where (f^p)'(x) = 1."""
 
     period: int
-    points: tuple[float, ...]
+    points: tuple[float, ...]  # where the orbit was last
 
     def at(self, f: Map1D) -> Reading:
-        """Evaluate the test function.
-
-        Raises
-        ------
-        ConditionLost
-            The slope of f^p is not 1 anywhere nearby.
-        """
+        """Evaluate the test function; `ConditionLost` where (f^p)' is not 1 anywhere nearby."""
         path, curvature, value = slope_one(f, self.period, self.points[0])
         return Reading(
             value=value,
@@ -122,26 +83,13 @@ class Fold:
 @part
 @dataclass(frozen=True)
 class Flip:
-    """An orbit with multiplier -1: multiplier + 1 along the orbit.
-
-    Attributes
-    ----------
-    period : int
-    points : tuple of float, length period
-        Where the orbit was last.
-    """
+    """An orbit with multiplier -1: multiplier + 1 along the orbit."""
 
     period: int
-    points: tuple[float, ...]
+    points: tuple[float, ...]  # where the orbit was last
 
     def at(self, f: Map1D) -> Reading:
-        """Evaluate the test function.
-
-        Raises
-        ------
-        ConditionLost
-            The orbit is gone.
-        """
+        """Evaluate the test function; `ConditionLost` where the orbit is gone."""
         orbit = follow_orbit(f, self.points)
         return Reading(
             value=orbit.slope + 1.0,
@@ -159,30 +107,16 @@ class Flip:
 class Crossing:
     """Two curves of orbits that cross: transcritical, or a pitchfork.
 
-    There g = f^p(x) - x is zero, and stationary in x and in the parameter. The two derivatives
-    are solved for, which is a regular problem; who has solved it looks whether g is zero.
-
-    Attributes
-    ----------
-    period : int
-    points : tuple of float, length period
-        Where the orbit was last.
-    parameter : str
-        Name of the parameter that varies.
+    There g = f^p(x) - x is zero, and stationary in x and in the parameter. The two derivatives are
+    solved for, which is a regular problem; who has solved it looks whether g is zero.
     """
 
     period: int
-    points: tuple[float, ...]
-    parameter: str
+    points: tuple[float, ...]  # where the orbit was last
+    parameter: str  # that varies
 
     def at(self, f: Map1D) -> Reading:
-        """Evaluate the test function.
-
-        Raises
-        ------
-        ConditionLost
-            f^p is stationary in the parameter nowhere nearby, or the map has no parameters.
-        """
+        """Evaluate the test function; `ConditionLost` where f^p is nowhere stationary in it."""
         if not isinstance(f, MapFamily):
             raise ConditionLost("a map without parameters: no two curves of orbits can cross")
         found = stationary_in_parameter(f, self.period, self.points[0], self.parameter)
@@ -204,29 +138,14 @@ class Crossing:
 @part
 @dataclass(frozen=True)
 class Collision:
-    """An orbit with a point on a border: f^p(c-) - c or f^p(c+) - c.
-
-    Attributes
-    ----------
-    period : int
-    border : Border or TurningPoint
-        The orbit of a turning point is superstable.
-    side : int
-        -1: c is approached from the left, 1: from the right.
-    """
+    """An orbit with a point on a border, f^p(c±) - c; superstable at a turning point."""
 
     period: int
     border: Critical
-    side: int
+    side: int  # -1: c is approached from the left, 1: from the right
 
     def at(self, f: Map1D) -> Reading:
-        """Evaluate the test function.
-
-        Raises
-        ------
-        ConditionLost
-            The border is gone, or its images have no value.
-        """
+        """Evaluate the test function; `ConditionLost` without the border, or its images."""
         border = self.border.at(f)
         paths = {side: path_from(f, border, side, self.period) for side in (-1, 1)}
         path = paths[self.side]
@@ -247,24 +166,15 @@ class Collision:
 @part
 @dataclass(frozen=True)
 class Connection:
-    """An image of a critical point on an unstable orbit u: f^k(c-) - u or f^k(c+) - u.
+    """An image of a critical point on an unstable orbit u (homoclinic): f^k(c±) - u.
 
     Crises and band mergings are of this kind.
-
-    Attributes
-    ----------
-    critical : Border or TurningPoint
-    side : int
-        Side of the border, -1 or 1; of no account at a turning point.
-    k : int
-        Applications of the map.
-    points : tuple of float
-        The unstable orbit in the map's order; its first point is the one that is met.
     """
 
     critical: Critical
-    side: int
-    k: int
+    side: int  # of the border, -1 or 1; of no account at a turning point
+    k: int  # applications of the map
+    # the unstable orbit in the map's order; its first point is the one that is met
     points: tuple[float, ...]
 
     @property
@@ -273,13 +183,7 @@ class Connection:
         return len(self.points)
 
     def at(self, f: Map1D) -> Reading:
-        """Evaluate the test function.
-
-        Raises
-        ------
-        ConditionLost
-            c or u is gone, or an image of c has no value.
-        """
+        """Evaluate the test function; `ConditionLost` without c, u, or an image of c."""
         critical = self.critical.at(f)
         path = path_from(f, critical, self.side, self.k)
         if not path.complete:

@@ -29,35 +29,16 @@ NEARBY: Final = 64.0  # ulp: values closer to a zero than that are not fit for a
 
 @dataclass(frozen=True)
 class Located:
-    """A zero of a condition.
-
-    Attributes
-    ----------
-    value : float
-    error : float
-        (abs(test function) + noise) / abs(slope), at least 2 ulp.
-    residual : float
-        Test function at `value`.
-    interval : tuple of float
-        ``value`` minus and plus ``error``.
-    quality : str
-        ``located``, or ``failed`` where the test function jumps over zero.
-    slope : float
-        Of the test function.
-    reading : Reading
-        At `value`.
-    n_readings : int
-        How often the condition was evaluated.
-    """
+    """A zero of a condition."""
 
     value: float
-    error: float
-    residual: float
-    interval: tuple[float, float]
-    quality: str
-    slope: float
-    reading: Reading
-    n_readings: int = 0
+    error: float  # (abs(test function) + noise) / abs(slope), at least 2 ulp
+    residual: float  # test function at `value`
+    interval: tuple[float, float]  # ``value`` minus and plus ``error``
+    quality: str  # "failed" where the test function jumps over zero
+    slope: float  # of the test function
+    reading: Reading  # at `value`
+    n_readings: int = 0  # how often the condition was evaluated
 
 
 @dataclass
@@ -69,13 +50,7 @@ class Readings:
     known: dict[float, Reading] = field(default_factory=dict)
 
     def __call__(self, t: float) -> float:
-        """Test function at t.
-
-        Raises
-        ------
-        ConditionLost
-            Also where the map itself does not exist (a parameter out of its range).
-        """
+        """Test function at t; `ConditionLost` also where a parameter is out of its range."""
         if t not in self.known:
             self.known[t] = self._read(t)
         return self.known[t].value
@@ -108,14 +83,7 @@ class Readings:
         return condition.at(f)
 
     def located(self, t: float, span: float) -> Located:
-        """Judge a zero: its slope, its error, and whether the function jumps there.
-
-        Parameters
-        ----------
-        t : float
-        span : float
-            Where a slope is taken if no other reading is fit for it.
-        """
+        """Judge a zero: its slope (over ``span`` if need be), its error, whether it is a jump."""
         reading = self.known[t]
         slope = self._slope(t, span)
         ulp = float(np.spacing(abs(t)))
@@ -176,30 +144,11 @@ class Readings:
 
 
 def solve(condition: Condition, at: MapAt, low: float, high: float) -> Located:
-    """Find the zero of a condition between two numbers where its signs differ.
+    """Find the zero between two numbers of a condition that starts from close to one of them.
 
-    Parameters
-    ----------
-    condition : Fold, Flip, Collision or Connection
-        Started from close to one of the ends.
-    at : callable
-        The map for one number, such as ``lambda q: f.replace(alpha=q)``.
-    low, high : float
+    "failed" where the test function only jumps over zero; `ConditionLost` where it does not exist
+    all over the bracket; a ValueError where its signs agree.
 
-    Returns
-    -------
-    Located
-        With ``quality`` "failed" where the test function only jumps over zero.
-
-    Raises
-    ------
-    ConditionLost
-        It does not exist all over the bracket.
-    ValueError
-        The signs at the ends agree.
-
-    Examples
-    --------
     >>> from stickslip.analysis.examples import logistic
     >>> from stickslip.analysis.bifurcations.conditions.conditions import Flip
     >>> f = logistic(3.2)
@@ -232,26 +181,9 @@ def solve_near(
     slope: float = math.nan,
     within: tuple[float, float] = (-math.inf, math.inf),
 ) -> Located:
-    """Find the zero of a condition close to a guess.
+    """Find the zero of a condition close to a guess, or raise `ConditionLost`; never outside.
 
-    Parameters
-    ----------
-    condition : Fold, Flip, Collision or Connection
-        Started from close to the guess.
-    at : callable
-        The map for one number.
-    guess : float
-    step : float
-        How far off the guess may be; also the first step, where no slope is given.
-    slope : float, optional
-        Of the test function, as far as known.
-    within : pair of float, optional
-        Never evaluated outside.
-
-    Raises
-    ------
-    ConditionLost
-        It does not exist, or there is no zero nearby.
+    ``step``: how far off the guess may be, and the first step where the slope is not known.
     """
     g = Readings(condition, at)
     lo, hi = max(within[0], guess - WIDEST * step), min(within[1], guess + WIDEST * step)

@@ -32,23 +32,12 @@ DISTINCT: Final = 1e-9  # of the domain: points of an orbit this close together 
 
 @dataclass(frozen=True)
 class Path:
-    """A point and its images, as far as there are any.
+    """A point and its images, as far as there are any."""
 
-    Attributes
-    ----------
-    points : tuple of float, length n + 1
-    slopes : tuple of float, length n
-        Of the map at all points but the last.
-    labels : tuple of int
-        Of the points that the map was evaluated at.
-    complete : bool
-        Whether all images exist.
-    """
-
-    points: tuple[float, ...]
-    slopes: tuple[float, ...]
-    labels: tuple[int, ...]
-    complete: bool
+    points: tuple[float, ...]  # n + 1
+    slopes: tuple[float, ...]  # of the map at all points but the last
+    labels: tuple[int, ...]  # of the points that the map was evaluated at
+    complete: bool  # all images exist
 
     @property
     def slope(self) -> float:
@@ -94,15 +83,7 @@ def path_of(f: Map1D, x: float, n: int) -> Path:
 
 
 def rounding(f: Map1D, path: Path, position: float = 0.0) -> float:
-    """Estimate the rounding error at the end of a path: that of each value, carried on.
-
-    Parameters
-    ----------
-    f : Map1D
-    path : Path
-    position : float
-        How far off the first point may be besides its own rounding.
-    """
+    """Estimate the rounding at the end of a path, whose start may be off by ``position``."""
     carried, error = 1.0, 0.0
     for slope in reversed(path.slopes):
         error += _accuracy(f) * carried
@@ -123,20 +104,12 @@ def _accuracy(f: Map1D) -> float:
 
 @dataclass(frozen=True)
 class Followed:
-    """A periodic orbit after Newton's method.
-
-    Attributes
-    ----------
-    points, slopes : tuple of float, length p
-    labels : tuple of int, length p
-    error : float
-        Bound of the points' errors.
-    """
+    """A periodic orbit after Newton's method."""
 
     points: tuple[float, ...]
     slopes: tuple[float, ...]
     labels: tuple[int, ...]
-    error: float
+    error: float  # bound of the points' errors
 
     @property
     def slope(self) -> float:
@@ -145,10 +118,7 @@ class Followed:
 
 
 def multiplier_noise(f: Map1D, orbit: Followed) -> float:
-    """Estimate the rounding in a multiplier: some in each slope, and what the points' errors make.
-
-    How much a multiplier depends on the points is seen from their neighbours.
-    """
+    """Estimate the rounding in a multiplier: in each slope, and by the points' errors."""
     h = STEP * domain_width(getattr(f, "whole", f))
     _, beside = values_and_slopes(f, np.array(orbit.points) + h)
     with np.errstate(all="ignore"):
@@ -159,13 +129,7 @@ def multiplier_noise(f: Map1D, orbit: Followed) -> float:
 
 
 def follow_orbit(f: Map1D, points: tuple[float, ...]) -> Followed:
-    """Find the periodic orbit close to where it was in another map.
-
-    Raises
-    ------
-    ConditionLost
-        Newton's method does not converge, or to an orbit of a shorter period.
-    """
+    """Find the orbit close to where it was in another map, or raise `ConditionLost`."""
     start = np.array([points])
     lo, hi = f.domain
     labels: list[int] = []
@@ -188,21 +152,9 @@ def follow_orbit(f: Map1D, points: tuple[float, ...]) -> Followed:
 
 
 def slope_one(f: Map1D, p: int, x: float) -> tuple[Path, float, float]:
-    """Find where f^p has slope 1, near x.
+    """Find where f^p has slope 1 near x: path, (f^p)'' and f^p(x) - x there.
 
-    Returns
-    -------
-    path : Path
-        Of that point.
-    curvature : float
-        (f^p)'' there.
-    value : float
-        f^p(x) - x there; it is stationary, so it is sharper than the point.
-
-    Raises
-    ------
-    ConditionLost
-        There is no such point nearby.
+    The last is stationary, so it is sharper than the point.
     """
     scale = domain_width(getattr(f, "whole", f))
     h, last = STEP * scale, math.inf
@@ -230,14 +182,9 @@ def _shifted(path: Path, step: float) -> Path:
 
 
 def bend(f: Map1D, p: int, x: float, h: float) -> tuple[Path, float, float]:
-    """Path of x, slope and second derivative of f^p there.
+    """Path of x, slope and second derivative of f^p there: a difference of slopes ``h`` apart.
 
-    The second derivative is a difference of slopes ``h`` apart, from one side beside a break.
-
-    Raises
-    ------
-    ConditionLost
-        There is no image, or a break on both sides.
+    One-sided beside a break; `ConditionLost` with breaks on both sides, or without an image.
     """
     points = np.array([x - h, x, x + h])
     slopes, labels, centre = np.ones(3), [], [float(x)]

@@ -30,34 +30,16 @@ MAX_NEWTON: Final = 20
 
 @dataclass(frozen=True)
 class Stationary:
-    """A point x where d f^p(x) / dq is zero.
+    """A point x where d f^p(x) / dq is zero."""
 
-    Attributes
-    ----------
-    path : Path
-        Of x.
-    curvature : float
-        Second derivative of f^p there.
-    mixed : float
-        Derivative of the slope of f^p with respect to the parameter.
-    noise : float
-        Rounding in the slope of f^p, and what the rounding of x makes of it.
-    """
-
-    path: Path
-    curvature: float
-    mixed: float
-    noise: float
+    path: Path  # of x
+    curvature: float  # (f^p)'' there
+    mixed: float  # derivative of (f^p)' with respect to the parameter
+    noise: float  # rounding in (f^p)', and what the rounding of x makes of it
 
 
 def stationary_in_parameter(f: MapFamily, p: int, x: float, name: str) -> Stationary:
-    """Find the point near x whose p-th image is stationary in a parameter.
-
-    Raises
-    ------
-    ConditionLost
-        There is no such point nearby, or f^p is not smooth there.
-    """
+    """Find x nearby whose p-th image is stationary in a parameter, or raise `ConditionLost`."""
     scale = domain_width(getattr(f, "whole", f))
     start, h, last = x, STEP * scale, math.inf
     lo, hi = f.domain
@@ -80,10 +62,7 @@ def stationary_in_parameter(f: MapFamily, p: int, x: float, name: str) -> Statio
 
 
 def _images(f: MapFamily, p: int, points: Floats, name: str) -> tuple[Path, Floats, Floats, float]:
-    """Path of the second of three points; slopes and rates of f^p at all of them.
-
-    The last number is the size of the terms that a rate is the sum of.
-    """
+    """Path of the second of three points; slopes and rates of f^p; the size of a rate's terms."""
     x = float(points[1])
     slopes, rates, size = np.ones(3), np.zeros(3), 0.0
     centre, centre_slopes, labels = [x], [], []

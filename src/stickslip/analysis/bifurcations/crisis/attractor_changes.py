@@ -76,11 +76,10 @@ def _shared(one: Attractor, other: Attractor) -> float:
 def kind_of_change(
     attractor: Attractor, near: ParameterPoint, far: ParameterPoint
 ) -> CrisisKind | Literal["hidden", "transient"] | None:
-    """Name what happens to an attractor between two close values.
+    """Name what happens to an attractor between two close values; None for another event.
 
-    None if nothing does, or something else happened before; ``hidden`` if a stable cycle hides
-    the chaos on either side, or more than one event happened; ``transient`` if orbits stay where
-    the attractor was for longer than they are followed.
+    ``hidden`` if a stable cycle hides the chaos on either side, or more than one event happened;
+    ``transient`` if orbits stay where the attractor was for longer than they are followed.
     """
     here = partner_of(attractor, near.attractors)
     if here is None:

@@ -60,32 +60,17 @@ TOUCHING: Final = 1e-8  # of the domain's width: an edge this close to an orbit 
 
 @dataclass(frozen=True, eq=False)
 class CrisisEvent:
-    """A chaotic attractor that is lost, or changes suddenly, at a parameter value.
-
-    Attributes
-    ----------
-    kind : {"boundary_crisis", "interior_crisis", "band_merging"}
-    value, error : float
-    condition : Connection
-        The image of a break or turning point on the unstable orbit, started from here.
-    located : Located
-        How it was solved.
-    points : tuple of float
-        The unstable orbit there, in the map's order, the point that is met first.
-    period : int
-        Of the unstable orbit.
-    attractors_before, attractors_after : tuple of Attractor
-        All attractors just below and just above `value`.
-    """
+    """A chaotic attractor that is lost, or changes suddenly, at a parameter value."""
 
     kind: CrisisKind
     value: float
     error: float
-    condition: Connection
+    condition: Connection  # started from here
     located: Located
+    # the unstable orbit there, in the map's order, the point that is met first
     points: tuple[float, ...]
-    period: int
-    attractors_before: tuple[Attractor, ...]
+    period: int  # of the unstable orbit
+    attractors_before: tuple[Attractor, ...]  # all attractors just below and just above `value`
     attractors_after: tuple[Attractor, ...]
 
 
@@ -97,37 +82,12 @@ def crises(
     max_period: int = 4,
     finest: float = FINEST,
 ) -> list[CrisisEvent]:
-    """Find the crises and band mergings between the values of a grid.
+    """Find the crises and band mergings between two or more ascending values of a grid.
 
-    Parameters
-    ----------
-    at : callable
-        The map at a parameter value.
-    grid : sequence of ParameterPoint
-        At two or more ascending values; see `parameter_point`.
-    breaks : iterable of float
-        Values of bifurcations of orbits that are known already. What changes across them is
-        their doing and not searched for.
-    max_period : int
-        Longest period of the unstable orbits that an attractor may meet; orbits with the
-        period of the attractor's bands, or half of it, are always considered.
-    finest : float
-        Share of a grid interval below which a change that no event explains is left alone.
-
-    Returns
-    -------
-    list of CrisisEvent, ascending
-
-    Raises
-    ------
-    ValueError
-        The values of the grid do not ascend.
-
-    Notes
-    -----
-    A change that comes and goes between two values of the grid is not seen. Near the
-    accumulation of a cascade bands merge at ever closer values: the list ends where they are
-    closer than `finest` allows.
+    What changes across ``breaks``, values of known bifurcations, is their doing. Unstable orbits
+    have periods up to ``max_period``, that of the attractor's bands, or half of it. Intervals below
+    ``finest`` of one of the grid are left alone: near the end of a cascade bands merge at ever
+    closer values. A change that comes and goes between two values of the grid is not seen.
     """
     values = [point.value for point in grid]
     if len(values) < 2 or any(b <= a for a, b in pairwise(values)):
@@ -217,7 +177,7 @@ class _Search:
             self._wait(self._look(at + beside), right)
 
     def _worth(self, change: Change) -> float:
-        """Say how far to halve an interval in which an attractor changes, as a factor of `finest`.
+        """Say how far to halve an interval in which an attractor changes: a factor of `finest`.
 
         Chaos is dense with windows of periodicity; only those of short period are searched
         thoroughly, and cascades, whose periods are those of the bands times powers of two.

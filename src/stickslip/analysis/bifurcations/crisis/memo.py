@@ -14,10 +14,7 @@ if TYPE_CHECKING:
 
 
 class RememberingMap:
-    """A map of the line whose values are kept; all else it leaves to the map.
-
-    For a short while: whatever is asked is remembered, and never dropped.
-    """
+    """A map of the line whose values are kept, for a short while: nothing is ever dropped."""
 
     def __init__(self, f: Map1D) -> None:
         self.f = f
@@ -35,13 +32,7 @@ class RememberingMap:
         return self if whole is self.f else RememberingMap(whole)
 
     def evaluate(self, x: ArrayLike, /) -> MapValues:
-        """Return what the map says at points, from memory if these very points were asked for.
-
-        Raises
-        ------
-        ValueError
-            As the map does.
-        """
+        """Return what the map says at points, from memory if these very points were asked for."""
         points = np.asarray(x, dtype=np.float64)
         key = points.tobytes(), points.shape
         if key not in self._known:

@@ -25,23 +25,13 @@ MAX_PERIOD: Final = 64  # of stable cycles there
 
 @dataclass(frozen=True, eq=False)
 class ParameterPoint:
-    """A map at one parameter value, with what is known of it.
-
-    Attributes
-    ----------
-    value : float
-    f : Map1D
-    table : BranchTable
-    attractors : AttractorList
-    fast : InterpolatedMap
-        Of the table.
-    """
+    """A map at one parameter value, with what is known of it."""
 
     value: float
     f: Map1D
     table: BranchTable
     attractors: AttractorList
-    fast: InterpolatedMap
+    fast: InterpolatedMap  # of the table
 
     @property
     def chaotic(self) -> list[Attractor]:
@@ -57,23 +47,9 @@ def parameter_point(
     *,
     quick: bool = False,
 ) -> ParameterPoint:
-    """Find the attractors of a map at one parameter value.
+    """Find the attractors of a map at a value; stable known orbits are attractors in any case.
 
-    Parameters
-    ----------
-    at : callable
-        The map at a parameter value.
-    value : float
-    orbits : iterable of PeriodicOrbit, optional
-        Known at this value: the stable ones are attractors even if no seed reaches them.
-    fast : InterpolatedMap, optional
-        Of the map there; made if it is not given.
-    quick : bool
-        Whether to give up sooner on orbits that do not settle, and on long periods.
-
-    Returns
-    -------
-    ParameterPoint
+    ``quick`` gives up sooner on orbits that do not settle, and on long periods.
     """
     fast = interpolated_map(branch_table(at(value))) if fast is None else fast
     f, table = fast.f, fast.table

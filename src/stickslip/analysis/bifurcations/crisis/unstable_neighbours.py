@@ -30,40 +30,18 @@ NEIGHBOURS: Final = 2  # unstable orbits beside an edge that are worth trying
 
 @dataclass(frozen=True)
 class Edge:
-    """An edge of a chaotic attractor's bands, and the free interval beside it.
-
-    Attributes
-    ----------
-    x : float
-    critical : Border or TurningPoint
-        What it is an image of.
-    side : int
-        From which side the map is taken there, -1 or 1.
-    k : int
-        Number of maps.
-    gap : tuple of float
-        Free interval that the edge bounds: up to the next band or the end of the domain.
-    width : float
-        Of the band that it bounds.
-    """
+    """An edge of a chaotic attractor's bands, and the free interval beside it."""
 
     x: float
-    critical: Critical
-    side: int
-    k: int
-    gap: tuple[float, float]
-    width: float
+    critical: Critical  # what it is an image of
+    side: int  # from which side the map is taken there, -1 or 1
+    k: int  # number of maps
+    gap: tuple[float, float]  # free interval up to the next band or the end of the domain
+    width: float  # of the band that it bounds
 
 
 def edges_of(attractor: Attractor, table: BranchTable) -> list[Edge]:
-    """Edges of a chaotic attractor whose source is known.
-
-    Parameters
-    ----------
-    attractor : Attractor
-    table : BranchTable
-        Of its map.
-    """
+    """Edges of a chaotic attractor whose source is known."""
     lo, hi = table.f.domain
     ends = attractor.bands.ravel()
     around = np.concatenate([[lo], ends, [hi]])
@@ -103,21 +81,9 @@ class Meeting:
 def meetings(
     fast: InterpolatedMap, edges: Iterable[Edge], periods: tuple[int, ...]
 ) -> Iterator[Meeting]:
-    """Find the unstable orbits with a point in the gap beside an edge.
+    """Find the unstable orbits with a point in the gap beside an edge, that point first.
 
-    Parameters
-    ----------
-    fast : InterpolatedMap
-        Shows where the orbits are, to nine digits.
-    edges : iterable of Edge
-    periods : tuple of int
-        That are searched.
-
-    Yields
-    ------
-    Meeting
-        The closest first, distances taken in units of the band behind the edge; at most
-        ``NEIGHBOURS`` for each edge. Orbits start with their point in the gap.
+    The closest first, in units of the band behind the edge; at most ``NEIGHBOURS`` for each edge.
     """
     same = SLACK * domain_width(fast)
     places = [place for edge in edges for place in _places(fast, edge, periods, same)]

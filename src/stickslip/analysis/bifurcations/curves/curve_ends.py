@@ -46,15 +46,7 @@ BELIEVED: Final = 1e-7  # scaled: how far that may move the end
 
 
 def end_event(equations: Equations, last: CurvePoint) -> tuple[Event | None, str]:
-    """Find out what stops a curve at its last point.
-
-    Returns
-    -------
-    event : Event or None
-        With the end's place, better than ``last``.
-    reason : str
-        In any case.
-    """
+    """Find out what stops a curve at its last point: the end, sharper than it; the reason."""
     reason = "no further point was found"
     for length in LOOK_AHEAD:
         try:
@@ -131,10 +123,7 @@ def _other_branch(
 def _extrapolated(
     equations: Equations, last: CurvePoint, distance: Distance, lengths: tuple[float, ...]
 ) -> CurvePoint | None:
-    """Move a point along the curve to where a distance that vanishes at its end does so.
-
-    The distance is measured before the end, or beyond it on the curve's continuation.
-    """
+    """Move a point along the curve to where a distance that vanishes at its end does so."""
     try:
         before = [moved(equations, last, length) for length in LOOK_BACK]
         nodes = before

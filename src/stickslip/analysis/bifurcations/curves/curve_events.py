@@ -39,22 +39,12 @@ MEANINGS: Final = {
 
 @dataclass(frozen=True, eq=False)
 class Event:
-    """A special point of a curve.
-
-    Attributes
-    ----------
-    kind, what : str
-        As in `CodimensionTwo`.
-    node : CurvePoint
-        On the curve.
-    ends : bool
-        Whether the curve cannot go on.
-    """
+    """A special point of a curve; kind and what as in `CodimensionTwo`."""
 
     kind: str
     what: str
-    node: CurvePoint
-    ends: bool = False
+    node: CurvePoint  # on the curve
+    ends: bool = False  # the curve cannot go on
 
 
 class _Quantity(NamedTuple):

@@ -29,15 +29,7 @@ NEAR: Final = 1e-3  # of the domain: the orbit moves less than that on the way
 
 
 def closest_to_end(equations: Equations, last: CurvePoint, step: float) -> CurvePoint:
-    """Go on from the last point of a walk as far as there are points, by halving.
-
-    Parameters
-    ----------
-    equations : PlaneEquations or FoldEquations
-    last : CurvePoint
-    step : float
-        Scaled length of a step that is too long.
-    """
+    """Go on from the last point of a walk as far as there are points, halving a too long step."""
     while step > CLOSE:
         step *= 0.5
         try:
@@ -48,13 +40,7 @@ def closest_to_end(equations: Equations, last: CurvePoint, step: float) -> Curve
 
 
 def moved(equations: Equations, last: CurvePoint, length: float) -> CurvePoint:
-    """Solve for a point of the curve a short way from one, along its tangent.
-
-    Raises
-    ------
-    ConditionLost
-        The orbit there is not the same one, a little moved.
-    """
+    """Solve for a point of the curve a short way along its tangent, of the same orbit."""
     plane, (scale_q, scale_s) = equations.plane, equations.scale[-2:]
     along_q, along_s = last.tangent[-2:]
     q, s = equations.parameters(last.y + length * equations.scale * last.tangent)

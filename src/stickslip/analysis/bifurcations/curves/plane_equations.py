@@ -42,13 +42,7 @@ class Plane:
     solve_for: str
 
     def map_at(self, q: float, s: float) -> MapFamily:
-        """Return the map with ``solve_for`` = q, ``along`` = s.
-
-        Raises
-        ------
-        ConditionLost
-            A parameter is out of its range.
-        """
+        """Return the map with ``solve_for`` = q, ``along`` = s; `ConditionLost` out of range."""
         try:
             return self.system.replace(**{self.solve_for: q, self.along: s})
         except ValueError as reason:
@@ -72,17 +66,7 @@ class PlaneEquations:
 
     @classmethod
     def at(cls, plane: Plane, start: Reading, q: float, s: float, width: float) -> PlaneEquations:
-        """Set the scales and take the first gradient by differences.
-
-        Parameters
-        ----------
-        plane : Plane
-        start : Reading
-            At (q, s).
-        q, s : float
-        width : float
-            Of the range of ``along``.
-        """
+        """Set the scales (``width``: of ``along``), take the first gradient by differences."""
         steps = (DIFFERENCE * max(abs(q), FLAT * width), DIFFERENCE * width)
         by_q, by_s = _gradient(plane, start.condition, (q, s), steps)
         steep = width * abs(by_s / by_q) if by_q != 0 else math.inf
@@ -99,13 +83,7 @@ class PlaneEquations:
         return np.array([reading.value]), self.gradient[None, :].copy(), reading
 
     def read(self, y: Floats) -> Reading:
-        """Evaluate the condition.
-
-        Raises
-        ------
-        LeavesRegion
-            It is lost.
-        """
+        """Evaluate the condition; a `LeavesRegion` where it is lost."""
         distances = [float(np.linalg.norm((y - at) / self.scale)) for at, _ in self.accepted]
         condition = self.accepted[int(np.argmin(distances))][1]
         try:
@@ -251,10 +229,7 @@ class FoldEquations:
         return float(y[1]), float(y[2])
 
     def _moved(self, y: Floats, k: int, step: float, at: Path, slope: float) -> tuple[float, float]:
-        """Differentiate both equations with respect to a parameter, by a difference.
-
-        Taken towards the side, and over the distance, that keeps the orbit on its branches.
-        """
+        """Differentiate both equations by a parameter, where the orbit stays on its branches."""
         x, value = float(y[0]), at.points[-1] - at.points[0]
         for share in (1.0, -1.0, *CLOSER):
             moved = y.copy()

@@ -48,33 +48,15 @@ EventKind: TypeAlias = Literal[
 
 @dataclass(frozen=True, eq=False)
 class Suspect:
-    """A condition that is expected to hold close to a value of the parameter.
-
-    Attributes
-    ----------
-    condition : Fold, Flip, Crossing or Collision
-    guess : float
-        Value of the parameter.
-    reach : float
-        How far off that may be.
-    bracket : tuple of float or None
-        Where the test function changes its sign, if that is known.
-    """
+    """A condition that is expected to hold close to a value of the parameter."""
 
     condition: Fold | Flip | Crossing | Collision
     guess: float
-    reach: float
-    bracket: tuple[float, float] | None = None
+    reach: float  # how far off that may be
+    bracket: tuple[float, float] | None = None  # where the test function changes its sign, if known
 
     def explained_by(self, event: Event, width: float) -> bool:
-        """Tell whether a known event is what is suspected: no need to solve for it again.
-
-        Parameters
-        ----------
-        event : Event
-        width : float
-            Of the domain.
-        """
+        """Tell whether a known event is what is suspected: no need to solve for it again."""
         mine, other = self.condition, event.condition
         if type(mine) is not type(other) or abs(event.value - self.guess) > AGAIN * self.reach:
             return False
@@ -92,17 +74,7 @@ class Suspect:
 
 @dataclass(frozen=True, eq=False)
 class Event:
-    """A condition solved for.
-
-    Attributes
-    ----------
-    kind : str
-        ``fold``, ``flip``, ``transcritical``, ``pitchfork``, ``border_collision`` or
-        ``enters_gap``.
-    condition : Fold, Flip, Crossing or Collision
-        Started from the solution.
-    located : Located
-    """
+    """A condition solved for, and started from the solution."""
 
     kind: EventKind
     condition: Condition
@@ -125,16 +97,7 @@ class Event:
         return np.roll(points, -int(np.argmin(points)))
 
     def same_as(self, other: Event, scale: float, width: float) -> bool:
-        """Tell whether two events are one that was found in two ways.
-
-        Parameters
-        ----------
-        other : Event
-        scale : float
-            Range of the parameter.
-        width : float
-            Of the domain.
-        """
+        """Tell whether two events are one, by the scales of the parameter and the domain."""
         slack = 8 * (self.located.error + other.located.error) + SAME_VALUE * scale
         if abs(self.value - other.value) > slack:
             return False
@@ -147,19 +110,7 @@ class Event:
 
 
 def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Event | None:
-    """Solve for a suspect; None if nothing of that kind is there.
-
-    Parameters
-    ----------
-    suspect : Suspect
-    family : Family
-    within : tuple of float
-        Values of the parameter that the solution must lie between.
-
-    Returns
-    -------
-    Event or None
-    """
+    """Solve for a suspect; None if nothing of that kind is there."""
     try:
         if suspect.bracket is not None:
             found = solve(suspect.condition, family.whole, *suspect.bracket)
@@ -240,8 +191,8 @@ def _kind(found: Located, family: Family) -> EventKind:
 def coefficients_at(found: Located, family: Family) -> CrossingCoefficients:
     """Return the normal form of two curves of orbits that cross.
 
-    Along the points that are stationary in the parameter the slope of f^p changes by
-    (g_xq^2 - g_xx g_qq) / g_xq, which is the slope of the test function.
+    Along the points that are stationary in the parameter the slope of f^p changes by (g_xq^2 - g_xx
+    g_qq) / g_xq, which is the slope of the test function.
     """
     reading = found.reading
     f = family.whole(found.value)
@@ -251,8 +202,8 @@ def coefficients_at(found: Located, family: Family) -> CrossingCoefficients:
 def orbit_at(event: Event, near: Floats, family: Family) -> Floats | None:
     """Return the points at an event of an orbit that ends there, in the order of `near`.
 
-    On the two sides of a jump the ways back to it may take different numbers of steps: an
-    orbit that ends there need not have the event's own period, nor a multiple of it.
+    On the two sides of a jump the ways back to it may take different numbers of steps: an orbit
+    that ends there need not have the event's own period, nor a multiple of it.
     """
     found = [] if len(near) % event.period else [turned(event.points, near)]
     border = event.located.reading.critical
@@ -285,18 +236,7 @@ def flips_on(piece: Piece) -> list[Suspect]:
 
 
 def suspects_at_end(way: Way, family: Family) -> Iterator[Suspect]:
-    """Suspect what may have ended an orbit's way, the likeliest first.
-
-    Parameters
-    ----------
-    way : Way
-    family : Family
-
-    Yields
-    ------
-    Suspect
-        None where the orbit has only left the domain or the window.
-    """
+    """Suspect what may have ended an orbit's way, the likeliest first; nothing outside."""
     end = way.end
     if end is None or end.reason in ("arrived", "outside"):
         return

@@ -32,37 +32,15 @@ TOO_CLOSE: Final = 0.02  # of the spacing: nothing new can be seen so close to a
 
 @dataclass(frozen=True)
 class Sighting:
-    """A function of the parameter that vanishes where orbits are born or lost, at one value.
+    """A function of the parameter that vanishes where orbits are born or lost, at one value."""
 
-    Attributes
-    ----------
-    what : hashable
-        Tells functions apart: a border, a side and the branches its images visit; or an
-        extremum's kind and period.
-    x : float
-        Where in the domain.
-    distance : float
-        The function.
-    """
-
-    what: Hashable
-    x: float
-    distance: float
+    what: Hashable  # tells functions apart: border, side and word; or an extremum's kind and period
+    x: float  # where in the domain
+    distance: float  # the function
 
 
 def sightings(node: Node, max_period: int, words: Words) -> list[Sighting]:
-    """Evaluate all functions that can be evaluated at a node.
-
-    Parameters
-    ----------
-    node : Node
-    max_period : int
-    words : Words
-
-    Returns
-    -------
-    list of Sighting
-    """
+    """Evaluate all functions that can be evaluated at a node."""
     return [*_borders(node, max_period, words), *_extrema(node, max_period)]
 
 
@@ -117,17 +95,7 @@ def _extrema(node: Node, max_period: int) -> Iterator[Sighting]:
 def hidden_values(
     values: Sequence[float], seen: Sequence[Sequence[Sighting]], width: float
 ) -> list[float]:
-    """Return parameter values where a function may reach zero between lists, ascending.
-
-    Parameters
-    ----------
-    values : sequence of float, n of them
-        Ascending.
-    seen : sequence of sequence of Sighting
-        At each.
-    width : float
-        Of the domain.
-    """
+    """Return parameter values where a function may reach zero between lists, ascending."""
     found: list[float] = []
     for k in range(1, len(values) - 1):
         for sighting in seen[k]:

@@ -32,15 +32,7 @@ REMEMBERED: Final = 512  # maps of a family kept: conditions ask for the same va
 
 
 class Family:
-    """The maps of a family along one parameter, within a window of the domain.
-
-    Parameters
-    ----------
-    f : MapFamily
-    name : str
-        The parameter.
-    window : tuple of float, optional
-    """
+    """The maps of a family along one parameter, within a window of the domain."""
 
     def __init__(self, f: MapFamily, name: str, window: tuple[float, float] | None = None) -> None:
         self.f, self.name, self.window = f, name, window
@@ -63,10 +55,7 @@ class Family:
 
 
 class Words:
-    """Labels of branches, those on both sides of a harmless breakpoint taken as one.
-
-    An orbit may pass from one to the other without anything happening to it.
-    """
+    """Classes of labels: those on both sides of a harmless breakpoint are one; orbits may pass."""
 
     def __init__(self) -> None:
         self._smooth: set[tuple[int, int]] = set()
@@ -108,28 +97,14 @@ class Words:
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """All orbits up to a period at one value of the parameter.
-
-    Attributes
-    ----------
-    q : float
-    f : MapFamily
-        Restricted to the window.
-    name : str
-        The parameter.
-    orbits : OrbitList
-    table : BranchTable
-        Of ``f``.
-    beside : float
-        How far from an event the node was put, if it was.
-    """
+    """All orbits up to a period at one value of the parameter."""
 
     q: float
-    f: MapFamily
+    f: MapFamily  # restricted to the window
     name: str
     orbits: OrbitList
-    table: BranchTable
-    beside: float = math.inf
+    table: BranchTable  # of `f`
+    beside: float = math.inf  # how far from an event the node was put, if it was
 
     @classmethod
     def make(cls, family: Family, q: float, max_period: int, beside: float = math.inf) -> Node:
@@ -150,10 +125,7 @@ class Node:
 
     @cached_property
     def velocity(self) -> Floats:
-        """Derivative of each point with respect to the parameter, padded as the bundle is.
-
-        From f(x_k, q) = x_(k+1): f' x_k' - x_(k+1)' = -df/dq.
-        """
+        """Derivative of each point by the parameter, padded as the bundle is."""
         return velocity(self.bundle, self.f, self.name)
 
     @cached_property
@@ -193,19 +165,7 @@ class Node:
 
 
 def velocity(bundle: OrbitBundle, f: MapFamily, name: str) -> Floats:
-    """Differentiate orbits of the map f with respect to a parameter.
-
-    Parameters
-    ----------
-    bundle : OrbitBundle
-    f : MapFamily
-    name : str
-
-    Returns
-    -------
-    ndarray of float, shaped like the bundle's points
-        Not finite where a multiplier is 1.
-    """
+    """Differentiate orbits by a parameter: f' x_k' - x_(k+1)' = -df/dq; no answer at a fold."""
     rates = np.full(bundle.points.shape, np.nan)
     if len(bundle):
         rates[bundle.used] = f.parameter_derivative(bundle.points[bundle.used], name)

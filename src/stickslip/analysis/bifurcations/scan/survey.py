@@ -41,71 +41,31 @@ GOLDEN: Final = 0.6180339887498949
 
 @dataclass(frozen=True, eq=False)
 class Ending:
-    """An orbit that does not reach the other end of a span.
+    """An orbit that does not reach the other end of a span."""
 
-    Attributes
-    ----------
-    piece : Piece
-        As far as it was followed.
-    event : Event or None
-        What ended it.
-    reason : str
-        ``border``, ``fold``, ...: see `tracking.End`.
-    """
-
-    piece: Piece
-    event: Event | None
-    reason: str
+    piece: Piece  # as far as it was followed
+    event: Event | None  # what ended it
+    reason: str  # see `tracking.End`
 
 
 @dataclass(eq=False)
 class Span:
-    """What lies between two neighbouring nodes.
-
-    Attributes
-    ----------
-    left, right : Node
-    events : list of Event
-        At one value of the parameter; empty for a span between events.
-    pieces : list of Piece
-        Orbits that cross the span.
-    loose_left, loose_right : list of int
-        In a span with events, or not explained: places of the orbits that do not cross it.
-    endings : list of Ending
-        In a span between events: orbits that leave the window there, or end unexplained.
-    """
+    """What lies between two neighbouring nodes."""
 
     left: Node
     right: Node
+    # at one value of the parameter; empty for a span between events
     events: list[Event] = field(default_factory=list)
-    pieces: list[Piece] = field(default_factory=list)
+    pieces: list[Piece] = field(default_factory=list)  # orbits that cross the span
+    # where there are events, or no explanation: places of orbits that do not cross
     loose_left: list[int] = field(default_factory=list)
     loose_right: list[int] = field(default_factory=list)
+    # between events: orbits that leave the window there, or end unexplained
     endings: list[Ending] = field(default_factory=list)
 
 
 class Survey:
-    """The range of a parameter, cut into spans without and around events.
-
-    Parameters
-    ----------
-    family : Family
-    lo, hi : float
-        Ends of the range.
-    max_period : int
-    progress : callable, optional
-        Called with the share of the range that is done.
-
-    Attributes
-    ----------
-    spans : list of Span
-        Ascending, once `run` is done.
-    events : list of Event
-        Ascending.
-    unresolved : list of UnresolvedChange
-    grid_nodes : list of Node
-        At the values of the grid.
-    """
+    """The range of a parameter, cut into spans without and around events, both ascending."""
 
     def __init__(
         self,
@@ -131,9 +91,9 @@ class Survey:
         """Length of the range."""
         return self.hi - self.lo
 
-    def run(self, n_values: int) -> None:
+    def run(self, n_lists: int) -> None:
         """Make the lists at the values of a grid, and explain all changes between them."""
-        self.grid_nodes = self._nodes(grid(self.lo, self.hi, n_values))
+        self.grid_nodes = self._nodes(grid(self.lo, self.hi, n_lists))
         self._look_for_hidden()
         kept = self.grid_nodes[:1]
         for right in self.grid_nodes[1:]:

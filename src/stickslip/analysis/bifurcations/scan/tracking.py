@@ -44,19 +44,9 @@ Reason: TypeAlias = Literal["arrived", "doubling", "border", "outside", "standst
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """An orbit between two nodes: samples in ascending order of the parameter.
+    """An orbit between two nodes: samples in ascending order of the parameter."""
 
-    Attributes
-    ----------
-    left, right : int or None
-        Places of the orbit in the lists at both nodes; None where it does not reach.
-    values : ndarray of float, shape (n,)
-        Of the parameter.
-    points : ndarray of float, shape (n, p)
-    multipliers : ndarray of float, shape (n,)
-    """
-
-    left: int | None
+    left: int | None  # places of the orbit in the lists at both nodes; None where it does not reach
     right: int | None
     values: Floats
     points: Floats
@@ -70,35 +60,15 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class Joined:
-    """What two neighbouring lists have in common.
+    """What two neighbouring lists have in common."""
 
-    Attributes
-    ----------
-    pieces : list of Piece
-        Orbits that reach from one node to the other.
-    left, right : list of int
-        Places of the orbits that were not found in the other list.
-    """
-
-    pieces: list[Piece]
-    left: list[int]
+    pieces: list[Piece]  # orbits that reach from one node to the other
+    left: list[int]  # places of the orbits that were not found in the other list
     right: list[int]
 
 
 def join(left: Node, right: Node, family: Family, words: Words) -> Joined:
-    """Join the orbits of two neighbouring nodes as far as the middle between them proves it.
-
-    Parameters
-    ----------
-    left, right : Node
-        In ascending order.
-    family : Family
-    words : Words
-
-    Returns
-    -------
-    Joined
-    """
+    """Join the orbits of two neighbouring nodes as far as the middle between them proves it."""
     rows, columns = _candidates(left, right, words)
     pieces: list[Piece] = []
     if rows.size:
@@ -205,44 +175,29 @@ def _padded(rows: NDArray, width: int) -> NDArray:  # type: ignore[type-arg]
 class End:
     """Where the way of an orbit ends, and what it looks like there.
 
-    Attributes
-    ----------
-    reason : str
-        ``arrived``; ``doubling``: it closes up on an orbit of half its period; ``border``: a
-        point is about to change its branch; ``outside``: about to leave the domain, or the
-        window; ``standstill``: neither, as at a fold.
-    q : float
-        Last value of the parameter.
-    points : ndarray of float, shape (p,)
-    velocity : ndarray of float, shape (p,)
-    multiplier : float
-    step : float
-        Last step that was too long, signed.
-    place : int
-        Number of the point that ends the way.
+    The reason is ``arrived``; ``doubling``: it closes up on an orbit of half its period;
+    ``border``: a point is about to change its branch; ``outside``: about to leave the domain, or
+    the window; ``standstill``: neither, as at a fold.
     """
 
     reason: Reason
-    q: float
+    q: float  # last value of the parameter
     points: Floats
     velocity: Floats
     multiplier: float
-    step: float
-    place: int = 0
+    step: float  # last step that was too long, signed
+    place: int = 0  # number of the point that ends the way
 
 
 @dataclass(eq=False)
 class Way:
-    """An orbit's way from a node: samples in the order of travel, and the end.
-
-    ``last`` is the orbit at the last sample.
-    """
+    """An orbit's way from a node: samples in the order of travel, and the end."""
 
     values: list[float] = field(default_factory=list)
     points: list[Floats] = field(default_factory=list)
     multipliers: list[float] = field(default_factory=list)
     end: End | None = None
-    last: OrbitBundle | None = None
+    last: OrbitBundle | None = None  # the orbit at the last sample
 
     def piece(self, left: int | None, right: int | None) -> Piece:
         """Return the samples in ascending order."""
@@ -259,23 +214,7 @@ class Way:
 def follow(
     node: Node, place: int, goal: float, family: Family, words: Words, known: Way | None = None
 ) -> Way:
-    """Follow an orbit of a node towards another value of the parameter, its word kept.
-
-    Parameters
-    ----------
-    node : Node
-    place : int
-        Of the orbit in the node's list.
-    goal : float
-    family : Family
-    words : Words
-    known : Way, optional
-        Of the same orbit, to a goal further on: the new way starts where that one ended.
-
-    Returns
-    -------
-    Way
-    """
+    """Follow an orbit of a node towards a value, its word kept; on from a ``known`` way's end."""
     traveller = _Traveller(node, place, goal, family, words)
     first = min(FIRST * abs(goal - node.q), node.beside)
     if known is not None and traveller.resume(known):

@@ -96,24 +96,10 @@ class Probe:
 def find_change(
     probe: Probe, left: Branch, right: Branch, x: float, reach: float
 ) -> tuple[Seen, Seen] | None:
-    """Find where one branch ends and another begins, near x.
+    """Find the last point of one branch and the first of another near x; None if there are none.
 
-    Parameters
-    ----------
-    probe : Probe
-        Keeps what is evaluated.
-    left, right : Branch
-    x : float
-        Where the change is expected.
-    reach : float
-        How far off that may be, roughly; the search goes on beyond.
-
-    Returns
-    -------
-    tuple of Seen or None
-        The last point of the left branch and the first one of the right branch: adjacent
-        floats, unless branches narrower than ``SLIVER`` lie between. None if there is no
-        such place.
+    The two are adjacent floats, unless branches narrower than ``SLIVER`` lie between. The search
+    goes on beyond ``reach``.
     """
     pair = _fan_out(probe, left, right, x, max(reach, NARROWEST * probe.scale))
     if pair is None:
@@ -201,10 +187,7 @@ def _sections(left: float, right: float) -> list[float]:
 
 
 def _forecast(seen: Sequence[Seen], i: int, j: int) -> list[float]:
-    """Points around the place where the margins of both sides vanish; none if they disagree.
-
-    Seen from either side a margin falls to zero linearly, or like a square root.
-    """
+    """Points where the margins of both sides vanish, linearly or as roots, if the sides agree."""
     left, right = seen[i], seen[j]
     from_left = _zeros(seen[i - 1], left) if i > 0 else []
     from_right = _zeros(seen[j + 1], right) if j + 1 < len(seen) else []

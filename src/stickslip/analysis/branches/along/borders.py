@@ -41,13 +41,7 @@ CONTINUOUS: Final = 1e-3  # of the slopes around: a slope that jumps over 0 is n
 
 
 class ConditionLost(Exception):
-    """What a condition asks for does not exist at these parameter values.
-
-    Attributes
-    ----------
-    reason : str
-        A sentence.
-    """
+    """What a condition asks for does not exist at these parameter values."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
@@ -57,31 +51,16 @@ class ConditionLost(Exception):
 @part
 @dataclass(frozen=True)
 class BorderReading:
-    """A critical point of one map: where it is and what the map does on either side.
-
-    Attributes
-    ----------
-    x : float
-    left, right : float
-        One-sided values of the map, NaN beside a gap; equal at a turning point.
-    left_slope, right_slope : float
-        One-sided slopes; an infinite one shows a square root; 0 at a turning point.
-    kind : str
-        ``jump``, ``corner``, ``smooth``, ``edge`` or ``turning point``.
-    interval : tuple of float
-        Points on either side, adjacent floats at a break.
-    critical : Border or TurningPoint
-        The same one, started from here.
-    """
+    """A critical point of one map: where it is and what the map does on either side."""
 
     x: float
-    left: float
+    left: float  # one-sided value, NaN beside a gap; equal to ``right`` at a turning point
     right: float
-    left_slope: float
+    left_slope: float  # infinite at a square root, 0 at a turning point
     right_slope: float
     kind: CriticalKind
-    interval: tuple[float, float]
-    critical: Critical
+    interval: tuple[float, float]  # points on either side, adjacent floats at a break
+    critical: Critical  # the same one, started from here
 
     def value(self, side: int) -> float:
         """One-sided value: -1 left, 1 right."""
@@ -104,24 +83,13 @@ class BorderReading:
 @part
 @dataclass(frozen=True)
 class Border:
-    """A break of a map between two branches, plain data: finds itself in a changed map.
+    """A break of a map between two branches, plain data: finds itself in a changed map."""
 
-    Attributes
-    ----------
-    left_label, right_label : int or None
-        Labels of the branches on either side; None in a gap.
-    x : float
-        Where it was last.
-    kind : str
-        ``jump``, ``corner``, ``smooth`` or ``edge``.
-    reach : float
-        How far it moved when it was followed last; 0 if never.
-    """
-
-    left_label: int | None
+    left_label: int | None  # None in a gap
     right_label: int | None
     x: float
     kind: Kind
+    # how far it moved when it was followed last; 0 if never
     reach: float = field(default=0.0, compare=False)
 
     @classmethod
@@ -138,27 +106,10 @@ class Border:
         return self.left_label != self.right_label
 
     def at(self, f: Map1D, *, heirs: bool = True) -> BorderReading:
-        """Find the break in a map with other parameter values.
+        """Find the break in a map with other parameter values, its kind and labels those of ``f``.
 
-        Parameters
-        ----------
-        f : Map1D
-            Also a window of a map; the break is then looked for in the whole map.
-        heirs : bool
-            Whether a break that shares a branch with it may take its place, where its two
-            branches no longer meet; that is looked up in the table of a small window, which
-            may take long. Without labels it is always done so.
-
-        Returns
-        -------
-        BorderReading
-            ``kind`` and the labels are those of ``f``: a jump may have become a corner, a
-            new branch that continues the old one smoothly may have taken its place.
-
-        Raises
-        ------
-        ConditionLost
-            It is not there.
+        If its branches no longer meet, a break that shares a branch with it takes its place, unless
+        ``heirs`` is false (without labels: always). The table of a small window names it: slow.
         """
         whole: Map1D = getattr(f, "whole", f)
         reading = _by_labels(whole, self) if self.labelled else None
@@ -175,17 +126,10 @@ class Border:
 @part
 @dataclass(frozen=True)
 class TurningPoint:
-    """A smooth extremum of a map: f'(x) = 0 inside a branch.
-
-    Attributes
-    ----------
-    x : float
-        Where it was last.
-    reach : float
-        How far it moved when it was followed last; 0 if never.
-    """
+    """A smooth extremum of a map: f'(x) = 0 inside a branch."""
 
     x: float
+    # how far it moved when it was followed last; 0 if never
     reach: float = field(default=0.0, compare=False)
 
     @property
@@ -194,13 +138,7 @@ class TurningPoint:
         return "turning point"
 
     def at(self, f: Map1D) -> BorderReading:
-        """Find the turning point in a map with other parameter values.
-
-        Raises
-        ------
-        ConditionLost
-            It is not there.
-        """
+        """Find the turning point in a map with other parameter values, or raise `ConditionLost`."""
         whole: Map1D = getattr(f, "whole", f)
         scale = domain_width(whole)
         ends, slopes = _slope_bracket(whole, self.x, max(REACH * self.reach, TURN * scale))

@@ -48,18 +48,10 @@ MET: Final = 1e-6  # of the domain's width: how well a line must meet an anchor
 @part
 @dataclass(frozen=True, eq=False)
 class BreakLine:
-    """A breakpoint of a map over the parameter values at which it exists.
-
-    Attributes
-    ----------
-    kind : str
-        "jump", "corner" or "edge".
-    d : ndarray of float, shape (n,)
-        Its place, to 1e-12 of the domain's width; NaN at values without it.
-    """
+    """A breakpoint of a map over the parameter values at which it exists."""
 
     kind: str
-    d: Floats
+    d: Floats  # its place, to 1e-12 of the domain's width; NaN at values without it
 
 
 @dataclass(frozen=True)
@@ -78,22 +70,10 @@ class _Breaks:
 def follow_breaks(
     maps: Sequence[Map1D], values: Floats, anchors: Sequence[tuple[float, BranchTable]]
 ) -> tuple[BreakLine, ...]:
-    """Locate the breakpoints of a family of maps at many parameter values.
+    """Locate the breakpoints of a family at ascending values between anchors, complete tables.
 
-    Parameters
-    ----------
-    maps : sequence of Map1D, length n
-        The family at each value.
-    values : ndarray of float, shape (n,)
-        Ascending, not beyond the anchors.
-    anchors : sequence of (float, BranchTable)
-        Complete tables at ascending parameter values, at least two.
-
-    Returns
-    -------
-    tuple of BreakLine
-        In the order in which they appear, from left to right; changes of label that the map
-        does not notice are left out.
+    From left to right, in the order in which they appear; changes of label that the map does not
+    notice are left out.
     """
     lines: list[tuple[str, Floats]] = []
     here = _breaks_at(*anchors[0])
@@ -182,10 +162,7 @@ def _march(
     start: _Breaks,
     towards: _Breaks,
 ) -> tuple[Floats, Floats]:
-    """Follow breakpoints over values in an order, to the next anchor.
-
-    Returns places of shape (len(order), m), NaN where lost, and those foretold at the anchor.
-    """
+    """Follow breakpoints to the next anchor: places (len(order), m), NaN where lost; forecasts."""
     found = np.full((len(order), len(start.x)), np.nan)
     rows = np.arange(len(start.x))
     places: list[tuple[float, Floats]] = [(start.value, start.x)]

@@ -31,20 +31,10 @@ FAN_OUT: Final = 8.0 ** np.arange(-12, -2)  # of the domain: how far an end may 
 
 @dataclass(frozen=True, eq=False)
 class PieceEnd:
-    """The end of a piece.
-
-    Attributes
-    ----------
-    border : Border
-        Between the piece and what lies beyond.
-    side : int
-        Where the piece is: -1 left of its end, 1 right.
-    value, slope : float
-        Of the map, as limits from the piece.
-    """
+    """The end of a piece; value and slope of the map are limits from the piece."""
 
     border: Border
-    side: int
+    side: int  # where the piece is: -1 left of its end, 1 right
     value: float
     slope: float
 
@@ -55,21 +45,9 @@ class PieceEnd:
 
 
 def piece_end(f: Map1D, piece: Collection[int], inside: float, outside: float) -> PieceEnd | None:
-    """Find the first end of a piece of a map between a point on it and another point.
+    """Find, to adjacent floats, the first end of a piece from a point on it towards one outside.
 
-    Parameters
-    ----------
-    f : Map1D
-    piece : collection of int
-        Labels that belong to it.
-    inside, outside : float
-        Points of the domain.
-
-    Returns
-    -------
-    PieceEnd or None
-        Located to adjacent floats. None if ``inside`` is not on the piece, or if it does
-        not end before ``outside``.
+    None if ``inside`` is not on the piece, or if the piece does not end before ``outside``.
     """
     allowed = np.array(sorted(piece), dtype=np.uint64)
     room = found = None
@@ -106,17 +84,7 @@ def _described(mesh: NearBreak, pair: Nodes, room: float) -> PieceEnd:
 
 
 def piece_end_near(f: Map1D, piece: Collection[int], x: float, side: int) -> PieceEnd | None:
-    """Find the end of a piece close to a point, on whose given side the piece lies.
-
-    Parameters
-    ----------
-    f : Map1D
-    piece : collection of int
-    x : float
-        Where the end was at nearby parameter values.
-    side : int
-        -1 if the piece is left of its end, 1 if right.
-    """
+    """Find the end of a piece close to x; side is -1 for a piece left of its end, else 1."""
     reach = side * domain_width(f) * FAN_OUT
     inside, outside = (np.clip(x + k * reach, *f.domain).tolist() for k in (1, -1))
     for a, b in zip(inside, outside, strict=True):

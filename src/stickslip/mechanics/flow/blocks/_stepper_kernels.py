@@ -220,8 +220,7 @@ def stay_on_pieces(laws: Floats, motion: BlockMotion, work: BlockWork, h: float)
 def find_events(system: BlockSystem, motion: BlockMotion, work: BlockWork, h: float) -> float:
     """Length of the step up to its first event, or all of it; negative if a search failed.
 
-    ``motion.event`` names the event of each block; blocks whose events are closer than
-    rounding have theirs together.
+    ``motion.event`` names the event of each block; events closer than rounding are one.
     """
     motion.event[:] = 0
     for i in range(motion.mode.shape[0]):
@@ -433,10 +432,7 @@ def slides_for_ever(
 ) -> bool:
     """Whether blocks that all slip backward can be shown never to reach the belt again.
 
-    The energy of deviations from steady sliding, ``(v.M v + r.K^-1 r) / 2`` with r that of the
-    spring forces, bounds every ``|v_i|`` by ``sqrt(2 energy / m_i)``. While these bounds are
-    below V no block reaches the belt, and over the speeds that they leave the energy cannot
-    grow if the damping outweighs every decrease of F (`damping_outweighs`).
+    The energy of deviations from steady sliding bounds every speed: docs/theory/blocks.md.
     """
     n = motion.mode.shape[0]
     if system.forced:

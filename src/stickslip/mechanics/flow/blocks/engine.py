@@ -26,25 +26,13 @@ STEPPER = "stickslip.mechanics.flow.blocks._stepper_kernels"
 
 @dataclass(frozen=True, eq=False)
 class BlockEngine:
-    """Kernels that move a model with n blocks, and the model in the form that they take.
+    """Kernels that move a model with n blocks, and the model in the form that they take."""
 
-    Attributes
-    ----------
-    key : str
-        Names the kernels: equal keys, equal machine code.
-    kernels : module
-        With ``advance``, ``landing_rate``, ``slides_for_ever``, ``ORDER``.
-    code : LawCode
-    system : BlockSystem
-    laws : ndarray of float64, shape (n, columns)
-        Parameter rows of the laws (`friction.code`).
-    """
-
-    key: str
-    kernels: ModuleType
+    key: str  # equal keys, equal machine code
+    kernels: ModuleType  # advance, landing_rate, slides_for_ever, ORDER
     code: LawCode
     system: BlockSystem
-    laws: NDArray[np.float64]
+    laws: NDArray[np.float64]  # parameter rows, (n, columns)
 
     def new_work(self) -> BlockWork:
         """Scratch arrays of the kernels for one motion."""
@@ -52,13 +40,7 @@ class BlockEngine:
 
 
 def block_engine(model: BeltModel | TwoBlock) -> BlockEngine:
-    """Prepare the engine for a model.
-
-    Raises
-    ------
-    ValueError
-        A law that has no series (its function does things that cannot be traced).
-    """
+    """Prepare the engine for a model; ValueError for a law that cannot be traced."""
     code = law_code(model.laws)
     if not code.traceable:
         raise ValueError(

@@ -17,10 +17,7 @@ from stickslip.numerics.targets import kernel
 
 @kernel(inline=True)
 def mode_on_belt(system: BlockSystem, motion: BlockMotion, rates: Floats, block: int) -> int:
-    """Mode of a block whose relative velocity is zero; ``motion.e`` is exact at the limits.
-
-    Inside them it sticks, beyond one it slips; at one it sticks if the force moves inward.
-    """
+    """Mode of a block whose relative velocity is zero; ``motion.e`` is exact at the limits."""
     limit = system.static[block]
     force = motion.e[block]
     if abs(force) < limit:
@@ -42,10 +39,9 @@ def stop(motion: BlockMotion, block: int) -> None:
 
 @kernel(inline=True)
 def settle(system: BlockSystem, motion: BlockMotion, rates: Floats) -> bool:
-    """Change the modes of all blocks that are at an event, once; tell whether any changed.
+    """Change the modes of all blocks at an event, once; tell whether any changed.
 
-    Needed forces are continuous at an event, so that decisions of blocks that change together
-    rest on the same numbers; `rates` (w' just before) matter exactly at a limit alone.
+    Needed forces are continuous there; `rates` (w' just before) matter exactly at a limit alone.
     """
     n = motion.mode.shape[0]
     for block in range(n):

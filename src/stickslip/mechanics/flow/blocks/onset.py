@@ -27,11 +27,7 @@ def growth(system: BlockSystem, block: int) -> float:
 
 @kernel
 def onset(system: BlockSystem, directions: BlockDirections, motion: BlockMotion, d: Floats) -> int:
-    """End of the global stick phase with differences `d`; return how many blocks leave.
-
-    On the belt the differences are fixed while all displacements grow, so that the first limit
-    reached decides. Where several are reached at once, all these blocks leave.
-    """
+    """End of the global stick phase with differences `d`; return how many blocks leave."""
     n = motion.mode.shape[0]
     motion.x[0] = 0.0
     for i in range(n):

@@ -35,10 +35,9 @@ def needed_tangent(
 def saltation(
     system: BlockSystem, directions: BlockDirections, motion: BlockMotion, rates: Floats
 ) -> None:
-    """Move the tangents to the event that ``motion.event`` names, if any.
+    """Move the tangents to the event that ``motion.event`` names, if any; `rates`: w' just before.
 
-    `rates`: w' of each block just before it. Of blocks that change together the first that
-    has an event sets the time. At a touch (rate 0 within rounding) nothing is moved.
+    The first block with an event sets the time. At a touch (rate 0) nothing is moved.
     """
     n = motion.mode.shape[0]
     for block in range(n):

@@ -24,10 +24,7 @@ Ints = NDArray[np.int64]
 
 
 class BlockSystem(NamedTuple):
-    """Numbers of n blocks; row i of the matrices is entries ``first[i]:first[i + 1]``.
-
-    ``inverse`` (n, n): of the stiffness; ``forced``: whether forces depend on time.
-    """
+    """Numbers of n blocks; row i of the matrices is entries ``first[i]:first[i + 1]``."""
 
     mass: Floats
     static: Floats
@@ -38,17 +35,12 @@ class BlockSystem(NamedTuple):
     amplitude: Floats
     frequency: float
     V: float
-    inverse: Floats
-    forced: bool
+    inverse: Floats  # (n, n), of the stiffness
+    forced: bool  # forces depend on time
 
 
 class BlockDirections(NamedTuple):
-    """Derivatives of the numbers in some directions, the leading axis; as in `BlockSystem`.
-
-    ``laws`` (c, n, parameters of a law), ``phase``: of the forcing at time 0; ``start``
-    (c, n - 1): of the differences that a global stick phase starts with; ``varies``: whether
-    anything but the starting state changes.
-    """
+    """Derivatives of the numbers in some directions, the leading axis; as in `BlockSystem`."""
 
     mass: Floats
     static: Floats
@@ -58,26 +50,22 @@ class BlockDirections(NamedTuple):
     frequency: Floats
     phase: Floats
     V: Floats
-    laws: Floats
-    start: Floats
-    varies: NDArray[np.bool_]
+    laws: Floats  # (directions, n, parameters of a law)
+    start: Floats  # (directions, n - 1): of the first differences
+    varies: NDArray[np.bool_]  # anything but the starting state
 
 
 class BlockMotion(NamedTuple):
-    """One motion, changed in place by kernels.
-
-    ``x``, ``w``, ``e``, ``mode``, ``event``: one per block; ``size``: of the terms that make
-    up e, for its rounding; ``phase`` (1,); tangents (n, columns) and (columns,).
-    """
+    """One motion, changed in place by kernels; an entry per block."""
 
     x: Floats
     w: Floats
     e: Floats
-    size: Floats
+    size: Floats  # of the terms that make up e, for its rounding
     mode: Ints
     event: Ints
     phase: Floats
-    tangent_x: Floats
+    tangent_x: Floats  # (n, columns)
     tangent_w: Floats
     tangent_phase: Floats
 
@@ -106,16 +94,7 @@ def block_system(structure: Structure) -> BlockSystem:
 def block_directions(
     system: BlockSystem, changes: list[Structure | None], laws: Floats, start: Floats
 ) -> BlockDirections:
-    """Directions of change in the form that kernels take.
-
-    Parameters
-    ----------
-    system : BlockSystem
-    changes : list of Structure or None
-        Change of each number, a direction each; None for no change of the structure.
-    laws : ndarray of float, shape (directions, n, parameters of a law)
-    start : ndarray of float, shape (directions, n - 1)
-    """
+    """Directions of change for kernels: of the structure (or None), of laws, of the start."""
     n, count = len(system.mass), len(changes)
     varies = [change is not None or bool(laws[k].any()) for k, change in enumerate(changes)]
     rows = np.repeat(np.arange(n), np.diff(system.first))

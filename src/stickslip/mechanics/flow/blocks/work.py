@@ -13,27 +13,20 @@ Rows = NDArray[np.float64]
 
 
 class BlockWork(NamedTuple):
-    """Series of one step and what is searched in them.
-
-    ``x``, ``w`` (n, order + 1): displacements and relative velocities; ``e``: one needed
-    force; ``rows`` (n, rows of a law, order + 1); ``cosine``, ``sine``: of the forcing's phase;
-    ``d_x``, ``d_w``: of one tangent; ``rates``: w' at the end of a step; ``deviation``: from
-    steady sliding; ``factor`` (n, n): of a matrix; ``active``: blocks that slip, the first of
-    ``n_active[0]``. ``margin``, ``watch``: as in the exact engine.
-    """
+    """Series of one step and what is searched in them."""
 
     x: Rows
     w: Rows
-    e: Floats
-    rows: Rows
-    cosine: Floats
+    e: Floats  # one needed force
+    rows: Rows  # (n, rows of a law, order + 1)
+    cosine: Floats  # of the forcing's phase, as sine
     sine: Floats
-    d_x: Rows
+    d_x: Rows  # of one tangent, as d_w
     d_w: Rows
-    rates: Floats
-    deviation: Floats
+    rates: Floats  # w' at the end of a step
+    deviation: Floats  # from steady sliding
     factor: Rows
-    active: Ints
+    active: Ints  # blocks that slip: the first n_active[0]
     n_active: Ints
     margin: Floats
     watch: Floats

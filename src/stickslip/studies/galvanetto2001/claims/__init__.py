@@ -43,34 +43,12 @@ class Topic(Protocol):
 
 
 def topic(name: str) -> Topic:
-    """Import one topic's module.
-
-    Parameters
-    ----------
-    name : str
-        One of `TOPICS`.
-
-    Returns
-    -------
-    Topic
-        The module.
-    """
+    """Import one topic's module."""
     return cast("Topic", importlib.import_module(f"{__name__}.{name}"))
 
 
 def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures.
-
-    Parameters
-    ----------
-    figures : iterable of int, optional
-        All claims by default.
-
-    Returns
-    -------
-    tuple of Claim
-        By figure, in the order of the topics.
-    """
+    """Check the claims that belong to some figures, all by default."""
     wanted = None if figures is None else set(figures)
     found: list[Claim] = []
     for name in TOPICS:

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.attractors.attractors import attractors
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
-from stickslip.studies.galvanetto2001.claims.moment import Moment, moment
-from stickslip.studies.galvanetto2001.orbits import cusp_of, in_window
+from stickslip.studies.galvanetto2001.orbits import Moment, cusp_of, in_window, moment
 from stickslip.studies.values import Value
-from stickslip.study.maps import attractors
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -31,20 +30,15 @@ SMALL: Final = 0.02  # of an interval: "almost indistinguishable"
 
 @dataclass(frozen=True)
 class Facts:
-    """Moments around birth and flip, the attractors between, and numbers.
-
-    ``cusps_off`` is how far each of the two cusps of f^2 is from the diagonal at the birth,
-    ``off_diagonal`` the largest distance of f^2 from it between the cusps for alpha = 1.20915, as
-    a share of the interval; ``attractors`` maps alpha to what starts beside the cusp reach;
-    ``before_birth`` holds the attractors in the window just below it.
-    """
+    """Moments around birth and flip, the attractors between, and numbers."""
 
     below_birth: Moment
     above_birth: Moment
     chaos: tuple[Moment, ...]
-    before_birth: tuple[Attractor, ...]
-    attractors: dict[float, tuple[Attractor, ...]]
-    cusps_off: tuple[float, float]
+    before_birth: tuple[Attractor, ...]  # in the window just below it
+    attractors: dict[float, tuple[Attractor, ...]]  # by alpha: what starts beside the cusp reach
+    cusps_off: tuple[float, float]  # of f^2: distances from the diagonal at the birth
+    # largest distance of f^2 between the cusps for alpha = 1.20915, over theirs from each other
     off_diagonal: float
     merging: Value
     numbers: dict[str, Value]
@@ -69,7 +63,7 @@ def facts() -> Facts:
 
 def _from_cusp(alpha: float) -> tuple[Attractor, ...]:
     f = in_window(alpha)
-    return tuple(attractors(f, seeds=[cusp_of(f).d]))
+    return tuple(attractors(f, starts=[cusp_of(f).d]))
 
 
 def _cusps_off(alpha: float) -> tuple[float, float]:

@@ -9,12 +9,12 @@ import numpy as np
 
 from stickslip import examples
 from stickslip.analysis.attractors.basins import Basins, basins
+from stickslip.analysis.branches.branches import breakpoints
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import coulomb_orbits, from_point_1, jump_of_s4, u4
-from stickslip.study.event_map import event_map
-from stickslip.study.maps import breakpoints
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
+    from stickslip.mechanics.eventmap.event_map import EventMap
     from stickslip.studies.values import Value
-    from stickslip.study.event_map import EventMap
 
 FIGURES: Final = (5, 9, 10)
 
@@ -37,25 +37,21 @@ ROUNDING: Final = 1e-13
 
 @dataclass(frozen=True)
 class Facts:
-    """All that is known of the map at V = 0.0366.
-
-    ``s4`` and ``u4`` start with the point at the jump; ``transients`` holds orbits of the fourth
-    iterate from the floats left and right of it, shape (2, ROUNDS + 1); ``owners`` the periods of
-    the attractors that starts just left and right of the points of U4 reach, shape (4, 2);
-    ``quotient`` is the slope of S4 by differences of simulated motions.
-    """
+    """All that is known of the map at V = 0.0366."""
 
     width: float
     orbits: dict[str, PeriodicOrbit]
     unstable: PeriodicOrbit
     jump: Breakpoint
     jumps: NDArray[np.float64]
-    s4: NDArray[np.float64]
+    s4: NDArray[np.float64]  # starts with the point at the jump, as u4
     u4: NDArray[np.float64]
     basins: Basins
+    # of f^4 from the floats left and right of the jump, shape (2, ROUNDS + 1)
     transients: NDArray[np.float64]
+    # periods of attractors reached left and right of each point of U4, shape (4, 2)
     owners: NDArray[np.int64]
-    quotient: float
+    quotient: float  # slope of S4 by differences of simulated motions
     numbers: dict[str, Value]
 
 
@@ -119,7 +115,7 @@ def _two_attractors(facts: Facts) -> Claim:
         (
             Finding(
                 "attractors of the periods 1 and 4",
-                f"{facts.basins.attractors.n_seeds} starts over the domain reach attractors of "
+                f"{facts.basins.attractors.n_starts} starts over the domain reach attractors of "
                 f"the periods {periods}",
                 {1, 4} <= set(periods),
             ),

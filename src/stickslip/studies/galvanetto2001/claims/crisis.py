@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.bifurcations.conditions.conditions import Flip
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.normal_forms import flip_coefficient, fold_coefficient
+from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import cusp_of, in_window
 from stickslip.studies.values import Value
-from stickslip.study.maps import attractors, breakpoints, periodic_orbits
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -49,14 +51,11 @@ class Lobe:
 
 @dataclass(frozen=True)
 class Side:
-    """Fixed points left of the cusp, ascending, at one alpha.
-
-    ``clearance`` is f^2(c) - U1, how far the attractor stays from U1; NaN without U1.
-    """
+    """Fixed points left of the cusp, ascending, at one alpha."""
 
     alpha: float
     fixed: tuple[PeriodicOrbit, ...]
-    clearance: float
+    clearance: float  # f^2(c) - U1, how far the attractor stays from U1; NaN without U1
 
 
 @dataclass(frozen=True)
@@ -70,19 +69,16 @@ class Doubling:
 
 @dataclass(frozen=True)
 class Facts:
-    """Lobes, sides of fold and crisis, attractors around them, and the flips of S1.
-
-    ``ends`` tells where orbits from just left and right of U1 are after `STEPS` steps at
-    alpha = 1.2152; ``break_distance`` how far the fold is from the map's nearest breakpoint.
-    """
+    """Lobes, sides of fold and crisis, attractors around them, and the flips of S1."""
 
     lobes: tuple[Lobe, ...]
     below_fold: Side
     above_fold: Side
     coefficient: FoldCoefficient
-    break_distance: float
+    break_distance: float  # of the fold from the map's nearest breakpoint
     between: Side
     attractors_between: tuple[Attractor, ...]
+    # of orbits from just left and right of U1 after `STEPS` steps at alpha = 1.2152
     ends: tuple[float, float]
     below_crisis: Side
     above_crisis: Side
@@ -143,7 +139,7 @@ def _cascade(fold: float) -> Iterator[Doubling]:
     last, alpha = fold, AFTER
     for _ in range(FLIPS):
         f = in_window(alpha)
-        orbit = next(a.orbit for a in attractors(f, seeds=[cusp_of(f).d]) if a.orbit is not None)
+        orbit = next(a.orbit for a in attractors(f, starts=[cusp_of(f).d]) if a.orbit is not None)
         # Since the last flip (for S1, the fold) the multiplier has come down from 1 to m.
         m = orbit.multiplier
         guess = last + 2.0 * (alpha - last) / (1.0 - m)

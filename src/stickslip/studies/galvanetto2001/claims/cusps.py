@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
+from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import WINDOW, in_window
-from stickslip.study.event_map import event_map
-from stickslip.study.maps import attractors, breakpoints, periodic_orbits
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,33 +34,28 @@ ROUNDING: Final = 1e-6  # of a force at a touch, which goes with the root of the
 
 @dataclass(frozen=True)
 class Transient:
-    """Motion from a start to the first stick of block 2.
+    """Motion from a start to the first stick of block 2."""
 
-    ``touched`` tells whether the block sticks in the first lobe towards the belt, which the
-    other side of the cusp misses; ``force`` is the needed force there.
-    """
+    # `touched` tells whether the block sticks in the first lobe towards the belt, which the other
+    # side of the cusp misses.
 
     start: float
     time: float
-    force: float
+    force: float  # needed force there
 
 
 @dataclass(frozen=True)
 class Facts:
-    """The whole map, the window, corners of f and f^2 in it, and motions beside the cusp.
-
-    ``beside`` holds the transients from a few ulp left and right of the cusp, ``transients`` those
-    of figure 17; ``interval`` is the needed force at which block 2 leaves the belt, beta.
-    """
+    """The whole map, the window, corners of f and f^2 in it, and motions beside the cusp."""
 
     orbits: OrbitList
     breaks: tuple[Breakpoint, ...]
     attractors: AttractorList
     corners: tuple[Breakpoint, ...]
     corners_of_square: tuple[Breakpoint, ...]
-    transients: tuple[Transient, ...]
-    beside: tuple[Transient, ...]
-    limit: float
+    transients: tuple[Transient, ...]  # of figure 17
+    beside: tuple[Transient, ...]  # from a few ulp left and right of the cusp
+    limit: float  # needed force at which block 2 leaves the belt, beta
     numbers: dict[str, Value]
 
 

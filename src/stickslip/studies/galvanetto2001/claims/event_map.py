@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples, status
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model import locus
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001.orbits import WINDOW
-from stickslip.study.event_map import event_map
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -27,19 +27,14 @@ ROUNDING: Final = 1e-15
 
 @dataclass(frozen=True)
 class System:
-    """The event map of one of the two systems, over its whole domain.
-
-    ``projection`` holds the ends of the locus projected on d; ``gaps`` the intervals without a
-    value; ``endings`` the names of the statuses there; ``forward`` counts the global stick phases,
-    of `SAMPLES`, that a block leaves forward.
-    """
+    """The event map of one of the two systems, over its whole domain."""
 
     name: str
     domain: tuple[float, float]
-    projection: tuple[float, float]
-    gaps: tuple[tuple[float, float], ...]
-    endings: tuple[str, ...]
-    forward: int
+    projection: tuple[float, float]  # ends of the locus projected on d
+    gaps: tuple[tuple[float, float], ...]  # intervals without a value
+    endings: tuple[str, ...]  # names of the statuses in the gaps
+    forward: int  # global stick phases, of `SAMPLES`, that a block leaves forward
 
     @property
     def undefined(self) -> float:

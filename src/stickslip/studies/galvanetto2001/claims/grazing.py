@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
+from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.branches.branches import breakpoints
+from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import Trajectory, simulate
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
-from stickslip.studies.galvanetto2001.claims.side import BESIDE, COLLISION
+from stickslip.studies.galvanetto2001.claims.collision import BESIDE, COLLISION
 from stickslip.studies.galvanetto2001.orbits import jump_of_s4
-from stickslip.study.event_map import event_map
-from stickslip.study.maps import attractors, breakpoints
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -42,34 +43,27 @@ NEXT_TO_TOUCH: Final = 2.0**-26
 
 @dataclass(frozen=True)
 class Touch:
-    """A graze at one value of mu: needed force at the touch and at the next release of block 2.
-
-    ``jump`` is the step of the map; ``ride`` how long the block then stays with the belt.
-    """
+    """A graze at one value of mu: needed force at the touch and at the next release of block 2."""
 
     mu: float
     place: float
     force: float
     release: float
-    ride: float
-    jump: float
+    ride: float  # how long the block then stays with the belt
+    jump: float  # step of the map
 
 
 @dataclass(frozen=True)
 class Facts:
-    """Lobes, touches, sticks, and the breakpoints of law (9), where F(0) is the static limit.
-
-    ``lobes`` holds rows (V, largest w of the lobe) of S4; ``sticks`` the X_2 at which block 2
-    comes to rest in one period past the collision; ``length`` that of its stick interval.
-    """
+    """Lobes, touches, sticks, and the breakpoints of law (9), where F(0) is the static limit."""
 
     jump: Breakpoint
     beta: float
-    lobes: tuple[tuple[float, float], ...]
+    lobes: tuple[tuple[float, float], ...]  # of S4: (V, largest w)
     touches: tuple[Touch, ...]
-    sticks: tuple[float, ...]
+    sticks: tuple[float, ...]  # X_2 at which block 2 comes to rest in one period past the collision
     period: int
-    length: float
+    length: float  # of its stick interval
     law9: tuple[Breakpoint, ...]
 
 

@@ -12,10 +12,10 @@ from stickslip.analysis.bifurcations.border_collision.skew_tent import (
     attractor_of_skew_tent,
     paired_side,
 )
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import cusp_of, in_window
-from stickslip.study.maps import periodic_orbits
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -38,37 +38,28 @@ STEPS: Final = 400  # of the orbit of the cusp, in iterates of the power that ha
 
 @dataclass(frozen=True)
 class Cusp:
-    """A cusp of f^p on the diagonal and what is around it on the side where orbits exist.
-
-    ``d`` is its place at the bifurcation, ``beside`` that on the side. ``slopes`` are those of f^p
-    left and right of it, ``local`` the attractor that these two numbers alone foretell. ``orbits``
-    are those of f, up to period `PERIODS`, with all points beside the cusp or its images; ``reach``
-    is the largest distance from the cusp of the orbit under f^p that starts on it, in units of the
-    distance of the farthest of `orbits`; NaN if it leaves the window.
-    """
+    """A cusp of f^p on the diagonal and what is around it on the side where orbits exist."""
 
     power: int
-    d: float
-    beside: float
-    slopes: tuple[float, float]
-    local: LocalAttractor
+    d: float  # at the bifurcation
+    beside: float  # on the side
+    slopes: tuple[float, float]  # of f^p left and right
+    local: LocalAttractor  # attractor that the slopes alone foretell
+    # of f, up to period `PERIODS`, with all points beside the cusp or its images
     orbits: tuple[PeriodicOrbit, ...]
+    # of the cusp's orbit under f^p, over that of the farthest of `orbits`; NaN: left the window
     reach: float
 
 
 @dataclass(frozen=True)
 class Facts:
-    """The two cusps, and the lists on both sides of the last bifurcation.
-
-    ``below`` and ``above`` are complete up to `PERIODS`; ``figure`` holds P1, U1 and the cusp at
-    alpha = 1.2182.
-    """
+    """The two cusps, and the lists on both sides of the last bifurcation, up to `PERIODS`."""
 
     first: Cusp
     last: Cusp
     below: OrbitList
     above: OrbitList
-    figure: tuple[float, float, float]
+    figure: tuple[float, float, float]  # P1, U1 and the cusp at alpha = 1.2182
     numbers: dict[str, Value]
 
 

@@ -1,0 +1,262 @@
+"""Commands that prove or check: ``stickslip certify``, ``verify``, ``reproduce`` and ``study``."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from stickslip.cli.failure import CLAIM_FAILED, DONE, ComputationError, UsageError
+from stickslip.cli.options import OUTPUT, FileOptions, Flag, ModelOptions, OutputOptions, Whole
+from stickslip.cli.output import document, new_files
+from stickslip.cli.progress import tracked
+from stickslip.files import checked_suffix, read_text
+
+CERTIFY_EXAMPLES = """\
+stickslip certify --preset coulomb --orbit 0.27739 --period 4 --out S4.json
+stickslip certify --preset coulomb --jump 0.279135
+stickslip certify --preset coulomb --V 0.036976 --border V \\
+    --orbit 0.27943 --period 4
+stickslip certify --preset law9 --alpha 1.209859796 --flip alpha \\
+    --orbit 0.38274245 --digits 12
+stickslip certify --preset coulomb --max-period 1 --json
+"""
+
+CLAIM_FIELDS = ("key", "figure", "statement", "verdict", "evidence")
+STANDS = {"holds", "holds with a correction"}
+
+
+def certify(
+    *,
+    model: ModelOptions = ModelOptions(),
+    orbit: float | None = None,
+    period: Whole = 1,
+    border: str | None = None,
+    flip: str | None = None,
+    fold: str | None = None,
+    jump: float | None = None,
+    max_period: Whole | None = None,
+    digits: Whole = 30,
+    file: FileOptions = FileOptions(),
+    output: OutputOptions = OutputOptions(),
+) -> int:
+    """Prove in ball arithmetic what floating point found; the numbers given count exactly.
+
+    Prints the theorem and its enclosures, or why nothing is proven; then the exit code is 1.
+    `--out` and `--json` give the certificate that `stickslip verify` checks again.
+
+    Parameters
+    ----------
+    orbit
+        Prove the periodic orbit through a point near this d.
+    period
+        Its period.
+    border
+        Prove instead that this orbit reaches a jump as this parameter varies, near the model's
+        own value of it.
+    flip
+        Prove instead that the multiplier of this orbit passes -1 as this parameter varies.
+    fold
+        Prove instead that this orbit meets another one and vanishes as this parameter varies.
+    jump
+        Prove the jump of the map near this d.
+    max_period
+        Prove the complete list of periodic orbits up to this period.
+    digits
+        Significant digits of the enclosures.
+    """
+    from stickslip.proofs import certify
+
+    asked = [value is not None for value in (orbit, jump, max_period)]
+    if sum(asked) != 1:
+        raise UsageError("give one of --orbit, --jump and --max-period")
+    kinds = {"border_collision": border, "flip": flip, "fold": fold}
+    varied = {kind: name for kind, name in kinds.items() if name is not None}
+    if len(varied) > 1:
+        raise UsageError("give one of --border, --flip and --fold")
+    if varied and orbit is None:
+        raise UsageError("--border, --flip and --fold need the orbit: --orbit D --period P")
+    system = model.two_blocks()
+    with ExitStack() as stack:
+        files = []
+        if file.out is not None:
+            checked_suffix(file.out, ("", ".json"), "--out")
+            files = stack.enter_context(new_files([file.out], force=file.force))
+        if jump is not None:
+            proof = certify.certify_jump(system, jump, digits=digits)
+        elif max_period is not None:
+            proof = certify.certify_orbits(system, max_period, digits=digits)
+        elif orbit is not None and varied:
+            ((kind, name),) = varied.items()
+            proof = certify.certify_bifurcation(system, kind, orbit, period, name, digits=digits)
+        else:
+            assert orbit is not None
+            proof = certify.certify_orbit(system, orbit, period, digits=digits)
+        if not proof:
+            raise ComputationError(proof.statement)
+        for path in files:
+            proof.save(path)
+    print(proof.text() if output.json else f"{proof}\n", end="")
+    return DONE
+
+
+VERIFY_EXAMPLES = """\
+stickslip verify S4.json
+"""
+
+
+def verify(certificate: Path, /, *, output: OutputOptions = OutputOptions()) -> int:
+    """Check a certificate that `stickslip certify` wrote; exit code 4 if it does not hold.
+
+    The program that checks shares nothing with the one that proves but the ball arithmetic. It
+    proves every word of the statement that it prints. What it does not prove, the mechanism of a
+    jump, is quoted apart.
+
+    Parameters
+    ----------
+    certificate
+        The file.
+    """
+    from stickslip.proofs.verify.check import check_text
+    from stickslip.proofs.verify.words import Refused
+
+    reason = ""
+    try:
+        checked = check_text(read_text(certificate))
+        told = {"statement": [checked.statement()], "unproven": [checked.remark]}
+    except Refused as error:
+        reason = str(error)
+        told = {"reason": [reason]}
+    if output.json:
+        result = {"holds": [not reason], **told}
+        print(document("verify", {"certificate": str(certificate)}, result), end="")
+    elif reason:
+        print(f"refused: {reason}", file=sys.stderr)
+    else:
+        print(f"holds: {checked.statement()}")
+        if checked.remark:
+            print(f"not checked, the certifier's words for the jump: {checked.remark!r}")
+    return CLAIM_FAILED if reason else DONE
+
+
+REPRODUCE_EXAMPLES = """\
+stickslip reproduce
+stickslip reproduce 5 17 --out figures
+stickslip reproduce --check
+"""
+
+
+def reproduce(
+    *figures: int,
+    out: Annotated[Path, Parameter(group=OUTPUT)] = Path("out"),
+    check: Flag = False,
+    output: OutputOptions = OutputOptions(),
+) -> int:
+    """Compute figures of Galvanetto (2001), and check what the paper prints and claims.
+
+    Writes figNN.svg, .pdf and .png, values.json and values.md, report.json and report.md,
+    and replaces those of an earlier run; other files in the folder stay. Prints their names,
+    then a line for each claim that belongs to the figures: does it hold, and if not, why.
+
+    Parameters
+    ----------
+    figures
+        Numbers of figures; all that there are if not given.
+    out
+        Folder to write to; made if it is not there.
+    check
+        Exit with code 4 unless every claim holds, as it is printed or with a correction.
+    """
+    from stickslip.studies.sources import GALVANETTO
+
+    return _deliver("reproduce", GALVANETTO, figures, out, check=check, output=output)
+
+
+def _deliver(
+    command: str,
+    source: str,
+    figures: tuple[int, ...],
+    out: Path,
+    *,
+    check: bool,
+    output: OutputOptions,
+) -> int:
+    """Compute a study, write its files, and print what became of its claims."""
+    from stickslip import studies
+
+    if out.exists() and not out.is_dir():
+        raise UsageError(f"--out {out} is a file; figures go to a folder")
+
+    def track(numbers: Sequence[int]) -> Iterator[int]:
+        return tracked(numbers, len(numbers), "figures", quiet=output.quiet)
+
+    done = studies.reproduce(figures or None, out, source=source, track=track)
+    written = [str(path) for path in done.files]
+    claims = done.report.claims
+    if output.json:
+        result = {"file": written}
+        result |= {name: [getattr(claim, name) for claim in claims] for name in CLAIM_FIELDS}
+        asked = {} if command == "reproduce" else {"name": source}
+        print(document(command, {**asked, "figures": figures}, result), end="")
+    else:
+        print("\n".join(written))
+        if claims:
+            print(f"\n{done.report.text()}", end="")
+    failed = any(claim.verdict not in STANDS for claim in claims)
+    return CLAIM_FAILED if check and failed else DONE
+
+
+STUDY_EXAMPLES = """\
+stickslip study --list
+stickslip study leine1998
+stickslip study quasistatic 1 --out figures --check
+"""
+
+
+def study(
+    name: str | None = None,
+    *figures: int,
+    list: Flag = False,
+    out: Annotated[Path | None, Parameter(group=OUTPUT)] = None,
+    check: Flag = False,
+    output: OutputOptions = OutputOptions(),
+) -> int:
+    """Compute a study of the literature: figures, and published numbers beside computed ones.
+
+    Writes figNN.svg, .pdf and .png, values.json and values.md, report.json and report.md,
+    and replaces those of an earlier run; other files in the folder stay. Prints their names,
+    then a line for each claim: does it hold, and if not, why.
+
+    Parameters
+    ----------
+    name
+        Of the study.
+    figures
+        Numbers of figures; all that there are if not given.
+    list
+        List the studies instead.
+    out
+        Folder to write to, out/NAME if not given; made if it is not there.
+    check
+        Exit with code 4 unless every claim holds, as it is stated or with a correction.
+    """
+    from stickslip import studies
+
+    if list:
+        known = studies.sources()
+        rows = {
+            field: [getattr(item, field) for item in known] for field in ("name", "source", "title")
+        }
+        if output.json:
+            print(document("study", {}, rows), end="")
+        else:
+            print("\n".join(f"{item.name:16s}  {item.source}: {item.title}" for item in known))
+        return DONE
+    if name is None:
+        raise UsageError("name a study; stickslip study --list names them all")
+    folder = out or Path("out") / name
+    return _deliver("study", name, figures, folder, check=check, output=output)

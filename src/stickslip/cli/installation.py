@@ -1,0 +1,201 @@
+"""Commands about the program itself: ``stickslip explore``, ``doctor`` and ``warmup``."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+import re
+import sys
+import time
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from stickslip.cli.failure import UsageError
+from stickslip.cli.options import Flag, OutputOptions, Whole
+from stickslip.cli.output import document
+from stickslip.cli.progress import note, tracked
+
+EXPLORE_EXAMPLES = """\
+stickslip explore
+stickslip explore --preset law9 --port 0
+stickslip explore --host 0.0.0.0 --no-browser
+"""
+
+HIGHEST_PORT = 65535
+PACKAGE = "stickslip"
+PRESETS = ("coulomb", "law9")
+
+
+def explore(
+    *,
+    host: str = "127.0.0.1",
+    port: Whole = 8421,
+    no_browser: Annotated[Flag, Parameter(name="--no-browser")] = False,
+    preset: str | None = None,
+) -> None:
+    """Open the explorer: map, motions and bifurcations of a model, linked, in the browser.
+
+    Prints the address and serves until interrupted. Everything is computed on this machine,
+    and only this machine is served unless --host says otherwise. Needs the extra "app".
+
+    Parameters
+    ----------
+    host
+        Address to serve at; 0.0.0.0 serves every machine that reaches this one.
+    port
+        Port to serve at; 0 takes a free one.
+    no_browser
+        Do not open a browser.
+    preset
+        View to begin with, such as coulomb, law9, oscillator or chain.
+    """
+    if not 0 <= port <= HIGHEST_PORT:
+        raise UsageError(f"--port {port}: a port is a number from 0 to {HIGHEST_PORT}")
+    if not host:  # sockets take it for every address
+        raise UsageError("--host: name an address; 0.0.0.0 serves every machine")
+    from stickslip.app import EXTRA
+    from stickslip.extras import require_extra
+
+    require_extra("app", "explorers", *EXTRA)
+    from stickslip.app.page import preset_names
+    from stickslip.app.serving import listening_socket, serve, url_of
+
+    if preset is not None and preset not in preset_names():
+        raise UsageError(f"--preset {preset}: choose one of {', '.join(preset_names())}")
+    try:
+        listener = listening_socket(host, port)
+    except OSError as error:
+        raise UsageError(
+            f"cannot serve at {host}, port {port}: {error.strerror or error}. "
+            "--port 0 takes a free port"
+        ) from error
+    url = url_of(listener) + ("" if preset is None else f"#preset={preset}")
+    print(url, flush=True)
+    note("serving; Ctrl-C ends it", quiet=False)
+    serve(listener, host, page=None if no_browser else url)
+
+
+DOCTOR_EXAMPLES = """\
+stickslip doctor
+stickslip doctor --json
+"""
+
+Finding = tuple[str, str, str]
+
+
+def doctor(*, output: OutputOptions = OutputOptions()) -> None:
+    """Show versions, extras, GPU, cache folder and threads."""
+    findings = [*_versions(), *_extras(), _gpu(), _cache(), _threads()]
+    subjects, states, details = zip(*findings, strict=True)
+    table = {"subject": list(subjects), "state": list(states), "detail": list(details)}
+    if output.json:
+        print(document("doctor", {}, table), end="")
+        return
+    for subject, state, detail in findings:
+        print(f"{subject:<14} {state:<12} {detail}".rstrip())
+
+
+def _installed(name: str) -> str | None:
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def _requirements() -> dict[str, list[str]]:
+    """Names of the distributions that the core ("") and each extra ask for."""
+    wanted: dict[str, list[str]] = {"": []}
+    for line in importlib.metadata.requires(PACKAGE) or []:
+        extra = re.search(r"""extra == ['"](\w+)['"]""", line)
+        name = re.match(r"[\w.-]+", line)
+        assert name is not None, line
+        wanted.setdefault(extra[1] if extra else "", []).append(name[0])
+    return wanted
+
+
+def _versions() -> list[Finding]:
+    python = ("python", platform.python_version(), sys.executable)
+    system = ("system", platform.system(), platform.machine())
+    core = [(name, _installed(name) or "missing", "") for name in [PACKAGE, *_requirements()[""]]]
+    return [python, system, *core]
+
+
+def _extras() -> list[Finding]:
+    findings = []
+    for extra, names in _requirements().items():
+        if extra in {"", "dev", "docs", "bench"}:
+            continue
+        missing = [name for name in names if _installed(name) is None]
+        remedy = f'pip install "{PACKAGE}[{extra}]" adds {", ".join(missing)}'
+        findings.append(
+            (f"extra {extra}", "missing" if missing else "ready", remedy if missing else "")
+        )
+    return findings
+
+
+def _gpu() -> Finding:
+    if _installed("numba-cuda") is None:
+        return "gpu", "not used", f'pip install "{PACKAGE}[gpu]"'
+    from numba import cuda
+
+    if not cuda.is_available():
+        return "gpu", "none found", "numba-cuda is installed and sees no device"
+    return "gpu", "ready", cuda.get_current_device().name.decode()
+
+
+def _cache() -> Finding:
+    from stickslip.numerics.targets import cache_root
+
+    folder = cache_root()
+    if folder is None:
+        return "kernel cache", "off", "no folder that you alone can write: set STICKSLIP_CACHE_DIR"
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    compiled = sum(path.suffix == ".nbc" for path in files)
+    megabytes = sum(path.stat().st_size for path in files) / 1e6
+    return "kernel cache", "ready", f"{folder} ({compiled} compiled, {megabytes:.1f} MB)"
+
+
+def _threads() -> Finding:
+    from stickslip.numerics.targets import available_threads
+
+    return "threads", str(available_threads()), "cores this process may use"
+
+
+WARMUP_EXAMPLES = """\
+stickslip warmup
+"""
+
+
+def warmup(*, output: OutputOptions = OutputOptions()) -> None:
+    """Compile the kernels of event maps, sweeps and trajectories into the cache folder."""
+    seconds = []
+    for preset in tracked(PRESETS, len(PRESETS), "compiling", quiet=output.quiet):
+        started = time.perf_counter()
+        _ask_everything(preset)
+        seconds.append(round(time.perf_counter() - started, 3))
+    if output.json:
+        print(document("warmup", {}, {"preset": PRESETS, "seconds": seconds}), end="")
+        return
+    for preset, spent in zip(PRESETS, seconds, strict=True):
+        print(f"{preset:<8} {spent:6.2f} s")
+
+
+def _ask_everything(preset: str) -> None:
+    """Ask one of everything that compiles."""
+    import numpy as np
+
+    import stickslip as ss
+    from stickslip.sweeps.system import Run
+    from stickslip.sweeps.systems import as_system
+
+    model = getattr(ss.examples, preset)()
+    f = ss.event_map(model)
+    middle = sum(model.domain) / 2
+    f.evaluate([middle])
+    f.itinerary(middle)
+    f.iterate(middle, 1)
+    as_system(model).follow({}, np.array([[middle]]), Run(1, 1, 2, 1), 1)
+    for name in model.parameters:
+        f.parameter_derivative(middle, name)
+    ss.simulate(model, d=middle, t_end=1.0)

@@ -1,0 +1,271 @@
+"""Commands about one event map: ``stickslip map``, ``orbits`` and ``basins``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
+from stickslip.cli.options import ENGINE, Flag, TableOptions, Whole
+from stickslip.cli.progress import note, notes, tracked
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import numpy as np
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.attractors.basins import Basins
+    from stickslip.analysis.orbits.orbit import OrbitList
+    from stickslip.mechanics.eventmap.event_map import EventMap
+
+MAP_EXAMPLES = """\
+stickslip map --preset coulomb -d -0.2 -d 0.1 --itinerary
+stickslip map --alpha 1.2 --beta 1.3 --V 0.0366 \\
+    --friction coulomb:mu=0.22 -d -0.2 -d 0.1 --json
+stickslip map --preset law9 --alpha 1.209 --grid 2000 \\
+    --window 0.379 0.39 --out map.csv
+"""
+
+PIECE = 20_000  # points between two steps of the progress bar
+
+
+def map_(
+    *,
+    table: TableOptions = TableOptions(),
+    d: Annotated[
+        tuple[float, ...], Parameter(name=["--d", "-d"], negative=(), show_default=False)
+    ] = (),
+    grid: Whole | None = None,
+    window: Annotated[tuple[float, float] | None, Parameter(negative=())] = None,
+    itinerary: Flag = False,
+    max_time: Annotated[float | None, Parameter(group=ENGINE)] = None,
+    threads: Annotated[Whole | None, Parameter(group=ENGINE)] = None,
+) -> int:
+    """Carry d = X_2 - X_1 from one global stick phase to the next.
+
+    Prints a table on a terminal, CSV into a pipe. A motion that never returns to global
+    stick has value nan and a status that says why; the exit code is 1 if no point at all
+    has an answer.
+
+    Parameters
+    ----------
+    d
+        A point to map; may be given several times.
+    grid
+        Map so many equally spaced points instead, both ends included.
+    window
+        The two ends of the grid; the whole domain if not given.
+    itinerary
+        Add the modes of the blocks (. stick, - backward, + forward) from event to event.
+    max_time
+        Give up on a motion after this time, in units of sqrt(m / k).
+    threads
+        Threads for large arrays; all cores if not given.
+    """
+    asked = {} if max_time is None else {"max_time": max_time}
+    f = table.event_map(threads=threads, **asked)
+    points = _points_to_map(f, d, grid, window)
+
+    def compute() -> Mapping[str, Any]:
+        return _evaluated(f, points, itinerary=itinerary, quiet=table.quiet)
+
+    def plot(ax: Axes) -> Axes:
+        return _plot_map(f, points, window, ax, marked=bool(d))
+
+    result = table.deliver("map", f.model, asked, compute, plot)
+    return _map_ending(result, quiet=table.quiet)
+
+
+def _points_to_map(
+    f: EventMap, d: tuple[float, ...], grid: int | None, window: tuple[float, float] | None
+) -> NDArray[np.float64]:
+    import numpy as np
+
+    if bool(d) == (grid is not None):
+        raise UsageError("give either points, -d 0.1 -d 0.2, or a grid, --grid 2000")
+    if grid is None:
+        if window is not None:
+            raise UsageError("--window belongs to --grid")
+        return np.array(d)
+    if grid < 2:
+        raise UsageError(f"--grid {grid}: a grid has at least 2 points")
+    first, last = window or f.domain
+    return np.linspace(first, last, grid)
+
+
+def _evaluated(
+    f: EventMap, points: NDArray[np.float64], *, itinerary: bool, quiet: bool
+) -> dict[str, Any]:
+    import numpy as np
+
+    pieces = np.array_split(points, max(1, -(-points.size // PIECE)))
+    bar = tracked(pieces, len(pieces), "mapping", quiet=quiet)
+    results = [f.evaluate(piece) for piece in bar]
+    tables = [result.table() for result in results]
+    table: dict[str, Any] = {
+        name: np.concatenate([part[name] for part in tables]) for name in tables[0]
+    }
+    if itinerary:
+        table["itinerary"] = [f.itinerary(point) for point in points]
+    return table
+
+
+def _plot_map(
+    f: EventMap,
+    points: NDArray[np.float64],
+    window: tuple[float, float] | None,
+    ax: Axes,
+    *,
+    marked: bool,
+) -> Axes:
+    """Draw the map over the window; points that were asked for one by one are marked."""
+    from stickslip.plot.event_map import event_map
+
+    event_map(f, ax, window=window)
+    if marked:
+        ax.plot(points, f(points), "o", ms=4)
+    return ax
+
+
+def _map_ending(table: Mapping[str, Any], *, quiet: bool) -> int:
+    """Tell how many points have no value and why; fail if none has an answer."""
+    import numpy as np
+
+    from stickslip import status
+
+    codes, counts = np.unique(table["status"], return_counts=True)
+    for code, count in zip(codes, counts, strict=True):
+        if code != status.OK:
+            note(f"{count} of {counts.sum()}: {status.MESSAGES[code]}", quiet=quiet)
+    answers = {status.OK, status.NEVER_SLIPPING, status.NEVER_CYCLE}
+    return DONE if answers & set(codes.tolist()) else COMPUTATION_FAILED
+
+
+ORBITS_EXAMPLES = """\
+stickslip orbits --preset coulomb --max-period 4
+stickslip orbits --preset coulomb --period 4 --infinitely-unstable --json
+stickslip orbits --preset law9 --alpha 1.211 --max-period 6 --out orbits.csv
+"""
+
+
+def orbits(
+    *,
+    table: TableOptions = TableOptions(),
+    max_period: Whole | None = None,
+    period: Whole | None = None,
+    infinitely_unstable: Flag = False,
+    resolution: float = 1e-9,
+) -> int:
+    """List the periodic orbits of the event map, stable and unstable, each once.
+
+    One row for each point of each orbit, the orbits numbered by period and place. Columns:
+    orbit, period, kind, multiplier (inf if the orbit crosses a jump), point and d with its
+    error, itinerary from this point to the next. What could not be decided is said on
+    stderr; the exit code is 1 if the list is not complete up to the period asked for.
+
+    Parameters
+    ----------
+    max_period
+        List minimal periods 1 to this; 1 if not given.
+    period
+        List this minimal period alone.
+    infinitely_unstable
+        Add the orbits that cross a jump of the map.
+    resolution
+        Pieces of the map narrower than this may be missed.
+    """
+    import stickslip as ss
+
+    if period is not None and max_period is not None:
+        raise UsageError("give either --max-period or --period")
+    highest = 1 if max_period is None else max_period
+    f = table.event_map()
+    answer: list[OrbitList] = []
+
+    def compute() -> Mapping[str, Any]:
+        found = ss.periodic_orbits(
+            f,
+            highest,
+            period=period,
+            infinitely_unstable=infinitely_unstable,
+            resolution=resolution,
+        )
+        answer.append(found)
+        return found.table()
+
+    asked: dict[str, Any] = {"max_period": highest} if period is None else {"period": period}
+    asked |= {"infinitely_unstable": infinitely_unstable, "resolution": resolution}
+    table.deliver("orbits", f.model, asked, compute, lambda ax: _plot_orbits(f, answer[0], ax))
+    return _orbit_ending(answer[0], quiet=table.quiet)
+
+
+def _plot_orbits(f: EventMap, found: OrbitList, ax: Axes) -> Axes:
+    """Draw the orbits' points on the map."""
+    from stickslip.plot.event_map import event_map
+
+    return found.plot(event_map(f, ax))
+
+
+def _orbit_ending(found: OrbitList, *, quiet: bool) -> int:
+    """Tell what stayed open; fail if orbits of a period asked for may be missing."""
+    near = [near for near in found.near_folds if not near.resolved]
+    reasons = [
+        f"none, two or a whole interval of orbits of period {item.period} at d = {item.x:.12g}: "
+        f"the map comes within {item.distance:.2g} of the diagonal"
+        for item in near
+    ]
+    reasons += [str(item) for item in found.unresolved]
+    notes(reasons, "undecided places", quiet=quiet)
+    return DONE if found.complete >= found.max_period else COMPUTATION_FAILED
+
+
+BASINS_EXAMPLES = """\
+stickslip basins --preset coulomb
+stickslip basins --preset coulomb --V 0.037 --json
+stickslip basins --preset law9 --alpha 1.208 --out basins.csv
+"""
+
+
+def basins(*, table: TableOptions = TableOptions(), resolution: float = 1e-5) -> int:
+    """Divide the domain of the event map into basins of attraction.
+
+    One row for each interval, from left to right. Columns: its ends; its share of the
+    domain; number, kind, period, smallest point and Lyapunov exponent of the attractor that
+    its points end on; why it ends where it does. An interval whose motions reach a gap of
+    the map "leaves"; what is "undecided" is explained on stderr, and the exit code is 1 if
+    that is the whole domain.
+
+    Parameters
+    ----------
+    resolution
+        Share of the domain below which interwoven basins are left undecided.
+    """
+    import stickslip as ss
+
+    f = table.event_map()
+    answer: list[Basins] = []
+
+    def compute() -> Mapping[str, Any]:
+        answer.append(ss.basins(f, resolution=resolution))
+        return answer[0].table()
+
+    table.deliver(
+        "basins", f.model, {"resolution": resolution}, compute, lambda ax: answer[0].plot(ax)
+    )
+    return _basin_ending(answer[0], quiet=table.quiet)
+
+
+def _basin_ending(found: Basins, *, quiet: bool) -> int:
+    """Tell what is undecided or was left out; fail if nothing could be decided."""
+    if found.undecided > 0.0:
+        note(f"{found.undecided:.3g} of the domain undecided: {found.reason}", quiet=quiet)
+    if found.thin:
+        note(
+            f"{found.thin} intervals below 1e-10 of the domain are not listed: "
+            "basins accumulate at an edge",
+            quiet=quiet,
+        )
+    return COMPUTATION_FAILED if (found.index == -1).all() else DONE

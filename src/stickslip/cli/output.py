@@ -1,0 +1,131 @@
+"""What commands write: files, whole or not there, JSON documents, tables and pictures.
+
+Files are opened before the computation: one that cannot be written is said at once, not in an hour.
+They never replace others unasked.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+from stickslip.cli.failure import RefusalError, UsageError, shortened
+from stickslip.cli.process import all_or_none
+from stickslip.files import (
+    PICTURE_FORMATS,
+    undone_unless_finished,
+    whole_file,
+)
+from stickslip.results.table import as_list, flat, write_csv
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SCHEMA = 1
+TABLE_ROWS = 40
+# Columns that a reader on a terminal has in another form or cannot use.
+MACHINE_ONLY = {"label", "status"}
+PICTURE_HEIGHT = 4.0  # inches, over the width of two columns
+PICTURE_SUFFIXES = tuple(f".{name}" for name in PICTURE_FORMATS)
+
+
+@contextmanager
+def new_files(paths: Sequence[Path], *, force: bool) -> Iterator[list[Path]]:
+    """Give files to write; they appear under their names when the block ends well."""
+    for path in paths:
+        if path.is_dir():
+            raise UsageError(f"{path} is a folder; give the name of a file")
+        if path.is_file() and not force:
+            raise RefusalError(f"{path} exists; --force replaces it")
+    with ExitStack() as stack:
+        yield [_entered(stack, path) for path in paths]
+        with all_or_none():
+            stack.close()
+
+
+def _entered(stack: ExitStack, path: Path) -> Path:
+    try:
+        return stack.enter_context(whole_file(path))
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name
+        told = getattr(error, "strerror", None) or error
+        reason = f"cannot write {path}: {told} ({path.parent})"
+        raise UsageError(reason) from error
+
+
+@contextmanager
+def new_folder(folder: Path, names: Sequence[str], *, force: bool) -> Iterator[list[Path]]:
+    """Give files of a folder to write, as `new_files`; other files in the folder stay."""
+    # The folder is made if it is not there, with those above it, and taken away if the block fails.
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"{folder} is a file; give the name of a folder")
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    with undone_unless_finished(lambda: _remove_empty(missing)):
+        folder.mkdir(parents=True, exist_ok=True)
+        with new_files([folder / name for name in names], force=force) as paths:
+            yield paths
+
+
+def _remove_empty(folders: Sequence[Path]) -> None:
+    for each in folders:
+        with suppress(OSError):  # not made, or somebody else uses it by now
+            each.rmdir()
+
+
+def document(command: str, parameters: Mapping[str, Any], result: Mapping[str, Any]) -> str:
+    """Write one JSON document; numbers keep every digit, NaN and infinities become null."""
+    lists = {name: as_list(column) for name, column in result.items()}
+    content = {"schema": SCHEMA, "command": command, "parameters": parameters, "result": lists}
+    return msgspec.json.encode(content).decode() + "\n"
+
+
+def error_document(command: str, error: BaseException) -> str:
+    """Write the reason for a failure in the same form."""
+    reason = {"type": type(error).__name__, "message": shortened(str(error))}
+    content = {"schema": SCHEMA, "command": command, "error": reason}
+    return msgspec.json.encode(content).decode() + "\n"
+
+
+def show_table(columns: Mapping[str, Any]) -> None:
+    """Print columns to stdout: a table for eyes on a terminal, CSV into a pipe."""
+    if not sys.stdout.isatty():
+        write_csv(sys.stdout, columns)
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    shown = {name: as_list(columns[name]) for name in columns if name not in MACHINE_ONLY}
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    for name, cells in shown.items():
+        text = any(isinstance(cell, str) for cell in cells)
+        table.add_column(
+            name.removesuffix("_name"), justify="left" if text else "right", overflow="fold"
+        )
+    rows = list(zip(*shown.values(), strict=True))
+    for row in rows[:TABLE_ROWS]:
+        table.add_row(*(str(flat(cell, _short)) for cell in row))
+    console = Console(highlight=False)
+    console.print(table)
+    if len(rows) > TABLE_ROWS:
+        console.print(f"... {len(rows) - TABLE_ROWS} more rows; a pipe or a file gets all")
+
+
+def _short(number: float) -> str:
+    return f"{number:.6g}"
+
+
+def draw_pictures(plot: Callable[[Axes], Axes], paths: Iterable[Path]) -> None:
+    """Draw a result, as its ``plot`` does, into files; the format as each is named."""
+    from stickslip.plot.style import new_figure, save, style
+
+    with style():
+        figure = new_figure("two", height=PICTURE_HEIGHT)
+        axes = plot(figure.add_subplot())
+        if labels := axes.get_legend_handles_labels()[1]:
+            figure.legend(loc="outside upper right", ncols=len(labels))
+        for path in paths:
+            save(figure, path.with_suffix(""), (path.suffix.removeprefix("."),))

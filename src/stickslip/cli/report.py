@@ -1,0 +1,267 @@
+"""Bifurcations of a user's own system told to readers and to programs."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from stickslip.analysis.bifurcations.outcome import disagreement
+from stickslip.cli.report_data import agrees, document
+from stickslip.studies.digits import digits, with_error
+
+if TYPE_CHECKING:
+    from stickslip.analysis.attractors.attractor import Attractor
+    from stickslip.analysis.bifurcations.bifurcation import Bifurcation, BifurcationList, Cascade
+    from stickslip.analysis.bifurcations.outcome import Outcome
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
+
+BANDS_SHOWN: Final = 4  # of an attractor, in a line
+POINTS_SHOWN: Final = 4  # of an orbit, in a line
+
+
+@dataclass(frozen=True)
+class Report:
+    """The bifurcations over a range of a parameter, each with all that is known of it.
+
+    Attributes
+    ----------
+    found : BifurcationList
+        From `stickslip.bifurcations`.
+    picture : str
+        Path of a diagram, relative to the page that `as_markdown` is written to; empty for
+        none.
+    title : str
+        What was studied.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> from stickslip.analysis.bifurcations.bifurcations import bifurcations
+    >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.2})
+    >>> found = bifurcations(f, "r", (2.9, 3.1), max_period=1)
+    >>> print(Report(found).text().splitlines()[0])
+    1 bifurcation over r in (2.9, 3.1)
+    """
+
+    found: BifurcationList
+    picture: str = ""
+    title: str = ""
+
+    def text(self) -> str:
+        """Lines for a terminal."""
+        found = self.found
+        lines = [*([self.title] if self.title else []), _headline(found)]
+        lines += [f"  {line}" for line in _searched(found)]
+        if len(found):
+            lines += ["", *_columns([_HEAD, *(_row(item) for item in found)])]
+        for number, item in enumerate(found, start=1):
+            lines += ["", f"{number}. {_name(item)} at {_where(item)}"]
+            width = max(len(label) for label, _ in _facts(item))
+            lines += [f"   {label:{width}s}  {fact}" for label, fact in _facts(item)]
+        for heading, entries in _remainder(found):
+            lines += ["", f"{heading}:", *(f"  {entry}" for entry in entries)]
+        return "\n".join(lines) + "\n"
+
+    def as_markdown(self) -> str:
+        """Page for readers, with the diagram if there is a picture of one."""
+        found = self.found
+        lines = [f"# {self.title or 'Bifurcations'}", "", f"{_headline(found)}.", ""]
+        lines += [f"- {line}" for line in _searched(found)]
+        if self.picture:
+            embed = "" if self.picture.endswith(".pdf") else "!"
+            lines += ["", f"{embed}[Bifurcation diagram]({self.picture})"]
+        if len(found):
+            lines += ["", *_table(_HEAD, [_row(item) for item in found])]
+        for number, item in enumerate(found, start=1):
+            lines += ["", f"## {number}. {_name(item)} at {_where(item)}", ""]
+            lines += _table(("", ""), _facts(item))
+        for heading, entries in _remainder(found):
+            lines += ["", f"## {heading}", "", *(f"- {entry}" for entry in entries)]
+        return "\n".join(lines) + "\n"
+
+    def as_json(self) -> str:
+        """Document for programs; numbers in full precision, those not finite as null."""
+        data = document(self.found, title=self.title, picture=self.picture)
+        return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+# ---------------------------------------------------------------- words
+
+
+_HEAD: Final = ("value", "error", "kind", "period", "orbits", "attractors", "as predicted")
+
+
+def _headline(found: BifurcationList) -> str:
+    lo, hi = found.range
+    count = f"{len(found) or 'no'} bifurcation{'' if len(found) == 1 else 's'}"
+    return f"{count} over {found.parameter} in ({lo:.10g}, {hi:.10g})"
+
+
+def _searched(found: BifurcationList) -> Iterator[str]:
+    """Say what was searched, and for which system."""
+    rest = ", ".join(
+        f"{name} = {value:.10g}"
+        for name, value in found.parameters.items()
+        if name != found.parameter
+    )
+    if rest:
+        yield f"parameters: {rest}"
+    window = "the whole domain"
+    if found.window is not None:
+        window = "the window ({:.10g}, {:.10g})".format(*found.window)
+    yield f"searched: orbits to period {found.max_period} in {window}"
+    if found.n_lists:
+        yield f"complete lists of orbits at {found.n_lists} values of {found.parameter}"
+
+
+def _name(item: Bifurcation) -> str:
+    kind = item.kind.replace("_", " ")
+    if item.criticality:
+        kind = f"{item.criticality}critical {kind}"
+    return f"{kind} of period {item.period}"
+
+
+def _where(item: Bifurcation) -> str:
+    return f"{item.parameter} = {with_error(item.value, item.error)}"
+
+
+def _row(item: Bifurcation) -> tuple[str, ...]:
+    """Cells of the overview."""
+    kind = item.kind.replace("_", " ")
+    return (
+        digits(item.value, item.error),
+        f"{item.error:.0e}",
+        f"{kind} ({item.criticality})" if item.criticality else kind,
+        str(item.period),
+        f"{len(item.orbits_before)} -> {len(item.orbits_after)}",
+        f"{_short(item.attractors_before)} -> {_short(item.attractors_after)}",
+        {True: "yes", False: "no", None: ""}[agrees(item)],
+    )
+
+
+def _short(attractors: tuple[Attractor, ...]) -> str:
+    return ", ".join(map(_shortest, attractors)) or "none"
+
+
+def _shortest(attractor: Attractor) -> str:
+    if attractor.kind == "periodic":
+        return f"period {attractor.period}"
+    return f"{len(attractor.bands)}-band chaos" if attractor.kind == "chaotic" else attractor.kind
+
+
+def _facts(item: Bifurcation) -> list[tuple[str, str]]:
+    """All that is known of one bifurcation, as labels and texts."""
+    facts = [
+        ("orbit there", _listed(item.points.tolist(), 12)),
+        _slopes(item.multipliers),
+        ("orbits before", _orbits(item.orbits_before)),
+        ("orbits after", _orbits(item.orbits_after)),
+        ("attractors before", _attractors(item.attractors_before)),
+        ("attractors after", _attractors(item.attractors_after)),
+        ("observed", _outcome(item.outcome)),
+        ("predicted", _outcome(item.predicted_outcome)),
+        ("as predicted", _agreement(item)),
+        ("mechanism", item.mechanism),
+        ("block", "" if item.block is None else str(item.block)),
+        ("located", _quality(item)),
+        ("note", item.note),
+    ]
+    return [(label, text) for label, text in facts if text]
+
+
+def _slopes(multipliers: tuple[float, ...]) -> tuple[str, str]:
+    label = "multiplier" if len(multipliers) == 1 else "multipliers, left and right"
+    return label, ", ".join(f"{m:.10g}" for m in multipliers)
+
+
+def _orbits(orbits: tuple[PeriodicOrbit, ...]) -> str:
+    return "; ".join(_orbit(orbit) for orbit in orbits) or "none"
+
+
+def _orbit(orbit: PeriodicOrbit) -> str:
+    points = _listed(orbit.points.tolist(), 10)
+    facts = f"{orbit.kind}, period {orbit.period}, multiplier {orbit.multiplier:.8g}"
+    return f"{facts} at {points}"
+
+
+def _listed(points: list[float], places: int) -> str:
+    """Write an orbit's points, the first few if there are many: the JSON document has all."""
+    shown = [f"{x:.{places}g}" for x in points[:POINTS_SHOWN]]
+    return ", ".join([*shown, "..."] if len(points) > POINTS_SHOWN else shown)
+
+
+def _attractors(attractors: tuple[Attractor, ...]) -> str:
+    return "; ".join(_attractor(attractor) for attractor in attractors)
+
+
+def _attractor(attractor: Attractor) -> str:
+    exponent = f"exponent {attractor.lyapunov.value:.6g} ± {attractor.lyapunov.error:.0e}"
+    if attractor.kind == "periodic":
+        return f"periodic, period {attractor.period}, {exponent}"
+    bands = ", ".join(f"[{a:.8g}, {b:.8g}]" for a, b in attractor.bands[:BANDS_SHOWN])
+    more = ", ..." if len(attractor.bands) > BANDS_SHOWN else ""
+    count = f"{len(attractor.bands)} band{'' if len(attractor.bands) == 1 else 's'}"
+    return f"{attractor.kind}, {count} {bands}{more}, {exponent}"
+
+
+def _outcome(outcome: Outcome | None) -> str:
+    if outcome is None:
+        return ""
+    text = f"orbits {outcome.orbits}, attractors {outcome.attractors}"
+    return f"{text}: {outcome.text}" if outcome.text else text
+
+
+def _agreement(item: Bifurcation) -> str:
+    if item.outcome is None or item.predicted_outcome is None:
+        return ""
+    difference = disagreement(item.predicted_outcome, item.outcome)
+    return f"no: {difference}" if difference else "yes"
+
+
+def _quality(item: Bifurcation) -> str:
+    lo, hi = item.interval
+    where = f", between {lo:.17g} and {hi:.17g}" if math.isfinite(lo) else ""
+    residual = f", residual {item.residual:.0e}" if math.isfinite(item.residual) else ""
+    return f"{item.quality}{where}{residual}" if item.quality != "located" or where else ""
+
+
+def _remainder(found: BifurcationList) -> Iterator[tuple[str, list[str]]]:
+    """Cascades, then what stayed open: headings with their entries."""
+    if found.cascades:
+        yield "Cascades", [_cascade(cascade) for cascade in found.cascades]
+    if found.unresolved:
+        yield "Unresolved", [str(item) for item in found.unresolved]
+    else:
+        yield "Unresolved", ["nothing: every change between the lists is explained"]
+
+
+def _cascade(cascade: Cascade) -> str:
+    periods = ", ".join(str(flip.period) for flip in cascade.flips)
+    ratios = ", ".join(f"{ratio:.6g}" for ratio in cascade.ratios)
+    text = f"flips of the periods {periods} from {digits(cascade.flips[0].value, 1e-12)}"
+    if math.isfinite(cascade.accumulation):
+        text += f", accumulating at {with_error(cascade.accumulation, cascade.error)}"
+    return f"{text}; ratios of the gaps {ratios}" if ratios else text
+
+
+# ---------------------------------------------------------------- layout
+
+
+def _columns(rows: list[tuple[str, ...]]) -> Iterator[str]:
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    for row in rows:
+        cells = (f"{cell:{width}s}" for cell, width in zip(row, widths, strict=True))
+        yield "  ".join(cells).rstrip()
+
+
+def _table(head: tuple[str, ...], rows: list[Any]) -> Iterator[str]:
+    yield _line(head)
+    yield "|" + "---|" * len(head)
+    yield from map(_line, rows)
+
+
+def _line(cells: tuple[str, ...]) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"

@@ -1,0 +1,207 @@
+"""Commands about a grid of parameters: ``stickslip sweep`` and ``plot``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from stickslip.cli.failure import ComputationError, RefusalError, UsageError
+from stickslip.cli.options import OUTPUT, Flag, OutputOptions, Whole
+from stickslip.cli.output import PICTURE_SUFFIXES, document, draw_pictures, new_files
+from stickslip.cli.process import advise
+from stickslip.cli.progress import points
+from stickslip.files import checked_suffix
+
+if TYPE_CHECKING:
+    import xarray
+
+    from stickslip.sweeps.plan import Plan
+
+SWEEP_EXAMPLES = """\
+stickslip sweep plan.toml
+stickslip sweep plan.toml --status
+stickslip sweep plan.toml --resume --threads 8
+stickslip sweep plan.toml --store s3://bucket/map \\
+    --scheduler tcp://10.0.0.1:8786
+"""
+
+
+def sweep(
+    plan: Path,
+    *,
+    store: Annotated[str | None, Parameter(group=OUTPUT)] = None,
+    resume: Flag = False,
+    status: Flag = False,
+    threads: Whole | None = None,
+    scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
+    device: Literal["cpu", "cuda"] = "cpu",
+    output: OutputOptions = OutputOptions(),
+) -> None:
+    """Compute what a plan describes into its store, and print the store's name.
+
+    It may be interrupted or killed at any moment: with --resume it goes on where it stopped. Files
+    that were damaged meanwhile are found and computed again. A store of another plan is refused.
+
+    Parameters
+    ----------
+    plan
+        TOML file with the model, the axes and what to record.
+    store
+        Folder, .zip file or URL to use in place of the plan's.
+    resume
+        Go on with a store that exists.
+    status
+        Only say how much of the store is done.
+    threads
+        Processor cores used; all by default.
+    scheduler
+        Compute on the workers of this dask scheduler.
+    device
+        Where orbits are followed: processor cores, or an NVIDIA GPU.
+    """
+    from stickslip.sweeps.plan import read_plan
+
+    read = read_plan(plan)
+    where = store or read.store
+    if status or not resume:
+        known = _known(read, where)
+    if not status:
+        if not resume and known is not None:
+            done = f"{known['done']} of {known['chunks']} chunks done"
+            raise RefusalError(f"{where} exists, {done}; --resume goes on with it")
+        known = _run_plan(read, where, threads, scheduler, device, quiet=output.quiet)
+    facts: dict[str, Any] = {"store": where, "done": 0, "chunks": None, **(known or {})}
+    if output.json:
+        row = {name: [fact] for name, fact in facts.items()}
+        print(document("sweep", {"plan": str(plan)}, row), end="")
+    elif not status:
+        print(where)
+    elif known is None:
+        print(f"{where}: not begun")
+    else:
+        told = f"{facts['done']} of {facts['chunks']} chunks done"
+        print(f"{where}: {told}; not verified: {facts['unverified']}")
+
+
+def _known(plan: Plan, where: str) -> dict[str, Any] | None:
+    """Tell how much of a store is done; None if there is no store."""
+    from stickslip.sweeps.errors import StoreAbsent, StoreRefused
+    from stickslip.sweeps.sweep import open_sweep
+
+    try:
+        return _facts(open_sweep(where, storage_options=plan.arguments["storage_options"]))
+    except StoreAbsent:
+        return None
+    except StoreRefused as error:
+        raise RefusalError(str(error)) from error
+
+
+def _facts(found: xarray.Dataset) -> dict[str, Any]:
+    return {name: found.attrs[name] for name in ("done", "chunks", "unverified")}
+
+
+def _run_plan(
+    plan: Plan,
+    where: str,
+    threads: int | None,
+    scheduler: str | None,
+    device: str,
+    *,
+    quiet: bool,
+) -> dict[str, Any]:
+    """Run the sweep, and give each way of ending badly its exit code."""
+    from stickslip.sweeps.errors import StoreBusy, StoreRefused, TilesFailed, WorkersLost
+
+    advise(f"what was finished is kept in {where}; --resume goes on with it")
+    with _client(scheduler) as client, points("grid points", quiet=quiet) as show:
+        try:
+            return _facts(
+                plan.run(store=where, threads=threads, client=client, device=device, progress=show)
+            )
+        except (StoreRefused, StoreBusy) as error:
+            raise RefusalError(str(error)) from error
+        except (TilesFailed, WorkersLost) as error:
+            raise ComputationError(str(error)) from error
+
+
+def _client(scheduler: str | None) -> Any:
+    """Connect to a scheduler, if one is named."""
+    from contextlib import nullcontext
+
+    if scheduler is None:
+        return nullcontext()
+    from stickslip.sweeps.engines import connect
+
+    try:
+        return connect(scheduler)
+    except (OSError, ValueError) as error:
+        raise UsageError(f"--scheduler {scheduler}: {error}") from error
+
+
+PLOT_EXAMPLES = """\
+stickslip plot coulomb.zarr --out map.png
+stickslip plot coulomb.zarr --variable lyapunov_exponent \\
+    --curve fold.json --out map.pdf
+stickslip plot s3://bucket/map --at beta=1.3 --out map.svg
+"""
+
+
+def plot(
+    store: str,
+    *,
+    out: Annotated[Path, Parameter(group=OUTPUT)],
+    variable: str | None = None,
+    at: Annotated[tuple[str, ...], Parameter(negative=(), metavar="NAME=VALUE")] = (),
+    curve: Annotated[tuple[Path, ...], Parameter(negative=(), metavar="FILE")] = (),
+    force: Annotated[Flag, Parameter(group=OUTPUT)] = False,
+    output: OutputOptions = OutputOptions(),
+) -> None:
+    """Draw a variable of a sweep over two of its axes, finished or not.
+
+    Kinds and periods have a colour each, other numbers a scale that is even to the eye. Curves of
+    bifurcations, saved by `continue_bifurcation(...).save(FILE)`, are drawn over the map.
+
+    Parameters
+    ----------
+    store
+        Folder, .zip file or URL of a sweep.
+    out
+        Write the picture; the name ends in .svg, .pdf or .png.
+    variable
+        What to draw; by default the first variable of the store.
+    at
+        The value of an axis that is not drawn, the nearest of those computed; for each.
+    curve
+        File with a bifurcation curve in the two parameters that are drawn; for each.
+    force
+        Replace the picture if it exists.
+    """
+    from stickslip.plot.sweep_map import SweepMap
+    from stickslip.results.files import load
+    from stickslip.sweeps.sweep import open_sweep
+
+    checked_suffix(out, PICTURE_SUFFIXES, "--out")
+    curves = tuple(map(load, curve))
+    picture = SweepMap(_cut(open_sweep(store), at), variable, curves)
+    with new_files([out], force=force) as (temporary,):
+        draw_pictures(picture.plot, [temporary])
+    if output.json:
+        print(document("plot", {"store": store}, {"file": [str(out)]}), end="")
+    else:
+        print(out)
+
+
+def _cut(dataset: xarray.Dataset, at: tuple[str, ...]) -> xarray.Dataset:
+    """Choose values of axes, those that were computed nearest to what is asked for."""
+    for given in at:
+        name, _, value = given.partition("=")
+        if name not in dataset.dims or name not in dataset.coords:
+            raise UsageError(f"--at {given}: the axes are {', '.join(map(str, dataset.coords))}")
+        try:
+            number = float(value)
+        except ValueError:
+            raise UsageError(f"--at {given}: write NAME=VALUE with a number") from None
+        dataset = dataset.sel({name: number}, method="nearest")
+    return dataset

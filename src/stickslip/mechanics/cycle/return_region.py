@@ -1,0 +1,307 @@
+"""Where the event map exists: global stick phases whose motions never come back to one."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+import numpy as np
+
+from stickslip import status as status_codes
+from stickslip.checks import MOST_KEPT, checked_interval, whole_number
+from stickslip.mechanics.cycle.branch import CycleBranch
+from stickslip.mechanics.cycle.continuation import continue_cycle
+from stickslip.mechanics.cycle.search import NoCycleError, find_cycle
+from stickslip.mechanics.cycle.trapping import TrappingBall, trapping_ball
+from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.model.arguments import checked_parameter, two_blocks
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.results.result import Result
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stickslip.mechanics.cycle.cycle import Cycle
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int64]
+
+HALVINGS: Final = 44  # of a cell of the grid: its edges are found to rounding
+SAME_PERIOD: Final = 1e-3  # relative, between a cycle and the branch that it is compared with
+UNDECIDED: Final = (status_codes.EVENT_LIMIT, status_codes.TIME_LIMIT)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Gap(Result):
+    """An interval of differences from which motions do not return to global stick.
+
+    Attributes
+    ----------
+    value : float
+        Of the parameter.
+    d : tuple of float
+        Its ends: the last points of the grid's cells without a return, solved for to rounding.
+    status : int
+        At its middle, as in `stickslip.status`; an event limit means that it is undecided.
+    branch : int or None
+        Which branch of cycles attracts the motion from its middle.
+    ball : TrappingBall or None
+        That this motion enters and that the cycle's return map takes into itself.
+    """
+
+    value: float
+    d: tuple[float, float]
+    status: int
+    branch: int | None
+    ball: TrappingBall | None
+    _column_names: ClassVar = (
+        *("value", "d_low", "d_high", "status", "period", "multiplier", "shown"),
+    )
+    _plot: ClassVar = "cycles.plot_gap"
+    _has_picture: ClassVar = False
+
+    @property
+    def shown(self) -> bool:
+        """The motion from its middle has been seen to enter a ball that holds it."""
+        return self.ball is not None
+
+    def _columns(self) -> dict[str, Any]:
+        period, multiplier = math.nan, math.nan
+        if self.ball is not None:
+            cycle = self.ball.cycle
+            period, multiplier = cycle.period, float(np.abs(cycle.multipliers).max())
+        facts = (
+            *(self.value, *self.d, status_codes.NAMES[self.status]),
+            *(period, multiplier, self.shown),
+        )
+        return {name: [fact] for name, fact in zip(self._column_names, facts, strict=True)}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ReturnRegion(Result):
+    """Where the event map of two blocks is defined, in the plane of d and a parameter.
+
+    Attributes
+    ----------
+    parameter : str
+    values : ndarray of float, shape (n,)
+    gaps : tuple of tuple of Gap
+        At each value, ascending in d.
+    lost : ndarray of float, shape (n,)
+        Share of the domain without a return, undecided parts included.
+    undecided : ndarray of float, shape (n,)
+        Share of the domain whose motions were given up.
+    branches : tuple of CycleBranch
+        Cycles without global stick phases that attract from gaps, followed over the range.
+    n_points : int
+        Differences tried at each value: a narrower gap may be missed.
+    """
+
+    parameter: str
+    values: Floats
+    gaps: tuple[tuple[Gap, ...], ...]
+    lost: Floats
+    undecided: Floats
+    branches: tuple[CycleBranch, ...]
+    n_points: int
+    model: TwoBlock = field(repr=False)
+    _plot: ClassVar = "cycles.plot_return_region"
+
+    def attracting(self, branch: int) -> tuple[tuple[float, float], ...]:
+        """Intervals of the parameter in which a branch attracts without global stick.
+
+        Their ends are bifurcations of the branch, or ends of the range.
+        """
+        followed = self.branches[_number(branch, len(self.branches))]
+        holds = [bool(cycle.stable) and cycle.d.size == 0 for cycle in followed.cycles]
+        crossings = {item.row: item.value for item in followed.bifurcations}
+        intervals: list[tuple[float, float]] = []
+        start: float | None = None
+        for row, held in enumerate(holds):
+            if held and start is None:
+                start = crossings.get(row - 1, float(followed.values[row]))
+            last = row + 1 == len(holds) or not holds[row + 1]
+            if held and last and start is not None:
+                end = crossings.get(row, float(followed.values[row]))
+                intervals.append((min(start, end), max(start, end)))
+                start = None
+        return tuple(intervals)
+
+    def _columns(self) -> dict[str, Any]:
+        """Lay out the gaps, a row each."""
+        rows = [next(gap.table().rows()) for gaps in self.gaps for gap in gaps]
+        names = {self.parameter: "value"} | {name: name for name in Gap._column_names[1:]}
+        return {name: [row[own] for row in rows] for name, own in names.items()}
+
+    def __repr__(self) -> str:
+        """Return a line a value, then the cycles that attract."""
+        lines = [f"ReturnRegion: {len(self.values)} values of {self.parameter}"]
+        for value, gaps, lost in zip(self.values, self.gaps, self.lost, strict=True):
+            shown = sum(gap.shown for gap in gaps)
+            told = f"{len(gaps)} gaps, {100 * lost:.3g} % of the domain, {shown} shown"
+            lines.append(f"  {value:<12.8g} {told if gaps else 'defined everywhere'}")
+        for number, branch in enumerate(self.branches):
+            held = self.attracting(number)
+            where = ", ".join(f"{low:.12g} .. {high:.12g}" for low, high in held) or "nowhere"
+            lines.append(f"  cycle {number}, {len(branch)} computed, attracts at {where}")
+        return "\n".join(lines)
+
+
+def _number(branch: int, count: int) -> int:
+    if count == 0:
+        raise ValueError("branch: this region has none.")
+    return whole_number("branch", branch, 0, at_most=count - 1)
+
+
+def return_region(
+    model: TwoBlock,
+    parameter: str,
+    range: tuple[float, float],
+    *,
+    n_values: int = 9,
+    n_points: int = 201,
+    max_events: int = 3000,
+) -> ReturnRegion:
+    """Find where the event map of two blocks is undefined, and what motions do there.
+
+    Parameters
+    ----------
+    model : TwoBlock
+    parameter : str
+        One of ``model.parameters``.
+    range : tuple of float
+        Lowest and highest value.
+    n_values : int
+        Equidistant values, the ends among them.
+    n_points : int
+        Differences tried at each, over the domain.
+    max_events : int
+        Changes of mode after which a motion is given up (undecided).
+
+    Returns
+    -------
+    ReturnRegion
+
+    Raises
+    ------
+    ValueError
+        Another kind of model, no such parameter, a range or count that is not allowed.
+
+    Notes
+    -----
+    What is shown and what is estimated: `TrappingBall`, docs/theory/cycles.md. Gaps narrower than
+    a cell of the grid, and cycles whose basins hold no gap's middle, may be missed.
+    """
+    low, high = _checked(model, parameter, range)
+    count = whole_number("n_values", n_values, at_most=MOST_KEPT, what="values of the parameter")
+    points = whole_number(
+        "n_points", n_points, at_most=MOST_KEPT, what="differences tried at each value"
+    )
+    values = np.linspace(low, high, count)
+    branches: list[CycleBranch] = []
+    gaps: list[tuple[Gap, ...]] = []
+    lost, undecided = np.zeros(count), np.zeros(count)
+    for k, value in enumerate(values):
+        here = model.replace(**{parameter: float(value)})
+        intervals = _intervals(here, points, max_events)
+        gaps.append(
+            tuple(
+                _gap(here, parameter, (low, high), branches, ends, status, max_events)
+                for ends, status in intervals
+            )
+        )
+        width = here.domain[1] - here.domain[0]
+        for gap in gaps[-1]:
+            share = (gap.d[1] - gap.d[0]) / width
+            lost[k] += share
+            undecided[k] += share if gap.status in UNDECIDED else 0.0
+    return ReturnRegion(
+        parameter, values, tuple(gaps), lost, undecided, tuple(branches), points, model
+    )
+
+
+def _checked(model: TwoBlock, parameter: str, ends: tuple[float, float]) -> tuple[float, float]:
+    two_blocks(
+        model,
+        why="The plane of d and a parameter is that of two blocks. For more, ask "
+        "ss.event_map(model).evaluate(d).status.",
+    )
+    checked_parameter("parameter", model, parameter)
+    low, high = checked_interval("range", ends)
+    for end in (low, high):
+        model.replace(**{parameter: end})
+    return low, high
+
+
+def _intervals(
+    model: TwoBlock, n_points: int, max_events: int
+) -> list[tuple[tuple[float, float], int]]:
+    """Intervals of d without a return, their edges halved down, and the status inside."""
+    f = event_map(model, max_events=max_events)
+    grid = np.linspace(*model.domain, max(n_points, 3))
+    missing = np.isnan(f(grid))
+    first = np.flatnonzero(missing & ~np.append(False, missing[:-1]))
+    last = np.flatnonzero(missing & ~np.append(missing[1:], False))
+    # From outside to inside of each gap; at an end of the domain both are that end.
+    beside = np.concatenate([np.maximum(first - 1, 0), np.minimum(last + 1, len(grid) - 1)])
+    outside, inside = grid[beside], np.concatenate([grid[first], grid[last]])
+    if not inside.size:
+        return []
+    for _ in itertools.repeat(None, HALVINGS):
+        middle = 0.5 * (outside + inside)
+        gone = np.isnan(f(middle))
+        inside = np.where(gone, middle, inside)
+        outside = np.where(gone, outside, middle)
+    lows, highs = np.split(inside, 2)
+    statuses = f.evaluate(0.5 * (lows + highs)).status
+    return [
+        ((float(a), float(b)), int(status))
+        for a, b, status in zip(lows, highs, statuses, strict=True)
+    ]
+
+
+def _gap(
+    model: TwoBlock,
+    parameter: str,
+    ends: tuple[float, float],
+    branches: list[CycleBranch],
+    d: tuple[float, float],
+    status: int,
+    max_events: int,
+) -> Gap:
+    """Find what attracts the motion from the middle of a gap."""
+    value = model.parameters[parameter]
+    x, v = model.onset(0.5 * (d[0] + d[1])), np.full(2, model.V)
+    try:
+        cycle = find_cycle(model, x, v, max_events=max_events)
+    except NoCycleError:
+        return Gap(value, d, status, None, None)
+    if cycle.d.size or not any(event.kind == "stick" for event in cycle.events):
+        return Gap(value, d, status, None, None)
+    number = _known(branches, cycle, value)
+    if number is None:
+        branches.append(continue_cycle(cycle, model, parameter, ends))
+        number = len(branches) - 1
+    ball = trapping_ball(cycle)
+    if ball is not None and ball.entered(x, v, max_events=max_events) is None:
+        ball = None
+    return Gap(value, d, status, number, ball)
+
+
+def _known(branches: list[CycleBranch], cycle: Cycle, value: float) -> int | None:
+    """Find the branch that passes through a cycle, by its period and events."""
+    for number, branch in enumerate(branches):
+        steps = np.flatnonzero((branch.values[:-1] - value) * (branch.values[1:] - value) <= 0.0)
+        for row in steps:
+            a, b = branch.values[row], branch.values[row + 1]
+            share = 0.5 if a == b else (value - a) / (b - a)
+            period = (1 - share) * branch.periods[row] + share * branch.periods[row + 1]
+            same = len(cycle.events) in (
+                len(branch.cycles[row].events),
+                len(branch.cycles[row + 1].events),
+            )
+            if same and abs(period - cycle.period) <= SAME_PERIOD * cycle.period:
+                return number
+    return None

@@ -1,0 +1,149 @@
+"""Why the event map breaks: the mechanism of a breakpoint, read from the motions beside it.
+
+Two motions that start at adjacent floats share their events up to one. What that one is on
+either side names the mechanism.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip import status
+from stickslip.analysis.maps.protocol import Mechanism
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.eventmap.event_map import EventMap
+    from stickslip.mechanics.flow.trajectory import Event, Trajectory
+
+# Events of neighbouring motions that are the same one differ by rounding, times how much the
+# motion stretches it.
+SAME_TIME = 1e-5
+# Events of two blocks this close together are a tie, whatever their order in the list.
+TIE = 1e-9
+# The map's steps and the trajectory's round differently: where adjacent starting points lead to
+# the same events, ones this many ulp apart are compared.
+APART = (0, 4, 64, 1024, 16384)
+# A motion without return is followed for so many events, the other's number aside.
+MAX_EVENTS = 400
+
+
+UNKNOWN = Mechanism("the motions on both sides make the same events", None)
+TOO_LATE = Mechanism(f"the motions on both sides make the same first {MAX_EVENTS} events", None)
+
+
+def mechanism_between(f: EventMap, left: float, right: float) -> Mechanism:
+    """Explain why the itinerary changes between two adjacent starting points.
+
+    Parameters
+    ----------
+    f : EventMap
+    left, right : float
+        Starting points on either side of a breakpoint, as close as floats can be.
+
+    Returns
+    -------
+    Mechanism
+        ``text``, such as "block 2 grazes its stick interval near X_2 = 0.00185".
+    """
+    found = UNKNOWN
+    for ulps in APART:
+        found = _compare(f, left - ulps * math.ulp(left), right + ulps * math.ulp(right))
+        if found not in (UNKNOWN, TOO_LATE):
+            break
+    return found
+
+
+def _compare(f: EventMap, left: float, right: float) -> Mechanism:
+    low, high = f.domain
+    first, second = (f.slip_from(d, MAX_EVENTS) for d in (max(left, low), min(right, high)))
+    if (first.modes[0] != second.modes[0]).any():
+        return Mechanism("both blocks reach their static limits together at the onset", None)
+    for number, (a, b) in enumerate(zip(first.events, second.events, strict=False)):
+        if a[1:] != b[1:] or abs(a.time - b.time) > SAME_TIME * (1.0 + a.time):
+            return _explain(first, second, number)
+    shorter = min(len(first.events), len(second.events))
+    if len(first.events) != len(second.events):
+        return _explain(first, second, shorter)
+    return TOO_LATE if status.EVENT_LIMIT in (first.status, second.status) else UNKNOWN
+
+
+def _explain(first: Trajectory, second: Trajectory, number: int) -> Mechanism:
+    """Name the mechanism from the first events that differ."""
+    a = first.events[number] if number < len(first.events) else None
+    b = second.events[number] if number < len(second.events) else None
+    if a is not None and b is not None and abs(a.time - b.time) <= SAME_TIME * (1.0 + a.time):
+        if a.block != b.block:
+            return _coincidence(first, a, second, b)
+        return _end_point(first, a)
+    if b is None or (a is not None and a.time < b.time):
+        assert a is not None
+        return _alone(first, number)
+    return _alone(second, number)
+
+
+def _alone(trajectory: Trajectory, number: int) -> Mechanism:
+    """Name an event without counterpart: a touch, unless it comes together with the last one.
+
+    On the tie itself a motion makes both events at once, and the order in which they are listed
+    may be that of the other motion.
+    """
+    event = trajectory.events[number]
+    if number > 0:
+        last = trajectory.events[number - 1]
+        if last.block != event.block and event.time - last.time <= TIE * (1.0 + event.time):
+            return _coincidence(trajectory, last, trajectory, event)
+    return _extra(trajectory, event)
+
+
+def _coincidence(first: Trajectory, a: Event, second: Trajectory, b: Event) -> Mechanism:
+    """Two blocks change mode at the same time: their order, or whether both do, changes."""
+    events = sorted(((a, first), (b, second)), key=lambda pair: pair[0].block)
+    texts = [f"{_what(trajectory, event)} of block {event.block}" for event, trajectory in events]
+    return Mechanism(f"the {texts[0]} and the {texts[1]} coincide", None)
+
+
+def _what(trajectory: Trajectory, event: Event) -> str:
+    if event.kind == "stick":
+        return "coming to rest"
+    return "release" if _mode_before(trajectory, event) == 0 else "passing through rest"
+
+
+def _end_point(trajectory: Trajectory, event: Event) -> Mechanism:
+    """One block comes to rest on both sides, but does not stay there on one of them."""
+    i = event.block
+    x = _displacement(trajectory, event)
+    end = "upper" if _needed_force(trajectory, event) > 0.0 else "lower"
+    text = (
+        f"block {i} comes to rest at the {end} end of its stick interval, "
+        f"X_{i} = {x:.6g}: it sticks on one side and slips on at the other"
+    )
+    return Mechanism(text, i)
+
+
+def _extra(trajectory: Trajectory, event: Event) -> Mechanism:
+    """Name an event that only one of the two motions makes: it begins there as a touch."""
+    i = event.block
+    x = _displacement(trajectory, event)
+    force = _needed_force(trajectory, event)
+    if _mode_before(trajectory, event) == 0:
+        end = "upper" if force > 0.0 else "lower"
+        return Mechanism(f"the force on riding block {i} touches its {end} static limit", i)
+    at_end = abs(abs(force) - trajectory.model.limits[i - 1]) < 1e-6
+    where = "at an end point" if at_end else "inside"
+    return Mechanism(f"block {i} grazes its stick interval near X_{i} = {x:.3g}, {where}", i)
+
+
+def _mode_before(trajectory: Trajectory, event: Event) -> int:
+    phase = int(np.searchsorted(trajectory.t, event.time, side="left")) - 1
+    return int(trajectory.modes[max(phase, 0), event.block - 1])
+
+
+def _displacement(trajectory: Trajectory, event: Event) -> float:
+    return float(trajectory.x(event.time)[event.block - 1])
+
+
+def _needed_force(trajectory: Trajectory, event: Event) -> float:
+    return float(trajectory.needed_force(event.time)[event.block - 1])

@@ -1,0 +1,134 @@
+"""The event map of a model, of two blocks or of many."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final, overload
+
+from stickslip.checks import one_of, shown
+from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
+from stickslip.mechanics.eventmap.carriers import DEVICES
+from stickslip.mechanics.eventmap.event_map import EventMap
+from stickslip.mechanics.flow.engine import ENGINES
+from stickslip.mechanics.model.belt_model import BeltModel
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.mechanics.model.values import model_of_values, model_values
+from stickslip.results.files import register_map
+
+if TYPE_CHECKING:
+    from typing import Any
+
+    from stickslip.mechanics.flow.engine import EngineName
+
+NOT_KEPT: Final = ("device", "threads")  # of the machine, not of the result
+
+
+@overload
+def event_map(
+    model: TwoBlock,
+    *,
+    rtol: float = ...,
+    max_events: int = ...,
+    max_time: float = ...,
+    engine: EngineName = ...,
+    device: str = ...,
+    threads: int | None = ...,
+) -> EventMap: ...
+@overload
+def event_map(
+    model: BeltModel,
+    *,
+    rtol: float = ...,
+    max_events: int = ...,
+    max_time: float = ...,
+    engine: EngineName = ...,
+    device: str = ...,
+    threads: int | None = ...,
+) -> BlocksEventMap: ...
+def event_map(
+    model: TwoBlock | BeltModel,
+    *,
+    rtol: float = 1e-15,
+    max_events: int = 10_000,
+    max_time: float = math.inf,
+    engine: EngineName = "auto",
+    device: str = "cpu",
+    threads: int | None = None,
+) -> EventMap | BlocksEventMap:
+    """Make the event map of a model: d of one global stick phase -> d of the next.
+
+    Parameters
+    ----------
+    model : TwoBlock, Blocks or Chain
+        Of a `TwoBlock`, d is a number; of N blocks, the N - 1 differences ``X_{i+1} - X_i``.
+    rtol : float
+        Local truncation error of the adaptive engine. The default leaves rounding dominant;
+        a larger one is faster and voids the guarantee next to grazing points.
+    max_events : int
+        A motion is given up (status EVENT_LIMIT) after so many changes of mode. Returns may
+        take thousands.
+    max_time : float
+        A motion is given up (TIME_LIMIT) after so long, units of sqrt(m / k).
+    engine : {"auto", "exact", "adaptive"}
+        "exact": closed forms, for constant kinetic friction. "adaptive": series of high
+        order, for every law. "auto" takes the exact engine where it exists, which is for two
+        undamped blocks.
+    device : {"cpu", "cuda"}
+        "cuda": an NVIDIA GPU (extra ``gpu``) carries the motions of two undamped blocks, with
+        the same arithmetic up to fused multiply-adds; itineraries come from the CPU.
+    threads : int, optional
+        Processor cores used for large arrays; all by default.
+
+    Returns
+    -------
+    EventMap or BlocksEventMap
+
+    Raises
+    ------
+    ValueError
+        A setting is not allowed; a forced model or a single block, which have no event map.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> f = ss.event_map(ss.TwoBlock(alpha=1.2, beta=1.3, V=0.0366, friction=ss.Coulomb(mu=0.22)))
+    >>> round(f(0.1), 8)
+    0.13121305
+    """
+    if isinstance(model, BeltModel):
+        if one_of("engine", engine, ENGINES) == "exact":
+            raise ValueError(
+                "engine = 'exact' is that of two undamped blocks with constant friction; other "
+                "models have one engine, whose series are exact to rounding. Take engine='auto'."
+            )
+        if one_of("device", device, DEVICES) != "cpu":
+            raise ValueError(
+                f"device = {shown(device)} is not allowed: of the event maps only that of two "
+                "undamped blocks runs elsewhere. Take device='cpu'."
+            )
+        return BlocksEventMap(
+            model, rtol=rtol, max_events=max_events, max_time=max_time, threads=threads
+        )
+    return EventMap(
+        model,
+        rtol=rtol,
+        max_events=max_events,
+        max_time=max_time,
+        engine=engine,
+        device=device,
+        threads=threads,
+    )
+
+
+def _values_of(f: EventMap | BlocksEventMap) -> dict[str, Any]:
+    """Describe an event map for files of results, apart from the machine it runs on."""
+    settings = {name: value for name, value in f.settings.items() if name not in NOT_KEPT}
+    return {"model": model_values(f.model), "settings": settings}
+
+
+def _event_map_of(values: dict[str, Any]) -> EventMap | BlocksEventMap:
+    return event_map(model_of_values(values["model"]), **values["settings"])
+
+
+register_map("event map", EventMap, _values_of, _event_map_of)
+register_map("event map of blocks", BlocksEventMap, _values_of, _event_map_of)

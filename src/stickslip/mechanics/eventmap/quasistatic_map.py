@@ -1,0 +1,229 @@
+"""The event map as the belt's speed goes to zero: earthquakes between long waits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from stickslip.checks import finite_number, shown, whole_number
+from stickslip.mechanics.eventmap.event_map import EventMap
+from stickslip.mechanics.eventmap.quasistatic import QuasistaticCarrier
+from stickslip.mechanics.flow.trajectory import Trajectory
+from stickslip.mechanics.model.arguments import two_blocks
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.mechanics.model.values import model_of_values, model_values
+from stickslip.results.files import register_map
+from stickslip.results.result import Result
+from stickslip.results.table import numbered
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from stickslip.mechanics.eventmap.records import Controls
+    from stickslip.mechanics.flow.engine import EngineName
+
+    Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class QuasistaticSlips(Result):
+    """Sizes of the slips that follow global stick phases; NaN where a slip never ends.
+
+    Attributes
+    ----------
+    d : ndarray of float, any shape
+        Of the phases before.
+    value : ndarray of float, shaped like ``d``
+        d of the phases after.
+    displacement : ndarray of float, shape (..., 2)
+        How far each block slips back, units of f_s1 / k; 0 for one that rides.
+    moment : ndarray of float, shaped like ``d``
+        Their sum: the size of the event.
+    wait : ndarray of float, shaped like ``d``
+        Travel of the belt from the slip to the next one: V times the time between.
+    """
+
+    d: Floats
+    value: Floats
+    displacement: Floats
+    moment: Floats
+    wait: Floats
+    _drawn: ClassVar = ("d", "moment")
+
+    def _columns(self) -> dict[str, Any]:
+        return {
+            "d": self.d.ravel(),
+            "value": self.value.ravel(),
+            **numbered("displacement", self.displacement.reshape(-1, 2)),
+            "moment": self.moment.ravel(),
+            "wait": self.wait.ravel(),
+        }
+
+
+class QuasistaticMap(EventMap):
+    """The event map of two blocks as V -> 0; `quasistatic_map` makes it.
+
+    Everything of an event map but the parameter ``V``; a slip takes no time of the belt's, and
+    ``duration`` is its own.
+    """
+
+    def _carrier_of(self, controls: Controls) -> QuasistaticCarrier:
+        return QuasistaticCarrier(self.model, self.engine, controls, self.threads)
+
+    def slip_from(self, d: float, max_events: int) -> Trajectory:
+        """Follow the slip after a global stick phase to its end, on the resting belt.
+
+        Displacements, modes and needed forces count; velocities are those of a moving belt.
+        """
+        assert isinstance(self._carrier, QuasistaticCarrier)
+        recorder = self._carrier.recorder(finite_number("d", d))
+        max_events = whole_number("max_events", max_events)
+        status = recorder.run(math.inf, max_events, until_stick=True)
+        return Trajectory(self.model, recorder.finish(), np.array(recorder.d), status)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters of the model by name, without ``V``."""
+        return {name: value for name, value in super().parameters.items() if name != "V"}
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Keyword arguments that make this map from its model."""
+        return {name: value for name, value in super().settings.items() if name != "device"}
+
+    def replace(self, **changes: Any) -> QuasistaticMap:
+        """Make the map of a changed model, with the same settings.
+
+        Raises
+        ------
+        ValueError
+            As `quasistatic_map`; for ``V``, which the limit does not have.
+        """
+        if "V" in changes:
+            raise ValueError(
+                f"V = {shown(changes['V'])}: the quasi-static map is the limit V -> 0."
+            )
+        return type(self)(_checked(self.model.replace(**changes)), **self.settings)
+
+    def slips(self, d: ArrayLike) -> QuasistaticSlips:
+        """Sizes of the slips that follow global stick phases.
+
+        Parameters
+        ----------
+        d : array_like of float, any shape
+            ``X_2 - X_1`` of the phases, units of f_s1 / k, inside ``domain``.
+
+        Returns
+        -------
+        QuasistaticSlips
+
+        Raises
+        ------
+        ValueError
+            Some ``d`` is NaN or outside the locus of eq. (6a).
+
+        Examples
+        --------
+        >>> import stickslip as ss
+        >>> f = ss.quasistatic_map(ss.examples.coulomb())
+        >>> f.slips(0.5).displacement.round(12).tolist()
+        [0.0, 0.921818181818]
+        """
+        points = self.model.admit(d)
+        carrier = self._carrier
+        assert isinstance(carrier, QuasistaticCarrier)
+        first, last = carrier.last_forces(points.ravel())
+        total, spread = (first - last).sum(-1), np.diff(first - last)[:, 0]
+        change = spread / (1.0 + 2.0 * self.model.alpha)
+        back = np.stack((0.5 * (total - change), 0.5 * (total + change)), axis=-1)
+        value = np.diff(last)[:, 0] / (1.0 + 2.0 * self.model.alpha)
+        wait = np.minimum(1.0 - last[:, 0], self.model.beta - last[:, 1])
+        shape = points.shape
+        return QuasistaticSlips(
+            d=points,
+            value=value.reshape(shape),
+            displacement=back.reshape(*shape, 2),
+            moment=total.reshape(shape),
+            wait=wait.reshape(shape),
+        )
+
+    def __repr__(self) -> str:
+        """One line."""
+        return f"QuasistaticMap({self.model!r}, V -> 0, engine={self._carrier.name!r})"
+
+
+def quasistatic_map(
+    model: TwoBlock,
+    *,
+    rtol: float = 1e-15,
+    max_events: int = 10_000,
+    engine: EngineName = "auto",
+    threads: int | None = None,
+) -> QuasistaticMap:
+    """Make the event map of two blocks in the limit V -> 0, exactly.
+
+    Parameters
+    ----------
+    model : TwoBlock
+        Undamped; its ``V`` does not matter.
+    rtol, max_events, engine, threads
+        As in `event_map`.
+
+    Returns
+    -------
+    QuasistaticMap
+        A map of d like any event map: all analysis takes it.
+
+    Raises
+    ------
+    ValueError
+        Not two undamped blocks; a law with F(0) = 1, under which no block ever starts to slip
+        unless the belt moves; a setting that is not allowed.
+
+    Notes
+    -----
+    Derivation: docs/theory/quasistatic.md.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> f = ss.quasistatic_map(ss.examples.coulomb())
+    >>> round(f(0.5), 12)
+    -0.421818181818
+    """
+    model = _checked(model)
+    return QuasistaticMap(model, rtol=rtol, max_events=max_events, engine=engine, threads=threads)
+
+
+def _checked(model: object) -> TwoBlock:
+    """Return a model that has a quasi-static limit, or refuse it with the reason."""
+    model = two_blocks(model, why="The quasi-static map is that of two blocks.")
+    if model.damping != 0.0:
+        raise ValueError(
+            f"damping = {model.damping!r} is not allowed: the quasi-static map is that of "
+            "undamped blocks. Take model.replace(damping=0)."
+        )
+    for block, law in enumerate(model.laws, start=1):
+        at_rest = float(law.force(0.0))
+        if not at_rest < 1.0:
+            raise ValueError(
+                f"F(0) = {at_rest!r} of block {block}: the quasi-static limit needs F(0) < 1. "
+                "With F(0) = 1 a block at its static limit stays in balance with kinetic "
+                "friction; its slip begins only as the belt moves on, ever later as V -> 0."
+            )
+    return model
+
+
+def _values_of(f: QuasistaticMap) -> dict[str, Any]:
+    settings = {name: value for name, value in f.settings.items() if name != "threads"}
+    return {"model": model_values(f.model), "settings": settings}
+
+
+def _map_of(values: dict[str, Any]) -> QuasistaticMap:
+    return QuasistaticMap(_checked(model_of_values(values["model"])), **values["settings"])
+
+
+register_map("quasi-static map", QuasistaticMap, _values_of, _map_of)
