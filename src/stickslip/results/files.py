@@ -108,6 +108,14 @@ def register_part(
     _parts[kind] = _Kind(cls, describe, rebuild)
 
 
+_documents: dict[str, Callable[[dict[str, Any]], Any]] = {}  # of other programs, by schema
+
+
+def register_document(schema: str, rebuild: Callable[[dict[str, Any]], Any]) -> None:
+    """Tell how a result is made again that is written in a format of its own."""
+    _documents[schema] = rebuild
+
+
 def save(result: Any, path: str | os.PathLike[str]) -> None:
     """Write a result to a file.
 
@@ -181,6 +189,8 @@ def load(path: str | os.PathLike[str], system: Any = None) -> Any:
     path = checked_path(path)
     document = _document(path)
     try:
+        if rebuild := _documents.get(document.get("schema", "")):
+            return _rebuilt(rebuild, document)
         result = _Reader(system).value(document["result"], "result")
         if SUM in document and document[SUM] != _checksum(document):
             raise _DamagedError(f"its content does not fit its {SUM}, so it was changed.")
@@ -189,6 +199,13 @@ def load(path: str | os.PathLike[str], system: Any = None) -> Any:
         raise ValueError(f"{path} is damaged: {reason}") from reason
     except RecursionError:
         raise ValueError(f"{path} is damaged: it is nested too deeply.") from None
+
+
+def _rebuilt(rebuild: Callable[[dict[str, Any]], Any], document: dict[str, Any]) -> Any:
+    try:
+        return rebuild(document)
+    except Exception as reason:
+        raise _DamagedError(f"{reason}"[:LONGEST]) from reason
 
 
 class _DamagedError(Exception):
@@ -207,6 +224,11 @@ def _document(path: Path) -> dict[str, Any]:
         document = json.loads(text, parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as reason:
         raise ValueError(f"{path} is not a {FORMAT}: {reason}") from reason
+    if isinstance(document, dict) and isinstance(schema := document.get("schema"), str):
+        if schema not in _documents:
+            import_public()
+        if schema in _documents:
+            return document
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise ValueError(f"{path} is not a {FORMAT}, but some other JSON file.")
     version = document.get("version")
@@ -466,10 +488,13 @@ def _meaning(module: str, name: str) -> Any:
         if not isinstance(node, ast.If) or ast.unparse(node.test) != "TYPE_CHECKING":
             continue
         for line in node.body:
-            if isinstance(line, ast.ImportFrom):
+            if isinstance(line, ast.Import | ast.ImportFrom):
                 for item in line.names:
-                    if name == (item.asname or item.name):
-                        return _meaning(str(line.module), item.name)
+                    if name != (item.asname or item.name):
+                        continue
+                    if isinstance(line, ast.Import):
+                        return importlib.import_module(item.name)
+                    return _meaning(str(line.module), item.name)
             elif isinstance(line, ast.Assign) and ast.unparse(line.targets[0]) == name:
                 return eval(ast.unparse(line.value), vars(loaded), _TypeChecked(module))
     return None
@@ -484,6 +509,8 @@ def _fits(value: Any, hint: Any) -> bool:
         return any(_fits(value, each) for each in inner)
     if origin is Literal:
         return value in inner
+    if origin is Callable:
+        return callable(value)
     if origin is np.ndarray:
         kind = np.dtype(get_args(inner[1])[0]).kind
         return isinstance(value, np.ndarray) and value.dtype.kind == kind

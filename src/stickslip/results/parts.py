@@ -106,5 +106,9 @@ def equal_results(a: Any, b: Any) -> Any:
 def hash_of_result(a: Any) -> int:
     """``__hash__`` that goes with it: of the numbers and texts among the fields."""
     values = (getattr(a, item.name) for item in dataclasses.fields(a) if item.compare)
-    plain = (value for value in values if isinstance(value, bool | int | float | str))
+    plain = (
+        value.item() if isinstance(value, np.generic) else value
+        for value in values
+        if isinstance(value, bool | int | float | str | np.generic)
+    )
     return hash((type(a), *(0 if value != value else value for value in plain)))

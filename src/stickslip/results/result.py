@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
+LARGEST: Final = 2**31 - 1  # whole number of a NetCDF file
 SUFFIXES: Final = ("", ".json", ".csv", ".nc")
 
 
@@ -215,11 +216,17 @@ class ResultList(Result, Sequence[Item]):
 
 
 def _for_netcdf(dataset: xr.Dataset) -> xr.Dataset:
-    """Write as text what NetCDF has no type for: objects, and whole numbers of 64 bits."""
+    """Write as text what NetCDF has no type for: objects, and whole numbers above 32 bits."""
     plain = dataset.copy()
     for name, variable in dataset.variables.items():
-        if variable.dtype.kind == "O" or variable.dtype == np.uint64:
+        if variable.dtype.kind == "O" or _is_large(variable.values):
             texts = [str(flat(cell, repr)) for cell in variable.values.ravel().tolist()]
             values = np.array(texts, dtype=np.str_).reshape(variable.shape)
             plain[name] = (variable.dims, values)
-    return plain
+    attributes = {name: str(one) if _is_large(one) else one for name, one in plain.attrs.items()}
+    return plain.assign_attrs(attributes)
+
+
+def _is_large(values: Any) -> bool:
+    array = np.asarray(values)
+    return array.dtype.kind in "iu" and bool((array > LARGEST).any() or (array < -LARGEST).any())
