@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from stickslip.plot.event_map import trace
+from stickslip.plot.maps import trace
 
 
 @dataclass

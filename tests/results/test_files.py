@@ -11,10 +11,10 @@ import pytest
 from stickslip import examples as models
 from stickslip.analysis import examples
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
-from stickslip.analysis.branches.along.borders import Border
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.branches.branches import breakpoints
 from stickslip.analysis.continuation.continuation import continue_orbit
-from stickslip.analysis.maps.window import WindowMap
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.eventmap.of_model import event_map
@@ -55,7 +55,7 @@ def path(tmp_path):
         np.array([True, False]),
         np.array([1, -1]),
         np.array(["periodic", "chaotic"]),
-        Border(2**64 - 1, None, 0.1, "jump", 1e-300),
+        TrackedDiscontinuity(2**64 - 1, None, 0.1, "jump", 1e-300),
     ],
     ids=repr,
 )
@@ -200,8 +200,8 @@ def test_files_of_the_first_version_are_refused_with_what_to_do(path):
     "result",
     [
         {"is": "NoSuchType"},
-        {"is": "Border", "x": 1.0},
-        {"is": "Border", "left": 1},
+        {"is": "TrackedDiscontinuity", "x": 1.0},
+        {"is": "TrackedDiscontinuity", "left": 1},
         {"is": "array", "dtype": "float64", "shape": [3], "of": [1.0]},
         {"is": "array", "dtype": "float64", "shape": [1], "of": ["one"]},
         {"is": "array", "dtype": "uint64", "shape": [1], "of": [10**30]},
@@ -252,7 +252,7 @@ def deep(levels):
     [
         ({"is": ["list"]}, "result"),
         ({"is": "k" * 100_000}, "result"),
-        ({"is": "Border", "k" * 100_000: 1}, "result"),
+        ({"is": "TrackedDiscontinuity", "k" * 100_000: 1}, "result"),
         ({"is": "part", "kind": "model", "description": 5}, "result"),
         ({"is": "map", "text": "f", "kind": "event map", "description": [1]}, "result"),
         ({"is": "dict", "of": [[1]]}, "result"),

@@ -60,7 +60,7 @@ def _event_map(request: requests.EventMap) -> list[str]:
     window = window_of(map_of(request), request)
     power = f".power({request.power})" if request.power > 1 else ""
     lines = [
-        "from stickslip.plot.event_map import event_map",
+        "from stickslip.plot.maps import event_map",
         "from stickslip.plot.orbits import draw_orbits",
         "f = ss.event_map(model)",
         f"g = f{power}",
@@ -114,10 +114,10 @@ def _diagram(request: requests.Diagram) -> list[str]:
 TEXTS: Final[dict[type[requests.Request], Any]] = {
     requests.EventMap: _event_map,
     requests.Cobweb: lambda r: [
-        "from stickslip.plot.cobweb import draw_cobweb",
+        "from stickslip.plot.maps import cobweb",
         "f = ss.event_map(model)",
         f"orbit = f.iterate({r.d!r}, {r.n})",
-        f"ax = draw_cobweb(f, {r.d!r}, steps={r.n})",
+        f"ax = cobweb(f, {r.d!r}, steps={r.n})",
     ],
     requests.Motion: lambda r: [
         _simulated(r),
@@ -131,18 +131,18 @@ TEXTS: Final[dict[type[requests.Request], Any]] = {
         f"ax = phase_portrait(motion, {r.block})",
     ],
     requests.Plane: lambda r: [
-        "from stickslip.plot.stick_locus import trajectory_in_plane",
+        "from stickslip.plot.locus import trajectory_in_plane",
         _simulated(r),
         "ax = trajectory_in_plane(motion)",
     ],
     requests.Mechanism: lambda r: [
-        "from stickslip.plot.mechanism import mechanism",
+        "from stickslip.plot.breaks import mechanism",
         _simulated(r),
         "ax = mechanism(model, x=motion.x(0.0))",
     ],
     requests.Cycle: _cycle,
     requests.Locus: lambda _: [
-        "from stickslip.plot.stick_locus import stick_locus",
+        "from stickslip.plot.locus import stick_locus",
         "ax = stick_locus(model)",
     ],
     requests.Law: lambda r: [

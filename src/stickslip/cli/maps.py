@@ -122,7 +122,7 @@ def _plot_map(
     marked: bool,
 ) -> Axes:
     """Draw the map over the window; points that were asked for one by one are marked."""
-    from stickslip.plot.event_map import event_map
+    from stickslip.plot.maps import event_map
 
     event_map(f, ax, window=window)
     if marked:
@@ -204,7 +204,7 @@ def orbits(
 
 def _plot_orbits(f: EventMap, found: OrbitList, ax: Axes) -> Axes:
     """Draw the orbits' points on the map."""
-    from stickslip.plot.event_map import event_map
+    from stickslip.plot.maps import event_map
 
     return found.plot(event_map(f, ax))
 

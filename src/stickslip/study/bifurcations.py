@@ -11,7 +11,7 @@ from stickslip.analysis.bifurcations.curves.breakpoint_curves import (
 from stickslip.analysis.bifurcations.curves.curves import (
     continue_bifurcation as _continue_bifurcation,
 )
-from stickslip.analysis.branches.along.borders import Border
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.continuation.continuation import continue_orbit as _continue_orbit
 from stickslip.analysis.continuation.continuation_nd import continue_orbit as _continue_orbit_nd
@@ -147,7 +147,10 @@ def continue_bifurcation(
 
 
 def continue_breakpoint(
-    breakpoint_: Breakpoint | Border, system: System, name: str, range: tuple[float, float]
+    breakpoint_: Breakpoint | TrackedDiscontinuity,
+    system: System,
+    name: str,
+    range: tuple[float, float],
 ) -> BreakpointCurve:
     """Follow a breakpoint along a parameter, both ways: the paper's discontinuity line D.
 
@@ -173,5 +176,5 @@ def continue_breakpoint(
         system's own value; no breakpoint of this system.
     """
     known = "a breakpoint, such as ss.breakpoints(system)[0]"
-    instance("breakpoint_", breakpoint_, (Breakpoint, Border), known)
+    instance("breakpoint_", breakpoint_, (Breakpoint, TrackedDiscontinuity), known)
     return _continue_breakpoint(breakpoint_, line_family(system), name, range)

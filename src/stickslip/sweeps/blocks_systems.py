@@ -40,10 +40,10 @@ class MotionSystem(System):
         self.model = model
         what = "a forced model" if model.structure.is_forced else "a single block"
         why = f"{what} has no event map; 'limit_cycles' and functions of one's own are for it"
-        self.lacks: Mapping[str, str] = dict.fromkeys(("orbits", "events", "line", "d0"), why)
+        self.lacks: Mapping[str, str] = dict.fromkeys(("orbits", "events", "line", "d"), why)
 
     def identity(self) -> dict[str, Any]:
-        """Describe it."""
+        """Describe the model in values that JSON can hold."""
         structure = self.model.structure
         arrays = (structure.mass, structure.stiffness, structure.damping, structure.static)
         return {
@@ -58,7 +58,7 @@ class MotionSystem(System):
         return self.model.replace(**values)
 
     def map_at(self, values: Mapping[str, float]) -> Any:
-        """Make what functions of the user's own are given: the model."""
+        """Return the model, which functions of the user's own take in place of a map."""
         return self.model_at(values)
 
     def starts(self, points: Points, n_starts: int) -> Floats:
@@ -67,17 +67,17 @@ class MotionSystem(System):
 
 
 class BlocksSystem(MotionSystem):
-    """Two blocks or more, free: an orbit is one of vectors of differences."""
+    """Two blocks or more without forcing: points of an orbit are vectors of differences."""
 
     def __init__(self, f: BlocksEventMap) -> None:
         self.model, self.settings = f.model, {**f.settings, "threads": 1}
         self.lacks = {}
         if f.dimension > 1:
             why = f"points of the event map of {f.model.n_blocks} blocks are not numbers"
-            self.lacks = {"line": why, "d0": why}
+            self.lacks = {"line": why, "d": why}
 
     def identity(self) -> dict[str, Any]:
-        """Describe it."""
+        """Describe the model in values that JSON can hold."""
         settings = {name: str(value) for name, value in self.settings.items() if name != "threads"}
         return {**super().identity(), "engine": settings}
 
@@ -92,8 +92,8 @@ class BlocksSystem(MotionSystem):
         for point, values in enumerate(points.values()):
             model = self.model_at(values)
             starts[point] = np.diff(model.structure.sticking(shares[point]), axis=-1)
-            if n_starts == 1 and points.d0 is not None:
-                starts[point] = points.d0[point]
+            if n_starts == 1 and points.d is not None:
+                starts[point] = points.d[point]
             starts[point, ~model.contains(starts[point])] = np.nan
         return starts
 

@@ -122,13 +122,13 @@ class System:
     """A system with named parameters; columns hold a value of each varied one for a grid point."""
 
     # `lacks` maps what observables may ask for in vain to the reason: "orbits" of a map, "events"
-    # in its steps, "line" (points are numbers), "model" (a motion in time), "d0" (a number to start
+    # in its steps, "line" (points are numbers), "model" (a motion in time), "d" (a number to start
     # from). What only some systems have is not defined here.
 
     lacks: Mapping[str, str] = MappingProxyType({})
 
     def identity(self) -> dict[str, Any]:
-        """Describe it in values that JSON can hold."""
+        """Describe the system in values that JSON can hold."""
         raise NotImplementedError
 
     def check(self, values: Mapping[str, float]) -> None:
@@ -158,10 +158,10 @@ class System:
 
     def starts(self, points: Points, n_starts: int) -> Floats:
         """Return starting points (grid points, n_starts, ...), NaN where the map has none there."""
-        # Of maps of the line. A single one is ``d0``, where that is given; the others are drawn.
+        # Of maps of the line. A single one is ``d``, where that is given; the others are drawn.
         low, high = self.domains(points.columns, points.size)
-        if n_starts == 1 and points.d0 is not None:
-            starts = points.d0[:, None]
+        if n_starts == 1 and points.d is not None:
+            starts = points.d[:, None]
         else:
             starts = spread_starts(points.seed, points.index, n_starts, low, high)
         admitted = np.full(starts.shape, np.nan)

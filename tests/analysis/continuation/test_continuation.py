@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from stickslip import examples as models
 from stickslip.analysis import examples
 from stickslip.analysis.continuation.continuation import continue_orbit
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
-from stickslip.analysis.maps.window import WindowMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.friction import Coulomb

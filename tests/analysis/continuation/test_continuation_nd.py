@@ -7,7 +7,7 @@ import pytest
 
 from stickslip.analysis.continuation.continuation_nd import continue_orbit
 from stickslip.analysis.examples_nd import SmoothMap, delayed_logistic, henon, kinked
-from stickslip.analysis.orbits.search_nd import periodic_orbits
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.results.files import load, save
 
 EXACT = 1e-11

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, TypeVar, get_args
 
 import numpy as np
 
@@ -13,11 +14,15 @@ from stickslip.results.parts import part
 from stickslip.results.result import Result, ResultList
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.bifurcations.outcome import Outcome
     from stickslip.analysis.continuation.orbit_branch import OrbitBranch
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
+
+T = TypeVar("T")
 
 BifurcationKind: TypeAlias = Literal[
     "fold",
@@ -376,3 +381,19 @@ def _outcome(outcome: Outcome | None) -> str | None:
         return None
     text = f"orbits: {outcome.orbits}; attractors: {outcome.attractors}"
     return f"{text} ({outcome.text})" if outcome.text else text
+
+
+def attempted(
+    part: Callable[[], T], what: str, lo: float, hi: float, unresolved: list[UnresolvedChange]
+) -> T | None:
+    """Return what a part of a search finds between two values; None, noted, if it fails.
+
+    A fault of the program costs its own part alone, and is logged.
+    """
+    try:
+        return part()
+    except Exception as error:
+        logging.getLogger(__name__).exception("a fault of the program in %s", what)
+        reason = f"a fault of the program left out {what} ({type(error).__name__}, logged)"
+        unresolved.append(UnresolvedChange(reason, lo, hi))
+        return None

@@ -10,6 +10,7 @@ from stickslip.analysis.branches.table import RESOLUTION, branch_table
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import explanation
 from stickslip.results.result import ResultList
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.breakpoints import Kind
@@ -72,6 +73,7 @@ def _row(item: Breakpoint) -> str:
     return f"{values}{slopes}  {item.kind:6s}  {item.mechanism}".rstrip()
 
 
+@suggests
 def branches(f: Map1D | Modelled[Map1D], resolution: float = RESOLUTION) -> BranchTable:
     """Find the branches, breakpoints, gaps and laps of a map.
 
@@ -103,6 +105,7 @@ def branches(f: Map1D | Modelled[Map1D], resolution: float = RESOLUTION) -> Bran
     return table if explained is table.breakpoints else replace(table, breakpoints=explained)
 
 
+@suggests
 def breakpoints(f: Map1D | Modelled[Map1D], resolution: float = RESOLUTION) -> BreakpointList:
     """Find where the branches of a map end, to adjacent floats, and why.
 

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.orbits.newton import itinerary_of, solve_orbit
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
-from stickslip.analysis.orbits.shooting import itinerary_of, solve_orbit
 from stickslip.numerics.branch import AlongParameter
 from stickslip.results.parts import part
 from stickslip.results.result import Result
 from stickslip.results.table import numbered
 
 if TYPE_CHECKING:
-    from stickslip.analysis.branches.along.borders import Border
+    from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
     from stickslip.analysis.maps.protocol import Floats, Labels, MapFamily
 
 EndReason: TypeAlias = Literal[
@@ -58,7 +58,7 @@ class BranchEnd:
         The orbit there, a one-sided limit at a breakpoint.
     multiplier : float
         Likewise one-sided.
-    border : Border or None
+    border : TrackedDiscontinuity or None
         The break that was met; None at the end of the domain.
     index : int or None
         Which of `points` lies on the break or the end of the domain.
@@ -70,7 +70,7 @@ class BranchEnd:
     value: float
     points: Floats
     multiplier: float
-    border: Border | None = None
+    border: TrackedDiscontinuity | None = None
     index: int | None = None
     side: int = 0
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.orbits.newton_nd import solve_orbits
 from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, make_orbit, multipliers_text
-from stickslip.analysis.orbits.shooting_nd import solve_orbits
 from stickslip.numerics.branch import AlongParameter
 from stickslip.results.parts import part
 from stickslip.results.result import Result

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from stickslip.analysis.branches.along.break_lines import BreakLine
+from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
 from stickslip.checks import whole_number
 from stickslip.extras import require_extra
 from stickslip.results.parts import part
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stickslip.analysis.diagrams.assemble import StrandEnd
+    from stickslip.analysis.diagrams.assemble import OrbitCurveEnd
     from stickslip.analysis.maps.protocol import Floats
 
 SHOWN: Final = 40  # orbits in a diagram's table
@@ -41,14 +41,14 @@ class OrbitCurve:
         In the map's order, each column following one point; NaN at values without the orbit.
     multipliers : ndarray of float, shape (n,)
         NaN at values without the orbit.
-    ends : tuple of StrandEnd
+    ends : tuple of OrbitCurveEnd
         Where the orbit begins and ends, located between the values, and why.
     """
 
     period: int
     points: Floats
     multipliers: Floats
-    ends: tuple[StrandEnd, StrandEnd]
+    ends: tuple[OrbitCurveEnd, OrbitCurveEnd]
 
     @property
     def stable(self) -> NDArray[np.bool_]:
@@ -110,7 +110,7 @@ class Diagram(Result):
         By period, then by lowest value and place.
     attractors : AttractorTable
         Stable orbits among `orbits` included.
-    breakpoints : tuple of BreakLine
+    breakpoints : tuple of BreakpointLine
         Jumps, corners and edges of gaps.
     unresolved : tuple of str
         What could not be settled, a sentence each.
@@ -123,7 +123,7 @@ class Diagram(Result):
     parameters: dict[str, float]
     orbits: tuple[OrbitCurve, ...]
     attractors: AttractorTable
-    breakpoints: tuple[BreakLine, ...]
+    breakpoints: tuple[BreakpointLine, ...]
     unresolved: tuple[str, ...] = ()
     _plot: ClassVar = "diagram.draw_diagram"
 

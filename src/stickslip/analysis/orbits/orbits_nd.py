@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
+from stickslip.analysis.orbits.newton_nd import monodromy
 from stickslip.analysis.orbits.orbit import AnyOrbit, OrbitSequence
-from stickslip.analysis.orbits.shooting_nd import monodromy
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:

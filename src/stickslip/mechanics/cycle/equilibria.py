@@ -13,6 +13,7 @@ from stickslip.mechanics.cycle.neutral import NeutralFamily, neutral_family
 from stickslip.mechanics.cycle.sliding import Model, modes, steady_displacements
 from stickslip.mechanics.model.arguments import checked_model
 from stickslip.results.result import Result
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -76,6 +77,7 @@ class Equilibrium(Result):
         return {"growth_rate": self.eigenvalues.real, "frequency": self.eigenvalues.imag}
 
 
+@suggests
 def equilibria(
     model: Model, *, speeds: tuple[float, float] = (1e-4, 1e2)
 ) -> tuple[Equilibrium, ...]:

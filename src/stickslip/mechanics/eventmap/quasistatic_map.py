@@ -18,6 +18,7 @@ from stickslip.mechanics.model.values import model_of_values, model_values
 from stickslip.results.files import register_map
 from stickslip.results.result import Result
 from stickslip.results.table import numbered
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -155,6 +156,7 @@ class QuasistaticMap(EventMap):
         return f"QuasistaticMap({self.model!r}, V -> 0, engine={self._carrier.name!r})"
 
 
+@suggests
 def quasistatic_map(
     model: TwoBlock,
     *,

@@ -26,6 +26,7 @@ from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.results.parts import part
 from stickslip.results.result import Result
 from stickslip.results.table import Table
+from stickslip.vocabulary import suggests
 
 Floats = NDArray[np.float64]
 Model = TwoBlock | BeltModel
@@ -342,6 +343,7 @@ class Trajectory(Result):
         return 0.5 * t[:, None] * np.einsum("ijk,j->ik", inside, weights)
 
 
+@suggests
 def simulate(
     model: Model,
     x: ArrayLike | None = None,

@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.checks import finite_number, one_of, real_numbers
 from stickslip.results.parts import part
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -20,6 +21,7 @@ Quantity = Literal[
 
 
 @part
+@suggests
 @dataclass(frozen=True)
 class Units:
     """Scales that make the two-block system dimensionless.

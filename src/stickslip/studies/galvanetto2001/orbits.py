@@ -11,7 +11,7 @@ import numpy as np
 from stickslip import examples
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.branches.branches import breakpoints
-from stickslip.analysis.maps.window import WindowMap
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.of_model import event_map
 

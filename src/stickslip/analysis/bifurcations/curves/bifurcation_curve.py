@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
-from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.checks import finite_number
 from stickslip.results.parts import part
 from stickslip.results.result import Result
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
-    from stickslip.analysis.branches.along.borders import Border, BorderReading
+    from stickslip.analysis.branches.along.tracked import CriticalReading, TrackedDiscontinuity
     from stickslip.analysis.maps.protocol import Floats
 
 SHOWN: Final = 24  # points of a curve in its repr
@@ -250,7 +250,7 @@ class BreakpointCurve(Result):
         ``jump``, ``corner``, ``smooth`` or ``edge``.
     end_reasons : tuple of str
         Why the curve ends at its lowest and highest value.
-    borders : tuple of Border, length n
+    borders : tuple of TrackedDiscontinuity, length n
     system : map family
     """
 
@@ -263,11 +263,11 @@ class BreakpointCurve(Result):
     right_slope: Floats
     kinds: tuple[str, ...]
     end_reasons: tuple[str, str]
-    borders: tuple[Border, ...]
+    borders: tuple[TrackedDiscontinuity, ...]
     system: Any = None
     _plot: ClassVar = "bifurcations.draw_breakpoint_curve"
 
-    def at(self, **where: float) -> BorderReading:
+    def at(self, **where: float) -> CriticalReading:
         """Find the breakpoint at one value of the parameter: ``curve.at(V=0.037)``.
 
         Raises

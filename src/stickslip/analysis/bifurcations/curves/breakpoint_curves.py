@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.bifurcations.curves.bifurcation_curve import BreakpointCurve
-from stickslip.analysis.branches.along.borders import Border, ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.maps.arguments import checked_parameter
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.checks import checked_interval
 
 if TYPE_CHECKING:
-    from stickslip.analysis.branches.along.borders import BorderReading
+    from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.maps.protocol import MapFamily
 
@@ -28,13 +28,16 @@ JUMPED: Final = 0.1  # of a step's own way, likewise: no break bends so much in 
 
 
 def continue_breakpoint(
-    breakpoint_: Breakpoint | Border, system: MapFamily, name: str, range: tuple[float, float]
+    breakpoint_: Breakpoint | TrackedDiscontinuity,
+    system: MapFamily,
+    name: str,
+    range: tuple[float, float],
 ) -> BreakpointCurve:
     """Follow a breakpoint of a map along one parameter, both ways from where it is known.
 
     Parameters
     ----------
-    breakpoint_ : Breakpoint or Border
+    breakpoint_ : Breakpoint or TrackedDiscontinuity
         Of ``system`` at its own value of the parameter.
     system : MapFamily
     name : str
@@ -63,7 +66,11 @@ def continue_breakpoint(
     0.625
     """
     low, high, start = _checked(system, name, range)
-    border = breakpoint_ if isinstance(breakpoint_, Border) else Border.of(breakpoint_)
+    border = (
+        breakpoint_
+        if isinstance(breakpoint_, TrackedDiscontinuity)
+        else TrackedDiscontinuity.of(breakpoint_)
+    )
     try:
         here = border.at(system)
     except ConditionLost as lost:
@@ -83,7 +90,7 @@ def continue_breakpoint(
         right_slope=np.array([r.right_slope for r in readings]),
         kinds=tuple(r.kind for r in readings),
         end_reasons=(first_reason, last_reason),
-        borders=tuple(r.critical for r in readings if isinstance(r.critical, Border)),
+        borders=tuple(r.critical for r in readings if isinstance(r.critical, TrackedDiscontinuity)),
         system=system,
     )
 
@@ -109,8 +116,8 @@ class _Walk:
         self.system, self.name, self.width = system, name, width
 
     def go(
-        self, start: float, here: BorderReading, end: float
-    ) -> tuple[list[tuple[float, BorderReading]], str]:
+        self, start: float, here: CriticalReading, end: float
+    ) -> tuple[list[tuple[float, CriticalReading]], str]:
         """Return values and readings up to an end, without the start, and why they stop."""
         rows = [(start, here)]
         step = FIRST * self.width
@@ -135,15 +142,15 @@ class _Walk:
                 step = min(2 * step, LARGEST * self.width)
         return rows[1:], "end of range"
 
-    def _read(self, last: BorderReading, value: float) -> BorderReading:
+    def _read(self, last: CriticalReading, value: float) -> CriticalReading:
         try:
             f = self.system.replace(**{self.name: value})
         except ValueError as reason:
             raise ConditionLost(str(reason)) from reason
         found = last.critical.at(f)
         old, new = last.critical, found.critical
-        assert isinstance(old, Border)
-        assert isinstance(new, Border)
+        assert isinstance(old, TrackedDiscontinuity)
+        assert isinstance(new, TrackedDiscontinuity)
         relabelled = (old.left_label, old.right_label) != (new.left_label, new.right_label)
         steps = np.abs([found.left - last.left, found.right - last.right])
         # Where a branch is continued by another one smoothly, only the label changes.
@@ -152,7 +159,7 @@ class _Walk:
         return found
 
     def _miss(
-        self, rows: list[tuple[float, BorderReading]], new: float, reading: BorderReading
+        self, rows: list[tuple[float, CriticalReading]], new: float, reading: CriticalReading
     ) -> tuple[float, float]:
         """Return how far a breakpoint is from where a line foretold it, and how far it may be."""
         (value, last) = rows[-1]
