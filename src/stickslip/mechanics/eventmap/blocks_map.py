@@ -192,6 +192,7 @@ class BlocksEventMap:
             label=outputs.label.reshape(shape)[()],
             margin=outputs.margin.reshape(shape)[()],
             status=outputs.status.reshape(shape)[()],
+            d=points,
         )
 
     def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
