@@ -42,10 +42,10 @@ from .mechanics.model.units import Units as Units
 from .proofs.certify import certify as certify
 from .proofs.certify import certify_orbits as certify_orbits
 from .proofs.certify import enclose as enclose
+from .results.files import load as load
 from .study.bifurcations import continue_bifurcation as continue_bifurcation
 from .study.bifurcations import continue_breakpoint as continue_breakpoint
 from .study.bifurcations import continue_orbit as continue_orbit
-from .study.storage import load as load
 from .sweeps import observables as observables
 from .sweeps.axis import axis as axis
 from .sweeps.sweep import open_sweep as open_sweep

@@ -47,6 +47,16 @@ def draw_branch(branch: Any, ax: Axes | None = None, **style: Any) -> Axes:
     return ax
 
 
+def draw_branch_nd(branch: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Draw first coordinates along a branch of a map of R^n: dashed where it is unstable."""
+    ax = axes_or_new(ax)
+    for wanted, look in ((True, "-"), (False, "--")):
+        shown = np.where((branch.stable == wanted)[:, np.newaxis], branch.points[:, :, 0], np.nan)
+        ax.plot(branch.values, shown, **{"ls": look, "color": PALETTE["blue"], **style})
+    _name_axes(ax, branch.parameter, "$d_1$")
+    return ax
+
+
 def draw_stretches(
     ax: Axes,
     values: NDArray[np.float64],
@@ -108,6 +118,15 @@ def draw_curve(curve: Any, ax: Axes | None = None, *, names: bool = True, **styl
         if names:
             ax.annotate(item.kind, where, (5, 4), textcoords="offset points", fontsize=7.0)
     _name_axes(ax, curve.along, parameter_label(curve.solve_for))
+    return ax
+
+
+def draw_curve_point(point: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Mark a point of a bifurcation curve in the plane of its parameters; as `draw_curve`."""
+    ax = axes_or_new(ax)
+    (x, y), names = point.parameters.values(), list(point.parameters)
+    ax.plot(x, y, **{"marker": "o", **style})
+    _name_axes(ax, names[0], parameter_label(names[1]))
     return ax
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip.plot.motion import plot_trajectory
 from stickslip.plot.style import PALETTE, axes_or_new
 from stickslip.vocabulary import symbol
 
@@ -37,6 +38,11 @@ def plot_cycle_branch(branch: Any, ax: Axes | None = None) -> Axes:
     return ax
 
 
+def plot_cycle(cycle: Any, ax: Axes | None = None) -> Axes:
+    """Draw displacements over one period of a cycle; as `plot_trajectory`."""
+    return plot_trajectory(cycle.trajectory, ax)
+
+
 def plot_cycles(cycles: Iterable[Any], ax: Axes | None = None) -> Axes:
     """Draw limit cycles in the phase plane, a colour each: solid if they attract, else dashed."""
     ax = axes_or_new(ax)
@@ -48,6 +54,25 @@ def plot_cycles(cycles: Iterable[Any], ax: Axes | None = None) -> Axes:
             look = "-" if cycle.stable else "--"
             ax.plot(x[:, block], v[:, block], look, color=color, label=label)
     ax.set(xlabel=symbol("x"), ylabel=symbol("v"))
+    return ax
+
+
+def plot_trapping_ball(ball: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Draw by how much each return shrinks balls of smaller radius; as `plot_cycles`."""
+    ax = axes_or_new(ax)
+    radii = np.linspace(0.0, 1.2 * ball.radius, 2)
+    ax.plot(radii, ball.rate + ball.curvature * radii, **{"color": PALETTE["blue"], **style})
+    ax.plot(ball.radius, ball.contraction, "o", color=PALETTE["blue"])
+    ax.axhline(1.0, color=PALETTE["grey"], lw=0.5)
+    ax.set(xlabel="radius", ylabel="contraction")
+    return ax
+
+
+def plot_gap(gap: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Draw a gap of the event map as an interval of d; as `plot_return_region`."""
+    ax = axes_or_new(ax)
+    ax.plot(gap.d, (gap.value, gap.value), **{"color": PALETTE["vermillion"], "lw": 3.0, **style})
+    ax.set(xlabel="$d$", ylabel="parameter")
     return ax
 
 

@@ -8,7 +8,7 @@ import pytest
 from stickslip.analysis.continuation.continuation_nd import continue_orbit
 from stickslip.analysis.examples_nd import SmoothMap, delayed_logistic, henon, kinked
 from stickslip.analysis.orbits.periodic import periodic_orbits
-from stickslip.analysis.storage import load, save
+from stickslip.results.files import load, save
 
 EXACT = 1e-11
 

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 
 import numpy as np
 
 from stickslip.analysis.orbits.newton import itinerary_of, solve_orbit
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.numerics.branch import AlongParameter
+from stickslip.results.parts import part
+from stickslip.results.result import Result
+from stickslip.results.table import numbered
 
 if TYPE_CHECKING:
-    import os
-
-    from matplotlib.axes import Axes
-
     from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
     from stickslip.analysis.maps.protocol import Floats, Labels, MapFamily
 
@@ -39,6 +37,7 @@ APPROACHES: Final = 16  # steps towards an orbit that a straight line does not l
 SAME: Final = 1e-13  # of the points: orbits that coincide
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class BranchEnd:
     """Why a branch of orbits ends, and where.
@@ -76,6 +75,7 @@ class BranchEnd:
     side: int = 0
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class PassedBifurcation:
     """A fold or a flip on the way along a branch.
@@ -104,7 +104,7 @@ class PassedBifurcation:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OrbitBranch(AlongParameter):
+class OrbitBranch(AlongParameter, Result):
     """A periodic orbit of a map followed along a parameter, through folds.
 
     Attributes
@@ -137,6 +137,7 @@ class OrbitBranch(AlongParameter):
     ends: tuple[BranchEnd, BranchEnd]
     bifurcations: tuple[PassedBifurcation, ...] = ()
     f: MapFamily | None = None
+    _plot: ClassVar = "bifurcations.draw_branch"
 
     @property
     def stable(self) -> Any:
@@ -273,15 +274,14 @@ class OrbitBranch(AlongParameter):
             lines.append(f"{text}  {named.get(row, '')}".rstrip())
         return "\n".join(lines)
 
-    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Draw the branch over its parameter; see `stickslip.plot.bifurcations`."""
-        module = importlib.import_module("stickslip.plot.bifurcations")
-        axes: Axes = module.draw_branch(self, ax, **style)
-        return axes
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file that `stickslip.load` reads."""
-        importlib.import_module("stickslip.analysis.storage").save(self, path)
+    def _columns(self) -> dict[str, Any]:
+        return {
+            self.parameter: self.values,
+            "multiplier": self.multipliers,
+            "stable": self.stable,
+            "residual": self.residual,
+            **numbered("d", self.points),
+        }
 
 
 def _same(one: PeriodicOrbit, other: PeriodicOrbit) -> bool:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 
 import numpy as np
 
 from stickslip.analysis.orbits.newton_nd import solve_orbits
 from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, make_orbit, multipliers_text
 from stickslip.numerics.branch import AlongParameter
+from stickslip.results.parts import part
+from stickslip.results.result import Result
 
 if TYPE_CHECKING:
-    import os
-
     from numpy.typing import NDArray
 
     from stickslip.analysis.maps.protocol import Floats, Labels
@@ -34,6 +33,7 @@ KindND: TypeAlias = Literal["fold", "flip", "neimark_sacker"]
 SHOWN: Final = 8  # rows of a branch in its repr, besides ends and bifurcations
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class OrbitEndND:
     """Why a branch of orbits ends, and where.
@@ -68,6 +68,7 @@ class OrbitEndND:
     kind: Literal["jump", "corner", ""] = ""
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class PassedBifurcationND:
     """A bifurcation on the way along a branch.
@@ -99,7 +100,7 @@ class PassedBifurcationND:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OrbitBranchND(AlongParameter):
+class OrbitBranchND(AlongParameter, Result):
     """A periodic orbit of a map of R^n followed along a parameter, through folds.
 
     Attributes
@@ -129,6 +130,7 @@ class OrbitBranchND(AlongParameter):
     ends: tuple[OrbitEndND, OrbitEndND]
     bifurcations: tuple[PassedBifurcationND, ...] = ()
     f: FamilyND | None = None
+    _plot: ClassVar = "bifurcations.draw_branch_nd"
 
     @property
     def stable(self) -> NDArray[np.bool_]:
@@ -192,6 +194,11 @@ class OrbitBranchND(AlongParameter):
             lines.append(f"{text}  {named.get(row, '')}".rstrip())
         return "\n".join(lines)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file that `stickslip.load` reads."""
-        importlib.import_module("stickslip.analysis.storage").save(self, path)
+    def _columns(self) -> dict[str, Any]:
+        return {
+            self.parameter: self.values,
+            "multiplier": np.abs(self.multipliers).max(axis=1),
+            "stable": self.stable,
+            "residual": self.residual,
+            "points": list(self.points),
+        }

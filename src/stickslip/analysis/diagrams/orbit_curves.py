@@ -17,6 +17,7 @@ import numpy as np
 from stickslip.analysis.bifurcations.scan.events import orbit_at
 from stickslip.analysis.maps.protocol import domain_width, sample
 from stickslip.analysis.orbits.newton import solve_cyclic, turn_towards
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -189,6 +190,7 @@ def _is_the_orbit(
     return bool(np.abs(now - guess).max() <= ASTRAY * way + slack)
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class OrbitCurveEnd:
     """Where an orbit begins or ends.

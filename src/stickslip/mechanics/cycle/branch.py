@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
 from stickslip.numerics.branch import AlongParameter
+from stickslip.results.parts import part
+from stickslip.results.result import Result
 
 if TYPE_CHECKING:
-    import os
-
-    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.cycle import Cycle
@@ -44,6 +42,7 @@ CycleEndReason: TypeAlias = Literal[
 ]
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class CycleBifurcation:
     """A change on the way along a branch.
@@ -88,6 +87,7 @@ class CycleBifurcation:
         )
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class CycleEnd:
     """Why a branch of cycles ends, and where.
@@ -108,7 +108,7 @@ class CycleEnd:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CycleBranch(AlongParameter):
+class CycleBranch(AlongParameter, Result):
     """A limit cycle followed along a parameter, through folds and changes of modes.
 
     Attributes
@@ -132,6 +132,7 @@ class CycleBranch(AlongParameter):
     bifurcations: tuple[CycleBifurcation, ...]
     ends: tuple[CycleEnd, CycleEnd]
     model: Model = field(repr=False)
+    _plot: ClassVar = "cycles.plot_cycle_branch"
 
     @property
     def periods(self) -> Floats:
@@ -158,8 +159,7 @@ class CycleBranch(AlongParameter):
         """Why the branch ends where it begins, and where it ends."""
         return self.ends[0].reason, self.ends[1].reason
 
-    def table(self) -> dict[str, Any]:
-        """Columns: the parameter, period, size of the largest multiplier, stable, events."""
+    def _columns(self) -> dict[str, Any]:
         return {
             self.parameter: self.values,
             "period": self.periods,
@@ -167,15 +167,6 @@ class CycleBranch(AlongParameter):
             "stable": self.stable,
             "events": np.array([len(cycle.events) for cycle in self.cycles]),
         }
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the period along the parameter, unstable cycles dashed; returns the Axes."""
-        axes: Axes = importlib.import_module("stickslip.plot.cycles").plot_cycle_branch(self, ax)
-        return axes
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file for `stickslip.load` (built-in laws only), or the table as .csv."""
-        importlib.import_module("stickslip.study.storage").save(self, path)
 
     def __repr__(self) -> str:
         """Return a short table: ends and what happens on the way."""

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
 from stickslip.mechanics.cycle.section import Shot
 from stickslip.mechanics.cycle.shooting import Leg, State
 from stickslip.mechanics.flow.trajectory import EVENT_KINDS, Event, Trajectory, simulate
+from stickslip.results.result import Result
 
 if TYPE_CHECKING:
-    import os
-
-    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.sliding import Model
@@ -26,8 +23,8 @@ SAME: Final = 1e-9  # relative: periods that rounding tells apart
 NEUTRAL: Final = 1e-7  # multipliers this close to the unit circle neither attract nor repel
 
 
-@dataclass(frozen=True, eq=False)
-class Cycle:
+@dataclass(frozen=True, eq=False, repr=False)
+class Cycle(Result):
     """A periodic motion in continuous time.
 
     Attributes
@@ -60,7 +57,9 @@ class Cycle:
     v: Floats
     events: tuple[Event, ...]
     residual: float
-    _trajectory: list[Trajectory] = field(default_factory=list, init=False, repr=False)
+    _trajectory: list[Trajectory] = field(default_factory=list, init=False, compare=False)
+    _column_names: ClassVar = (*("period", "multiplier", "stable", "events", "global_sticks"),)
+    _plot: ClassVar = "cycles.plot_cycle"
 
     @property
     def trajectory(self) -> Trajectory:
@@ -74,14 +73,6 @@ class Cycle:
         """Differences of the displacements in its global stick phases."""
         return self.trajectory.d
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw displacements over one period; returns the Axes."""
-        return self.trajectory.plot(ax)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file that `stickslip.load` reads; built-in friction laws only."""
-        importlib.import_module("stickslip.study.storage").save(self, path)
-
     def __repr__(self) -> str:
         """Period, multipliers and events."""
         word = "stable" if self.stable else "not stable"
@@ -92,6 +83,11 @@ class Cycle:
         if len(self.events) > 8:
             lines.append(f"  ... {len(self.events) - 8} more")
         return "\n".join(lines)
+
+    def _columns(self) -> dict[str, Any]:
+        size = np.abs(self.multipliers).max(initial=0.0)
+        facts = (self.period, size, self.stable, len(self.events), len(self.d))
+        return {name: [fact] for name, fact in zip(self._column_names, facts, strict=True)}
 
 
 def _text(value: complex) -> str:

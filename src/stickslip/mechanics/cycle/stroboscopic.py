@@ -91,7 +91,7 @@ class StroboscopicMap:
         rows = [self._value(self._leg(shooter, row)) for row in states.reshape(-1, self.n_states)]
         return np.array(rows).reshape(states.shape)
 
-    def jacobian(self, state: ArrayLike) -> Floats:
+    def derivative(self, state: ArrayLike) -> Floats:
         """Jacobian of the map, exact, shape (..., 2 N, 2 N); errors as for calling.
 
         Columns of the velocities of riding blocks are zero: a rider that is pushed is back on

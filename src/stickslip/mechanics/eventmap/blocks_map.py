@@ -140,7 +140,7 @@ class BlocksEventMap:
         points = self.model.admit(d)
         return self.carry(points).value.reshape(points.shape)
 
-    def jacobian(self, d: ArrayLike) -> Floats:
+    def derivative(self, d: ArrayLike) -> Floats:
         """Jacobian of the map, exact, one-sided at a breakpoint.
 
         Parameters
@@ -192,6 +192,7 @@ class BlocksEventMap:
             label=outputs.label.reshape(shape)[()],
             margin=outputs.margin.reshape(shape)[()],
             status=outputs.status.reshape(shape)[()],
+            d=points,
         )
 
     def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:

@@ -238,6 +238,7 @@ class EventMap(LineMap):
             label=_shaped_array(outputs.label, shape),
             margin=_shaped_array(outputs.margin, shape),
             status=_shaped_array(outputs.status, shape),
+            d=points,
         )
 
     @overload

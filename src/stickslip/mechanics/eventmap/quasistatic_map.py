@@ -5,11 +5,10 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from stickslip.analysis.storage import register_map
 from stickslip.checks import finite_number, shown, whole_number
 from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend
 from stickslip.mechanics.eventmap.event_map import EventMap
@@ -20,6 +19,9 @@ from stickslip.mechanics.flow.trajectory import Trajectory
 from stickslip.mechanics.model.arguments import two_blocks
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.values import model_of_values, model_values
+from stickslip.results.files import register_map
+from stickslip.results.result import Result
+from stickslip.results.table import numbered
 from stickslip.status import OK
 from stickslip.vocabulary import suggests
 
@@ -104,8 +106,8 @@ class QuasistaticBackend(ScalarBackend):
         return super().parameter_slope(d, name)
 
 
-@dataclass(frozen=True)
-class QuasistaticSlips:
+@dataclass(frozen=True, eq=False, repr=False)
+class QuasistaticSlips(Result):
     """Sizes of the slips that follow global stick phases; NaN where a slip never ends.
 
     Attributes
@@ -127,6 +129,16 @@ class QuasistaticSlips:
     displacement: Floats
     moment: Floats
     wait: Floats
+    _drawn: ClassVar = ("d", "moment")
+
+    def _columns(self) -> dict[str, Any]:
+        return {
+            "d": self.d.ravel(),
+            "value": self.value.ravel(),
+            **numbered("displacement", self.displacement.reshape(-1, 2)),
+            "moment": self.moment.ravel(),
+            "wait": self.wait.ravel(),
+        }
 
 
 class QuasistaticMap(EventMap):

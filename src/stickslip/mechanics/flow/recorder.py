@@ -19,12 +19,16 @@ from stickslip.mechanics.flow.system import (
     LANDING,
     MAX_INSTANT,
     Phases,
+    System,
     limit,
     new_motion,
 )
 from stickslip.mechanics.flow.transitions import onset, round_landings, settle
 from stickslip.numerics.arrays import Floats, Ints
 from stickslip.numerics.roots import EPSILON
+from stickslip.results.parts import part, register
+
+register(System)
 
 # Longer steps of closed forms are cut: quadrature over a step must be accurate.
 LONGEST_STEP = 1.5
@@ -34,6 +38,7 @@ STEPS_PER_EVENT = 10
 StatesInside: TypeAlias = Callable[[Ints, Floats], tuple[Floats, Floats, Floats]]
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class Recorded:
     """A motion as it was followed: n steps of N blocks; entries of all but `inside`: n + 1."""
@@ -154,6 +159,52 @@ class Recorder(ABC):
         return Recorded(t, x, w, e, mode, self._inside() if dense else None)
 
 
+@part
+@dataclass(frozen=True, eq=False)
+class ClosedForms:
+    """Motion within recorded steps of the exact engine."""
+
+    system: System
+    laws: Floats
+    n_law_parameters: int
+    w: Floats
+    e: Floats
+    mode: Ints
+
+    def __call__(self, step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
+        """Displacements, relative velocities and needed forces, as `StatesInside` says."""
+        from stickslip.mechanics.flow import _exact_kernels as kernels
+
+        w, e = np.empty((t.size, 2)), np.empty((t.size, 2))
+        kernels.states(
+            self.system,
+            self.laws,
+            new_motion(0, self.n_law_parameters),
+            kernels.new_work(),
+            Phases(self.w, self.e, self.mode),
+            step.astype(np.int64),
+            t,
+            w,
+            e,
+        )
+        return displacements(self.system.alpha, e), w, e
+
+
+@part
+@dataclass(frozen=True, eq=False)
+class Sums:
+    """Motion within recorded steps of the adaptive engine: polynomials of w and e."""
+
+    alpha: float
+    w: Floats
+    e: Floats
+
+    def __call__(self, step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
+        """As `ClosedForms`."""
+        w, e = horner(self.w, step, t), horner(self.e, step, t)
+        return displacements(self.alpha, e), w, e
+
+
 class TwoBlockRecorder(Recorder):
     """A motion of a `TwoBlock`."""
 
@@ -192,7 +243,7 @@ class TwoBlockRecorder(Recorder):
 
     def _state(self) -> tuple[Floats, Floats, Floats]:
         motion = self.motion
-        return self._displacements(motion.e), motion.w, motion.e
+        return displacements(self.engine.system.alpha, motion.e), motion.w, motion.e
 
     def _slides_for_ever(self) -> bool:
         engine, motion = self.engine, self.motion
@@ -256,45 +307,21 @@ class TwoBlockRecorder(Recorder):
 
     # --- afterwards --------------------------------------------------------------------------
 
-    def _displacements(self, e: Floats) -> Floats:
-        """Displacements from needed forces, both (..., 2)."""
-        total = e[..., 0] + e[..., 1]
-        d = (e[..., 1] - e[..., 0]) / (1.0 + 2.0 * self.engine.system.alpha)
-        return np.stack((0.5 * (total - d), 0.5 * (total + d)), axis=-1)
-
     def _inside(self) -> StatesInside:
-        return self._closed_forms() if self.engine.name == "exact" else self._sums()
-
-    def _closed_forms(self) -> StatesInside:
-        engine = self.engine
-        _, _, w, e, mode = zip(*self.record, strict=True)
-        starts = Phases(np.array(w), np.array(e), np.array(mode))
-
-        def inside(step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
-            w, e = np.empty((t.size, 2)), np.empty((t.size, 2))
-            engine.kernels.states(
-                engine.system,
-                engine.laws,
-                new_motion(0, engine.n_law_parameters),
-                engine.new_work(),
-                starts,
-                step.astype(np.int64),
-                t,
-                w,
-                e,
-            )
-            return self._displacements(e), w, e
-
-        return inside
-
-    def _sums(self) -> StatesInside:
+        system = self.engine.system
+        if self.engine.name == "exact":
+            _, _, w, e, mode = (np.array(values) for values in zip(*self.record, strict=True))
+            laws, n = self.engine.laws, self.engine.n_law_parameters
+            return ClosedForms(system, laws, n, w, e, mode)
         w_rows, e_rows = (np.array(rows) for rows in zip(*self.polynomials, strict=True))
+        return Sums(system.alpha, w_rows, e_rows)
 
-        def inside(step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
-            w, e = horner(w_rows, step, t), horner(e_rows, step, t)
-            return self._displacements(e), w, e
 
-        return inside
+def displacements(alpha: float, e: Floats) -> Floats:
+    """Displacements from needed forces, both (..., 2)."""
+    total = e[..., 0] + e[..., 1]
+    d = (e[..., 1] - e[..., 0]) / (1.0 + 2.0 * alpha)
+    return np.stack((0.5 * (total - d), 0.5 * (total + d)), axis=-1)
 
 
 def horner(rows: Floats, step: Ints, t: Floats) -> Floats:

@@ -11,8 +11,10 @@ import numpy as np
 
 from stickslip.mechanics.model.structure import Structure
 from stickslip.numerics.arrays import Floats, Ints
+from stickslip.results.parts import part
 
 
+@part
 class Slip(NamedTuple):
     """Blocks that slip together: coupled ones, at times that overlap.
 

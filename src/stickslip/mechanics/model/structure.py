@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from stickslip.checks import flag, random_generator, whole_number
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -25,6 +26,7 @@ MOST_STATES = 10**8
 """That may be drawn at once."""
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class Structure:
     """Numbers of a model with n blocks, dimensionless."""

@@ -25,6 +25,7 @@ from stickslip.mechanics.model.chain import Chain, Oscillator
 from stickslip.mechanics.model.harmonic import Harmonic
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.units import Units
+from stickslip.results.files import register_part
 from stickslip.vocabulary import did_you_mean
 
 Model: TypeAlias = TwoBlock | BeltModel
@@ -179,3 +180,6 @@ def _numbers(
         refuse_unknown(table, (*names, *optional))
         refuse_missing(table, names)
     return table
+
+
+register_part("model", (TwoBlock, BeltModel), model_values, model_of_values)

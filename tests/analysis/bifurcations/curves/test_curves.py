@@ -281,7 +281,7 @@ def test_arguments_are_checked():
 
 
 def test_curve_and_its_loaded_copy_are_the_same(tmp_path):
-    from stickslip.analysis.storage import load
+    from stickslip.results.files import load
 
     f = quadratic(0.75)
     curve = follow(f, Flip(1, (0.5,)), "a", 0.75, along="b", range=(-0.5, 0.9), solve_for="a")

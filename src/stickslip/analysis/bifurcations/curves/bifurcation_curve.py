@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.checks import finite_number
+from stickslip.results.parts import part
+from stickslip.results.result import Result
 
 if TYPE_CHECKING:
-    import os
-
-    from matplotlib.axes import Axes
-
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
     from stickslip.analysis.branches.along.tracked import CriticalReading, TrackedDiscontinuity
     from stickslip.analysis.maps.protocol import Floats
@@ -25,6 +22,7 @@ SHOWN: Final = 24  # points of a curve in its repr
 AT_STEP: Final = 1e-4  # of a parameter: how far an interpolated guess may be off at least
 
 
+@part
 @dataclass(frozen=True)
 class CodimensionTwo:
     """A point of a bifurcation curve where the type of the bifurcation changes.
@@ -56,8 +54,8 @@ class CodimensionTwo:
         return f"{self.kind} at {where}: {self.what}"
 
 
-@dataclass(frozen=True)
-class CurvePoint:
+@dataclass(frozen=True, eq=False, repr=False)
+class CurvePoint(Result):
     """A point of a bifurcation curve, solved for anew.
 
     Attributes
@@ -82,10 +80,17 @@ class CurvePoint:
     points: tuple[float, ...]
     multipliers: tuple[float, ...]
     reading: Reading = field(repr=False)
+    _plot: ClassVar = "bifurcations.draw_curve_point"
+    _has_picture: ClassVar = False
+
+    def _columns(self) -> dict[str, Any]:
+        facts: dict[str, Any] = {**self.parameters, "error": self.error, "residual": self.residual}
+        facts |= {"points": self.points, "multipliers": self.multipliers}
+        return {name: [value] for name, value in facts.items()}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BifurcationCurve:
+class BifurcationCurve(Result):
     """A bifurcation followed in the plane of two parameters; `continue_bifurcation` makes it.
 
     Attributes
@@ -125,6 +130,7 @@ class BifurcationCurve:
     bifurcations: tuple[CodimensionTwo, ...]
     conditions: tuple[Condition, ...]
     system: Any = None
+    _plot: ClassVar = "bifurcations.draw_curve"
 
     def at(self, *, near: float | None = None, **where: float) -> CurvePoint:
         """Solve for the bifurcation at one value of either parameter: ``curve.at(alpha=1.2)``.
@@ -217,19 +223,18 @@ class BifurcationCurve:
         lines += [f"  {mark}" for mark in self.bifurcations]
         return "\n".join(lines)
 
-    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Draw the curve and mark its special points; see `stickslip.plot.bifurcations`."""
-        module = importlib.import_module("stickslip.plot.bifurcations")
-        axes: Axes = module.draw_curve(self, ax, **style)
-        return axes
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file that `stickslip.load` reads."""
-        importlib.import_module("stickslip.analysis.storage").save(self, path)
+    def _columns(self) -> dict[str, Any]:
+        return {
+            **self.parameters,
+            "multiplier": self.multipliers,
+            "multiplier_left": self.one_sided[:, 0],
+            "multiplier_right": self.one_sided[:, 1],
+            "points": list(self.points),
+        }
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BreakpointCurve:
+class BreakpointCurve(Result):
     """A breakpoint followed along one parameter; `continue_breakpoint` makes it.
 
     Attributes
@@ -260,6 +265,7 @@ class BreakpointCurve:
     end_reasons: tuple[str, str]
     borders: tuple[TrackedDiscontinuity, ...]
     system: Any = None
+    _plot: ClassVar = "bifurcations.draw_breakpoint_curve"
 
     def at(self, **where: float) -> CriticalReading:
         """Find the breakpoint at one value of the parameter: ``curve.at(V=0.037)``.
@@ -301,15 +307,10 @@ class BreakpointCurve:
         lines.append(f"  ends: {self.end_reasons[0]}; {self.end_reasons[1]}")
         return "\n".join(lines)
 
-    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Draw position against parameter; see `stickslip.plot.bifurcations`."""
-        module = importlib.import_module("stickslip.plot.bifurcations")
-        axes: Axes = module.draw_breakpoint_curve(self, ax, **style)
-        return axes
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file that `stickslip.load` reads."""
-        importlib.import_module("stickslip.analysis.storage").save(self, path)
+    def _columns(self) -> dict[str, Any]:
+        names = ("d", "left", "right", "left_slope", "right_slope")
+        columns = {name: getattr(self, name) for name in names}
+        return {self.parameter: self.values, **columns, "kind": self.kinds}
 
 
 def _spread(n: int, shown: int) -> list[int]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from stickslip import status as status_codes
@@ -13,6 +15,27 @@ from stickslip.mechanics.flow.system import LANDING
 from stickslip.mechanics.model.structure import Structure
 from stickslip.numerics.arrays import Floats, Ints
 from stickslip.numerics.roots import EPSILON
+from stickslip.results.parts import part
+
+
+@part
+@dataclass(frozen=True, eq=False)
+class BlockSums:
+    """Motion within recorded steps: polynomials of x and w, times of the steps' starts."""
+
+    structure: Structure
+    start: Floats
+    x: Floats
+    w: Floats
+
+    def __call__(self, step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
+        """Displacements, relative velocities and needed forces, as `StatesInside` says."""
+        structure = self.structure
+        x, w = horner(self.x, step, t), horner(self.w, step, t)
+        time = (self.start[step] + t)[:, None]
+        forcing = structure.amplitude * np.cos(structure.frequency * time + structure.phase)
+        e = x @ structure.stiffness + (w + structure.V) @ structure.damping - forcing
+        return x, w, e
 
 
 class BlocksRecorder(Recorder):
@@ -87,15 +110,5 @@ class BlocksRecorder(Recorder):
             self.d.append(np.diff(self.motion.x))
 
     def _inside(self) -> StatesInside:
-        x_rows, w_rows = (np.array(rows) for rows in zip(*self.polynomials, strict=True))
-        starts = np.array([step.t for step in self.record])
-        structure = self.structure
-
-        def inside(step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
-            x, w = horner(x_rows, step, t), horner(w_rows, step, t)
-            time = (starts[step] + t)[:, None]
-            forcing = structure.amplitude * np.cos(structure.frequency * time + structure.phase)
-            e = x @ structure.stiffness + (w + structure.V) @ structure.damping - forcing
-            return x, w, e
-
-        return inside
+        x, w = (np.array(rows) for rows in zip(*self.polynomials, strict=True))
+        return BlockSums(self.structure, np.array([step.t for step in self.record]), x, w)

@@ -1,18 +1,19 @@
 """Results in files: JSON with a version, every float exact, written whole or not at all.
 
-A result is written field by field; `TYPES` lists the classes that a file may hold. Fields are
+A result is written field by field, by the names of registered classes (`parts`). Fields are
 checked when they are read, by the annotations of their classes, and the whole by a checksum.
-Files of 0.1.0 have no checksum: of them the fields alone are checked. Maps are
-written by a description that whoever makes them supplies (`register_map`): this layer does not
-know what they stand for. A map that has none, such as a Python function, is left out, and
-`load` is given it again.
+Maps and models are written by descriptions that their own modules supply (`register_map`,
+`register_part`). A map without one, such as a Python function, is left out, and `load` is given
+it again.
 """
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import hashlib
 import importlib
+import inspect
 import json
 import math
 import reprlib
@@ -34,93 +35,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import __version__
-from stickslip.analysis.maps.derived import WindowMap
-from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapFamily
-from stickslip.analysis.maps.protocol_nd import FamilyND, MapND
-from stickslip.files import (
-    checked_path,
-    checked_suffix,
-    columns_of,
-    read_text,
-    write_table,
-    write_text,
+from stickslip.checks import shown
+from stickslip.files import checked_path, checked_suffix, read_text, write_text
+from stickslip.results.parts import (
+    class_named,
+    field_names,
+    import_public,
+    is_registered,
+    registered,
 )
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Iterator
     from pathlib import Path
 
 FORMAT: Final = "stickslip result"
-VERSION: Final = 1  # raised when older programs would misread a file
+VERSION: Final = 2  # raised when older programs would misread a file
 KIND: Final = "is"  # key that tells what an object stands for
 SUM: Final = "sha256"  # key of the checksum
 MOST_BYTES: Final = 2**30  # of a file
 MOST_TEXT: Final = 2**27  # characters of an array of texts, all as long as the longest
+READERS: Final = {".csv": "pandas.read_csv", ".nc": "xarray.load_dataset"}
 NOT_FINITE: Final = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
-
-# What a file may hold: class and the module of this package that it is in.
-TYPES: Final[dict[str, str]] = {
-    "Attractor": "analysis.attractors.attractor",
-    "AttractorList": "analysis.attractors.attractor",
-    "AttractorTable": "analysis.diagrams.diagram",
-    "Bifurcation": "analysis.bifurcations.bifurcation",
-    "BifurcationCurve": "analysis.bifurcations.curves.bifurcation_curve",
-    "BifurcationList": "analysis.bifurcations.bifurcation",
-    "BranchEnd": "analysis.continuation.orbit_branch",
-    "Breakpoint": "analysis.branches.breakpoints",
-    "BreakpointCurve": "analysis.bifurcations.curves.bifurcation_curve",
-    "BreakpointLine": "analysis.branches.along.breakpoint_lines",
-    "BreakpointList": "analysis.branches.branches",
-    "Cascade": "analysis.bifurcations.bifurcation",
-    "CodimensionTwo": "analysis.bifurcations.curves.bifurcation_curve",
-    "Collision": "analysis.bifurcations.conditions.conditions",
-    "Connection": "analysis.bifurcations.conditions.conditions",
-    "CriticalReading": "analysis.branches.along.tracked",
-    "Crossing": "analysis.bifurcations.conditions.conditions",
-    "Cycle": "mechanics.cycle.cycle",
-    "CycleBifurcation": "mechanics.cycle.branch",
-    "CycleBranch": "mechanics.cycle.branch",
-    "CycleEnd": "mechanics.cycle.branch",
-    "CycleList": "mechanics.cycle.limit_cycles",
-    "Diagram": "analysis.diagrams.diagram",
-    "Event": "mechanics.flow.trajectory",
-    "Flip": "analysis.bifurcations.conditions.conditions",
-    "Fold": "analysis.bifurcations.conditions.conditions",
-    "Gap": "mechanics.cycle.return_region",
-    "JumpCrossing": "analysis.orbits.orbit",
-    "LocalAttractor": "analysis.bifurcations.outcome",
-    "LyapunovExponent": "analysis.attractors.lyapunov",
-    "NearFold": "analysis.orbits.orbit",
-    "NeutralFamily": "mechanics.cycle.neutral",
-    "OrbitBranch": "analysis.continuation.orbit_branch",
-    "OrbitBranchND": "analysis.continuation.orbit_branch_nd",
-    "OrbitCurve": "analysis.diagrams.diagram",
-    "OrbitCurveEnd": "analysis.diagrams.orbit_curves",
-    "OrbitEndND": "analysis.continuation.orbit_branch_nd",
-    "OrbitList": "analysis.orbits.orbit",
-    "OrbitListND": "analysis.orbits.orbits_nd",
-    "Outcome": "analysis.bifurcations.outcome",
-    "PassedBifurcation": "analysis.continuation.orbit_branch",
-    "PassedBifurcationND": "analysis.continuation.orbit_branch_nd",
-    "PeriodicOrbit": "analysis.orbits.orbit",
-    "PeriodicOrbitND": "analysis.orbits.orbits_nd",
-    "Reading": "analysis.bifurcations.conditions.conditions",
-    "ReturnRegion": "mechanics.cycle.return_region",
-    "TrackedDiscontinuity": "analysis.branches.along.tracked",
-    "TrappingBall": "mechanics.cycle.trapping",
-    "TurningPoint": "analysis.branches.along.tracked",
-    "Unresolved": "analysis.branches.discontinuities",
-    "UnresolvedChange": "analysis.bifurcations.bifurcation",
-    "Unseen": "analysis.orbits.orbits_nd",
-}
-
-# Names that classes had in files of 0.1.0.
-RENAMED: Final[dict[str, str]] = {
-    "Border": "TrackedDiscontinuity",
-    "BorderReading": "CriticalReading",
-    "BreakpointLine": "BreakpointLine",
-    "OrbitCurveEnd": "OrbitCurveEnd",
-}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -132,7 +69,7 @@ class _Kind:
     rebuild: Callable[[dict[str, Any]], Any]
 
 
-_kinds: dict[str, _Kind] = {}  # of maps
+_maps: dict[str, _Kind] = {}  # of maps
 _parts: dict[str, _Kind] = {}  # of other things that results hold
 
 
@@ -155,7 +92,7 @@ def register_map(
     rebuild : callable
         ``rebuild(description)``: an equal map.
     """
-    _kinds[kind] = _Kind(cls, describe, rebuild)
+    _maps[kind] = _Kind(cls, describe, rebuild)
 
 
 def register_part(
@@ -171,6 +108,14 @@ def register_part(
     _parts[kind] = _Kind(cls, describe, rebuild)
 
 
+_documents: dict[str, Callable[[dict[str, Any]], Any]] = {}  # of other programs, by schema
+
+
+def register_document(schema: str, rebuild: Callable[[dict[str, Any]], Any]) -> None:
+    """Tell how a result is made again that is written in a format of its own."""
+    _documents[schema] = rebuild
+
+
 def save(result: Any, path: str | os.PathLike[str]) -> None:
     """Write a result to a file.
 
@@ -179,8 +124,7 @@ def save(result: Any, path: str | os.PathLike[str]) -> None:
     result : branch, curve, list of bifurcations, diagram, orbit ...
         Or a tuple, list or dict of such.
     path : str or path
-        Ends in ``.json``, or has no suffix: every digit, for `load`; or, of a result that has a
-        ``table()``, in ``.csv``: the table. A file of that name is replaced; it is whole at any
+        Ends in ``.json``, or has no suffix. A file of that name is replaced; it is whole at any
         time.
 
     Raises
@@ -191,11 +135,7 @@ def save(result: Any, path: str | os.PathLike[str]) -> None:
         The file cannot be written.
     """
     path = checked_path(path)
-    has_table = not isinstance(result, type) and callable(getattr(result, "table", None))
-    suffixes = ("", ".json", ".csv") if has_table else ("", ".json")
-    if checked_suffix(path, suffixes) == ".csv":
-        write_table(path, columns_of(result))
-        return
+    checked_suffix(path, ("", ".json"))
     document = {
         "format": FORMAT,
         "version": VERSION,
@@ -215,33 +155,42 @@ def _checksum(document: dict[str, Any]) -> str:
     return hashlib.sha256(_text(rest).encode(errors="surrogatepass")).hexdigest()
 
 
-def load(path: str | os.PathLike[str], system: MapFamily | None = None) -> Any:
-    """Read a result from a file that `save` has written.
+def load(path: str | os.PathLike[str], system: Any = None) -> Any:
+    """Read a result from a file that the ``save`` of a result has written.
 
     Parameters
     ----------
     path : str or path
-    system : MapFamily, optional
-        The map, for a result of one that no file can hold: a `PiecewiseMap`, or a model
+    system : model or map, optional
+        What the result is one of, where no file can hold that: a `PiecewiseMap`, or a model
         with a friction law of the user's own. Parameter values are taken from the file.
 
     Returns
     -------
     object
-        Equal to what was saved, except that a map that the file does not hold and that is
-        not given is None: then nothing can be solved anew.
+        Equal to what was saved. A map that the file does not hold and that is not given
+        is None: the numbers are there, but nothing can be solved anew.
 
     Raises
     ------
     ValueError
-        The file is none of this program's, or of a newer version of it, or damaged; or
-        ``system`` has other parameters than the map in the file.
+        The file is none of this program's, of another version of it, or damaged; or ``system``
+        has other parameters than that of the file.
     OSError
         The file cannot be read.
     """
+    if callable(as_map := getattr(system, "as_map", None)):
+        system = as_map()
+    if system is not None and not callable(getattr(system, "evaluate", None)):
+        raise ValueError(
+            f"system = {shown(system)} is neither a map nor a model that has one. Take "
+            "ss.event_map(model), ss.PiecewiseMap(...) or a model such as ss.TwoBlock(...)."
+        )
     path = checked_path(path)
     document = _document(path)
     try:
+        if rebuild := _documents.get(document.get("schema", "")):
+            return _rebuilt(rebuild, document)
         result = _Reader(system).value(document["result"], "result")
         if SUM in document and document[SUM] != _checksum(document):
             raise _DamagedError(f"its content does not fit its {SUM}, so it was changed.")
@@ -252,17 +201,34 @@ def load(path: str | os.PathLike[str], system: MapFamily | None = None) -> Any:
         raise ValueError(f"{path} is damaged: it is nested too deeply.") from None
 
 
+def _rebuilt(rebuild: Callable[[dict[str, Any]], Any], document: dict[str, Any]) -> Any:
+    try:
+        return rebuild(document)
+    except Exception as reason:
+        raise _DamagedError(f"{reason}"[:LONGEST]) from reason
+
+
 class _DamagedError(Exception):
     """The content of a file makes no sense."""
 
 
 def _document(path: Path) -> dict[str, Any]:
     """Read a file and check that it is one of this program's, of a version known here."""
+    if path.suffix in READERS:
+        raise ValueError(
+            f"{path} is a table or NetCDF, which {READERS[path.suffix]} reads; load reads the JSON "
+            "files that save writes."
+        )
     text = read_text(path, limit=MOST_BYTES)
     try:
         document = json.loads(text, parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as reason:
         raise ValueError(f"{path} is not a {FORMAT}: {reason}") from reason
+    if isinstance(document, dict) and isinstance(schema := document.get("schema"), str):
+        if schema not in _documents:
+            import_public()
+        if schema in _documents:
+            return document
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise ValueError(f"{path} is not a {FORMAT}, but some other JSON file.")
     version = document.get("version")
@@ -271,8 +237,14 @@ def _document(path: Path) -> dict[str, Any]:
     if version > VERSION:
         raise ValueError(
             f"{path} was written by stickslip {document.get('program')!s:.40} in version "
-            f"{version!s:.40} of the format; this is stickslip {__version__}, which reads up to "
+            f"{version!s:.40} of the format; this is stickslip {__version__}, which reads "
             f"version {VERSION}. Update stickslip."
+        )
+    if version < VERSION:
+        raise ValueError(
+            f"{path} was written by stickslip {document.get('program')!s:.40} in version {version} "
+            f"of the format; this is stickslip {__version__}, which reads version {VERSION}. "
+            "Compute the result again and save it, or load the file with that stickslip."
         )
     return document
 
@@ -293,7 +265,7 @@ def _written(value: Any) -> Any:
             return value
         case float():
             return value if math.isfinite(value) else {KIND: "float", "of": repr(value)}
-        case tuple() if not _is_listed(value):
+        case tuple() if not is_registered(value):
             return {KIND: "tuple", "of": [_written(item) for item in value]}
         case list():
             return [_written(item) for item in value]
@@ -301,31 +273,38 @@ def _written(value: Any) -> Any:
             return _written_dict(value)
         case np.ndarray():
             return _written_array(value)
-    if isinstance(value, WindowMap):
-        return {KIND: "window", "of": _written(value.f), "window": list(value.window)}
-    if _is_listed(value):
+    if is_registered(value):
         return {
             KIND: type(value).__name__,
-            **{name: _written(getattr(value, name)) for name in _field_names(value)},
+            **{name: _written(_field(value, name)) for name in field_names(value)},
         }
-    if isinstance(value, Map1D | MapND):
+    if found := _kind_of(_parts, value):
+        name, kind = found
+        return {KIND: "part", "kind": name, "description": _written(dict(kind.describe(value)))}
+    if callable(getattr(value, "evaluate", None)):
         return _written_map(value)
-    for name, kind in _parts.items():
-        if isinstance(value, kind.cls):
-            return {KIND: "part", "kind": name, "description": _written(dict(kind.describe(value)))}
     raise ValueError(f"{value!r} cannot be saved: a {type(value).__name__} is no result.")
 
 
-def _is_listed(value: Any) -> bool:
-    """Whether `TYPES` names the class of a value."""
-    return TYPES.get(type(value).__name__) == type(value).__module__.partition(".")[2]
+def _field(value: Any, name: str) -> Any:
+    """Return a field; a single number as an array, if the class says that."""
+    field = getattr(value, name)
+    if not isinstance(field, np.generic):
+        return field
+    cls: Any = type(value)
+    of_array: Any = get_origin(_hints(cls)[name])
+    return np.asarray(field) if of_array is np.ndarray else field
 
 
-def _field_names(value: Any) -> tuple[str, ...]:
-    """Names of what a dataclass or a named tuple is made of."""
-    if isinstance(value, tuple):
-        return tuple(getattr(value, "_fields", ()))
-    return tuple(item.name for item in dataclasses.fields(value) if item.init)
+def _kind_of(kinds: dict[str, _Kind], value: Any) -> tuple[str, _Kind] | None:
+    """How values of a class are described; None if nothing of the kind is registered."""
+
+    def known() -> Iterator[tuple[str, _Kind]]:
+        return ((name, kind) for name, kind in kinds.items() if isinstance(value, kind.cls))
+
+    if not any(known()) and type(value).__module__.startswith("stickslip."):
+        import_public()
+    return next(known(), None)
 
 
 def _written_dict(value: dict[Any, Any]) -> dict[str, Any]:
@@ -349,18 +328,18 @@ def _written_array(value: np.ndarray[Any, Any]) -> dict[str, Any]:
     return {KIND: "array", "dtype": dtype, "shape": list(value.shape), "of": items}
 
 
-def _written_map(f: Map1D | MapND) -> dict[str, Any]:
+def _written_map(f: Any) -> dict[str, Any]:
     """Describe a map, as far as a file can hold it."""
-    written: dict[str, Any] = {KIND: "map", "text": repr(f)}
-    if isinstance(f, MapFamily | FamilyND):
-        written["parameters"] = _written(dict(f.parameters))
-    for name, kind in _kinds.items():
-        if isinstance(f, kind.cls):
-            try:
-                return {**written, "kind": name, "description": _written(dict(kind.describe(f)))}
-            except ValueError as reason:
-                return {**written, "kind": None, "why": str(reason)}
-    return {**written, "kind": None, "why": "Python functions cannot be saved."}
+    written: dict[str, Any] = {KIND: "map", "text": repr(f), "kind": None}
+    if isinstance(parameters := getattr(f, "parameters", None), Mapping):
+        written["parameters"] = _written(dict(parameters))
+    if (found := _kind_of(_maps, f)) is None:
+        return {**written, "why": "Python functions cannot be saved."}
+    name, kind = found
+    try:
+        return {**written, "kind": name, "description": _written(dict(kind.describe(f)))}
+    except ValueError as reason:
+        return {**written, "why": str(reason)}
 
 
 # ------------------------------------------------------------------ reading
@@ -373,7 +352,7 @@ BROKEN: Final = (LookupError, TypeError, AttributeError, ValueError, ArithmeticE
 class _Reader:
     """Undoes `_written`; equal maps become one."""
 
-    def __init__(self, system: MapFamily | None) -> None:
+    def __init__(self, system: Any) -> None:
         self.system = system
         self.maps: dict[str, Any] = {}
 
@@ -405,16 +384,13 @@ class _Reader:
                 return dict(self._items(pair, place) for pair in written["of"])
             case "array":
                 return self._array(written)
-            case "window":
-                inner = self.value(written["of"], place)
-                low, high = written["window"]
-                return None if inner is None else WindowMap(inner, (low, high))
             case "map":
                 return self._map(written, place)
             case "part":
-                return _parts[written["kind"]].rebuild(self.value(written["description"], place))
-        kind = RENAMED.get(kind, kind)
-        hints = _hints(kind)
+                part = _known(_parts, written["kind"])[written["kind"]]
+                return part.rebuild(self.value(written["description"], place))
+        cls = class_named(kind)
+        hints = _hints(cls)
         fields = {
             name: self.value(item, f"{place}.{name}")
             for name, item in written.items()
@@ -424,7 +400,7 @@ class _Reader:
             if name in hints and not _fits(value, hints[name]):
                 given = f"{reprlib.repr(value)} ({type(value).__name__})"
                 raise _DamagedError(f"{place}.{name} = {given} is no {_named(hints[name])}.")
-        return _class(kind)(**fields)
+        return cls(**fields)
 
     def _array(self, written: dict[str, Any]) -> NDArray[Any]:
         dtype, items = written["dtype"], [NOT_FINITE.get(x, x) for x in written["of"]]
@@ -450,12 +426,12 @@ class _Reader:
         kind = written["kind"]
         if kind is None:
             return None
-        if kind not in _kinds:
+        if kind not in _known(_maps, kind):
             raise _SystemError(
                 f"the result is one of {written['text']}, and how to make that is not known "
-                f"here (kind {kind!r}; known: {', '.join(_kinds) or 'none'}). Give system=."
+                f"here (kind {kind!r}; known: {', '.join(_maps) or 'none'}). Give system=."
             )
-        return _kinds[kind].rebuild(self.value(written["description"], place))
+        return _maps[kind].rebuild(self.value(written["description"], place))
 
     def _given(self, parameters: dict[str, float]) -> Any:
         """Use the caller's map at the parameter values of the file."""
@@ -476,29 +452,52 @@ class _SystemError(ValueError):
 # ------------------------------------------------------------------ types of fields
 
 
-def _class(kind: str) -> type:
-    """Class that a file names; KeyError if it may hold none of that name."""
-    cls: type = getattr(importlib.import_module(f"stickslip.{TYPES[kind]}"), kind)
-    return cls
+def _known(kinds: dict[str, _Kind], kind: str) -> dict[str, _Kind]:
+    """Return the kinds, with those of all public modules if one is missing."""
+    if kind not in kinds:
+        import_public()
+    return kinds
 
 
 @cache
-def _hints(kind: str) -> dict[str, Any]:
+def _hints(cls: Any) -> dict[str, Any]:
     """Return what the fields of a class may hold, by its annotations."""
-    # Modules import much of what these name for the type checker only.
-    models = importlib.import_module("stickslip.mechanics.model.values")
-    conditions = importlib.import_module("stickslip.analysis.bifurcations.conditions.conditions")
-    borders = importlib.import_module("stickslip.analysis.branches.along.tracked")
-    breakpoints = importlib.import_module("stickslip.analysis.branches.breakpoints")
-    known: dict[str, Any] = {name: _class(name) for name in TYPES}
-    known |= {"np": np, "NDArray": NDArray, "Floats": Floats, "Labels": Labels}
-    known |= {"MapFamily": MapFamily, "FamilyND": FamilyND, "Kind": breakpoints.Kind}
-    known |= {
-        "Model": models.Model,
-        "Condition": conditions.Condition,
-        "Critical": borders.Critical,
-    }
-    return get_type_hints(_class(kind), localns=known)
+    return get_type_hints(cls, localns=_TypeChecked(*(base.__module__ for base in cls.__mro__)))
+
+
+class _TypeChecked(dict[str, Any]):
+    """Names in annotations of modules, which import much of it for the type checker only."""
+
+    def __init__(self, *modules: str) -> None:
+        self.modules = [module for module in modules if module.startswith("stickslip.")]
+
+    def __missing__(self, name: str) -> Any:
+        for module in self.modules:
+            if (found := _meaning(module, name)) is not None:
+                return found
+        return registered()[name]
+
+
+@cache
+def _meaning(module: str, name: str) -> Any:
+    """Return what the type checker takes a name of a module for; None if it has no such name."""
+    loaded = importlib.import_module(module)
+    if hasattr(loaded, name):
+        return getattr(loaded, name)
+    for node in ast.parse(inspect.getsource(loaded)).body:
+        if not isinstance(node, ast.If) or ast.unparse(node.test) != "TYPE_CHECKING":
+            continue
+        for line in node.body:
+            if isinstance(line, ast.Import | ast.ImportFrom):
+                for item in line.names:
+                    if name != (item.asname or item.name):
+                        continue
+                    if isinstance(line, ast.Import):
+                        return importlib.import_module(item.name)
+                    return _meaning(str(line.module), item.name)
+            elif isinstance(line, ast.Assign) and ast.unparse(line.targets[0]) == name:
+                return eval(ast.unparse(line.value), vars(loaded), _TypeChecked(module))
+    return None
 
 
 def _fits(value: Any, hint: Any) -> bool:
@@ -510,6 +509,8 @@ def _fits(value: Any, hint: Any) -> bool:
         return any(_fits(value, each) for each in inner)
     if origin is Literal:
         return value in inner
+    if origin is Callable:
+        return callable(value)
     if origin is np.ndarray:
         kind = np.dtype(get_args(inner[1])[0]).kind
         return isinstance(value, np.ndarray) and value.dtype.kind == kind
