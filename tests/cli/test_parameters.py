@@ -16,9 +16,9 @@ import pytest
 import stickslip as ss
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
-from stickslip.analysis.diagrams.assemble import OrbitCurveEnd
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.analysis.diagrams.orbit_curves import OrbitCurveEnd
 from stickslip.cli import main
 from stickslip.cli.parameters import FILES, PICTURES
 from stickslip.mechanics.model.file import read_model, write_model

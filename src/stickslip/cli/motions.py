@@ -92,7 +92,7 @@ def simulate(
 
 CYCLES_EXAMPLES = """\
 stickslip cycles --preset law9
-stickslip cycles --preset coulomb --V 0.5 --starts 100 --seed 1 --json
+stickslip cycles --preset coulomb --V 0.5 --n-starts 100 --seed 1 --json
 stickslip cycles --model mine.toml --out cycles.csv
 """
 
@@ -100,7 +100,7 @@ stickslip cycles --model mine.toml --out cycles.csv
 def cycles(
     *,
     table: TableOptions = TableOptions(),
-    starts: Whole = 50,
+    n_starts: Whole = 50,
     max_period: Whole = 1,
     seed: Whole = 0,
 ) -> int:
@@ -113,7 +113,7 @@ def cycles(
 
     Parameters
     ----------
-    starts
+    n_starts
         States that motions start from.
     max_period
         Orbits of the event map up to this period are looked up as well.
@@ -129,11 +129,13 @@ def cycles(
     answer: list[CycleList] = []
 
     def compute() -> Table:
-        found = ss.limit_cycles(model, n_starts=starts, max_period=max_period, rng=seed, **settings)
+        found = ss.limit_cycles(
+            model, n_starts=n_starts, max_period=max_period, rng=seed, **settings
+        )
         answer.append(found)
         return found.table()
 
-    asked = {"starts": starts, "max_period": max_period, "seed": seed}
+    asked = {"n_starts": n_starts, "max_period": max_period, "seed": seed}
     table.deliver("cycles", model, asked, compute, lambda ax: answer[0].plot(ax))
     (found,) = answer
     told = f"{found.n_sliding} starts slide for ever, {found.n_undecided} undecided; "

@@ -192,7 +192,7 @@ class FileOptions:
 
 
 def _friction(specifications: tuple[str, ...]) -> Any:
-    from stickslip.mechanics.friction import parse_law
+    from stickslip.mechanics.friction.values import parse_law
 
     laws = tuple(map(parse_law, specifications))
     return laws[0] if len(laws) == 1 else laws

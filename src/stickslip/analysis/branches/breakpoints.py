@@ -53,7 +53,7 @@ class Limits:
 
 
 def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Limits:
-    """Extrapolate value and slope to the last points of branches of width ``room``."""
+    """Extrapolate value and slope to ends of branches, ``inward`` +1 for a branch right of it."""
     if not ends.ok.all():
         return _beside_gaps(mesh, ends, inward, room)
     n = len(ends)

@@ -224,18 +224,13 @@ def _classify(mesh: Mesh, cuts: Discontinuities, hints: Hints) -> tuple[list[Bre
     false = (kinds == "smooth") & (cuts.left.label == cuts.right.label)
     if false.any():
         return _classify(mesh, cuts.take(~false), hints)
-    where = _positions(cuts)
+    # One float per break, the first one right of it that has a value; beside 0 it is 0.
+    where = np.where((cuts.left.x == 0) | ~cuts.right.ok, cuts.left.x, cuts.right.x)
     at_first = at_first.moved(np.concatenate([first.x[:1], where]) - first.x)
     at_last = at_last.moved(np.concatenate([where, last.x[-1:]]) - last.x)
     segments = Segments(first, last, at_first, at_last, where, kinds == "smooth")
     scale = max(abs(end) for end in mesh.f.domain)
     return [_breakpoint(cuts, segments, kinds, scale, i) for i in range(len(cuts))], segments
-
-
-def _positions(cuts: Discontinuities) -> Floats:
-    """One float per break, the first one right of it that has a value; beside 0 it is 0."""
-    use_left = (cuts.left.x == 0) | ~cuts.right.ok
-    return np.where(use_left, cuts.left.x, cuts.right.x)
 
 
 def _breakpoint(

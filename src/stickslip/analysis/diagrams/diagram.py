@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stickslip.analysis.diagrams.assemble import OrbitCurveEnd
+    from stickslip.analysis.diagrams.orbit_curves import OrbitCurveEnd
     from stickslip.analysis.maps.protocol import Floats
 
 SHOWN: Final = 40  # orbits in a diagram's table

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.cycle.cycle import Cycle
     from stickslip.mechanics.cycle.sliding import Model
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 CycleKind: TypeAlias = Literal[
     "fold",

@@ -17,12 +17,11 @@ from stickslip.mechanics.cycle.branch import (
     CycleEndReason,
     CycleKind,
 )
-from stickslip.mechanics.cycle.crossing import on_section, partners
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_of
+from stickslip.mechanics.cycle.mode_changes import Touch, on_section, partners, touches
 from stickslip.mechanics.cycle.section import Shot
 from stickslip.mechanics.cycle.shooting import Shooter
 from stickslip.mechanics.cycle.sliding import modes
-from stickslip.mechanics.cycle.touches import Touch, touches
 from stickslip.mechanics.model.arguments import checked_model, checked_parameter
 from stickslip.numerics.continuation import (
     Curve,

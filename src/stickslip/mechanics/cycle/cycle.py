@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from stickslip.mechanics.cycle.section import Shot
-from stickslip.mechanics.cycle.shooting import Leg
+from stickslip.mechanics.cycle.shooting import Leg, State
 from stickslip.mechanics.flow.trajectory import EVENT_KINDS, Event, Trajectory, simulate
 from stickslip.results.result import Result
 
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.sliding import Model
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 SAME: Final = 1e-9  # relative: periods that rounding tells apart
 NEUTRAL: Final = 1e-7  # multipliers this close to the unit circle neither attract nor repel
@@ -96,23 +96,21 @@ def _text(value: complex) -> str:
 
 def cycle_of(shot: Shot) -> Cycle:
     """Cycle that a converged shot from a section is."""
-    found = shot.multipliers
-    leg = shot.leg
+    return cycle_along(shot.model, shot.state, shot.leg, shot.multipliers)
+
+
+def cycle_along(model: Model, state: State, leg: Leg, multipliers: NDArray[np.complex128]) -> Cycle:
+    """Cycle that a leg is, which leads from a state back to the state."""
     return Cycle(
-        model=shot.model,
+        model=model,
         period=leg.duration,
-        multipliers=found,
-        stable=bool((np.abs(found) < 1.0 - NEUTRAL).all()),
-        x=shot.state.x,
-        v=shot.state.w + shot.model.V,
-        events=events_of(leg),
-        residual=float(np.abs(leg.state.vector - shot.state.vector).max()),
+        multipliers=multipliers,
+        stable=bool((np.abs(multipliers) < 1.0 - NEUTRAL).all()),
+        x=state.x,
+        v=state.w + model.V,
+        events=tuple(Event(t, block + 1, EVENT_KINDS[mode]) for t, block, mode in leg.events),
+        residual=float(np.abs(leg.state.vector - state.vector).max()),
     )
-
-
-def events_of(leg: Leg) -> tuple[Event, ...]:
-    """Return the changes of mode along a leg, blocks counted from 1."""
-    return tuple(Event(time, block + 1, EVENT_KINDS[mode]) for time, block, mode in leg.events)
 
 
 def same_cycle(a: Cycle, b: Cycle) -> bool:

@@ -18,7 +18,7 @@ from stickslip.vocabulary import suggests
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, eq=False, repr=False)

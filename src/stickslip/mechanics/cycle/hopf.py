@@ -21,10 +21,8 @@ from stickslip.results.result import Result
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from numpy.typing import NDArray
+    from stickslip.numerics.arrays import Complexes, Floats
 
-    Floats = NDArray[np.float64]
-    Complexes = NDArray[np.complex128]
 
 N_SPEEDS: Final = 400
 NEUTRAL: Final = 1e-12  # of the largest frequency: growth rates this small are rounding

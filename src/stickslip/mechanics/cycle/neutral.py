@@ -14,9 +14,10 @@ from stickslip.results.result import Result
 from stickslip.results.table import numbered
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
+
 
 N_SPEEDS: Final = 65  # at which a law is asked whether it is constant
 

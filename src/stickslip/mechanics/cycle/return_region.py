@@ -23,12 +23,9 @@ from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stickslip.mechanics.cycle.cycle import Cycle
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
-    Ints = NDArray[np.int64]
 
 HALVINGS: Final = 44  # of a cell of the grid: its edges are found to rounding
 SAME_PERIOD: Final = 1e-3  # relative, between a cycle and the branch that it is compared with

@@ -23,7 +23,8 @@ from stickslip.vocabulary import suggests
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
+
 
 N_SAMPLES: Final = 48  # states of a ball in which the derivative of the return is computed
 SAFETY: Final = 2.0  # times the largest second difference among them

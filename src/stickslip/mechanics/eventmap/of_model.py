@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING, Final, overload
 
 from stickslip.checks import one_of, shown
+from stickslip.mechanics.eventmap.backend_choice import DEVICES
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
-from stickslip.mechanics.eventmap.carriers import DEVICES
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.flow.engine import ENGINES
 from stickslip.mechanics.model.belt_model import BeltModel

@@ -15,20 +15,18 @@ from stickslip import status as status_codes
 from stickslip.checks import finite_number, one_of, real_numbers, whole_number
 from stickslip.mechanics.flow.blocks.engine import block_engine
 from stickslip.mechanics.flow.blocks.recorder import BlocksRecorder
-from stickslip.mechanics.flow.engine import ENGINES, EngineName, engine_for
-from stickslip.mechanics.flow.recorder import Recorded, Recorder
-from stickslip.mechanics.flow.settings import tolerance
+from stickslip.mechanics.flow.engine import ENGINES, EngineName, engine_for, tolerance
+from stickslip.mechanics.flow.recorder import Recorded, Recorder, TwoBlockRecorder
 from stickslip.mechanics.flow.slip import Slip, SlipTracker
-from stickslip.mechanics.flow.two_block_recorder import TwoBlockRecorder
 from stickslip.mechanics.model.arguments import checked_model, state_vector
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.arrays import Floats
 from stickslip.results.parts import part
 from stickslip.results.result import Result
 from stickslip.results.table import Table
 from stickslip.vocabulary import suggests
 
-Floats = NDArray[np.float64]
 Model = TwoBlock | BeltModel
 
 EVENT_KINDS = {-1: "slip backward", 0: "stick", 1: "slip forward"}
@@ -163,15 +161,11 @@ class Trajectory(Result):
     def slips(self) -> tuple[Slip, ...]:
         """Slips that both begin and end within this trajectory, in the order of their ends."""
         record = self._record
-        tracker = SlipTracker(self.model.structure, from_belt=self._from_belt)
+        from_belt = leaves_belt(self.model, record.w[0], record.e[0])
+        tracker = SlipTracker(self.model.structure, from_belt=from_belt)
         steps = np.append(self._changes, len(record.t) - 1)
         seen = (tracker.see(float(record.t[k]), record.x[k], record.mode[k]) for k in steps)
         return tuple(itertools.chain.from_iterable(seen))
-
-    @property
-    def _from_belt(self) -> bool:
-        """Whether the trajectory starts as a global stick phase ends."""
-        return leaves_belt(self.model, self._record.w[0], self._record.e[0])
 
     # --- state at any time --------------------------------------------------------------------
 

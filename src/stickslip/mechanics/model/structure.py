@@ -17,9 +17,10 @@ from stickslip.checks import flag, random_generator, whole_number
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
+
 
 MOST_STATES = 10**8
 """That may be drawn at once."""

@@ -204,10 +204,10 @@ class Crossing:
 @part
 @dataclass(frozen=True)
 class Collision:
-    """An orbit with a point on a border, f^p(c±) - c; superstable at a turning point."""
+    """An orbit with a point on a border, f^p(c±) - c, beyond which the orbit is virtual."""
 
     period: int
-    border: Critical
+    border: Critical  # at a turning point the orbit is superstable
     side: int  # -1: c is approached from the left, 1: from the right
 
     def at(self, f: Map1D) -> Reading:
@@ -232,10 +232,7 @@ class Collision:
 @part
 @dataclass(frozen=True)
 class Connection:
-    """An image of a critical point on an unstable orbit u (homoclinic): f^k(c±) - u.
-
-    Crises and band mergings are of this kind.
-    """
+    """An image of a critical point on an unstable orbit u, f^k(c±) - u: crises, band mergings."""
 
     critical: Critical
     side: int  # of the border, -1 or 1; of no account at a turning point

@@ -90,7 +90,7 @@ class CriticalReading:
 @part
 @dataclass(frozen=True)
 class TrackedDiscontinuity:
-    """A break of a map between two branches, plain data: finds itself in a changed map."""
+    """A switching boundary between two branches, plain data: finds itself in a changed map."""
 
     left_label: int | None  # None in a gap
     right_label: int | None

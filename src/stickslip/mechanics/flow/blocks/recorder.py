@@ -8,14 +8,12 @@ import numpy as np
 
 from stickslip import status as status_codes
 from stickslip.mechanics.flow.blocks.engine import BlockEngine
-from stickslip.mechanics.flow.blocks.forces import update_needed
-from stickslip.mechanics.flow.blocks.mode import settle
-from stickslip.mechanics.flow.blocks.onset import onset
 from stickslip.mechanics.flow.blocks.system import block_directions, new_block_motion
-from stickslip.mechanics.flow.recorder import Floats, Ints, Recorder, StatesInside
+from stickslip.mechanics.flow.blocks.transitions import onset, settle, update_needed
+from stickslip.mechanics.flow.recorder import Recorder, StatesInside, horner
 from stickslip.mechanics.flow.system import LANDING
-from stickslip.mechanics.flow.two_block_recorder import horner
 from stickslip.mechanics.model.structure import Structure
+from stickslip.numerics.arrays import Floats, Ints
 from stickslip.numerics.roots import EPSILON
 from stickslip.results.parts import part
 
@@ -85,10 +83,8 @@ class BlocksRecorder(Recorder):
         settle(self.engine.system, motion, self.work.rates)
         self._note_global_stick()
 
-    def keep(self) -> None:
-        """Add the present state to the record."""
-        motion = self.motion
-        self.record.add(self.t, motion.x, motion.w, motion.e, motion.mode)
+    def _state(self) -> tuple[Floats, Floats, Floats]:
+        return self.motion.x, self.motion.w, self.motion.e
 
     def _slides_for_ever(self) -> bool:
         engine = self.engine
@@ -115,4 +111,4 @@ class BlocksRecorder(Recorder):
 
     def _inside(self) -> StatesInside:
         x, w = (np.array(rows) for rows in zip(*self.polynomials, strict=True))
-        return BlockSums(self.structure, np.array(self.record.t), x, w)
+        return BlockSums(self.structure, np.array([step.t for step in self.record]), x, w)

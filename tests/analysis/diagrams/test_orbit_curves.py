@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.analysis.diagrams.at_values import SampledOrbit, fill
+from stickslip.analysis.diagrams.orbit_curves import SampledOrbit, fill
 from stickslip.analysis.examples import logistic
 from stickslip.analysis.maps.protocol import PointValues
 

@@ -1,4 +1,8 @@
-"""Signatures of the generated law kernels, for the type checker alone: see `friction.code`."""
+"""What kernels see of friction laws: columns of a parameter row, signatures of generated kernels.
+
+The signatures are for the type checker alone (`friction.code`). A row belongs to one smooth piece
+of a law; after PARAMETER_COLUMN stand its formula's parameters, then constants made of them.
+"""
 
 from __future__ import annotations
 
@@ -52,3 +56,8 @@ def series(p: Floats, m: int, rows: NDArray[np.float64], k: int) -> None:
 def series_tangent(p: Floats, m: int, rows: NDArray[np.float64], order: int) -> None:
     """Series of dF/ds and dF/d(parameter j)."""
     raise NotImplementedError
+
+
+LAW_COLUMN, STATIC_COLUMN, FORWARD_STATIC_COLUMN = 0, 1, 2
+PIECE_END_COLUMN, NEXT_PIECE_COLUMN = 3, 4
+PARAMETER_COLUMN = 5

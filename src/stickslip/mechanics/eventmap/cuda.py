@@ -1,4 +1,4 @@
-"""Carries motions on a GPU: batches, and the instances of the kernels."""
+"""Event maps and their orbits on a GPU: batches, and the instances of the kernels."""
 
 from __future__ import annotations
 
@@ -8,29 +8,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.mechanics.eventmap.carrier import (
-    PlainCarrier,
-    new_scratch,
-)
+from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend, new_scratch
 from stickslip.mechanics.eventmap.records import Outputs, new_outputs
 from stickslip.mechanics.flow.engine import engine_for
-from stickslip.numerics.gpu import launch_on_gpu, local_arrays, require_gpu
+from stickslip.numerics.gpu import device_array, launch_on_gpu, local_arrays, require_gpu
 from stickslip.numerics.targets import instantiate
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from stickslip.mechanics.eventmap.records import Controls
+    from stickslip.mechanics.eventmap.records import Controls, Followed, ModelTable
     from stickslip.mechanics.flow.engine import Engine, EngineName
     from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.numerics.arrays import Floats
+    from stickslip.numerics.long_run import LongRun
 
-    Floats = NDArray[np.float64]
 
 # Numbers that one launch brings back: bounds the memory of the device.
 LARGEST_BATCH = 1 << 26
 
 
-class CudaCarrier(PlainCarrier):
+class CudaBackend(ScalarBackend):
     """Two undamped blocks on a GPU, one orbit a thread; itineraries come from the CPU."""
 
     def __init__(self, model: TwoBlock, engine: EngineName, controls: Controls) -> None:
@@ -41,7 +37,7 @@ class CudaCarrier(PlainCarrier):
 
     def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
         rows = np.array(directions).reshape(len(directions), self.engine.n_directions)
-        kernels = _kernels(self.engine, self.kernels, len(directions))
+        kernels = _map_kernels(self.engine, self.kernels, len(directions))
         outputs = new_outputs(d.shape, len(directions))
         for part in batches(d.size, len(outputs)):
             inputs = (*self._parameters, rows, self.controls, float(watch), d[part])
@@ -51,7 +47,7 @@ class CudaCarrier(PlainCarrier):
 
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1) from their first entries on; orbits stay on the device."""
-        kernels = _kernels(self.engine, self.kernels, 0)
+        kernels = _map_kernels(self.engine, self.kernels, 0)
         for part in batches(*orbits.shape):
             inputs = (*self._parameters, self.controls, orbits[part, 0].copy())
             launch_on_gpu(kernels.iterate_each, len(orbits[part]), inputs, [orbits[part]])
@@ -86,7 +82,7 @@ def batches(n: int, numbers: int) -> list[slice]:
     return [slice(first, first + size) for first in range(0, n, size)]
 
 
-def _kernels(engine: Engine, carrying: ModuleType, n_columns: int) -> ModuleType:
+def _map_kernels(engine: Engine, carrying: ModuleType, n_columns: int) -> ModuleType:
     """Kernels that carry motions of an engine with so many tangents."""
     key = f"{engine.key}-{len(engine.laws)}-{n_columns}"
     arrays = (new_scratch(engine, n_columns), engine.laws, np.zeros(1, dtype=np.int8))
@@ -95,5 +91,47 @@ def _kernels(engine: Engine, carrying: ModuleType, n_columns: int) -> ModuleType
         key,
         carry=carrying.carry,
         value_tangent=carrying.value_tangent,
+        thread_arrays=local_arrays("cuda", thread_arrays=arrays).thread_arrays,
+    )
+
+
+PATH_NUMBERS = 3  # that each step of an orbit leaves on the device
+
+
+def follow_on_gpu(
+    engine: Engine,
+    following: ModuleType,
+    models: ModelTable,
+    starts: Floats,
+    *,
+    controls: Controls,
+    transient: int,
+    n: int,
+    max_period: int,
+    verdicts: LongRun,
+    followed: Followed,
+) -> None:
+    """Follow the orbit of each start by the loop of `following`; results as `follow` has them."""
+    check_traced(engine)
+    kernel = _follow_kernels(engine, following).follow_each
+    for part in batches(starts.size, PATH_NUMBERS * (n + 1)):
+        m = starts[part].size
+        paths = (
+            device_array((m, n + 1), np.float64),
+            device_array((m, n), np.uint64),
+            device_array((m, n), np.float64),
+        )
+        here = models._replace(of_start=models.of_start[part])
+        inputs = (*here, starts[part], transient, max_period, controls, *paths)
+        results = [array[part] for array in (*verdicts, *followed)]
+        launch_on_gpu(kernel, m, inputs, results, filled=True)
+
+
+def _follow_kernels(engine: Engine, following: ModuleType) -> ModuleType:
+    arrays = (new_scratch(engine, 0), new_scratch(engine, 1), NO_ITINERARY)
+    return instantiate(
+        "stickslip.mechanics.eventmap._cuda_follow_kernels",
+        engine.key,
+        follow_range=following.follow_range,
         thread_arrays=local_arrays("cuda", thread_arrays=arrays).thread_arrays,
     )

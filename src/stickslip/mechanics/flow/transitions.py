@@ -1,16 +1,23 @@
-"""Transitions: which mode each block takes at an event (rules 1, 2 and 5 of docs/design.md)."""
+"""Transitions: the onset of a slip, modes that blocks take at an event, tangents through events.
+
+Rules 1, 2, 3 and 5 of docs/design.md. A motion restarts its clock at each event: the derivative
+of the state there is the one at fixed time plus the state's velocity times the event's shift,
+``-(d g) / g'`` with ``g`` the signal that reaches zero. The flow is autonomous: no more is needed.
+"""
 
 from __future__ import annotations
 
 import math
 
 from stickslip.mechanics.flow.system import (
+    ALPHA,
     AT_LOWER_LIMIT,
     AT_UPPER_LIMIT,
     BACKWARD,
     BETA,
     FORWARD,
     LANDING,
+    START,
     STICK,
     Motion,
     System,
@@ -108,3 +115,55 @@ def settle(system: System, motion: Motion) -> None:
             release(system, motion, block, BACKWARD)
         elif motion.event[block] == AT_LOWER_LIMIT:
             release(system, motion, block, FORWARD)
+
+
+@kernel(inline=True)
+def onset(system: System, motion: Motion, d: float) -> None:
+    """End of the global stick phase with ``X_2 - X_1 = d`` (eq. 6a): who slips, and from where."""
+    end = (1.0 + system.beta) / (1.0 + 2.0 * system.alpha)
+    d = min(max(d, -end), end)
+    spread = (1.0 + 2.0 * system.alpha) * d  # e_2 - e_1
+    lead = 1.0 + spread - system.beta  # how far block 2 is past its limit as block 1 leaves
+    tie = abs(lead) <= 4.0 * EPSILON * (1.0 + abs(spread) + system.beta)
+    first = lead < 0.0 or tie
+    second = lead > 0.0 or tie
+    motion.mode[0] = BACKWARD if first else STICK
+    motion.mode[1] = BACKWARD if second else STICK
+    put_exactly(motion, 0, 0.0, 1.0 if first else max(system.beta - spread, -1.0))
+    put_exactly(motion, 1, 0.0, system.beta if second else max(1.0 + spread, -system.beta))
+    for column in range(motion.directions.shape[0]):
+        direction = motion.directions[column]
+        d_spread = (1.0 + 2.0 * system.alpha) * direction[START] + 2.0 * d * direction[ALPHA]
+        motion.tangent_w[0, column] = motion.tangent_w[1, column] = 0.0
+        motion.tangent_e[0, column] = 0.0 if first else direction[BETA] - d_spread
+        motion.tangent_e[1, column] = direction[BETA] if second else d_spread
+
+
+@kernel
+def saltation(system: System, motion: Motion, rate_w_1: float, rate_w_2: float) -> None:
+    """Move the tangents to the event that ``motion.event`` names, if any; `rate_w`: w' just before.
+
+    The first block with an event sets the time. At a touch (rate 0) nothing is moved.
+    """
+    for block in range(2):
+        event = motion.event[block]
+        if event == 0:
+            continue
+        rate_w = rate_w_1 if block == 0 else rate_w_2
+        rate = rate_w if event == LANDING else loading_rate(system, motion.w, block)
+        if abs(rate) <= 8.0 * EPSILON * limit(system, block):
+            continue
+        rate_e_1 = loading_rate(system, motion.w, 0)
+        rate_e_2 = loading_rate(system, motion.w, 1)
+        side = 1.0 if event == AT_UPPER_LIMIT else -1.0
+        for column in range(motion.directions.shape[0]):
+            if event == LANDING:
+                shift = -motion.tangent_w[block, column] / rate
+            else:
+                moved = side * motion.directions[column, BETA] * block
+                shift = (moved - motion.tangent_e[block, column]) / rate
+            motion.tangent_w[0, column] += rate_w_1 * shift
+            motion.tangent_w[1, column] += rate_w_2 * shift
+            motion.tangent_e[0, column] += rate_e_1 * shift
+            motion.tangent_e[1, column] += rate_e_2 * shift
+        return

@@ -17,13 +17,10 @@ from stickslip.mechanics.flow._exact_kernels import (
     new_work,
     rider_touch,
 )
+from stickslip.mechanics.flow._sliding_kernels import energy_reach
 from stickslip.mechanics.flow.dense import find_events
 from stickslip.mechanics.flow.engine import engine_for
-from stickslip.mechanics.flow.mode import mode_on_belt, release, round_landings, settle
-from stickslip.mechanics.flow.onset import onset
 from stickslip.mechanics.flow.oscillator import oscillator, oscillator_sharp, oscillator_tangent
-from stickslip.mechanics.flow.saltation import saltation
-from stickslip.mechanics.flow.sliding import energy_reach
 from stickslip.mechanics.flow.system import (
     AT_LOWER_LIMIT,
     AT_UPPER_LIMIT,
@@ -36,6 +33,14 @@ from stickslip.mechanics.flow.system import (
     limit,
     loading_rate,
     new_motion,
+)
+from stickslip.mechanics.flow.transitions import (
+    mode_on_belt,
+    onset,
+    release,
+    round_landings,
+    saltation,
+    settle,
 )
 
 pytestmark = pytest.mark.kernel

@@ -1,6 +1,6 @@
 """What carries motions from one global stick phase to the next: kernels, threads, scratch.
 
-The event map of two blocks asks a carrier and does not know which engine it has.
+The event map of two blocks asks a backend and does not know which engine it has.
 """
 
 from __future__ import annotations
@@ -25,18 +25,16 @@ from stickslip.mechanics.flow.system import new_motion
 from stickslip.numerics.targets import launch
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 # Fewer motions than this are not worth a thread.
 SMALLEST_TILE = {"exact": 4000, "taylor": 64, "collocation": 16}
 NO_ITINERARY = np.zeros(0, dtype=np.int8)
 
 
-class Carrier(Protocol):
+class Backend(Protocol):
     """Carries motions of two blocks from start to value; points are arrays of shape (n,)."""
 
     name: str
@@ -44,17 +42,8 @@ class Carrier(Protocol):
     def value(self, d: float) -> float:
         """Value at one d."""
 
-    def values(self, d: Floats) -> Floats:
-        """Value at each d."""
-
-    def slopes(self, d: Floats) -> Floats:
-        """Slope at each d."""
-
-    def values_and_slopes(self, d: Floats) -> tuple[Floats, Floats]:
-        """Value and slope at each d."""
-
-    def evidence(self, d: Floats) -> Outputs:
-        """Everything of each d, the slope in column 0 of its derivatives."""
+    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
+        """Values at each d, slopes in column 0 of the derivatives; all the rest only if `watch`."""
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
@@ -66,7 +55,7 @@ class Carrier(Protocol):
         """Modes of each phase, as text."""
 
 
-class PlainCarrier:
+class ScalarBackend:
     """Two undamped blocks: the engines that know w and e, one motion at a time."""
 
     def __init__(self, model: TwoBlock, engine: Engine, controls: Controls, threads: int) -> None:
@@ -76,24 +65,11 @@ class PlainCarrier:
 
     def value(self, d: float) -> float:
         """Value at one d."""
-        return float(self.values(np.array([d]))[0])
+        return float(self.carry(np.array([d])).value[0])
 
-    def values(self, d: Floats) -> Floats:
-        """Value at each d."""
-        return self._carried(d, ()).value
-
-    def slopes(self, d: Floats) -> Floats:
-        """Slope at each d."""
-        return self._carried(d, (start_direction(self.engine),)).derivative[:, 0]
-
-    def values_and_slopes(self, d: Floats) -> tuple[Floats, Floats]:
-        """Value and slope at each d."""
-        outputs = self.evidence(d)
-        return outputs.value, outputs.derivative[:, 0]
-
-    def evidence(self, d: Floats) -> Outputs:
-        """Everything of each d, the slope in column 0 of its derivatives."""
-        return self._carried(d, (start_direction(self.engine),), watch=True)
+    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
+        """Values at each d, and slopes."""
+        return self._carried(d, (start_direction(self.engine),) if slope else (), watch)
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
