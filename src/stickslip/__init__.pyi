@@ -12,7 +12,7 @@ from .analysis.diagrams.diagrams import bifurcation_diagram as bifurcation_diagr
 from .analysis.maps.piecewise_map import PiecewiseMap as PiecewiseMap
 from .analysis.orbits.periodic import periodic_orbits as periodic_orbits
 from .app.widget import explore as explore
-from .mechanics.cycle.continuation import continue_cycle as continue_cycle
+from .following import follow as follow
 from .mechanics.cycle.equilibria import equilibria as equilibria
 from .mechanics.cycle.limit_cycles import limit_cycles as limit_cycles
 from .mechanics.cycle.return_region import return_region as return_region
@@ -40,9 +40,6 @@ from .mechanics.model.units import Units as Units
 from .proofs.certify import certify as certify
 from .proofs.certify import certify_orbits as certify_orbits
 from .proofs.certify import enclose as enclose
-from .study.bifurcations import continue_bifurcation as continue_bifurcation
-from .study.bifurcations import continue_breakpoint as continue_breakpoint
-from .study.bifurcations import continue_orbit as continue_orbit
 from .study.storage import load as load
 from .sweeps import observables as observables
 from .sweeps.axis import axis as axis

@@ -64,26 +64,26 @@ TYPES: Final[dict[str, str]] = {
     "AttractorList": "analysis.attractors.attractor",
     "AttractorTable": "analysis.diagrams.diagram",
     "Bifurcation": "analysis.bifurcations.bifurcation",
-    "BifurcationCurve": "analysis.bifurcations.curves.bifurcation_curve",
     "BifurcationList": "analysis.bifurcations.bifurcation",
+    "BifurcationProblem": "analysis.bifurcations.curves.curves",
     "Border": "analysis.branches.along.borders",
     "BorderReading": "analysis.branches.along.borders",
-    "BranchEnd": "analysis.continuation.orbit_branch",
     "BreakLine": "analysis.branches.along.break_lines",
     "Breakpoint": "analysis.branches.breakpoints",
-    "BreakpointCurve": "analysis.bifurcations.curves.bifurcation_curve",
     "BreakpointList": "analysis.branches.branches",
+    "BreakpointProblem": "analysis.bifurcations.curves.breakpoint_curves",
     "Cascade": "analysis.bifurcations.bifurcation",
-    "CodimensionTwo": "analysis.bifurcations.curves.bifurcation_curve",
-    "Cycle": "mechanics.cycle.cycle",
-    "CycleBifurcation": "mechanics.cycle.branch",
-    "CycleBranch": "mechanics.cycle.branch",
-    "CycleEnd": "mechanics.cycle.branch",
-    "CycleList": "mechanics.cycle.limit_cycles",
     "Collision": "analysis.bifurcations.conditions.conditions",
     "Connection": "analysis.bifurcations.conditions.conditions",
     "Crossing": "analysis.bifurcations.conditions.conditions",
+    "Curve": "analysis.continuation.curve",
+    "CurveEnd": "analysis.continuation.curve",
+    "CurveEvent": "analysis.continuation.curve",
+    "Cycle": "mechanics.cycle.cycle",
+    "CycleList": "mechanics.cycle.limit_cycles",
+    "CycleProblem": "mechanics.cycle.continuation",
     "Diagram": "analysis.diagrams.diagram",
+    "EquilibriumProblem": "mechanics.cycle.along",
     "Event": "mechanics.flow.trajectory",
     "Flip": "analysis.bifurcations.conditions.conditions",
     "Fold": "analysis.bifurcations.conditions.conditions",
@@ -93,15 +93,12 @@ TYPES: Final[dict[str, str]] = {
     "LyapunovExponent": "analysis.attractors.lyapunov",
     "NearFold": "analysis.orbits.orbit",
     "NeutralFamily": "mechanics.cycle.neutral",
-    "OrbitBranch": "analysis.continuation.orbit_branch",
-    "OrbitBranchND": "analysis.continuation.orbit_branch_nd",
     "OrbitCurve": "analysis.diagrams.diagram",
-    "OrbitEndND": "analysis.continuation.orbit_branch_nd",
     "OrbitList": "analysis.orbits.orbit",
     "OrbitListND": "analysis.orbits.orbits_nd",
+    "OrbitProblem": "analysis.continuation.orbit_curve",
+    "OrbitProblemND": "analysis.continuation.orbit_curve_nd",
     "Outcome": "analysis.bifurcations.outcome",
-    "PassedBifurcation": "analysis.continuation.orbit_branch",
-    "PassedBifurcationND": "analysis.continuation.orbit_branch_nd",
     "PeriodicOrbit": "analysis.orbits.orbit",
     "PeriodicOrbitND": "analysis.orbits.orbits_nd",
     "Reading": "analysis.bifurcations.conditions.conditions",
@@ -109,9 +106,9 @@ TYPES: Final[dict[str, str]] = {
     "StrandEnd": "analysis.diagrams.assemble",
     "TrappingBall": "mechanics.cycle.trapping",
     "TurningPoint": "analysis.branches.along.borders",
-    "Unseen": "analysis.orbits.orbits_nd",
     "Unresolved": "analysis.branches.discontinuities",
     "UnresolvedChange": "analysis.bifurcations.bifurcation",
+    "Unseen": "analysis.orbits.orbits_nd",
 }
 
 
@@ -192,7 +189,7 @@ def save(result: Any, path: str | os.PathLike[str]) -> None:
         "format": FORMAT,
         "version": VERSION,
         "program": __version__,
-        "result": _written(result),
+        "result": _maps_once(_written(result), {}),
     }
     write_text(path, _text({**document, SUM: _checksum(document)}) + "\n")
 
@@ -355,6 +352,21 @@ def _written_map(f: Map1D | MapND) -> dict[str, Any]:
     return {**written, "kind": None, "why": "Python functions cannot be saved."}
 
 
+def _maps_once(written: Any, known: dict[str, int]) -> Any:
+    """Let a map that comes again refer to where it came first, by number."""
+    if isinstance(written, list):
+        return [_maps_once(item, known) for item in written]
+    if not isinstance(written, dict):
+        return written
+    if written.get(KIND) != "map":
+        return {key: _maps_once(item, known) for key, item in written.items()}
+    text = json.dumps(written, sort_keys=True)
+    if text in known:
+        return {KIND: "map", "number": known[text]}
+    known[text] = len(known)
+    return written
+
+
 # ------------------------------------------------------------------ reading
 
 
@@ -363,11 +375,11 @@ BROKEN: Final = (LookupError, TypeError, AttributeError, ValueError, ArithmeticE
 
 
 class _Reader:
-    """Undoes `_written`; equal maps become one."""
+    """Undoes `_written` and `_maps_once`."""
 
     def __init__(self, system: MapFamily | None) -> None:
         self.system = system
-        self.maps: dict[str, Any] = {}
+        self.maps: list[Any] = []
 
     def value(self, written: Any, place: str) -> Any:
         if isinstance(written, list):
@@ -430,10 +442,10 @@ class _Reader:
         return np.array(items, dtype=dtype).reshape(written["shape"])
 
     def _map(self, written: dict[str, Any], place: str) -> Any:
-        text = json.dumps(written, sort_keys=True)
-        if text not in self.maps:
-            self.maps[text] = self._new_map(written, place)
-        return self.maps[text]
+        if "number" in written:
+            return self.maps[written["number"]]
+        self.maps.append(self._new_map(written, place))
+        return self.maps[-1]
 
     def _new_map(self, written: dict[str, Any], place: str) -> Any:
         if self.system is not None:
@@ -451,13 +463,13 @@ class _Reader:
     def _given(self, parameters: dict[str, float]) -> Any:
         """Use the caller's map at the parameter values of the file."""
         system: Any = getattr(self.system, "whole", self.system)  # the file knows the window
-        own = system.parameters
+        own = getattr(system, "parameters", {})
         if set(own) != set(parameters):
             raise _SystemError(
                 f"system has the parameters {', '.join(own) or 'none'}; the result is one of a "
                 f"system with {', '.join(parameters) or 'none'}."
             )
-        return system.replace(**parameters)
+        return system.replace(**parameters) if parameters else system
 
 
 class _SystemError(ValueError):

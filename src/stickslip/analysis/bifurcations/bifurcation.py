@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, get_args, overload
 
 from stickslip.checks import one_of
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.bifurcations.outcome import Outcome
-    from stickslip.analysis.continuation.orbit_branch import OrbitBranch
+    from stickslip.analysis.continuation.curve import Curve
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
@@ -86,6 +86,8 @@ class Bifurcation:
         Whether it was found by following a cascade, beyond the longest period searched.
     note : str
         What else is to be said; empty if nothing.
+    system : map or None
+        The family of maps; None if it was loaded without.
     """
 
     kind: BifurcationKind
@@ -110,6 +112,7 @@ class Bifurcation:
     multipliers: tuple[float, ...] = ()
     in_cascade: bool = False
     note: str = ""
+    system: Any = field(default=None, repr=False, compare=False)
 
     @property
     def born(self) -> int:
@@ -275,7 +278,7 @@ class BifurcationList(Sequence[Bifurcation]):
         Longest period of the orbits that were searched.
     window : tuple of float or None
         The part of the map's domain that was searched; None for all of it.
-    branches : tuple of OrbitBranch
+    branches : tuple of Curve
         The orbits between the bifurcations.
     cascades : tuple of Cascade
     unresolved : tuple of UnresolvedChange
@@ -290,7 +293,7 @@ class BifurcationList(Sequence[Bifurcation]):
     parameters: dict[str, float]
     max_period: int
     window: tuple[float, float] | None = None
-    branches: tuple[OrbitBranch, ...] = ()
+    branches: tuple[Curve, ...] = ()
     cascades: tuple[Cascade, ...] = ()
     unresolved: tuple[UnresolvedChange, ...] = ()
     n_lists: int = 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import numpy as np
 
@@ -48,6 +48,8 @@ class Breakpoint:
         resolution.
     quality : str
         ``located``, or ``bracketed`` where the interval is wider than rounding.
+    system : map or None
+        The map that it is a breakpoint of; None if it was loaded without.
     """
 
     d: float
@@ -62,6 +64,7 @@ class Breakpoint:
     right_label: int = field(default=0, repr=False)
     interval: tuple[float, float] = field(default=(math.nan, math.nan), repr=False)
     quality: str = field(default="located", repr=False)
+    system: Any = field(default=None, repr=False, compare=False)
 
     @property
     def residual(self) -> float:

@@ -103,6 +103,7 @@ def _orbit(
         interval=np.roll(points[:, None] + error[:, None] * np.array([-1.0, 1.0]), -start, axis=0),
         residual=float(residual.max(initial=0.0)),
         jump=crossing,
+        system=table.f,
     )
 
 

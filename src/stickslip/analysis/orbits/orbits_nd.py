@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -44,6 +44,8 @@ class PeriodicOrbitND:
         Largest abs(f(x_i) - x_(i+1)).
     hits : int
         How many seeds led to it, of those that led to an orbit of this period.
+    system : map or None
+        The map that it is an orbit of; None if it was loaded without.
     """
 
     points: Floats
@@ -54,6 +56,7 @@ class PeriodicOrbitND:
     labels: Labels = field(repr=False)
     residual: float
     hits: int = 0
+    system: Any = field(default=None, repr=False, compare=False)
 
     @property
     def kind(self) -> str:
@@ -108,6 +111,7 @@ def make_orbit(
         labels=labels,
         residual=float(residual),
         hits=hits,
+        system=f,
     )
 
 

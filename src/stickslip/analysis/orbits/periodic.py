@@ -325,6 +325,7 @@ class _Search:
             quality="located" if located else "bracketed",
             interval=interval,
             residual=float(found.residual[k]),
+            system=self.table.f,
         )
 
     def add_jump_orbits(self, pieces: Pieces) -> None:

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from stickslip.mechanics.cycle.section import Section, Shooting, Word, word_of
 from stickslip.mechanics.cycle.shooting import Shooter, State
-from stickslip.numerics.continuation import Curve, CurvePoint, LeavesRegion, StepTooLong
+from stickslip.numerics.continuation import ArclengthCurve, CurvePoint, LeavesRegion, StepTooLong
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -162,7 +162,7 @@ def _converged(shooting: Shooting, guess: Floats, width: float) -> Floats | None
     """Cycle at the parameter of a guess, of whatever modes."""
     try:
         period = float(guess[-2]) if shooting.section.block is not None else 1.0
-        y = Curve(shooting, shooting.scale(width, period)).point(guess).y
+        y = ArclengthCurve(shooting, shooting.scale(width, period)).point(guess).y
         residual = float(np.abs(shooting(y)[0]).max())
     except (LeavesRegion, StepTooLong, ValueError):
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,6 +40,7 @@ class Equilibrium:
         cycle, and where they graze the belt.
     hopf_points : tuple of HopfPoint
         Where a pair of modes begins or ceases to grow in the range of belt speeds searched.
+    model : TwoBlock, Blocks, Chain or Oscillator
     """
 
     x: Floats
@@ -49,6 +50,7 @@ class Equilibrium:
     neutral: bool
     neutral_family: NeutralFamily | None
     hopf_points: tuple[HopfPoint, ...]
+    model: Model = field(repr=False)
 
     @property
     def critical_speeds(self) -> Floats:
@@ -129,5 +131,6 @@ def equilibria(
             neutral=neutral,
             neutral_family=neutral_family(model),
             hopf_points=hopf_points(model, (low, high)),
+            model=model,
         ),
     )

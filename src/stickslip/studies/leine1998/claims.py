@@ -95,7 +95,7 @@ def _branch() -> Iterator[Claim]:
                 "it is 0 on the stick-slip side at each damping",
                 all(
                     abs(cycle.multipliers).max() == 0.0
-                    for cycle in found.branch.cycles[: fold.row]
+                    for cycle in found.branch[: fold.row]
                     if cycle.events
                 ),
             ),
