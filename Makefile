@@ -4,7 +4,7 @@
 #   make reproduce    the paper's figures and table of values in out/
 #   make test         the test suite
 #   make evidence     the large samples and long proofs, an hour or two
-#   make check        lint, types, import contracts, then the tests: what CI runs
+#   make check        lint, types, import contracts, budgets, then the tests: what CI runs
 #   make docs         the documentation in docs/_build/html, from local files alone
 #   make packaging    wheel and sdist in empty environments, oldest and newest dependencies
 #   make benchmark    the timings, competitors included
@@ -21,7 +21,7 @@ COMPILE := $(PY) -m uv pip compile --quiet --universal --python-version 3.11 \
 	--generate-hashes --no-emit-index-url --no-emit-find-links --no-header
 
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test check docs benchmark evidence packaging clean lint format types contracts \
+.PHONY: help reproduce test check docs benchmark evidence packaging clean lint format types contracts budgets \
 	test-kernels test-all lock env env-dev env-docs
 
 help:
@@ -42,6 +42,7 @@ check: $(STAMPS)/dev
 	@$(MAKE) --no-print-directory lint
 	@$(MAKE) --no-print-directory types
 	@$(MAKE) --no-print-directory contracts
+	@$(MAKE) --no-print-directory budgets
 	@$(MAKE) --no-print-directory test
 
 # What takes too long for every change: tests marked slow, then random systems against the oracles.
@@ -100,6 +101,9 @@ types: $(STAMPS)/dev
 
 contracts: $(STAMPS)/dev
 	$(VENV)/bin/lint-imports
+
+budgets: $(STAMPS)/dev
+	$(PY) -m tests.house.budgets
 
 # ---------------------------------------------------------------- environment
 # One environment grows: core, then the tools for tests, then those for docs. All locks agree with

@@ -1,10 +1,13 @@
 """One table of names: complete for models and results, and fit to be drawn."""
 
+import inspect
+import pickle
 from dataclasses import fields
 
 import pytest
 from matplotlib.mathtext import MathTextParser
 
+import stickslip as ss
 from stickslip import examples
 from stickslip.mechanics.eventmap.event_map import EventMapResult
 from stickslip.vocabulary import TERMS, did_you_mean, label, symbol
@@ -46,3 +49,28 @@ def test_did_you_mean():
     assert did_you_mean("zzz", ["alpha"]) == "Known: alpha."
     assert did_you_mean("v", ["alpha", "V"]) == "Known: alpha, V. Did you mean 'V'?"
     assert did_you_mean("v", ["v_dr", "v", "V"]) == "Known: v_dr, v, V. Did you mean 'v'?"
+
+
+@pytest.mark.parametrize(
+    ("expression", "meant"),
+    [
+        ("ss.eventmap", "event_map"),
+        ("ss.event_map(ss.examples.coulomb(), rtoll=1e-12)", "rtol"),
+        ("ss.TwoBlock(alpha=1, beta=1, v=0.1, friction=ss.Coulomb(mu=0.2))", "V"),
+        ("ss.bifurcations(None, 'V', (0, 1), maxperiod=2)", "max_period"),
+    ],
+)
+def test_misspelt_names_and_keywords_are_told_the_closest(expression, meant):
+    with pytest.raises((AttributeError, TypeError), match=f"Did you mean '{meant}'"):
+        eval(expression, {"ss": ss})
+
+
+def test_public_functions_keep_their_signature_and_can_be_pickled():
+    assert list(inspect.signature(ss.attractors).parameters)[:2] == ["f", "starts"]
+    assert pickle.loads(pickle.dumps(ss.attractors)) is ss.attractors
+
+
+def test_no_symbol_has_two_meanings():
+    symbols = [term.symbol for term in TERMS.values() if term.symbol]
+    assert len(set(symbols)) == len(symbols)
+    assert not {"c", "p"} & set(symbols)  # of damping, of a power

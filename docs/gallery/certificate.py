@@ -8,7 +8,7 @@ proven points on the map.
 """
 
 import stickslip as ss
-from stickslip.plot.event_map import event_map, mark_orbit
+from stickslip.plot.maps import event_map, mark_orbit
 
 f = ss.event_map(ss.examples.coulomb())
 proof = ss.certify_orbits(ss.examples.coulomb())

@@ -6,8 +6,8 @@ How distances move under the map: up to the map, across to the diagonal, and aga
 """
 
 import stickslip as ss
-from stickslip.plot.cobweb import draw_cobweb
+from stickslip.plot.maps import cobweb
 
 f = ss.event_map(ss.examples.law9(alpha=1.215))
 orbits = ss.periodic_orbits(f)
-draw_cobweb(f, [0.3795], steps=60, orbits=orbits, window=(0.379, 0.390))
+cobweb(f, [0.3795], steps=60, orbits=orbits, window=(0.379, 0.390))

@@ -7,7 +7,7 @@ hold each block.
 """
 
 import stickslip as ss
-from stickslip.plot.mechanism import mechanism
+from stickslip.plot.breaks import mechanism
 
 model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.0366, friction=ss.Coulomb(mu=0.22))
 mechanism(model, x=(0.6, 0.3))

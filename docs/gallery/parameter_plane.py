@@ -9,7 +9,7 @@ ends. Sweeps use all cores, and go on where they were stopped.
 import tempfile
 
 import stickslip as ss
-from stickslip.plot.sweep_map import draw_sweep
+from stickslip.plot.sweep_map import sweep
 
 model = ss.examples.coulomb()
 (collision,) = ss.bifurcations(model, "V", (0.0366, 0.0372))
@@ -20,6 +20,6 @@ swept = ss.sweep(
     {"V": (*plane["V"], 36), "alpha": (*plane["alpha"], 24)},
     observables=[ss.observables.LyapunovExponent(transient=300, n=300)],
     store=tempfile.mkdtemp() + "/plane.zarr",
-    d0=-0.4676,  # on the orbit of period 4
+    d=-0.4676,  # on the orbit of period 4
 )
-draw_sweep(swept, curves=(curve,))
+sweep(swept, curves=(curve,))

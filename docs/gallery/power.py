@@ -7,7 +7,7 @@ a jump.
 """
 
 import stickslip as ss
-from stickslip.plot.event_map import event_map, mark_orbit
+from stickslip.plot.maps import event_map, mark_orbit
 
 f = ss.event_map(ss.examples.coulomb())
 ax = event_map(f.power(4), power=4)

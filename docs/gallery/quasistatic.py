@@ -8,7 +8,7 @@ As the belt slows down the event map tends to one with branches of slope 1, comp
 import matplotlib.pyplot as plt
 
 import stickslip as ss
-from stickslip.plot.event_map import event_map
+from stickslip.plot.maps import event_map
 
 model = ss.examples.coulomb()
 fig, axes = plt.subplots(1, 3, figsize=(9, 3.2), layout="constrained")

@@ -7,7 +7,7 @@ leaves where one block reaches its limit; the line AC is the domain of the event
 """
 
 import stickslip as ss
-from stickslip.plot.stick_locus import trajectory_in_plane
+from stickslip.plot.locus import trajectory_in_plane
 
 motion = ss.simulate(ss.examples.coulomb(), d=0.1, t_end=150)
 trajectory_in_plane(motion)

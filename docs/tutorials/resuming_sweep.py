@@ -22,7 +22,7 @@ plan = {
     "axes": {"V": (0.0366, 0.0374, 24), "alpha": (1.198, 1.204, 16)},
     "observables": [ss.observables.LyapunovExponent(transient=300, n=300)],
     "store": folder / "plane.zarr",
-    "d0": -0.4676,  # on the orbit of period 4
+    "d": -0.4676,  # on the orbit of period 4
     "chunks": {"V": 4, "alpha": 4},
 }
 

@@ -10,7 +10,19 @@ import lazy_loader
 
 __version__ = "0.1.0"
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_served, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+
+def __getattr__(name: str) -> object:
+    try:
+        return _served(name)
+    except AttributeError:
+        if name.startswith("_") or name in __all__:
+            raise
+    from stickslip.vocabulary import closest
+
+    raise AttributeError(f"stickslip has no {name!r}. {closest(name, __all__)}".rstrip())
+
 
 if find_spec("flint") is None:
     # `import *` and `help` pass over what an extra brings; asked for by name, it says which extra.

@@ -1,5 +1,7 @@
 # The public names, listed once: `__init__.py` serves them from here, each when first used.
+from . import errors as errors
 from . import examples as examples
+from . import plot as plot
 from . import status as status
 from .analysis.attractors.attractors import attractors as attractors
 from .analysis.attractors.basins import basins as basins

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 
-
-class MissingExtraError(ModuleNotFoundError):
-    """A package that one of the project's extras brings is not installed."""
+from stickslip.errors import MissingExtraError
 
 
 def require_extra(extra: str, purpose: str, *modules: str) -> None:

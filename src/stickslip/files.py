@@ -21,13 +21,13 @@ FULL: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Why a disk takes no more; the system does not say which file that was for."""
 
 
-def checked_path(path: object, name: str = "path") -> Path:
+def checked_path(path: object) -> Path:
     """Return the name of a file as a path."""
     text = os.fspath(path) if isinstance(path, os.PathLike) else path
     if not isinstance(text, str) or not 0 < len(text) <= LONGEST_PATH or "\0" in text:
         raise ValueError(
-            f"{name} = {reprlib.repr(path)} ({type(path).__name__}) is not allowed: {name} must "
-            "be a file's name, a text of 1 to 4096 characters without null, or a pathlib.Path."
+            f"path = {reprlib.repr(path)} ({type(path).__name__}) is not allowed: path must be a "
+            "file's name, a text of 1 to 4096 characters without null, or a pathlib.Path."
         )
     return Path(text)
 

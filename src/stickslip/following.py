@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation
 from stickslip.analysis.bifurcations.curves.breakpoint_curves import follow_breakpoint
 from stickslip.analysis.bifurcations.curves.curves import follow_bifurcation
-from stickslip.analysis.branches.along.borders import Border
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.continuation.continuation import follow_on, follow_orbit
 from stickslip.analysis.continuation.continuation_nd import follow_orbit_nd
@@ -122,7 +122,7 @@ def follow(
             raise ValueError(f"system = {shown(f_nd)} has no parameters to vary.")
         what, known = "an orbit in R^n", ("max_step", "max_points")
         return _call(follow_orbit_nd, what, given, (thing, f_nd, parameter, range), known)
-    if isinstance(thing, Breakpoint | Border):
+    if isinstance(thing, Breakpoint | TrackedDiscontinuity):
         f = line_family(_known_system(thing, "breakpoint"))
         return _call(follow_breakpoint, "a breakpoint", given, (thing, f, parameter, range), ())
     if isinstance(thing, Bifurcation):

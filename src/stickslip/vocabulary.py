@@ -5,11 +5,14 @@ Axis labels, attributes, documentation and messages read it. Equations are Galva
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final, TypeVar
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -38,9 +41,9 @@ _TABLE = (
     Term("gamma", r"\gamma", "rate at which friction falls with slip speed", "1 / velocity", "9"),
     Term("delta", r"\delta", "share of friction that never falls", "", "9"),
     Term("eta", r"\eta", "growth of friction with slip speed squared", "1 / velocity^2", "9"),
-    Term("viscous", "c", "viscous friction per slip speed", "1 / velocity"),
+    Term("viscous", r"\chi", "viscous friction per slip speed", "1 / velocity"),
     Term("speed", r"s_{0}", "slip speed over which friction falls", _VELOCITY),
-    Term("exponent", "p", "exponent of the slip speed in the falling part"),
+    Term("exponent", "q", "exponent of the slip speed in the falling part"),
     # state
     Term("t", r"\tau", "time", _TIME, "6a"),
     Term("x", "X", "displacement of a block from where all springs are slack", _LENGTH, "6a"),
@@ -86,13 +89,38 @@ def label(name: str, index: int | str | None = None) -> str:
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """Sentence that lists what exists and names the closest, if need be in other letter case."""
-    name, known = name[:100] if isinstance(name, str) else "", list(known)
-    listing = f"Known: {', '.join(known) or 'none'}."
+    known = list(known)
+    return f"Known: {', '.join(known) or 'none'}. {closest(name, known)}".rstrip()
+
+
+def closest(name: object, known: list[str]) -> str:
+    """Question whether the closest known name was meant; empty where none is close."""
+    name = name[:100] if isinstance(name, str) else ""
     close = get_close_matches(name, known, n=1) or _close_but_for_case(name, known)
-    return f"{listing} Did you mean {close[0]!r}?" if close else listing
+    return f"Did you mean {close[0]!r}?" if close else ""
 
 
 def _close_but_for_case(name: str, known: list[str]) -> list[str]:
     """Like `get_close_matches`, which finds no V for v."""
     folded = {item.casefold(): item for item in known}
     return [folded[item] for item in get_close_matches(name.casefold(), folded, n=1)]
+
+
+def suggests(public: T) -> T:
+    """Let a public function or class name the closest keyword it knows when one is misspelt."""
+    if isinstance(public, type):
+        public.__init__ = suggests(public.__init__)  # type: ignore[misc]
+        return public
+    function: Any = public
+    code = function.__code__
+    known = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+
+    @functools.wraps(function)
+    def checked(*args: Any, **keywords: Any) -> Any:
+        for name in keywords:
+            if name not in known:
+                named = [one for one in known if one != "self"]
+                raise TypeError(f"{name!r} is no keyword here. {did_you_mean(name, named)}")
+        return function(*args, **keywords)
+
+    return checked  # type: ignore[return-value]

@@ -12,10 +12,10 @@ import pytest
 from stickslip import examples as models
 from stickslip.analysis import examples
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
-from stickslip.analysis.branches.along.borders import Border
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.branches.branches import breakpoints
 from stickslip.analysis.continuation.continuation import follow_orbit
-from stickslip.analysis.maps.window import WindowMap
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.analysis.storage import TYPES, VERSION, _hints, load, save
 from stickslip.mechanics.eventmap.event_map import EventMap
@@ -74,7 +74,7 @@ def path(tmp_path):
         np.array([True, False]),
         np.array([1, -1]),
         np.array(["periodic", "chaotic"]),
-        Border(2**64 - 1, None, 0.1, "jump", 1e-300),
+        TrackedDiscontinuity(2**64 - 1, None, 0.1, "jump", 1e-300),
     ],
     ids=repr,
 )
@@ -210,8 +210,8 @@ def test_newer_files_are_refused(path):
     "result",
     [
         {"is": "NoSuchType"},
-        {"is": "Border", "x": 1.0},
-        {"is": "Border", "left": 1},
+        {"is": "TrackedDiscontinuity", "x": 1.0},
+        {"is": "TrackedDiscontinuity", "left": 1},
         {"is": "array", "dtype": "float64", "shape": [3], "of": [1.0]},
         {"is": "array", "dtype": "float64", "shape": [1], "of": ["one"]},
         {"is": "array", "dtype": "uint64", "shape": [1], "of": [10**30]},
@@ -239,6 +239,12 @@ def test_files_of_before_the_checksum_are_read(path):
     assert load(path) == [1, (2.5,)]
 
 
+def test_files_with_the_old_names_of_classes_are_read(path):
+    fields = {"left_label": 3, "right_label": None, "x": 0.1, "kind": "edge", "reach": 0.0}
+    replace_result(path, {"is": "Border"} | fields)
+    assert load(path) == TrackedDiscontinuity(**fields)
+
+
 def test_a_changed_number_is_noticed_and_another_layout_is_not(path):
     save([1.5, 2.5], path)
     document = json.loads(path.read_text())
@@ -262,7 +268,7 @@ def deep(levels):
     [
         ({"is": ["list"]}, "result"),
         ({"is": "k" * 100_000}, "result"),
-        ({"is": "Border", "k" * 100_000: 1}, "result"),
+        ({"is": "TrackedDiscontinuity", "k" * 100_000: 1}, "result"),
         ({"is": "part", "kind": "model", "description": 5}, "result"),
         ({"is": "map", "text": "f", "kind": "event map", "description": [1]}, "result"),
         ({"is": "dict", "of": [[1]]}, "result"),

@@ -6,7 +6,8 @@ import sys
 import pytest
 
 from stickslip.cli.program import run
-from stickslip.extras import MissingExtraError, require_extra
+from stickslip.errors import MissingExtraError
+from stickslip.extras import require_extra
 
 
 @pytest.mark.parametrize(

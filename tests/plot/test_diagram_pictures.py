@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from stickslip.analysis.branches.along.break_lines import BreakLine
-from stickslip.analysis.diagrams.assemble import StrandEnd
+from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
+from stickslip.analysis.diagrams.assemble import OrbitCurveEnd
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
 from stickslip.plot.bifurcations import (
     BREAK,
@@ -34,7 +34,7 @@ def ax():
 
 
 def ending(value, points, reason):
-    return StrandEnd(value, np.array(points), reason)
+    return OrbitCurveEnd(value, np.array(points), reason)
 
 
 def diagram(**changes):
@@ -68,7 +68,7 @@ def diagram(**changes):
         "parameters": {},
         "orbits": (fixed, born),
         "attractors": table,
-        "breakpoints": (BreakLine("jump", 0.9 - 0.1 * VALUES),),
+        "breakpoints": (BreakpointLine("jump", 0.9 - 0.1 * VALUES),),
     }
     return Diagram(**{**fields, **changes})
 

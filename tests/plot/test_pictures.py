@@ -9,13 +9,12 @@ from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.chain import Chain, Oscillator
-from stickslip.plot.cobweb import draw_cobweb
-from stickslip.plot.event_map import cobweb, event_map, mark_orbit
+from stickslip.plot.breaks import mechanism
 from stickslip.plot.law import friction_characteristic
-from stickslip.plot.mechanism import mechanism
+from stickslip.plot.locus import stick_locus
+from stickslip.plot.maps import cobweb, draw_steps, event_map, mark_orbit
 from stickslip.plot.motion import draw_portrait, sample_times, stick_interval, time_series
 from stickslip.plot.orbits import draw_orbits
-from stickslip.plot.stick_locus import stick_locus
 from stickslip.plot.style import new_figure, style
 
 
@@ -138,13 +137,13 @@ class TestEventMap:
         assert ax.lines[0].get_marker() != ax.lines[1].get_marker()
 
     def test_cobweb_alternates_between_map_and_diagonal(self, ax):
-        cobweb(ax, [0.1, 0.2, 0.4])
+        draw_steps(ax, [0.1, 0.2, 0.4])
         steps = [[0.1, 0.1], [0.1, 0.2], [0.2, 0.2], [0.2, 0.4], [0.4, 0.4]]
         assert ax.lines[0].get_xydata().tolist() == steps
 
     def test_orbits_outside_the_window_of_a_cobweb_are_not_drawn_beside_it(self, ax):
         f = PiecewiseMap(lambda x: 3.5 * x * (1 - x), (0.0, 1.0))
-        draw_cobweb(f, [0.7], ax, orbits=periodic_orbits(f), window=(0.7, 0.75))
+        cobweb(f, [0.7], ax, orbits=periodic_orbits(f), window=(0.7, 0.75))
         assert ax.get_tightbbox().width < 2 * ax.bbox.width
 
 

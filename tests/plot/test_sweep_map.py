@@ -6,7 +6,7 @@ import pytest
 import stickslip as ss
 from stickslip.analysis.continuation.curve import Curve, CurveEnd
 from stickslip.plot.style import PALETTE, new_figure
-from stickslip.plot.sweep_map import draw_sweep
+from stickslip.plot.sweep_map import sweep
 
 xarray = pytest.importorskip("xarray")
 
@@ -44,7 +44,7 @@ def colours(ax):
 
 
 def test_kinds_have_a_colour_each():
-    ax = draw_sweep(dataset())
+    ax = sweep(dataset())
     light, grey, sky, orange = (PALETTE[name] for name in ("light", "grey", "sky", "orange"))
     assert colours(ax) == [sky, grey, sky, orange, light, None]
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [
@@ -57,7 +57,7 @@ def test_kinds_have_a_colour_each():
 
 
 def test_long_periods_are_grouped():
-    ax = draw_sweep(dataset(), "period")
+    ax = sweep(dataset(), "period")
     found = colours(ax)
     assert found[:2] == [PALETTE["sky"], PALETTE["vermillion"]]
     assert (found[3], found[5]) == (PALETTE["light"], None)
@@ -67,7 +67,7 @@ def test_long_periods_are_grouped():
 
 def test_numbers_have_a_scale_that_shows_chaos():
     figure = new_figure()
-    ax = draw_sweep(dataset(), "lyapunov_exponent", figure.add_subplot())
+    ax = sweep(dataset(), "lyapunov_exponent", figure.add_subplot())
     low, high = ax.collections[0].get_clim()
     assert high == pytest.approx(0.2, abs=0.01)
     assert low == pytest.approx(-2 * high)
@@ -77,8 +77,8 @@ def test_numbers_have_a_scale_that_shows_chaos():
 
 def test_axes_with_even_ratios_are_logarithmic():
     even = dataset().assign_coords(V=[0.1, 1.0, 10.0])
-    assert draw_sweep(even).get_xscale() == "log"
-    assert draw_sweep(dataset()).get_xscale() == "linear"
+    assert sweep(even).get_xscale() == "log"
+    assert sweep(dataset()).get_xscale() == "linear"
 
 
 def curve(along="alpha", solve_for="V"):
@@ -100,7 +100,7 @@ def curve(along="alpha", solve_for="V"):
 
 def test_curves_are_drawn_over_the_map_whichever_way_they_run():
     for given in (curve(), curve("V", "alpha")):
-        ax = draw_sweep(dataset(), curves=(given,))
+        ax = sweep(dataset(), curves=(given,))
         line = ax.lines[-1]
         np.testing.assert_array_equal(line.get_xdata(), given.parameters["V"])
         np.testing.assert_array_equal(line.get_ydata(), given.parameters["alpha"])
@@ -117,7 +117,7 @@ def test_curves_are_drawn_over_the_map_whichever_way_they_run():
 )
 def test_what_cannot_be_drawn_is_told(arguments, words):
     with pytest.raises(ValueError, match=words):
-        draw_sweep(dataset(), **arguments)
+        sweep(dataset(), **arguments)
 
 
 @pytest.mark.slow
@@ -131,7 +131,7 @@ def test_the_raster_of_periods_agrees_with_the_exact_curve(tmp_path):
         {"V": (0.03696, 0.03699, 11), "alpha": (1.1998, 1.2002, 3)},
         [ss.observables.Attractor(transient=1500, n=300)],
         store=tmp_path / "x",
-        d0=collision.points[0],
+        d=collision.points[0],
         threads=1,
     )
     for alpha in found.alpha.values:

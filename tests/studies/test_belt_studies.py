@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from stickslip import studies
-from stickslip.studies.forced_belt.facts import exponent, shaken
+from stickslip.studies.forced_belt.claims import exponent, shaken
 
 
 def test_the_shaken_block_locks_to_its_forcing() -> None:

@@ -7,12 +7,12 @@ import math
 import pytest
 
 from stickslip import studies
+from stickslip.studies.den_hartog1931.claims import largest, steady, stops
 from stickslip.studies.den_hartog1931.closed_forms import (
     amplitude,
     one_stop_amplitude,
     stop_boundary,
 )
-from stickslip.studies.den_hartog1931.facts import largest, steady, stops
 
 FREQUENCIES = [0.505, 0.58, 0.77, 1.3, 1.9]
 

@@ -8,8 +8,7 @@ import mpmath as mp
 import pytest
 
 from stickslip import studies
-from stickslip.studies.leine1998.claims import PERIOD
-from stickslip.studies.leine1998.facts import undamped
+from stickslip.studies.leine1998.claims import PERIOD, undamped
 
 DIGITS = 30
 

@@ -33,31 +33,31 @@ def tent(x, s):
     return s * np.minimum(x, 1 - x)
 
 
-def second_iterate(f, d0):
-    return f(f(d0))
+def second_iterate(f, d):
+    return f(f(d))
 
 
-def fails_somewhere(f, d0):
+def fails_somewhere(f, d):
     if f.parameters["V"] > 0.045:
         raise ArithmeticError("on purpose")
-    return d0
+    return d
 
 
-def both(f, d0):
-    return [d0, f(d0)]
+def both(f, d):
+    return [d, f(d)]
 
 
-def start_of(f, d0):
-    return d0
+def start_of(f, d):
+    return d
 
 
-def mass_of(model, d0):
+def mass_of(model, d):
     return model.structure.mass[0]
 
 
-def many_slow(f, d0):
+def many_slow(f, d):
     time.sleep(0.004)
-    return f(d0)
+    return f(d)
 
 
 def run_slowly(store, **more):

@@ -24,7 +24,7 @@ def test_two_blocks_of_the_family_are_two_blocks(tmp_path):
         V=0.0366,
         friction=ss.Coulomb(mu=0.22),
     )
-    axes = {"V": [0.0366, 0.08, 0.15], "d0": [0.1, 0.279]}
+    axes = {"V": [0.0366, 0.08, 0.15], "d": [0.1, 0.279]}
     run = {"transient": 300, "n": 300}
     wanted = [
         ss.observables.Attractor(**run),
@@ -109,7 +109,7 @@ def test_limit_cycles_of_one_block(model, axes, tmp_path):
         (FORCED, "never_returns", {}, "observable 'never_returns': a forced model has no event"),
         (CHAIN, "coexisting_attractors", {}, "of the event map of 3 blocks are not numbers"),
         (CHAIN, "orbit_points", {}, "of the event map of 3 blocks are not numbers"),
-        (CHAIN, "attractor", {"d0": 0.1}, "d0: points of the event map of 3 blocks"),
+        (CHAIN, "attractor", {"d": 0.1}, "d: points of the event map of 3 blocks"),
         (CHAIN, "attractor", {"device": "cuda"}, "orbits of two undamped blocks"),
     ],
 )

@@ -12,14 +12,14 @@ import pytest
 
 import stickslip as ss
 from stickslip.cli import main
-from stickslip.sweeps.errors import StoreRefused
+from stickslip.errors import StoreRefused
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("zarr")
 
 PLAN = """\
 store = "x"
-d0 = 0.1
+d = 0.1
 observables = [
     {name = "function", function = "tests.sweeps.small:second_iterate"},
     {name = "function", function = "tests.sweeps.small:both", shape = [2]},
@@ -154,7 +154,7 @@ def test_a_tile_that_was_moved_with_its_mark_is_found(whole, tmp_path):
 def test_a_tile_of_another_sweep_is_found(whole, tmp_path):
     plan = str(whole.parent / "plan.toml")
     other = tmp_path / "other.toml"
-    other.write_text(PLAN.replace("d0 = 0.1", "d0 = 0.2"))
+    other.write_text(PLAN.replace("d = 0.1", "d = 0.2"))
     assert main(["sweep", str(other)]) == 0
     store = Path(shutil.copytree(whole, tmp_path / "y"))
     for name in ("second_iterate/c/0/0", "both/c/0/0/0", "checksum/c/0/0"):
@@ -204,7 +204,7 @@ def test_an_empty_tile_of_a_resumed_sweep_has_its_files(tmp_path):
     def run():
         return ss.sweep(
             ss.examples.coulomb(),
-            {"V": (0.03, 0.04, 4), "d0": [7.0, 8.0]},
+            {"V": (0.03, 0.04, 4), "d": [7.0, 8.0]},
             [ss.observables.LyapunovExponent(transient=2, n=4)],
             store=tmp_path / "x",
             chunks={"V": 2},

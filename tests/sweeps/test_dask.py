@@ -9,7 +9,7 @@ from tests.sweeps import small
 from tests.sweeps.test_store import chunks_of
 
 import stickslip as ss
-from stickslip.sweeps.errors import TilesFailed, WorkersLost
+from stickslip.errors import TilesFailed, WorkersLost
 
 distributed = pytest.importorskip("distributed")
 

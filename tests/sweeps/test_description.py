@@ -66,9 +66,9 @@ def test_an_impossible_axis_is_refused(arguments, words):
             "axis 'v': TwoBlock has no parameter 'v'.* Did you mean 'V'",
         ),
         ({"axes": {"V": [-1.0, 1.0]}}, r"axis 'V': V = -1\.0"),
-        ({"axes": {"d0": [0.1]}, "d0": 0.2}, "d0 is an axis and a number"),
-        ({"d0": np.nan}, "d0 = nan"),
-        ({"seed": -1}, "seed = -1"),
+        ({"axes": {"d": [0.1]}, "d": 0.2}, "d is an axis and a number"),
+        ({"d": np.nan}, "d = nan"),
+        ({"rng": -1}, "rng = -1"),
         ({"device": "gpu"}, "device = 'gpu' is unknown.* Known: cpu, cuda"),
         ({"threads": 0}, "threads = 0"),
         ({"client": object(), "threads": 2}, "threads and client"),
@@ -93,12 +93,12 @@ def test_an_impossible_axis_is_refused(arguments, words):
         ),
         (
             {
-                "axes": {"V": (0.1, 0.2, 200), "d0": (0, 0.1, 10**6)},
-                "chunks": {"V": 1, "d0": 1},
+                "axes": {"V": (0.1, 0.2, 200), "d": (0, 0.1, 10**6)},
+                "chunks": {"V": 1, "d": 1},
             },
             "200000000 grid points in chunks of 1 are 200000000 chunks, at most 100000000",
         ),
-        ({"observables": [lambda f, d0: 0.0]}, "one of a module and neither a lambda"),
+        ({"observables": [lambda f, d: 0.0]}, "one of a module and neither a lambda"),
     ],
 )
 def test_a_bad_description_is_refused_before_anything_is_written(tmp_path, more, words):

@@ -10,7 +10,7 @@ from tests.mechanics.eventmap.test_cuda import SIMULATED, has_gpu, on_gpu
 from tests.sweeps import small
 
 import stickslip as ss
-from stickslip.sweeps.errors import StoreRefused
+from stickslip.errors import StoreRefused
 
 pytest.importorskip("zarr")
 
@@ -48,7 +48,7 @@ def test_a_start_outside_the_domain_is_data(tmp_path):
     wanted = [ss.observables.Attractor(**RUN), ss.observables.LyapunovExponent(**RUN)]
     found = ss.sweep(
         ss.examples.coulomb(),
-        {"d0": [-5.0, 0.1]},
+        {"d": [-5.0, 0.1]},
         wanted,
         store=tmp_path / "x",
         device="cuda",

@@ -12,8 +12,8 @@ from tests.sweeps import small
 from tests.sweeps.test_killed import ROOT
 
 import stickslip as ss
+from stickslip.errors import StoreBusy
 from stickslip.sweeps import lock
-from stickslip.sweeps.errors import StoreBusy
 from stickslip.sweeps.place import place_of
 
 pytest.importorskip("s3fs")

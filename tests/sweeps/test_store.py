@@ -14,8 +14,8 @@ import pytest
 from tests.sweeps import small
 
 import stickslip as ss
+from stickslip.errors import StoreBusy, StoreFull, StoreRefused, TilesFailed
 from stickslip.sweeps import target
-from stickslip.sweeps.errors import StoreBusy, StoreFull, StoreRefused, TilesFailed
 
 zarr = pytest.importorskip("zarr")
 
@@ -106,7 +106,7 @@ def test_a_tile_without_any_value_is_a_result(tmp_path):
         seen = []
         found = ss.sweep(
             ss.examples.coulomb(),
-            {"V": (0.03, 0.04, 4), "d0": [7.0, 8.0]},
+            {"V": (0.03, 0.04, 4), "d": [7.0, 8.0]},
             [ss.observables.LyapunovExponent(transient=2, n=4)],
             store=tmp_path / "x",
             progress=seen.append,
@@ -139,8 +139,8 @@ def test_xarray_alone_reads_a_store(whole):
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ({"seed": 1}, "seed = 0 there, 1 here"),
-        ({"d0": 0.1}, "d0 = None there, 0.1 here"),
+        ({"rng": 1}, "seed = 0 there, 1 here"),
+        ({"d": 0.1}, "d = None there, 0.1 here"),
         ({"axes": {**small.AXES, "V": (0.03, 0.06, 12)}}, r"axes\.V\.to = 0\.05 there, 0\.06 here"),
         ({"observables": ["attractor"]}, "observables"),
         ({"chunks": {"V": 3}}, r"chunks \(4, 3\), not \(3, "),
@@ -178,10 +178,10 @@ def test_a_changed_function_is_another_description(tmp_path, monkeypatch):
         )
 
     module = tmp_path / "changing_function.py"
-    module.write_text("def g(f, d0):\n    return 1.0\n")
+    module.write_text("def g(f, d):\n    return 1.0\n")
     assert run().g == 1.0
     assert run().g == 1.0
-    module.write_text("def g(f, d0):\n    return 22.0\n")
+    module.write_text("def g(f, d):\n    return 22.0\n")
     with pytest.raises(StoreRefused, match=r"observables\[0\]\.text"):
         run()
 

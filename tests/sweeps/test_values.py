@@ -32,12 +32,12 @@ def test_a_sweep_is_labelled(done):
 @settings(max_examples=8)
 def test_orbits_are_those_of_the_event_map(done, data, tmp_path_factory):
     at = {name: data.draw(st.sampled_from(done[name].values.tolist())) for name in ("V", "alpha")}
-    d0 = data.draw(st.floats(-0.4, 0.4))
+    d = data.draw(st.floats(-0.4, 0.4))
     model = ss.examples.coulomb().replace(**at)
     run = {"transient": 40, "n": 64}
     found = ss.sweep(
         model,
-        {"d0": [d0]},
+        {"d": [d]},
         [ss.observables.OrbitPoints(**run, count=65), ss.observables.Events(**run)],
         store=tmp_path_factory.mktemp("sweeps") / "one",
         threads=1,
@@ -55,15 +55,15 @@ def test_the_exponent_is_the_mean_of_log_slopes(tmp_path):
     model = ss.examples.coulomb()
     found = ss.sweep(
         model,
-        {"V": [0.0366, 0.0371, 0.045], "d0": [0.1, 0.279]},
+        {"V": [0.0366, 0.0371, 0.045], "d": [0.1, 0.279]},
         ["attractor", "lyapunov_exponent", ss.observables.OrbitPoints(count=1001)],
         store=tmp_path / "x",
         threads=1,
     )
     for V in found.V.values:
         f = ss.event_map(model.replace(V=V))
-        for d0 in found.d0.values:
-            here = found.sel(V=V, d0=d0)
+        for d in found.d.values:
+            here = found.sel(V=V, d=d)
             path = here.orbit.values
             logs = np.log(np.abs(f.derivative(path[:-1])))
             steps = int(here.period) or 1000
@@ -80,7 +80,7 @@ def test_the_paper_s_attractors_are_found_from_their_orbits(tmp_path):
     orbits = {p: ss.periodic_orbits(model, period=p) for p in (1, 4)}
     starts = {p: next(o for o in orbits[p] if o.stable).points[0] for p in orbits}
     values = sorted(starts.values())
-    found = ss.sweep(model, {"d0": values}, ["attractor"], store=tmp_path / "x", threads=1)
+    found = ss.sweep(model, {"d": values}, ["attractor"], store=tmp_path / "x", threads=1)
     periods = {d: int(p) for d, p in zip(values, found.period.values, strict=True)}
     assert periods == {d: p for p, d in starts.items()}
 
@@ -123,7 +123,7 @@ def test_motions_that_never_return_are_counted(tmp_path):
 
 def test_a_start_outside_the_domain_is_data(tmp_path):
     found = ss.sweep(
-        ss.examples.coulomb(), {"d0": [-5.0, 0.1]}, ["attractor"], store=tmp_path / "x", threads=1
+        ss.examples.coulomb(), {"d": [-5.0, 0.1]}, ["attractor"], store=tmp_path / "x", threads=1
     )
     assert found.kind.values.tolist()[0] == 0
     assert found.status.values.tolist() == [-2, 0]
@@ -165,7 +165,7 @@ def test_maps_with_known_answers(tmp_path, function, parameter, values, kinds, p
 
 def test_parameters_of_the_law_and_damping_vary_too(tmp_path):
     model = ss.examples.coulomb()
-    axes = {"mu": [0.2, 0.3], "viscous": [0.0, 0.05], "damping": [0.0, 0.02], "d0": [0.1]}
+    axes = {"mu": [0.2, 0.3], "viscous": [0.0, 0.05], "damping": [0.0, 0.02], "d": [0.1]}
     found = ss.sweep(
         model,
         axes,
@@ -174,7 +174,7 @@ def test_parameters_of_the_law_and_damping_vary_too(tmp_path):
         threads=1,
     )
     for at in found.orbit.isel(iterate=-1).stack(point=list(axes)).T:
-        values = {name: float(at[name]) for name in axes if name != "d0"}
+        values = {name: float(at[name]) for name in axes if name != "d"}
         expected = ss.event_map(model.replace(**values)).iterate(0.1, 5)[-1]
         np.testing.assert_allclose(float(at), expected, rtol=0, atol=ROUNDING)
 
@@ -184,7 +184,7 @@ def test_law_9_and_a_law_for_each_block(tmp_path):
     model = ss.examples.law9().replace(friction=laws)
     found = ss.sweep(
         model,
-        {"gamma_1": [2.0, 3.0], "mu_2": [0.2, 0.3], "d0": [0.3]},
+        {"gamma_1": [2.0, 3.0], "mu_2": [0.2, 0.3], "d": [0.3]},
         [ss.observables.OrbitPoints(transient=0, n=2, count=1, max_period=1)],
         store=tmp_path / "x",
         threads=1,
@@ -203,7 +203,7 @@ def test_a_user_s_function_is_recorded(tmp_path):
         small.second_iterate,
         ss.observables.Function(function="tests.sweeps.small:both", shape=(2,), label="pair"),
     ]
-    found = ss.sweep(model, {"V": (0.03, 0.04, 3)}, wanted, store=tmp_path / "x", d0=0.1)
+    found = ss.sweep(model, {"V": (0.03, 0.04, 3)}, wanted, store=tmp_path / "x", d=0.1)
     assert found.pair.dims == ("V", "pair_0")
     for V in found.V.values:
         f = ss.event_map(model.replace(V=V))
@@ -223,5 +223,5 @@ def test_values_depend_neither_on_chunks_nor_on_threads(done, tmp_path, more):
 
 
 def test_other_seeds_start_elsewhere(done, tmp_path):
-    found = small.run(tmp_path / "other", seed=1)
+    found = small.run(tmp_path / "other", rng=1)
     assert (found.orbit.values != done.orbit.values).mean() > 0.2

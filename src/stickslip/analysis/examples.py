@@ -14,13 +14,9 @@ if TYPE_CHECKING:
 
 
 def tent(slope: float = 2.0) -> PiecewiseMap:
-    """Make the tent map slope * min(x, 1 - x) on [0, 1], with a corner at 1/2.
+    """Make the tent map slope * min(x, 1 - x) on [0, 1], slope in [0, 2]: a corner at 1/2.
 
-    Parameters
-    ----------
-    slope : float
-        Parameter ``slope``, between 0 and 2. At 2 the map is chaotic and f^p has 2^p fixed
-        points (`tent_points`); every orbit of it has multiplier ±slope^p.
+    Every orbit has multiplier ±slope^p; at 2 f^p has 2^p fixed points (`tent_points`).
     """
     return PiecewiseMap(
         _tent,
@@ -74,16 +70,11 @@ def logistic_points(p: int) -> Floats:
 
 
 def doubling(slope: float = 2.0) -> PiecewiseMap:
-    """Make the expanding map slope * x mod 1 on [0, 1], with jumps at k / slope.
+    """Make the expanding map slope * x mod 1 on [0, 1], slope > 1, with jumps at k / slope.
 
-    The value at a jump is the right one; at x = 1 it is the limit from the left, so that at
-    slope 2 both ends are fixed points and f^p has the 2^p fixed points k / (2^p - 1). The
-    fixed point of each full branch number k is k / (slope - 1).
-
-    Parameters
-    ----------
-    slope : float
-        Parameter ``slope``, above 1.
+    The value at a jump is the right one; at x = 1 it is the limit from the left, so that at slope 2
+    both ends are fixed points and f^p has the 2^p fixed points k / (2^p - 1). The fixed point of
+    each full branch number k is k / (slope - 1).
     """
     return PiecewiseMap(
         _doubling,
@@ -101,16 +92,10 @@ def _doubling(x: Any, slope: float) -> Any:
 
 
 def tent_with_hole(slope: float = 3.0) -> PiecewiseMap:
-    """Make the tent map slope * min(x, 1 - x) without a value where that exceeds 1: a gap.
+    """Make the tent map slope * min(x, 1 - x), slope > 2, without a value above 1: a gap.
 
-    The gap is the open interval (1/slope, 1 - 1/slope). Both branches are onto [0, 1], so
-    f^p has 2^p fixed points, all unstable with multipliers ±slope^p; almost every orbit
-    ends in the gap.
-
-    Parameters
-    ----------
-    slope : float
-        Parameter ``slope``, above 2.
+    The gap is (1/slope, 1 - 1/slope). Both branches are onto [0, 1]: f^p has 2^p unstable fixed
+    points, multipliers ±slope^p, and almost every orbit ends in the gap.
     """
     return PiecewiseMap(
         _tent_with_hole,
@@ -130,24 +115,11 @@ def _tent_with_hole(x: Any, slope: float) -> Any:
 def border_collision(
     a: float = 0.5, b: float = -2.0, mu: float = 1.0, jump: float = 0.0, *, size: float = 10.0
 ) -> PiecewiseMap:
-    """Make the normal form of a border collision: a x + mu left of 0, b x + mu + jump right.
+    """Make a border's normal form on [-size, size]: a x + mu left of 0, b x + mu + jump right.
 
-    Parameters
-    ----------
-    a, b : float
-        Slopes left and right of the border x = 0.
-    mu : float
-        Height of the left branch at the border, the bifurcation parameter.
-    jump : float
-        How much higher the right branch ends at the border; 0 for a continuous map.
-    size : float
-        The domain is [-size, size].
-
-    Notes
-    -----
-    Fixed points: mu / (1 - a) if that is <= 0, (mu + jump) / (1 - b) if that is >= 0.
-    Continuous (Nusse and Yorke 1992; di Bernardo et al. 2008, section 3.1) and with a jump
-    (Jain and Banerjee 2003; Avrutin et al. 2019).
+    Fixed points: mu / (1 - a) if that is <= 0, (mu + jump) / (1 - b) if that is >= 0. Continuous
+    (Nusse and Yorke 1992; di Bernardo et al. 2008, section 3.1) and with a jump (Jain and Banerjee
+    2003; Avrutin et al. 2019).
     """
     return PiecewiseMap(
         _border_collision,
@@ -169,31 +141,15 @@ def _border_collision(x: Any, a: float, b: float, mu: float, jump: float) -> Any
 
 
 def maximal_window(a: float, b: float, n: int) -> tuple[float, float]:
-    """Return where `border_collision` with jump -1 has the cycle L^n R.
+    """Return low < mu <= high for the cycle L^n R of `border_collision`, jump -1, 0 < a < 1.
 
-    That is the cycle with n points left of the border and one right of it.
-
-    Parameters
-    ----------
-    a, b : float
-        Slopes, 0 < a < 1 and b < 1.
-    n : int
-        At least 1.
-
-    Returns
-    -------
-    low, high : float
-        The cycle exists for low < mu <= high; its multiplier is a^n b.
-
-    Notes
-    -----
-    At ``low`` the positive point, at ``high`` the last negative one is on the border.
-    For 0 < b < 1 the windows are disjoint, and between those of n and n + 1 lie the cycles
-    of period adding; those with n points right of the border exist for
-    ``low < 1 - mu <= high`` with the slopes exchanged. For b < 0 neighbouring windows
-    overlap (period incrementing, both cycles attract), for b = 0 they touch. Avrutin and
-    Schanz, Nonlinearity 19, 531 (2006); Avrutin, Gardini, Sushko and Tramontana, Continuous
-    and Discontinuous Piecewise-Smooth One-Dimensional Maps (2019), chapter 3.
+    At ``low`` the positive point, at ``high`` the last negative one is on the border. For 0 < b < 1
+    the windows are disjoint, and between those of n and n + 1 lie the cycles of period adding;
+    those with n points right of the border exist for ``low < 1 - mu <= high`` with the slopes
+    exchanged. For b < 0 neighbouring windows overlap (period incrementing, both cycles attract),
+    for b = 0 they touch. Avrutin and Schanz, Nonlinearity 19, 531 (2006); Avrutin, Gardini, Sushko
+    and Tramontana, Continuous and Discontinuous Piecewise-Smooth One-Dimensional Maps (2019),
+    chapter 3.
     """
     low = a**n * (1 - a) / (1 - a ** (n + 1))
     bottom = (a ** (1 - n) - a) / (1 - a) + b  # without bound if a falling branch is that steep
@@ -201,22 +157,11 @@ def maximal_window(a: float, b: float, n: int) -> tuple[float, float]:
 
 
 def square_root(lam: float = 0.2, mu: float = 0.1) -> PiecewiseMap:
-    """Make Nordmark's square-root map: lam x + mu left of 0, mu - sqrt(x) right of it.
+    """Make Nordmark's square-root map of grazing: lam x + mu left of 0, mu - sqrt(x) right.
 
-    Its slope at the border is -inf from the right; grazing impacts bring it about.
-
-    Parameters
-    ----------
-    lam : float
-        Parameter ``lam``, the slope left of the border, 0 < lam < 1.
-    mu : float
-        Parameter ``mu``, the height at the border, the bifurcation parameter.
-
-    Notes
-    -----
-    Nordmark, J. Sound Vib. 145, 279 (1991) and Phys. Rev. E 55, 266 (1997); Chin, Ott,
-    Nusse and Grebogi, Phys. Rev. E 50, 4427 (1994). For lam < 1/4 the orbits with one point
-    right of the border (`maximal_orbit`) add a point after another as mu falls to 0.
+    Nordmark, J. Sound Vib. 145, 279 (1991) and Phys. Rev. E 55, 266 (1997); Chin, Ott, Nusse and
+    Grebogi, Phys. Rev. E 50, 4427 (1994). For lam < 1/4 the orbits with one point right of the
+    border (`maximal_orbit`) add a point after another as mu falls to 0.
     """
     return PiecewiseMap(
         _square_root,
@@ -240,28 +185,8 @@ def _square_root_slope(x: Any, lam: float, mu: float) -> Any:
 
 
 def maximal_orbit(lam: float, mu: float, p: int) -> tuple[Floats, float]:
-    """Return the orbit of `square_root` with one point right of the border, p - 1 left of it.
+    """Return the orbit of `square_root` with its first point alone right of 0; its multiplier.
 
-    Parameters
-    ----------
-    lam, mu : float
-        As in `square_root`, with mu > 0.
-    p : int
-        Period, >= 1.
-
-    Returns
-    -------
-    points : ndarray of float, shape (p,)
-        In the map's order, the positive one first.
-    multiplier : float
-
-    Raises
-    ------
-    ValueError
-        There is no such orbit.
-
-    Notes
-    -----
     With u the root of the positive point, u^2 + lam^(p-1) u = mu (1 - lam^p) / (1 - lam).
     """
     q = lam ** (p - 1)

@@ -34,9 +34,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import __version__
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapFamily
 from stickslip.analysis.maps.protocol_nd import FamilyND, MapND
-from stickslip.analysis.maps.window import WindowMap
 from stickslip.files import (
     checked_path,
     checked_suffix,
@@ -66,15 +66,14 @@ TYPES: Final[dict[str, str]] = {
     "Bifurcation": "analysis.bifurcations.bifurcation",
     "BifurcationList": "analysis.bifurcations.bifurcation",
     "BifurcationProblem": "analysis.bifurcations.curves.curves",
-    "Border": "analysis.branches.along.borders",
-    "BorderReading": "analysis.branches.along.borders",
-    "BreakLine": "analysis.branches.along.break_lines",
     "Breakpoint": "analysis.branches.breakpoints",
+    "BreakpointLine": "analysis.branches.along.breakpoint_lines",
     "BreakpointList": "analysis.branches.branches",
     "BreakpointProblem": "analysis.bifurcations.curves.breakpoint_curves",
     "Cascade": "analysis.bifurcations.bifurcation",
     "Collision": "analysis.bifurcations.conditions.conditions",
     "Connection": "analysis.bifurcations.conditions.conditions",
+    "CriticalReading": "analysis.branches.along.tracked",
     "Crossing": "analysis.bifurcations.conditions.conditions",
     "Curve": "analysis.continuation.curve",
     "CurveEnd": "analysis.continuation.curve",
@@ -94,6 +93,7 @@ TYPES: Final[dict[str, str]] = {
     "NearFold": "analysis.orbits.orbit",
     "NeutralFamily": "mechanics.cycle.neutral",
     "OrbitCurve": "analysis.diagrams.diagram",
+    "OrbitCurveEnd": "analysis.diagrams.assemble",
     "OrbitList": "analysis.orbits.orbit",
     "OrbitListND": "analysis.orbits.orbits_nd",
     "OrbitProblem": "analysis.continuation.orbit_curve",
@@ -103,12 +103,20 @@ TYPES: Final[dict[str, str]] = {
     "PeriodicOrbitND": "analysis.orbits.orbits_nd",
     "Reading": "analysis.bifurcations.conditions.conditions",
     "ReturnRegion": "mechanics.cycle.return_region",
-    "StrandEnd": "analysis.diagrams.assemble",
+    "TrackedDiscontinuity": "analysis.branches.along.tracked",
     "TrappingBall": "mechanics.cycle.trapping",
-    "TurningPoint": "analysis.branches.along.borders",
+    "TurningPoint": "analysis.branches.along.tracked",
     "Unresolved": "analysis.branches.discontinuities",
     "UnresolvedChange": "analysis.bifurcations.bifurcation",
     "Unseen": "analysis.orbits.orbits_nd",
+}
+
+# Names that classes had in files of 0.1.0.
+RENAMED: Final[dict[str, str]] = {
+    "Border": "TrackedDiscontinuity",
+    "BorderReading": "CriticalReading",
+    "BreakpointLine": "BreakpointLine",
+    "OrbitCurveEnd": "OrbitCurveEnd",
 }
 
 
@@ -417,6 +425,7 @@ class _Reader:
                 return self._map(written, place)
             case "part":
                 return _parts[written["kind"]].rebuild(self.value(written["description"], place))
+        kind = RENAMED.get(kind, kind)
         hints = _hints(kind)
         fields = {
             name: self.value(item, f"{place}.{name}")
@@ -491,7 +500,7 @@ def _hints(kind: str) -> dict[str, Any]:
     # Modules import much of what these name for the type checker only.
     models = importlib.import_module("stickslip.mechanics.model.values")
     conditions = importlib.import_module("stickslip.analysis.bifurcations.conditions.conditions")
-    borders = importlib.import_module("stickslip.analysis.branches.along.borders")
+    borders = importlib.import_module("stickslip.analysis.branches.along.tracked")
     breakpoints = importlib.import_module("stickslip.analysis.branches.breakpoints")
     known: dict[str, Any] = {name: _class(name) for name in TYPES}
     known |= {"np": np, "NDArray": NDArray, "Floats": Floats, "Labels": Labels}

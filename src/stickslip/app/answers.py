@@ -54,7 +54,7 @@ def _padded(content: bytes) -> bytes:
 
 
 def plain(value: Any) -> Any:
-    """Return values as JSON has them: lists, numbers, texts; what is not finite is None."""
+    """Return values as JSON has them: lists, numbers, texts; None for NaN and infinities."""
     match value:
         case np.ndarray() | np.generic():
             return plain(value.tolist())

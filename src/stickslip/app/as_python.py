@@ -60,7 +60,7 @@ def _event_map(request: requests.EventMap) -> list[str]:
     window = window_of(map_of(request), request)
     power = f".power({request.power})" if request.power > 1 else ""
     lines = [
-        "from stickslip.plot.event_map import event_map",
+        "from stickslip.plot.maps import event_map",
         "from stickslip.plot.orbits import draw_orbits",
         "f = ss.event_map(model)",
         f"g = f{power}",
@@ -77,53 +77,11 @@ def _event_map(request: requests.EventMap) -> list[str]:
     return lines
 
 
-def _cobweb(request: requests.Cobweb) -> list[str]:
-    return [
-        "from stickslip.plot.cobweb import draw_cobweb",
-        "f = ss.event_map(model)",
-        f"orbit = f.iterate({request.d!r}, {request.n})",
-        f"ax = draw_cobweb(f, {request.d!r}, steps={request.n})",
-    ]
-
-
 def _simulated(request: requests.Motion) -> str:
     start = start_of(model_of(request), request)
     arguments = {**start, "t_end": request.t_end, "max_events": MAX_EVENTS}
     named = ", ".join(f"{name}={value!r}" for name, value in arguments.items())
     return f"motion = ss.simulate(model, {named})"
-
-
-def _motion(request: requests.Motion) -> list[str]:
-    return [
-        _simulated(request),
-        f"t = np.union1d(np.linspace(0.0, motion.t[-1], {request.samples}), motion.t)",
-        "x, v = motion.x(t), motion.v(t)",
-        "ax = motion.plot()",
-    ]
-
-
-def _portrait(request: requests.Portrait) -> list[str]:
-    return [
-        "from stickslip.plot.motion import phase_portrait",
-        _simulated(request),
-        f"ax = phase_portrait(motion, {request.block})",
-    ]
-
-
-def _plane(request: requests.Plane) -> list[str]:
-    return [
-        "from stickslip.plot.stick_locus import trajectory_in_plane",
-        _simulated(request),
-        "ax = trajectory_in_plane(motion)",
-    ]
-
-
-def _mechanism(request: requests.Mechanism) -> list[str]:
-    return [
-        "from stickslip.plot.mechanism import mechanism",
-        _simulated(request),
-        "ax = mechanism(model, x=motion.x(0.0))",
-    ]
 
 
 def _cycle(request: requests.Cycle) -> list[str]:
@@ -137,27 +95,6 @@ def _cycle(request: requests.Cycle) -> list[str]:
         *lines,
         f"cycle = ss.find_cycle(model, x, v, max_events={request.max_events})",
         "ax = cycle.plot()",
-    ]
-
-
-def _locus(_: requests.Locus) -> list[str]:
-    return ["from stickslip.plot.stick_locus import stick_locus", "ax = stick_locus(model)"]
-
-
-def _law_view(request: requests.Law) -> list[str]:
-    return [
-        "from stickslip.plot.law import friction_characteristics",
-        f"s = np.linspace(0.0, {request.range!r}, {request.points})",
-        "force = np.stack([law.force(s) for law in model.laws], axis=-1)",
-        f"ax = friction_characteristics(model, limit={request.range!r})",
-    ]
-
-
-def _basins(request: requests.Basins) -> list[str]:
-    return [
-        "f = ss.event_map(model)",
-        f"basins = ss.basins(f, ss.attractors(f), resolution={request.resolution!r})",
-        "ax = basins.plot()",
     ]
 
 
@@ -176,14 +113,48 @@ def _diagram(request: requests.Diagram) -> list[str]:
 
 TEXTS: Final[dict[type[requests.Request], Any]] = {
     requests.EventMap: _event_map,
-    requests.Cobweb: _cobweb,
-    requests.Motion: _motion,
-    requests.Portrait: _portrait,
-    requests.Plane: _plane,
-    requests.Mechanism: _mechanism,
+    requests.Cobweb: lambda r: [
+        "from stickslip.plot.maps import cobweb",
+        "f = ss.event_map(model)",
+        f"orbit = f.iterate({r.d!r}, {r.n})",
+        f"ax = cobweb(f, {r.d!r}, steps={r.n})",
+    ],
+    requests.Motion: lambda r: [
+        _simulated(r),
+        f"t = np.union1d(np.linspace(0.0, motion.t[-1], {r.samples}), motion.t)",
+        "x, v = motion.x(t), motion.v(t)",
+        "ax = motion.plot()",
+    ],
+    requests.Portrait: lambda r: [
+        "from stickslip.plot.motion import phase_portrait",
+        _simulated(r),
+        f"ax = phase_portrait(motion, {r.block})",
+    ],
+    requests.Plane: lambda r: [
+        "from stickslip.plot.locus import trajectory_in_plane",
+        _simulated(r),
+        "ax = trajectory_in_plane(motion)",
+    ],
+    requests.Mechanism: lambda r: [
+        "from stickslip.plot.breaks import mechanism",
+        _simulated(r),
+        "ax = mechanism(model, x=motion.x(0.0))",
+    ],
     requests.Cycle: _cycle,
-    requests.Locus: _locus,
-    requests.Law: _law_view,
-    requests.Basins: _basins,
+    requests.Locus: lambda _: [
+        "from stickslip.plot.locus import stick_locus",
+        "ax = stick_locus(model)",
+    ],
+    requests.Law: lambda r: [
+        "from stickslip.plot.law import friction_characteristics",
+        f"s = np.linspace(0.0, {r.range!r}, {r.points})",
+        "force = np.stack([law.force(s) for law in model.laws], axis=-1)",
+        f"ax = friction_characteristics(model, limit={r.range!r})",
+    ],
+    requests.Basins: lambda r: [
+        "f = ss.event_map(model)",
+        f"basins = ss.basins(f, ss.attractors(f), resolution={r.resolution!r})",
+        "ax = basins.plot()",
+    ],
     requests.Diagram: _diagram,
 }

@@ -38,7 +38,7 @@ NUMBERS: Final = {"mu": 0.22, "gamma": 3.0}  # of typical laws; of the others 0.
 
 
 class Compiler:
-    """Sees to it that the kernels of a request are in the cache before it is answered."""
+    """Puts the kernels that requests need into the cache before the requests are answered."""
 
     def __init__(self) -> None:
         self._done: set[str] = set()
@@ -46,7 +46,7 @@ class Compiler:
         self._process: subprocess.Popen[bytes] | None = None
 
     def prepare(self, asked: Iterable[requests.Request]) -> None:
-        """Compile what these requests need, unless that was done before."""
+        """Compile the kernels that these requests need, unless that was done before."""
         keyed = {_key(small): small for request in asked if (small := typical(request))}
         if keyed.keys() <= self._done or (root := cache_root()) is None:
             return
@@ -75,7 +75,7 @@ class Compiler:
         return code == 0
 
     def stop(self) -> None:
-        """End the process that compiles, if one does."""
+        """End the process that compiles, if there is one."""
         if self._process is not None:
             self._process.terminate()
 
@@ -140,7 +140,7 @@ def _asked(content: bytes) -> Iterator[requests.Request]:
 
 
 def main() -> None:
-    """Answer requests, for what is left in the cache."""
+    """Answer requests: their kernels stay in the cache."""
     for request in _asked(sys.stdin.buffer.read()):
         with suppress(ValueError):  # such as a motion without a cycle
             for _ in VIEWS[type(request)](request):

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from stickslip.app.answers import Part
     from stickslip.app.session import Workers
 
-
 KNOWN: Final = requests.REQUESTS | requests.PICTURES
 TYPES: Final = {
     "svg": "image/svg+xml",
@@ -75,7 +74,7 @@ class File(NamedTuple):
 
 
 def formats(view: str) -> list[str]:
-    """Return the formats of a view, those aside that this machine cannot write."""
+    """Return the formats of a view that this machine can write."""
     return [kind for kind in _all_formats(KNOWN[view]) if kind != "mp4" or can_write("mp4")]
 
 
@@ -211,7 +210,7 @@ def _code_of(error: Exception) -> int:
 
 
 async def _read(received: Request) -> bytes | None:
-    """Read a request, None if it is too large."""
+    """Return the body of a request, None if it is too large."""
     content = b""
     async for piece in received.stream():
         content += piece

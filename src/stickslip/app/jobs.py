@@ -71,11 +71,11 @@ class Gate:
         return bool(self._waiting)
 
     def must_wait(self, ticket: _Ticket) -> bool:
-        """Whether it is a patient job, and its user has an impatient one."""
+        """Whether the job is patient, and its user has an impatient one."""
         return ticket.patient and self._impatient[ticket.sharers[-1]] > 0
 
     def shut(self) -> None:
-        """Let nobody in until it is opened."""
+        """Let nobody in until `open`."""
         self._is_shut = True
 
     def open(self) -> None:
@@ -132,7 +132,7 @@ class Gate:
             return spent
 
     def _take_back(self) -> None:
-        """Take the slots of work that ought to have handed them on at a checkpoint long since."""
+        """Take slots back from work that has reached no checkpoint for too long."""
         now = time.monotonic()
         for ticket in self._working:
             if not ticket.overdue and now - ticket.since > OVERDUE:
@@ -223,13 +223,13 @@ class Job:
             raise CalledOffError
 
     def _rest(self) -> None:
-        """Give the slot back, if it holds one."""
+        """Give the slot back, if the job holds one."""
         if self._ticket.granted:
             self._left -= self._gate.leave(self._ticket)
 
 
 def checkpoint() -> None:
-    """Check the job that this thread works on, if it works on one; see `Job.check`."""
+    """Check this thread's job, if there is one; see `Job.check`."""
     if (job := _current.get()) is not None:
         job.check()
 

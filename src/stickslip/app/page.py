@@ -92,7 +92,7 @@ def presets() -> list[dict[str, Any]]:
 
 
 def preset_names() -> list[str]:
-    """Return what a page can be opened with."""
+    """Return the names of the views that a page can be opened with."""
     return [preset["name"] for preset in presets()]
 
 

@@ -24,14 +24,13 @@ from stickslip.app.views.event_map import window_of
 from stickslip.app.views.model import map_of, naming, range_of, two_blocks
 from stickslip.app.views.motion import found_cycle, simulated
 from stickslip.plot.animation import film
-from stickslip.plot.cobweb import draw_cobweb
+from stickslip.plot.breaks import mechanism
 from stickslip.plot.diagram import draw_diagram
-from stickslip.plot.event_map import event_map
 from stickslip.plot.law import friction_characteristics
-from stickslip.plot.mechanism import mechanism
+from stickslip.plot.locus import stick_locus, trajectory_in_plane
+from stickslip.plot.maps import cobweb, event_map
 from stickslip.plot.motion import phase_portrait
 from stickslip.plot.orbits import draw_orbits
-from stickslip.plot.stick_locus import stick_locus, trajectory_in_plane
 from stickslip.plot.style import new_figure, save, style
 
 if TYPE_CHECKING:
@@ -97,11 +96,7 @@ def _cobweb(request: requests.Cobweb) -> Draw:
     f = map_of(request)
     with naming("d"):
         f.evaluate(request.d)
-    return lambda ax: draw_cobweb(f, request.d, ax, steps=request.n)
-
-
-def _motion(request: requests.Motion) -> Draw:
-    return simulated(request).plot
+    return lambda ax: cobweb(f, request.d, ax, steps=request.n)
 
 
 def _portrait(request: requests.Portrait) -> Draw:
@@ -120,10 +115,6 @@ def _plane(request: requests.Plane) -> Draw:
 def _mechanism(request: requests.Mechanism) -> Draw:
     motion = simulated(request)
     return lambda ax: mechanism(motion.model, ax, x=motion.x(0.0))
-
-
-def _cycle(request: requests.Cycle) -> Draw:
-    return found_cycle(request).plot
 
 
 def _locus(request: requests.Locus) -> Draw:
@@ -156,11 +147,11 @@ def _diagram(request: requests.Diagram) -> Draw:
 DRAWN: Final[dict[type[requests.Request], Callable[[Any], Draw]]] = {
     requests.EventMap: _event_map,
     requests.Cobweb: _cobweb,
-    requests.Motion: _motion,
+    requests.Motion: lambda r: simulated(r).plot,
     requests.Portrait: _portrait,
     requests.Plane: _plane,
     requests.Mechanism: _mechanism,
-    requests.Cycle: _cycle,
+    requests.Cycle: lambda r: found_cycle(r).plot,
     requests.Locus: _locus,
     requests.Law: _law,
     requests.Basins: _basins,

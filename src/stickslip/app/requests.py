@@ -18,7 +18,6 @@ from stickslip.vocabulary import did_you_mean
 if TYPE_CHECKING:
     from stickslip.mechanics.model.values import Model
 
-
 FAR: Final = 10.0  # times beyond a slider's end: what is stiffer takes the server minutes
 BLOCK: Final = re.compile(r"(_\d+)+$")
 MOST_BLOCKS: Final = 20
@@ -90,7 +89,7 @@ class BadRequestError(ValueError):
 
 
 def is_ours(error: BaseException) -> bool:
-    """Whether the package itself raised it: what numpy and Python say is not meant for users."""
+    """Whether the package itself raised an error: those of numpy and Python are not for users."""
     last = error.__traceback__
     while last is not None and last.tb_next is not None:
         last = last.tb_next
@@ -206,7 +205,7 @@ PICTURES: Final[dict[str, type[Request]]] = {
 
 
 class Message(Struct, frozen=True, forbid_unknown_fields=True):
-    """What comes over the WebSocket: a request, or the slot of one that is not wanted any more."""
+    """A message over the WebSocket: a request, or the slot of a request that is called off."""
 
     # Of each slot the latest request wins; it is the view, unless the page shows one twice.
 
@@ -218,7 +217,7 @@ class Message(Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def place(self) -> str:
-        """The slot that it belongs to."""
+        """The slot of the message."""
         return self.slot or self.view
 
 
@@ -236,7 +235,7 @@ def message_of(text: str | bytes) -> Message:
 
 
 def request_of(view: str, content: Raw, known: Mapping[str, type[Request]] = REQUESTS) -> Request:
-    """Decode what a view is asked, one of those that are known."""
+    """Decode a request of a view, one of the `known`."""
     if view not in known:
         raise BadRequestError(f"view = {view!r} is unknown. {did_you_mean(view, known)}", "view")
     return _decoded(content, known[view])

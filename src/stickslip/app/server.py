@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     from stickslip.app.jobs import Gate
     from stickslip.app.session import Session
 
-
 LOCAL: Final = ("127.0.0.1", "localhost", "[::1]")
 EVERYWHERE: Final = ("0.0.0.0", "::")
 POLICY_VIOLATION: Final = 1008

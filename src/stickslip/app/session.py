@@ -107,12 +107,12 @@ class Session:
                 await self._socket.close(TRY_AGAIN, self._farewell)
 
     def dismiss(self, reason: str) -> None:
-        """End it from this side."""
+        """End the session from this side."""
         self._farewell = reason
         self._end()
 
     async def _until_closed(self, task: Callable[[], Awaitable[None]]) -> None:
-        """Do one of the two; whichever ends first ends the other, and all work."""
+        """Read or write until either ends, which ends the other and all work."""
         with suppress(WebSocketDisconnect):
             await task()
         self._end()

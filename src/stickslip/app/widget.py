@@ -16,6 +16,7 @@ from stickslip.checks import whole_number
 from stickslip.extras import require_extra
 from stickslip.mechanics.model.arguments import checked_model
 from stickslip.mechanics.model.values import model_values
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from stickslip.app.serving import BackgroundServer
@@ -54,6 +55,7 @@ class Explorer:
         )
 
 
+@suggests
 def explore(model: Model | None = None, *, height: int = 820) -> Explorer:
     """Show the explorer in a notebook.
 

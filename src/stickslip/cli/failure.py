@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from stickslip.extras import MissingExtraError
+from stickslip.errors import MissingExtraError
 
 DONE: Final = 0
 COMPUTATION_FAILED: Final = 1
@@ -20,7 +20,7 @@ USERS: Final = (ValueError, OSError, MissingExtraError)  # what the user can men
 
 
 class CommandError(Exception):
-    """A command cannot do what was asked; `exit_code` says of which sort the reason is."""
+    """A command cannot do what was asked; `exit_code` says what kind of reason there is."""
 
     exit_code = BAD_USAGE
 

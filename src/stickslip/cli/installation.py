@@ -182,7 +182,7 @@ def warmup(*, output: OutputOptions = OutputOptions()) -> None:
 
 
 def _ask_everything(preset: str) -> None:
-    """Ask one of everything that compiles."""
+    """Ask one question of each kind that compiles kernels."""
     import numpy as np
 
     import stickslip as ss

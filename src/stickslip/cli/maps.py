@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbit import OrbitList
     from stickslip.mechanics.eventmap.event_map import EventMap
 
-
 MAP_EXAMPLES = """\
 stickslip map --preset coulomb -d -0.2 -d 0.1 --itinerary
 stickslip map --alpha 1.2 --beta 1.3 --V 0.0366 \\
@@ -125,7 +124,7 @@ def _plot_map(
     marked: bool,
 ) -> Axes:
     """Draw the map over the window; points that were asked for one by one are marked."""
-    from stickslip.plot.event_map import event_map
+    from stickslip.plot.maps import event_map
 
     event_map(f, ax, window=window)
     if marked:
@@ -224,7 +223,7 @@ def _orbit_rows(found: OrbitList) -> dict[str, Any]:
 
 def _plot_orbits(f: EventMap, found: OrbitList, ax: Axes) -> Axes:
     """Draw the orbits' points on the map."""
-    from stickslip.plot.event_map import event_map
+    from stickslip.plot.maps import event_map
 
     return found.plot(event_map(f, ax))
 

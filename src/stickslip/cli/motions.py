@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.cycle.limit_cycles import CycleList
     from stickslip.mechanics.flow.trajectory import Trajectory
 
-
 SIMULATE_EXAMPLES = """\
 stickslip simulate --preset law9 -d 0.3812 --t-end 200 --out run.csv
 stickslip simulate --preset coulomb -d 0.1 --t-end 50 --events
@@ -128,10 +127,10 @@ def cycles(
 ) -> int:
     """List limit cycles in continuous time, with global stick phases or without.
 
-    One row for each cycle, those that most starts led to first. Columns: cycle, period, size of
-    the largest multiplier, stable, events in one period, global_sticks, hits (0: known from
-    the event map alone). What else the starts led to, and the estimated share of starts to
-    cycles that were not found, is said on stderr.
+    One row for each cycle, sorted by the number of starts that led to it. Columns: cycle,
+    period, size of the largest multiplier, stable, events in one period, global_sticks, hits
+    (0: known from the event map alone). What else the starts led to, and the estimated share
+    of starts to cycles that were not found, is said on stderr.
 
     Parameters
     ----------

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.model.two_block import TwoBlock
     from stickslip.mechanics.model.values import Model
 
-
 MODEL = Group.create_ordered("Model")
 SWEEP = Group.create_ordered("Parameter and range")
 ENGINE = Group.create_ordered("Engine")
@@ -131,7 +130,7 @@ class SweepOptions:
     range: Annotated[tuple[float, float], Parameter(negative=())]
     """Its lowest and highest value."""
     window: Annotated[tuple[float, float] | None, Parameter(negative=())] = None
-    """Part of the domain to look at; orbits that leave it have left."""
+    """Part of the domain to look at; an orbit ends where it leaves this part."""
     max_period: Whole = 4
     """Longest period of the orbits that are searched."""
 
@@ -144,7 +143,7 @@ class SweepOptions:
         raise UsageError(f"--range {low} {high}: finite ends are needed, the lower one first")
 
     def asked(self) -> dict[str, Any]:
-        """Return them as they stand in a document."""
+        """Return the options as they stand in a document."""
         names = ("parameter", "range", "window", "max_period")
         return {name: getattr(self, name) for name in names}
 
@@ -162,7 +161,7 @@ class EngineOptions:
     """Give up on a motion after so many events."""
 
     def settings(self) -> dict[str, Any]:
-        """Return them as arguments; what was not given is left to the library."""
+        """Return the options as arguments; without a limit the library has its own."""
         settings: dict[str, Any] = {"engine": self.engine, "rtol": self.rtol}
         return settings if self.max_events is None else {**settings, "max_events": self.max_events}
 
@@ -223,14 +222,14 @@ class SystemOptions:
         return ss.event_map(self.system.two_blocks(), **self.engine.settings(), **more)
 
     def described(self, model: Model) -> dict[str, Any]:
-        """Everything that was asked for: enough to ask again."""
+        """Everything that was asked for: enough to repeat the question."""
         return described(model) | self.engine.settings()
 
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class TableOptions(SystemOptions):
-    """A question that one table answers, and where that goes."""
+    """A question that one table answers, and where the table goes."""
 
     file: FileOptions = FileOptions()
     output: OutputOptions = OutputOptions()

@@ -121,7 +121,7 @@ def _short(number: float) -> str:
 
 
 def draw_pictures(plot: Callable[[Axes], Axes], paths: Iterable[Path]) -> None:
-    """Draw a result, as its ``plot`` does, into files; the format as each is named."""
+    """Draw a result with its ``plot`` into files; each file's name tells its format."""
     from stickslip.plot.style import new_figure, save, style
 
     with style():

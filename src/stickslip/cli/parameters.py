@@ -43,7 +43,6 @@ if TYPE_CHECKING:
     from stickslip.cli.report import Report
     from stickslip.mechanics.eventmap.event_map import EventMap
 
-
 BIFURCATIONS_EXAMPLES = """\
 stickslip bifurcations --preset coulomb --parameter V --range 0.0366 0.0372
 stickslip bifurcations --preset law9 --parameter alpha \\

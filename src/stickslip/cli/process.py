@@ -30,7 +30,7 @@ SHOW_CURSOR: Final = "\r\x1b[K\x1b[?25h"
 
 
 class _State:
-    """What there is one of in a process."""
+    """State of the process as a whole."""
 
     interrupted = False
     over = False  # nothing is left to unwind
@@ -163,7 +163,7 @@ def _end() -> NoReturn:
 
 
 def _last() -> None:
-    """Leave before Python takes the process apart: signals then kill, and it takes a while."""
+    """Leave before Python takes the process apart: that takes a while, and signals then kill."""
     if _State.code is not None:
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError):
@@ -175,7 +175,7 @@ def _last() -> None:
 
 
 def _open_closed_streams() -> None:
-    """Put something where the shell left nothing, before a file of ours gets its number."""
+    """Open the standard streams that the shell closed, before other files take their numbers."""
     # Results that cannot be written are an error, which the system tells of a file open for
     # reading; messages that cannot be written are none.
     for number, mode in ((0, os.O_RDONLY), (1, os.O_RDONLY), (2, os.O_WRONLY)):

@@ -51,7 +51,7 @@ COMMANDS: Final[dict[str, tuple[Callable[..., Any], str]]] = {
 
 
 def application() -> App:
-    """Build the parser; what the commands are stands in `COMMANDS`."""
+    """Build the parser of all `COMMANDS`."""
     app = App(
         name="stickslip",
         help="Dry-friction oscillators as exact, fast event maps.",
@@ -139,5 +139,5 @@ def _message(error: BaseException) -> str:
 
 
 def _drop_output() -> None:
-    """Let what waits to be printed go nowhere: the reader left, as ``head`` does, or is full."""
+    """Drop output that waits to be printed: its reader left, as ``head`` does, or is full."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

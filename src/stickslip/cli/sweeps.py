@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from stickslip.sweeps.plan import Plan
 
-
 SWEEP_EXAMPLES = """\
 stickslip sweep plan.toml
 stickslip sweep plan.toml --status
@@ -88,7 +87,7 @@ def sweep(
 
 def _known(plan: Plan, where: str) -> dict[str, Any] | None:
     """Tell how much of a store is done; None if there is no store."""
-    from stickslip.sweeps.errors import StoreAbsent, StoreRefused
+    from stickslip.errors import StoreAbsent, StoreRefused
     from stickslip.sweeps.sweep import open_sweep
 
     try:
@@ -113,7 +112,7 @@ def _run_plan(
     quiet: bool,
 ) -> dict[str, Any]:
     """Run the sweep, and give each way of ending badly its exit code."""
-    from stickslip.sweeps.errors import StoreBusy, StoreRefused, TilesFailed, WorkersLost
+    from stickslip.errors import StoreBusy, StoreRefused, TilesFailed, WorkersLost
 
     advise(f"what was finished is kept in {where}; --resume goes on with it")
     with _client(scheduler) as client, points("grid points", quiet=quiet) as show:

@@ -23,7 +23,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import Any, ClassVar, TypeVar, overload
 
 import numba
@@ -320,14 +320,14 @@ def _compiled(func: F, inline: bool, fused: bool) -> F:
 
 def kernel_uncached(func: F) -> F:
     """Compile `func` for this process only: code that no other process can import."""
-    with _instance("", cached=False):
+    with _instance(None):
         return kernel(func)
 
 
 @contextmanager
-def _instance(key: str, *, cached: bool) -> Iterator[None]:
+def _instance(key: str | None) -> Iterator[None]:
     previous = getattr(_instance_key, "value", "plain")
-    _instance_key.value = key if cached else None
+    _instance_key.value = key
     try:
         yield
     finally:
@@ -341,25 +341,26 @@ def instantiate(template: str, key: str, *, cached: bool = True, **bindings: Any
     in each process. Equal keys give the same instance; `cached` is False for bindings of this
     process.
     """
+    name = f"{template}[{key}]"
     with _making:
-        return _instantiated(template, f"{template}[{key}]", key, cached, bindings)
+        if name in sys.modules:
+            return sys.modules[name]
+        spec = importlib.util.find_spec(template)
+        if spec is None or spec.origin is None:
+            raise ModuleNotFoundError(template)
+        code = compile(Path(spec.origin).read_text(encoding="utf-8"), spec.origin, "exec")
+        return _executed(name, spec.origin, code, key if cached else None, bindings)
 
 
-def _instantiated(
-    template: str, name: str, key: str, cached: bool, bindings: dict[str, Any]
+def _executed(
+    name: str, file: str, code: CodeType, key: str | None, bindings: dict[str, Any]
 ) -> ModuleType:
-    if name in sys.modules:
-        return sys.modules[name]
-    spec = importlib.util.find_spec(template)
-    if spec is None or spec.origin is None:
-        raise ModuleNotFoundError(template)
-    module = ModuleType(name)
-    module.__file__ = spec.origin
+    """Make a module of kernels, cached by their key; one that fails leaves nothing behind."""
+    module = sys.modules[name] = ModuleType(name)
+    module.__file__ = file
     module.__dict__.update(bindings)
-    code = compile(Path(spec.origin).read_text(encoding="utf-8"), spec.origin, "exec")
-    sys.modules[name] = module
     try:
-        with _instance(key, cached=cached):
+        with _instance(key):
             exec(code, module.__dict__)
     except BaseException:
         del sys.modules[name]
@@ -377,31 +378,19 @@ def generated_module(stem: str, key: str, make_text: Callable[[], str]) -> Modul
 
     The `key` must identify the text among those that this version of the sources generates.
     """
+    name = f"stickslip_generated_{stem}_{key}"
     with _making:
-        return _generated(f"stickslip_generated_{stem}_{key}", key, make_text)
-
-
-def _generated(name: str, key: str, make_text: Callable[[], str]) -> ModuleType:
-    if name in sys.modules:
-        return sys.modules[name]
-    root = cache_root()
-    path = Path(f"{name}.py") if root is None else root / "generated" / f"{name}.py"
-    kept = _kept if root else lambda _, make: make()
-    text = kept(path, lambda: make_text().encode())
-    code = kept(
-        path.with_suffix(f".{sys.implementation.cache_tag}.code"),
-        lambda: marshal.dumps(compile(text, path, "exec")),
-    )
-    module = ModuleType(name)
-    module.__file__ = str(path)
-    sys.modules[name] = module
-    try:
-        with _instance(key, cached=root is not None):
-            exec(marshal.loads(code), module.__dict__)
-    except BaseException:
-        del sys.modules[name]
-        raise
-    return module
+        if name in sys.modules:
+            return sys.modules[name]
+        root = cache_root()
+        path = Path(f"{name}.py") if root is None else root / "generated" / f"{name}.py"
+        kept = _kept if root else lambda _, make: make()
+        text = kept(path, lambda: make_text().encode())
+        code = kept(
+            path.with_suffix(f".{sys.implementation.cache_tag}.code"),
+            lambda: marshal.dumps(compile(text, path, "exec")),
+        )
+        return _executed(name, str(path), marshal.loads(code), key if root else None, {})
 
 
 class _Announcer(event.Listener):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from matplotlib.animation import FFMpegWriter, PillowWriter
 
-from stickslip.plot.mechanism import mechanism
+from stickslip.plot.breaks import mechanism
 from stickslip.plot.motion import sample_times
 from stickslip.plot.style import PALETTE, new_figure
 from stickslip.vocabulary import symbol

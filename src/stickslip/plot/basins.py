@@ -29,7 +29,8 @@ def draw_basins(basins: Any, ax: Axes | None = None, *, attractors: bool = True)
         spans = list(zip(basins.edges[:-1][mine], widths[mine], strict=True))
         ax.broken_barh(spans, (0.0, 1.0), label=_name(int(k)), **_looks(int(k)))
     if attractors:
-        _mark_attractors(ax, basins.attractors, height=1.12)
+        for k, attractor in enumerate(basins.attractors):
+            _draw_attractor(ax, attractor, k, height=1.12)
     ax.set_xlim(basins.edges[0], basins.edges[-1])
     return _as_strip(ax, top=1.25 if attractors else 1.0)
 
@@ -56,11 +57,6 @@ def draw_density(density: Any, ax: Axes | None = None) -> Axes:
     ax.set_xlabel("$d$")
     ax.set_ylabel("probability density")
     return ax
-
-
-def _mark_attractors(ax: Axes, attractors: Sequence[Any], height: float) -> None:
-    for k, attractor in enumerate(attractors):
-        _draw_attractor(ax, attractor, k, height)
 
 
 def _draw_attractor(ax: Axes, attractor: Any, k: int, height: float) -> None:

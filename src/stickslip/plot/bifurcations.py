@@ -91,7 +91,7 @@ def draw_bifurcations(bifurcations: Any, ax: Axes | None = None, *, legend: bool
 
 
 def draw_bifurcation(item: Any, ax: Axes | None = None, **style: Any) -> Axes:
-    """Mark a bifurcation at its parameter value, on the orbit concerned."""
+    """Mark a bifurcation at its parameter value, on its orbit."""
     new = ax is None
     ax = axes_or_new(ax)
     points = np.asarray(item.points)

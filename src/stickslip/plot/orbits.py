@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.plot.event_map import mark_orbit
+from stickslip.plot.maps import mark_orbit
 from stickslip.plot.style import PALETTE, axes_or_new
 
 if TYPE_CHECKING:

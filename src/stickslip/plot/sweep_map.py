@@ -32,18 +32,18 @@ CASING: Final[dict[str, Any]] = {"color": "white", "lw": 2.4}  # keeps curves ap
 
 @dataclass(frozen=True)
 class SweepMap:
-    """A map to draw; see `draw_sweep`."""
+    """A map to draw; see `sweep`."""
 
     dataset: Any
     variable: str | None = None
     curves: tuple[Any, ...] = ()
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw it."""
-        return draw_sweep(self.dataset, self.variable, ax, curves=self.curves)
+        """Draw the map."""
+        return sweep(self.dataset, self.variable, ax, curves=self.curves)
 
 
-def draw_sweep(
+def sweep(
     dataset: Any,
     variable: str | None = None,
     ax: Axes | None = None,

@@ -24,6 +24,7 @@ from stickslip.proofs.power import Setting, step
 from stickslip.proofs.system import Exact, exact_parameters, fraction, number
 from stickslip.proofs.verify.words import LONGEST_LISTED, LONGEST_PERIOD
 from stickslip.proofs.wave import Undecided
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from stickslip.mechanics.model.two_block import TwoBlock
@@ -34,6 +35,7 @@ SPARE_BITS: Final = 80  # beyond the digits asked for: what events near grazing 
 MOST_BITS: Final = 2**20
 
 
+@suggests
 def certify(
     found: object,
     model: TwoBlock,
@@ -162,6 +164,7 @@ def certify_bifurcation(
     return _proof("border" if kind == "border_collision" else kind, prove, stated, digits)
 
 
+@suggests
 def certify_orbits(
     model: TwoBlock,
     max_period: int = 1,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
@@ -72,6 +73,14 @@ class Claim:
     def line(self) -> str:
         """Verdict, figure and statement."""
         return f"{self.verdict:23s}  figure {self.figure:<2d}  {self.statement}"
+
+
+def claims_by_figure(
+    made: Mapping[int, Callable[[], Iterable[Claim]]], figures: Iterable[int] | None
+) -> tuple[Claim, ...]:
+    """Make the claims that belong to some figures, all by default, given what makes them."""
+    wanted = made if figures is None else [number for number in made if number in set(figures)]
+    return tuple(claim for number in wanted for claim in made[number]())
 
 
 def _in_words(value: Value) -> str:

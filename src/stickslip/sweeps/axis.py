@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 import numpy as np
 
 from stickslip.checks import finite_number, grid, instance, one_of, whole_number
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -39,6 +40,7 @@ class Axis:
         return len(self.values)
 
 
+@suggests
 def axis(lo: float, hi: float, n: int, scale: Literal["linear", "log"] = "linear") -> Axis:
     """Make an axis of equally spaced values, both ends included.
 

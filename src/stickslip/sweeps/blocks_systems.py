@@ -19,7 +19,7 @@ from stickslip.numerics.long_run import (
 )
 from stickslip.status import OK
 from stickslip.sweeps.identity import digest, law_identity
-from stickslip.sweeps.system import System, rows, spread_shares
+from stickslip.sweeps.system import System, spread_shares
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from stickslip.mechanics.eventmap.follow_records import Followed
     from stickslip.mechanics.model.belt_model import BeltModel
     from stickslip.numerics.long_run import LongRun
-    from stickslip.sweeps.system import Columns, Floats, Run
+    from stickslip.sweeps.job import Points
+    from stickslip.sweeps.system import Floats, Run
 
 
 class MotionSystem(System):
@@ -39,10 +40,10 @@ class MotionSystem(System):
         self.model = model
         what = "a forced model" if model.structure.is_forced else "a single block"
         why = f"{what} has no event map; 'limit_cycles' and functions of one's own are for it"
-        self.lacks: Mapping[str, str] = dict.fromkeys(("orbits", "events", "line", "d0"), why)
+        self.lacks: Mapping[str, str] = dict.fromkeys(("orbits", "events", "line", "d"), why)
 
     def identity(self) -> dict[str, Any]:
-        """Describe it."""
+        """Describe the model in values that JSON can hold."""
         structure = self.model.structure
         arrays = (structure.mass, structure.stiffness, structure.damping, structure.static)
         return {
@@ -57,33 +58,26 @@ class MotionSystem(System):
         return self.model.replace(**values)
 
     def map_at(self, values: Mapping[str, float]) -> Any:
-        """Make what functions of the user's own are given: the model."""
+        """Return the model, which functions of the user's own take in place of a map."""
         return self.model_at(values)
 
-    def starts(
-        self,
-        columns: Columns,
-        d0: Floats | None,
-        seed: int,
-        index: NDArray[np.uint64],
-        n_starts: int,
-    ) -> Floats:
+    def starts(self, points: Points, n_starts: int) -> Floats:
         """Return NaN: there are no points of a map to start from."""
-        return np.full((len(index), n_starts), np.nan)
+        return np.full((points.size, n_starts), np.nan)
 
 
 class BlocksSystem(MotionSystem):
-    """Two blocks or more, free: an orbit is one of vectors of differences."""
+    """Two blocks or more without forcing: points of an orbit are vectors of differences."""
 
     def __init__(self, f: BlocksEventMap) -> None:
         self.model, self.settings = f.model, {**f.settings, "threads": 1}
         self.lacks = {}
         if f.dimension > 1:
             why = f"points of the event map of {f.model.n_blocks} blocks are not numbers"
-            self.lacks = {"line": why, "d0": why}
+            self.lacks = {"line": why, "d": why}
 
     def identity(self) -> dict[str, Any]:
-        """Describe it."""
+        """Describe the model in values that JSON can hold."""
         settings = {name: str(value) for name, value in self.settings.items() if name != "threads"}
         return {**super().identity(), "engine": settings}
 
@@ -91,22 +85,15 @@ class BlocksSystem(MotionSystem):
         """Make the map at some parameter values."""
         return BlocksEventMap(self.model.replace(**values), **self.settings)
 
-    def starts(
-        self,
-        columns: Columns,
-        d0: Floats | None,
-        seed: int,
-        index: NDArray[np.uint64],
-        n_starts: int,
-    ) -> Floats:
+    def starts(self, points: Points, n_starts: int) -> Floats:
         """Draw global stick phases, needed forces even between their limits; NaN for none."""
-        shares = spread_shares(seed, index, n_starts, self.model.n_blocks)
+        shares = spread_shares(points.seed, points.index, n_starts, self.model.n_blocks)
         starts = np.empty((*shares.shape[:2], self.model.n_blocks - 1))
-        for point, values in enumerate(rows(columns, len(index))):
+        for point, values in enumerate(points.values()):
             model = self.model_at(values)
             starts[point] = np.diff(model.structure.sticking(shares[point]), axis=-1)
-            if n_starts == 1 and d0 is not None:
-                starts[point] = d0[point]
+            if n_starts == 1 and points.d is not None:
+                starts[point] = points.d[point]
             starts[point, ~model.contains(starts[point])] = np.nan
         return starts
 

@@ -14,7 +14,7 @@ from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from stickslip.sweeps.errors import WorkersLost
+from stickslip.errors import WorkersLost
 from stickslip.sweeps.job import Computed
 
 if TYPE_CHECKING:

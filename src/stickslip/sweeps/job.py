@@ -31,14 +31,14 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-FORMAT: Final = 1  # raised when the same description would give other results
-D0: Final = "d0"  # name of an axis of starting points
+FORMAT: Final = 2  # raised when the same description would give other results
+START: Final = "d"  # name of an axis of starting points
 POINTS_PER_TILE: Final = {"cpu": 4096, "cuda": 65_536}  # a GPU takes as many orbits at once
 TILES: Final = 64  # of a small sweep, so that all cores have work and little is lost
 
 
 class Orbits(NamedTuple):
-    """What is known of orbits, in the order of grid points, the seeds of one together."""
+    """Results of orbits, in the order of grid points, the starts of each point together."""
 
     verdicts: LongRun
     followed: Followed
@@ -50,7 +50,7 @@ class Points:
 
     system: System
     columns: Mapping[str, Floats]
-    d0: Floats | None  # starting points, where they are given
+    d: Floats | None  # starting points, where they are given
     # place in the whole grid in C order; with ``seed`` it decides the other starting points
     index: NDArray[np.uint64]
     seed: int
@@ -74,7 +74,7 @@ class Points:
 
     def starts(self, n_starts: int) -> Floats:
         """Return starting points (size, n_starts, ...): `System.starts`."""
-        return self.system.starts(self.columns, self.d0, self.seed, self.index, n_starts)
+        return self.system.starts(self, n_starts)
 
     def orbits(self, run: Run) -> Orbits:
         """Follow orbits, or return those of an equal run that are known already."""
@@ -105,7 +105,7 @@ class Job:
     shape: tuple[int, ...]
     observables: tuple[Observable, ...]
     seed: int
-    d0: float | None
+    d: float | None
     device: str = "cpu"
 
     @property
@@ -115,7 +115,7 @@ class Job:
 
     @cached_property
     def tails(self) -> dict[Run, int]:
-        """Runs of orbits that the observables ask for, and the most last points of each."""
+        """Runs of orbits that observables need, and how many of their last points."""
         found: dict[Run, int] = {}
         for each in self.observables:
             for run, tail in each.runs().items():
@@ -130,7 +130,7 @@ class Job:
             "axes": {name: _axis_identity(axes[name].values) for name in self.names},
             "observables": [each.identity() for each in self.observables],
             "seed": self.seed,
-            "d0": self.d0,
+            "d": self.d,
         }
 
 
@@ -154,19 +154,19 @@ class Tile:
 
     @property
     def region(self) -> tuple[slice, ...]:
-        """Where it lies in the grid."""
+        """Place of the tile in the grid."""
         return tuple(slice(a, a + n) for a, n in zip(self.start, self.shape, strict=True))
 
     def points(self, job: Job) -> Points:
-        """List its grid points, in C order."""
+        """Return the grid points of the tile, in C order."""
         grids = np.meshgrid(*self.values, indexing="ij", copy=False)
         columns = {name: grid.ravel() for name, grid in zip(job.names, grids, strict=True)}
-        d0 = columns.pop(D0, None)
-        if d0 is None and job.d0 is not None:
-            d0 = np.full(grids[0].size, job.d0)
+        d = columns.pop(START, None)
+        if d is None and job.d is not None:
+            d = np.full(grids[0].size, job.d)
         places = np.ix_(*(np.arange(a, a + n) for a, n in zip(self.start, self.shape, strict=True)))
         index = np.ravel_multi_index(np.broadcast_arrays(*places), job.shape).ravel()
-        return Points(job.system, columns, d0, index.astype(np.uint64), job.seed, job.tails)
+        return Points(job.system, columns, d, index.astype(np.uint64), job.seed, job.tails)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,8 +17,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from stickslip.errors import StoreBusy
 from stickslip.files import undone_unless_finished
-from stickslip.sweeps.errors import StoreBusy
 from stickslip.sweeps.place import room_for
 
 if TYPE_CHECKING:

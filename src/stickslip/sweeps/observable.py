@@ -1,4 +1,4 @@
-"""What an observable is: settings, the variables that they record, and how."""
+"""The contract of observables: settings, and the variables that they record."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Columns: TypeAlias = "dict[str, NDArray[Any]]"
 
 @dataclass(frozen=True)
 class Output:
-    """One variable of a store: ``dims`` and ``sizes`` are what it has besides the axes."""
+    """One variable of a store: ``dims`` and ``sizes`` are those besides the axes."""
 
     name: str
     dtype: str
@@ -58,7 +58,7 @@ class Observable:
         raise NotImplementedError
 
     def runs(self) -> dict[Run, int]:
-        """Return the orbits that it asks for, and how many of their last points."""
+        """Return the orbits that are needed, and how many of their last points."""
         return {}
 
     def compute(self, points: Points) -> Columns:
@@ -66,7 +66,7 @@ class Observable:
         raise NotImplementedError
 
     def identity(self) -> dict[str, Any]:
-        """Describe it in values that JSON can hold."""
+        """Describe the observable in values that JSON can hold."""
         return {"name": self.name, **asdict(self)}
 
 

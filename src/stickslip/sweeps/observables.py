@@ -43,7 +43,7 @@ KINDS: Final = {UNDECIDED: "undecided", LEFT: "left", PERIODIC: "periodic", CHAO
 
 @dataclass(frozen=True, kw_only=True)
 class _OfOrbit(Observable):
-    """Of one orbit for each grid point."""
+    """An observable of one orbit for each grid point."""
 
     needs: ClassVar[tuple[str, ...]] = ("orbits",)
     transient: int = whole(1000, least=0, most=MOST_STEPS)
@@ -55,7 +55,7 @@ class _OfOrbit(Observable):
         return Run(1, self.transient, self.n, self.max_period)
 
     def runs(self) -> dict[Run, int]:
-        """Return the orbits that it asks for."""
+        """Return the orbits that are needed."""
         return {self._run: 1}
 
     def _orbits(self, points: Points) -> Orbits:
@@ -84,7 +84,7 @@ class Attractor(_OfOrbit):
     name: ClassVar[str] = "attractor"
 
     def outputs(self) -> tuple[Output, ...]:
-        """Return its variables."""
+        """Return the variables that are recorded."""
         return (
             Output("kind", "int8", "kind of attractor", flags=KINDS),
             Output("period", "int32", "period of the attractor, 0 if not periodic"),
@@ -92,7 +92,7 @@ class Attractor(_OfOrbit):
         )
 
     def compute(self, points: Points) -> Columns:
-        """Return their values."""
+        """Return the values of the variables."""
         found = self._orbits(points)
         return {
             "kind": found.verdicts.kind,
@@ -112,14 +112,14 @@ class LyapunovExponent(_OfOrbit):
     name: ClassVar[str] = "lyapunov_exponent"
 
     def outputs(self) -> tuple[Output, ...]:
-        """Return its variables."""
+        """Return the variables that are recorded."""
         return (
             Output("lyapunov_exponent", "float64", "Lyapunov exponent per step of the map"),
             Output("lyapunov_error", "float64", "standard error of the Lyapunov exponent"),
         )
 
     def compute(self, points: Points) -> Columns:
-        """Return their values."""
+        """Return the values of the variables."""
         found = self._orbits(points).verdicts
         return {"lyapunov_exponent": found.exponent, "lyapunov_error": found.error}
 
@@ -149,16 +149,16 @@ class OrbitPoints(_OfOrbit):
             )
 
     def outputs(self) -> tuple[Output, ...]:
-        """Return its variables."""
+        """Return the variables that are recorded."""
         title = "points of the orbit, the last one last"
         return (Output("orbit", "float64", title, ("iterate",), (self.count,)),)
 
     def runs(self) -> dict[Run, int]:
-        """Return the orbits that it asks for."""
+        """Return the orbits that are needed."""
         return {self._run: self.count}
 
     def compute(self, points: Points) -> Columns:
-        """Return their values."""
+        """Return the values of the variables."""
         return {"orbit": self._orbits(points).followed.tail[:, -self.count :]}
 
 
@@ -173,7 +173,7 @@ class Events(_OfOrbit):
     needs: ClassVar[tuple[str, ...]] = ("orbits", "events")
 
     def outputs(self) -> tuple[Output, ...]:
-        """Return its variables."""
+        """Return the variables that are recorded."""
         return (
             Output("mean_events", "float64", "mean number of events per step of the map"),
             Output("most_events", "int32", "largest number of events in a step of the map"),
@@ -181,7 +181,7 @@ class Events(_OfOrbit):
         )
 
     def compute(self, points: Points) -> Columns:
-        """Return their values."""
+        """Return the values of the variables."""
         found = self._orbits(points).followed
         return {
             "mean_events": found.mean_events,
@@ -208,7 +208,7 @@ class NeverReturns(Observable):
     n: int = whole(100, least=2)
 
     def outputs(self) -> tuple[Output, ...]:
-        """Return its variables."""
+        """Return the variables that are recorded."""
         return (
             Output("never_share", "float64", "share that never returns to global stick"),
             Output("gave_up_share", "float64", "share that was given up, at a limit or undecided"),
@@ -219,11 +219,11 @@ class NeverReturns(Observable):
         return Run(self.n_starts, 0, self.n, 1)
 
     def runs(self) -> dict[Run, int]:
-        """Return the orbits that it asks for."""
+        """Return the orbits that are needed."""
         return {self._run: 1}
 
     def compute(self, points: Points) -> Columns:
-        """Return their values."""
+        """Return the values of the variables."""
         found = points.orbits(self._run)
         status = found.followed.status.reshape(points.size, self.n_starts)
         never = np.isin(status, (NEVER_SLIPPING, NEVER_CYCLE))
@@ -235,10 +235,10 @@ class NeverReturns(Observable):
 
 @dataclass(frozen=True, kw_only=True)
 class Function(Observable):
-    """A function of the user's own, ``function(f, d0)``, of the map and a starting point.
+    """A function of the user's own, ``function(f, d)``, of the map and a starting point.
 
-    Of more than two blocks ``d0`` is an array; where there is no event map (one block, forced
-    models), ``f`` is the model and ``d0`` NaN.
+    Of more than two blocks ``d`` is an array; where there is no event map (one block, forced
+    models), ``f`` is the model and ``d`` NaN.
 
     Parameters
     ----------
@@ -260,7 +260,7 @@ class Function(Observable):
     shape: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        """Import the function, and check that others could."""
+        """Import the function, and check that another process can import it."""
         if isinstance(self.function, str):
             object.__setattr__(self, "function", import_function(self.function))
         function: Any = self.function
@@ -286,20 +286,20 @@ class Function(Observable):
         object.__setattr__(self, "label", self.label or function.__qualname__.split(".")[-1])
 
     def outputs(self) -> tuple[Output, ...]:
-        """Return its variables."""
+        """Return the variables that are recorded."""
         dims = tuple(f"{self.label}_{k}" for k in range(len(self.shape)))
         return (Output(self.label, self.dtype, self.label, dims, self.shape),)
 
     def compute(self, points: Points) -> Columns:
-        """Return their values."""
+        """Return the values of the variables."""
         assert callable(self.function)
         result = np.empty((points.size, *self.shape), dtype=self.dtype)
-        for i, (f, d0) in enumerate(points.maps()):
-            result[i] = self.function(f, d0)
+        for i, (f, d) in enumerate(points.maps()):
+            result[i] = self.function(f, d)
         return {self.label: result}
 
     def identity(self) -> dict[str, Any]:
-        """Describe it."""
+        """Describe the function by its source text."""
         assert callable(self.function)
         rest = {"label": self.label, "dtype": self.dtype, "shape": list(self.shape)}
         return {"name": self.name, **function_identity(self.function), **rest}

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from stickslip.checks import instance, shown
+from stickslip.errors import StoreFull, StoreRefused
 from stickslip.extras import require_extra
 from stickslip.files import whole_file
-from stickslip.sweeps.errors import StoreFull, StoreRefused
 
 EXTRA = ("fsspec", "zarr", "xarray", "filelock", "psutil")
 ZIP = ".zip"
@@ -88,19 +88,19 @@ class Place:
             ) from error
 
     def remove(self, path: str) -> None:
-        """Remove an object, if it is there."""
+        """Remove an object, if there is one."""
         with suppress(FileNotFoundError):
             self.fs.rm_file(path)
         self.fs.invalidate_cache()
 
     def empty(self) -> bool:
-        """Whether there is no object in the folder but what was left half-written."""
+        """Whether the folder holds no objects, half-written ones aside."""
         self.fs.invalidate_cache()
         paths = (f"{at}/{name}" for at, _, names in self.fs.walk(self.path) for name in names)
         return all(WORKING in path[len(self.path) :] for path in paths)
 
     def zarr_store(self, *, read_only: bool = False) -> Any:
-        """Open it as a zarr store; a finished archive only for reading."""
+        """Open the place as a zarr store; a finished archive only for reading."""
         from zarr import storage
 
         if self.packed:
@@ -113,11 +113,11 @@ class Place:
 
     @property
     def packed(self) -> bool:
-        """Whether it is an archive that was finished, with no work folder beside it."""
+        """Whether the place is a finished archive, with no work folder beside it."""
         return self.archive is not None and self.archive.exists() and not Path(self.path).exists()
 
     def clear_remains(self) -> None:
-        """Remove what a writer that was killed has left half-written."""
+        """Remove the half-written files of a writer that was killed."""
         if self.local:
             shutil.rmtree(self.beside(GONE), ignore_errors=True)
             for partial in list(Path(self.path).rglob(f"*{WORKING}")):
@@ -143,7 +143,7 @@ class Place:
         shutil.rmtree(gone)
 
     def unpack(self) -> None:
-        """Make the folder of a finished archive again, to write to it; without what is damaged."""
+        """Make the work folder of a finished archive again, damaged files aside."""
         if self.packed:
             with whole_file(Path(self.path)) as temporary, self._opened() as archive:
                 temporary.mkdir()

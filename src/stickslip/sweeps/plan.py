@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 import msgspec
 
 from stickslip.checks import one_of, shown
+from stickslip.errors import StoreRefused
 from stickslip.files import checked_path
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.friction.values import within
 from stickslip.mechanics.model.file import read_model, read_toml
 from stickslip.mechanics.model.values import model_of_values
 from stickslip.sweeps.axis import axis
-from stickslip.sweeps.errors import StoreRefused
 from stickslip.sweeps.identity import import_function
 from stickslip.sweeps.observables import OBSERVABLES, as_observables
 from stickslip.sweeps.sweep import sweep
@@ -57,7 +57,7 @@ class _Engine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The keys of a plan; what stands in tables is read further."""
+    """The keys of a plan; its tables are read further."""
 
     store: str
     axes: dict[str, Any]
@@ -68,7 +68,7 @@ class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     chunks: dict[str, int] | None = None
     storage_options: dict[str, Any] | None = None
     seed: int = 0
-    d0: float | None = None
+    d: float | None = None
 
 
 class Plan(msgspec.Struct, frozen=True):
@@ -101,8 +101,8 @@ def read_plan(path: str | PathLike[str]) -> Plan:
             "observables": as_observables(
                 [_observable(*item) for item in enumerate(file.observables)]
             ),
-            "seed": file.seed,
-            "d0": file.d0,
+            "rng": file.seed,
+            "d": file.d,
             "chunks": file.chunks,
             "storage_options": file.storage_options,
         }

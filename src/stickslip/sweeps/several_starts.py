@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.cycle.limit_cycles import CycleList
     from stickslip.sweeps.job import Points
 
-
 SAME_POINT: Final = 1e-6  # of the domain: cycles whose rightmost points are this close are one
 
 
@@ -51,7 +50,7 @@ class CoexistingAttractors(Observable):
     max_period: int = whole(64)
 
     def outputs(self) -> tuple[Output, ...]:
-        """Return its variables."""
+        """Return the variables that are recorded."""
         return (
             Output("n_attractors", "int32", "number of coexisting attractors found"),
             Output("undecided_share", "float64", "share of starting points without a verdict"),
@@ -63,11 +62,11 @@ class CoexistingAttractors(Observable):
         return Run(self.n_starts, self.transient, self.n, self.max_period)
 
     def runs(self) -> dict[Run, int]:
-        """Return the orbits that it asks for."""
+        """Return the orbits that are needed."""
         return {self._run: min(self.max_period, self.n // 2)}
 
     def compute(self, points: Points) -> Columns:
-        """Return their values."""
+        """Return the values of the variables."""
         found = points.orbits(self._run)
         by_point = (points.size, self.n_starts)
         kind = found.verdicts.kind.reshape(by_point)
@@ -123,8 +122,8 @@ class LimitCycles(Observable):
 
     Notes
     -----
-    The stable ones of `stickslip.limit_cycles`. The first cycle is the one that most starts led
-    to.
+    The stable ones of `stickslip.limit_cycles`, which sorts cycles by the number of starts that
+    lead to them.
     """
 
     name: ClassVar[str] = "limit_cycles"
@@ -133,7 +132,7 @@ class LimitCycles(Observable):
     max_events: int = whole(2000)
 
     def outputs(self) -> tuple[Output, ...]:
-        """Return its variables."""
+        """Return the variables that are recorded."""
         return (
             Output("n_cycles", "int32", "number of stable limit cycles found"),
             Output("cycle_period", "float64", "period of the first limit cycle, in sqrt(m / k)"),
@@ -144,7 +143,7 @@ class LimitCycles(Observable):
         )
 
     def compute(self, points: Points) -> Columns:
-        """Return their values."""
+        """Return the values of the variables."""
         seeds = mix_labels(np.full(points.size, points.seed, dtype=np.uint64), points.index)
         rows = []
         for values, seed in zip(points.values(), seeds.tolist(), strict=True):

@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import __version__
+from stickslip.errors import StoreFull, StoreRefused
 from stickslip.sweeps import target as targets
-from stickslip.sweeps.errors import StoreFull, StoreRefused
 from stickslip.sweeps.identity import digest
 from stickslip.sweeps.place import room_for
 from stickslip.vocabulary import TERMS
@@ -76,7 +76,7 @@ class Store:
             self.arrays[MARKS][tile.index] = self._mark(tile, computed.arrays)
 
     def done(self, tiles: Iterable[Tile]) -> NDArray[np.bool_]:
-        """Tell which tiles are marked and whole; what is left of others is removed."""
+        """Tell which tiles are marked and whole; remove the remains of all others."""
         marks = read_marks(self.arrays[MARKS])
         done = finished(self.place, marks, [output.name for output in self.outputs])
         marked = (tile for tile in tiles if marks[tile.index])
@@ -97,7 +97,7 @@ class Store:
         return self._mark(tile, arrays)
 
     def _mark(self, tile: Tile, arrays: Mapping[str, Any]) -> np.uint64:
-        """Return a checksum of a tile's values and of whose they are, never 0."""
+        """Return a checksum of a tile's values and place and of the description, never 0."""
         content = hashlib.blake2b(repr((self.key, self.chunks, tile.index)).encode(), digest_size=8)
         for output in self.outputs:
             array = np.ascontiguousarray(arrays[output.name])
@@ -129,7 +129,7 @@ def read_marks(array: Any) -> NDArray[np.uint64]:
 
 
 def finished(place: Place, marks: NDArray[np.uint64], names: Iterable[str]) -> NDArray[np.bool_]:
-    """Tell which tiles are marked and have a file of each variable, whatever is in it."""
+    """Tell which tiles are marked and have a file of each variable, unread."""
     done = marks != 0
     for name in names:
         present = np.zeros(marks.shape, dtype=bool)
@@ -218,7 +218,7 @@ def _sealed(name: str, document: dict[str, Any], facts: dict[str, Any]) -> bytes
 def _layout(
     job: Job, axes: Mapping[str, Axis], chunks: tuple[int, ...], facts: Mapping[str, Any]
 ) -> dict[str, bytes]:
-    """Make all files that do not depend on what is computed, in the order to write them."""
+    """Make all files that depend on the description alone, in the order to write them."""
     # The last one makes it a zarr group, and has the metadata of all arrays for those who read.
     import zarr
     from zarr.codecs import Crc32cCodec, ZstdCodec
@@ -279,7 +279,7 @@ def _layout(
 
 
 def missing(dtype: str) -> Any:
-    """Return what stands for a value that was not computed yet."""
+    """Return the value that marks a missing one, by its type."""
     kind = np.dtype(dtype).kind
     if kind == "f":
         return math.nan

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.checks import check_callback, finite_number, instance, one_of, whole_number
+from stickslip.errors import StoreAbsent, StoreRefused, TilesFailed
 from stickslip.mechanics.eventmap.carriers import DEVICES
 from stickslip.numerics.gpu import require_gpu
 from stickslip.numerics.targets import available_threads
 from stickslip.sweeps import engines, target
 from stickslip.sweeps.axis import as_axes
-from stickslip.sweeps.errors import StoreAbsent, StoreRefused, TilesFailed
-from stickslip.sweeps.job import D0, Job, compute, default_chunks, tiles
+from stickslip.sweeps.job import START, Job, compute, default_chunks, tiles
 from stickslip.sweeps.lock import writing
 from stickslip.sweeps.observables import as_observables
 from stickslip.sweeps.place import place_of, room_for
@@ -31,6 +31,7 @@ from stickslip.sweeps.store import (
     read_marks,
 )
 from stickslip.sweeps.systems import as_system
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -76,18 +77,19 @@ class Progress:
 
     @property
     def remaining(self) -> float:
-        """Seconds until the end at that rate."""
+        """Seconds until the end at the rate so far."""
         return (self.total - self.done) / self.rate if self.rate > 0 else float("inf")
 
 
+@suggests
 def sweep(
     system: Any,
     axes: Mapping[str, AxisLike],
     observables: Iterable[Observable | str],
     *,
     store: str | PathLike[str],
-    d0: float | None = None,
-    seed: int = 0,
+    d: float | None = None,
+    rng: int = 0,
     chunks: Mapping[str, int] | None = None,
     client: Any = None,
     device: str = "cpu",
@@ -105,17 +107,17 @@ def sweep(
     system : TwoBlock, Blocks, Chain, Oscillator, an event map or PiecewiseMap
         Values of the parameters that do not vary; an event map with its settings.
     axes : mapping
-        Name of each varied parameter, or ``"d0"`` for the starting point, to its values:
+        Name of each varied parameter, or ``"d"`` for the starting point, to its values:
         ``(lo, hi, n)`` with whole n, `stickslip.axis`, or explicit ones.
     observables : iterable
         Of `stickslip.observables`, or their names for the default settings.
     store : str or path
         Local folder, file name ending in ``.zip``, or URL that fsspec knows, such as
         ``s3://bucket/name``.
-    d0 : float, optional
-        Starting point of every orbit; without it, and without an axis ``"d0"``, one at random in
+    d : float, optional
+        Starting point of every orbit; without it, and without an axis ``"d"``, one at random in
         the domain for each grid point. Observables of several orbits draw their own.
-    seed : int
+    rng : int
         What starting points are drawn from, by the place of a point in the grid.
     chunks : mapping of str to int, optional
         Points of a chunk along some axes; by default about 4096 in all. A chunk is one task and
@@ -171,7 +173,7 @@ def sweep(
     ...         {"V": [0.0366, 0.15]},
     ...         ["attractor"],
     ...         store=folder + "/map",
-    ...         d0=0.279,
+    ...         d=0.279,
     ...     )
     ...     found.period.values
     array([4, 1], dtype=int32)
@@ -184,7 +186,7 @@ def sweep(
     cores = 1 if device == "cuda" else available_threads()
     cores = cores if threads is None else whole_number("threads", threads, 1)
     grid = as_axes(axes)
-    job = _job(as_system(system), grid, as_observables(observables), seed, d0, device)
+    job = _job(as_system(system), grid, as_observables(observables), rng, d, device)
     sizes = _chunks(grid, job, chunks)
     place = place_of(store, storage_options)
     examined(place)  # what is no sweep is refused before a lock is put beside it
@@ -204,6 +206,7 @@ def sweep(
     return open_sweep(store, storage_options=storage_options)
 
 
+@suggests
 def open_sweep(
     store: str | PathLike[str], *, storage_options: dict[str, Any] | None = None
 ) -> xarray.Dataset:
@@ -263,18 +266,18 @@ def _job(
     axes: Mapping[str, Axis],
     observables: tuple[Observable, ...],
     seed: int,
-    d0: float | None,
+    d: float | None,
     device: str,
 ) -> Job:
     """Check a description as a whole."""
     _check_device(device, system, observables)
-    seed = whole_number("seed", seed, 0, at_most=LARGEST_SEED - 1)
-    if d0 is not None:
-        if D0 in axes:
-            raise ValueError("d0 is an axis and a number: give one of them.")
-        d0 = finite_number(D0, d0)
-    if (d0 is not None or D0 in axes) and D0 in system.lacks:
-        raise ValueError(f"d0: {system.lacks[D0]}.")
+    seed = whole_number("rng", seed, 0, at_most=LARGEST_SEED - 1)
+    if d is not None:
+        if START in axes:
+            raise ValueError("d is an axis and a number: give one of them.")
+        d = finite_number(START, d)
+    if (d is not None or START in axes) and START in system.lacks:
+        raise ValueError(f"d: {system.lacks[START]}.")
     for each in observables:
         for need in each.needs:
             if need in system.lacks:
@@ -285,10 +288,10 @@ def _job(
     for name, each_axis in axes.items():
         if name == MARKS:
             raise ValueError(f"axis {name!r}: stores use that name for themselves.")
-        if name != D0:
+        if name != START:
             _check_values(system, name, each_axis)
     shape = tuple(map(len, axes.values()))
-    return Job(system.on(device), tuple(axes), shape, observables, seed, d0, device)
+    return Job(system.on(device), tuple(axes), shape, observables, seed, d, device)
 
 
 def _check_device(device: str, system: System, observables: tuple[Observable, ...]) -> None:
@@ -380,7 +383,7 @@ def _written(
     check: Callable[[], None],
     show: Callable[[int], None],
 ) -> None:
-    """Write what is computed, as it comes."""
+    """Write tiles as they are computed."""
     failed: list[tuple[Tile, Exception]] = []
     for tile, computed in outcomes:
         check()

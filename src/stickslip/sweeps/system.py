@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.maps.protocol import Map1D
+    from stickslip.sweeps.job import Points
 
     Floats: TypeAlias = NDArray[np.float64]
     Columns: TypeAlias = Mapping[str, Floats]
-
 
 BITS = 53  # of a random number
 
@@ -122,13 +122,13 @@ class System:
     """A system with named parameters; columns hold a value of each varied one for a grid point."""
 
     # `lacks` maps what observables may ask for in vain to the reason: "orbits" of a map, "events"
-    # in its steps, "line" (points are numbers), "model" (a motion in time), "d0" (a number to start
+    # in its steps, "line" (points are numbers), "model" (a motion in time), "d" (a number to start
     # from). What only some systems have is not defined here.
 
     lacks: Mapping[str, str] = MappingProxyType({})
 
     def identity(self) -> dict[str, Any]:
-        """Describe it in values that JSON can hold."""
+        """Describe the system in values that JSON can hold."""
         raise NotImplementedError
 
     def check(self, values: Mapping[str, float]) -> None:
@@ -156,22 +156,14 @@ class System:
         """Return the ends of the domain at each of `size` grid points, of a map of the line."""
         raise NotImplementedError
 
-    def starts(
-        self,
-        columns: Columns,
-        d0: Floats | None,
-        seed: int,
-        index: NDArray[np.uint64],
-        n_starts: int,
-    ) -> Floats:
+    def starts(self, points: Points, n_starts: int) -> Floats:
         """Return starting points (grid points, n_starts, ...), NaN where the map has none there."""
-        # Of maps of the line. A single one is ``d0``, where that is given; the others are drawn
-        # from `seed` and the places ``index`` of the points in the grid.
-        low, high = self.domains(columns, len(index))
-        if n_starts == 1 and d0 is not None:
-            starts = d0[:, None]
+        # Of maps of the line. A single one is ``d``, where that is given; the others are drawn.
+        low, high = self.domains(points.columns, points.size)
+        if n_starts == 1 and points.d is not None:
+            starts = points.d[:, None]
         else:
-            starts = spread_starts(seed, index, n_starts, low, high)
+            starts = spread_starts(points.seed, points.index, n_starts, low, high)
         admitted = np.full(starts.shape, np.nan)
         for i, ends in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
             clipped, inside = clip_to_domain(ends, starts[i])

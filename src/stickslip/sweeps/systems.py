@@ -80,7 +80,7 @@ class ModelSystem(System):
         return ModelSystem(self.model, self.settings, device)
 
     def identity(self) -> dict[str, Any]:
-        """Describe it."""
+        """Describe the system in values that JSON can hold."""
         laws = self.model.laws if isinstance(self.model.friction, tuple) else self.model.laws[:1]
         numbers = {**self.model.parameters, "damping": self.model.damping}
         options = [law.options | law_identity(law) for law in laws]
@@ -204,7 +204,7 @@ class MapSystem(System):
         self.f = f
 
     def identity(self) -> dict[str, Any]:
-        """Describe it."""
+        """Describe the system in values that JSON can hold."""
         functions = {role: function_identity(each) for role, each in self.f.callables.items()}
         numbers = {"domain": self.f.domain, "breakpoints": self.f.breakpoints.tolist()}
         return {"map": functions, "parameters": self.f.parameters, **numbers}

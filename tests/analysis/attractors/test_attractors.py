@@ -20,8 +20,8 @@ from stickslip.analysis.examples import (
     tent_with_hole,
 )
 from stickslip.analysis.interpolation.interpolated import interpolated_map
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
-from stickslip.analysis.maps.window import WindowMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.event_map import EventMap
 

@@ -8,7 +8,7 @@ from stickslip.analysis import examples
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.bifurcations.conditions.conditions import Crossing
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
-from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost
 
 SHARP = 1e-13  # of located values
 

@@ -16,8 +16,8 @@ from stickslip.analysis.bifurcations.normal_forms import (
     flip_coefficient,
     fold_coefficient,
 )
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
-from stickslip.analysis.maps.window import WindowMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 
 EXACT = 1e-11  # relative, where slopes are exact: what differences of them leave

@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 from stickslip.analysis import examples
 from stickslip.analysis.branches.pieces import TooManyPiecesError, pieces_of_powers
-from stickslip.analysis.branches.preimages import preimages
-from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.branches.table import branch_table, preimages
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 
 ROUNDING = 1e-15

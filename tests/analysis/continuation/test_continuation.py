@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from stickslip import examples as models
 from stickslip.analysis import examples
 from stickslip.analysis.continuation.continuation import follow_on, follow_orbit
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
-from stickslip.analysis.maps.window import WindowMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.analysis.storage import load
 from stickslip.mechanics.eventmap.event_map import EventMap

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.analysis.diagrams.at_values import Strand, fill
+from stickslip.analysis.diagrams.at_values import SampledOrbit, fill
 from stickslip.analysis.examples import logistic
 from stickslip.analysis.maps.protocol import PointValues
 
@@ -16,7 +16,7 @@ def two_cycle(r):
 
 def strand(values, roots=(True, False)):
     values = np.array(values)
-    return Strand(values, two_cycle(values), 4 + 2 * values - values**2, roots)
+    return SampledOrbit(values, two_cycle(values), 4 + 2 * values - values**2, roots)
 
 
 def filled(known, values):
@@ -60,7 +60,7 @@ def test_a_known_place_is_foretold_exactly():
 
 def test_periods_are_solved_for_together():
     values = np.linspace(3.1, 3.4, 13)
-    fixed = Strand(values[[0, -1]], 1 - 1 / values[[0, -1], None], 2 - values[[0, -1]])
+    fixed = SampledOrbit(values[[0, -1]], 1 - 1 / values[[0, -1], None], 2 - values[[0, -1]])
     maps = [logistic(float(r)) for r in values]
     (one, slope), (two, _) = fill(maps, values, [fixed, strand([3.1, 3.25, 3.4], (False, False))])
     np.testing.assert_allclose(one[:, 0], 1 - 1 / values, rtol=0, atol=1e-12)
@@ -72,7 +72,7 @@ def test_the_other_orbit_of_a_fold_is_not_taken():
     """A wrong guess leads to the partner, whose multiplier is on the other side of 1."""
     r = np.array([3.85, 3.86])  # the 3-cycles of the logistic map: one stable, one not
     stable = np.array([[0.15, 0.49, 0.96]] * 2)
-    wrong = Strand(r, stable, np.array([2.0, 2.0]))
+    wrong = SampledOrbit(r, stable, np.array([2.0, 2.0]))
     _, multipliers = filled(wrong, r)
     assert np.isnan(multipliers).all()
 
@@ -80,7 +80,7 @@ def test_the_other_orbit_of_a_fold_is_not_taken():
 def test_an_orbit_far_from_its_guess_is_not_entered():
     r = np.linspace(3.2, 3.3, 5)
     shifted = two_cycle(r[[0, -1]]) + np.array([0.02, -0.02])
-    _, multipliers = filled(Strand(r[[0, -1]], shifted, np.array([0.1, 0.1])), r)
+    _, multipliers = filled(SampledOrbit(r[[0, -1]], shifted, np.array([0.1, 0.1])), r)
     assert np.isnan(multipliers).all()
 
 

@@ -18,9 +18,9 @@ from stickslip.analysis.examples import (
     tent_with_hole,
 )
 from stickslip.analysis.interpolation.interpolated import FIT, interpolated_map
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.maps.protocol import Map1D, iterate, sample
-from stickslip.analysis.maps.window import WindowMap
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.status import OK
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from stickslip import examples as models
 from stickslip.analysis import examples
 from stickslip.analysis.orbits.bundles import OrbitBundle, move_orbits, polish_orbits
-from stickslip.analysis.orbits.cyclic import solve_cyclic
+from stickslip.analysis.orbits.newton import solve_cyclic
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.event_map import EventMap
 
@@ -141,10 +141,10 @@ def test_orbits_are_given_up_that_stray_or_do_not_contract(logistic_orbits):
     f, bundle = logistic_orbits
     far = OrbitBundle(bundle.periods, bundle.points + 0.05, bundle.slopes, bundle.labels)
     near = OrbitBundle(bundle.periods, bundle.points + 1e-4, bundle.slopes, bundle.labels)
-    strayed = polish_orbits(far, f, leash=1e-3)
+    strayed = polish_orbits(far, f, trust_radius=1e-3)
     assert strayed.given_up.all()
     assert not strayed.converged.any()
-    kept = polish_orbits(near, f, leash=1e-2, contraction=0.5)
+    kept = polish_orbits(near, f, trust_radius=1e-2, contraction=0.5)
     assert kept.converged.all()
     assert not kept.given_up.any()
     grown = polish_orbits(far, f, contraction=1e-3)

@@ -23,7 +23,7 @@ from tests.reference.laws import PoppStelter
 from tests.reference.values import COULOMB_JUMPS, COULOMB_ORBITS, LAW9_ORBITS
 
 import stickslip as ss
-from stickslip.analysis.maps.window import windowed
+from stickslip.analysis.maps.derived import windowed
 
 PAPER = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.0366, friction=ss.Coulomb(mu=0.22))
 

@@ -5,7 +5,7 @@ import pytest
 from tests.reference.values import COULOMB_ORBITS, LAW9_ORBITS
 
 import stickslip as ss
-from stickslip.analysis.maps.window import WindowMap
+from stickslip.analysis.maps.derived import WindowMap
 
 COULOMB = ss.examples.coulomb()
 PAPER_U4 = (-0.466, 0.279, -0.254, 0.492)  # in the map's order, the smallest first

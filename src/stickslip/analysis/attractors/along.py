@@ -1,11 +1,9 @@
 """Attractors of a family of maps at many parameter values, from a few orbits each.
 
-`attractors` proves what it finds; for thousands of maps that is too slow. Here an attractor is
-handed on from value to value: a cycle by Newton's method, other motions by iterating their last
-point. At every value the images of breaks and turning points are followed, too; in a map of the
-line they lead to the attractors that folds and jumps make. They also tell when an attractor is
-lost: as long as the orbits of all critical points inside a motion stay with it, it is a trap, and
-once one of them escapes, so will the rest, however long that takes.
+An attractor is handed on from value to value: a cycle by Newton's method, other motions by
+iterating their last point. Images of breaks and turning points are followed, too: they lead to the
+attractors that folds and jumps make, and tell when one is lost. As long as the orbits of all
+critical points inside a motion stay with it, it is a trap; once one escapes, so will the rest.
 """
 
 from __future__ import annotations
@@ -37,7 +35,9 @@ NEAR: Final = 5e-3  # of the domain's width: an orbit this close to a cycle that
 ROUNDS: Final = 6  # ... in each of so many rounds is captured
 RECURRING: Final = 0.02  # of the domain's width: a recurrence this close proposes a period ...
 SETTLED: Final = 1e-6  # ... this close, if slopes speak against it
-CREEPING: Final = 48  # last steps of an orbit, all in one direction: it is still on its way ...
+SLOW_APPROACH: Final = (
+    48  # last steps of an orbit, all in one direction: it is still on its way ...
+)
 SHORT_PERIODS: Final = 4  # ... for a period up to this
 SLOPES: Final = 48  # at least, in the mean of log |f'|
 SIGMAS: Final = 3.0  # errors by which the mean of log |f'| must exceed 0 at first
@@ -114,12 +114,12 @@ def _leaks(motion: Motion, number: int, critical: Floats, fates: NDArray[np.intp
     return bool(np.any(inside & (fates != number) & (fates != MOVING)))
 
 
-def _creeps(tail: Floats) -> bool:
+def _slow_approach(tail: Floats) -> bool:
     """Tell whether an orbit's end moves on, every p-th point in one direction, for a small p.
 
     So does a slow passage past a weakly unstable cycle, where slopes look like chaos.
     """
-    end = tail[-CREEPING:]
+    end = tail[-SLOW_APPROACH:]
     for p in range(1, SHORT_PERIODS + 1):
         forward = end[p:] > end[:-p]
         classes = [forward[k::p] for k in range(p)]
@@ -225,7 +225,7 @@ class _Look:
             if self._settled(tail[0], near * self.width):
                 return number if len(self.found) > number else CYCLE
             least = FLAT if was_chaotic else max(FLAT, SIGMAS * error)
-            if exponent > least and not _creeps(tail[0]):
+            if exponent > least and not _slow_approach(tail[0]):
                 kind: Kind = "chaotic"
                 break
             if more in LONG and exponent <= FLAT and self._crawls(tail[0]):

@@ -2,7 +2,7 @@
 
 Seeds are the one-sided values at breakpoints and turning points, which in a map of the line find
 every attractor that folds or jumps make, and dozens of others. What becomes of their orbits is
-decided in `attractor_search`.
+decided in `search`.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from stickslip.checks import (
     shown,
     whole_number,
 )
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -44,6 +45,7 @@ LONGEST: Final = 128  # period that `attractors_of` recognises: costs next to no
 MAX_STEPS: Final = 20_000
 
 
+@suggests
 def attractors(
     f: Map1D | Modelled[Map1D],
     *,
@@ -198,7 +200,9 @@ def _seeds(
     """Points spread over the domain; the same and the one-sided values at all ends of laps."""
     spread = _spread(f, n_starts, rng)
     ends = np.concatenate([laps.value_left, laps.value_right])
-    return spread, np.concatenate([spread, _inside_domain(f, np.unique(ends))])
+    low, high = f.domain
+    ends = np.unique(ends[np.isfinite(ends) & (ends >= low) & (ends <= high)])
+    return spread, np.concatenate([spread, ends])
 
 
 def _spread(f: Map1D, n: int, rng: np.random.Generator | int | None) -> Floats:
@@ -206,8 +210,3 @@ def _spread(f: Map1D, n: int, rng: np.random.Generator | int | None) -> Floats:
     generator = random_generator("rng", 0 if rng is None else rng)
     low, high = f.domain
     return np.asarray(low + (high - low) * (np.arange(n) + generator.random(n)) / n)
-
-
-def _inside_domain(f: Map1D, x: Floats) -> Floats:
-    low, high = f.domain
-    return x[np.isfinite(x) & (x >= low) & (x <= high)]

@@ -1,14 +1,10 @@
 """Images of intervals under a piecewise-monotone map, and the bands of chaotic attractors.
 
-A map of the line is monotone on each of its *laps*, so the image of an interval is known exactly
-from the map's values at the interval's ends and at the ends of laps inside it. A short interval
-inside a chaotic attractor grows under the map until it fills the attractor's bands. That gives
-
-* the edges: images of breakpoints and turning points, hence good to rounding, where the extremes
-  of a long orbit are approached slowly and only from inside;
-* how many bands the attractor visits in turn (its period);
-* a trapping region: the union of the bands is mapped into itself, so no orbit can leave it. A
-  long chaotic transient fails here: its interval grows across a basin boundary or into a gap.
+On each lap the image of an interval is known exactly from its ends. A short interval inside a
+chaotic attractor grows until it fills the attractor's bands: that gives the edges, images of
+breakpoints and turning points, good to rounding; the number of bands visited in turn, the period;
+and a trapping region. A long chaotic transient fails: its interval grows across a basin boundary
+or into a gap.
 """
 
 from __future__ import annotations
@@ -117,7 +113,8 @@ def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
             break
         if period := _repeats(current, past, slack):
             union = merged(np.concatenate(list(past)[:period]), APART * domain_width(f))
-            return _finish(f, laps, union, period, slack)
+            intervals, sources = _explain(f, laps, union, max(MIN_IMAGES, 2 * period))
+            return _described(f, laps, intervals, sources, period, slack)
     return Bands(current, 0, np.inf, (), reason)
 
 
@@ -129,11 +126,6 @@ def _repeats(current: Floats, past: deque[Floats], slack: float) -> int:
         if np.all(np.abs(older - current) <= slack):
             return period
     return 0
-
-
-def _finish(f: Map1D, laps: Laps, union: Floats, period: int, slack: float) -> Bands:
-    intervals, sources = _explain(f, laps, union, max(MIN_IMAGES, 2 * period))
-    return _described(f, laps, intervals, sources, period, slack)
 
 
 def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:

@@ -1,11 +1,9 @@
 """Basins of attraction on a line: intervals with exact edges, not pixels.
 
-The domain is cut into pieces, each inside one monotone lap. At first only small intervals around
-the attractors are decided, and the gaps. Then, round by round, every undecided piece is compared
-with its image: it is cut at the preimages of the edges that its image crosses, and each part
-takes over what its image is known to be. The undecided rest shrinks to slivers around unstable
-orbits and their preimages, which a Newton step turns into edges, or, if basins are interwoven
-at all scales, to what is reported as undecided.
+At first only small intervals around the attractors are decided, and the gaps. Round by round every
+undecided piece is cut at the preimages of the edges that its image crosses, and each part takes
+over what its image is known to be. The undecided rest shrinks to slivers around unstable orbits
+and their preimages, which a Newton step turns into edges; interwoven basins stay undecided.
 """
 
 from __future__ import annotations
@@ -18,12 +16,20 @@ import numpy as np
 
 from stickslip.analysis.attractors.attractor import AttractorList
 from stickslip.analysis.attractors.attractors import attractors
-from stickslip.analysis.attractors.basin_edges import EdgeCause, explain, first_causes
-from stickslip.analysis.attractors.basin_pieces import LEFT, UNDECIDED, first_pieces, refined
+from stickslip.analysis.attractors.basin_pieces import (
+    LEFT,
+    UNDECIDED,
+    EdgeCause,
+    explain,
+    first_causes,
+    first_pieces,
+    refined,
+)
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import checked_points, domain_width
 from stickslip.checks import finite_number, instance, whole_number
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -115,6 +121,7 @@ class Basins:
         return "\n".join([head, *rows, *more, *([self.reason] if self.reason else [])])
 
 
+@suggests
 def basins(
     f: Map1D | Modelled[Map1D],
     found: AttractorList | None = None,

@@ -25,6 +25,7 @@ from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.checks import instance, whole_number
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -104,6 +105,7 @@ class InvariantDensity:
         )
 
 
+@suggests
 def invariant_density(
     f: Map1D | Modelled[Map1D], attractor: Attractor, *, cells: int = CELLS
 ) -> InvariantDensity:

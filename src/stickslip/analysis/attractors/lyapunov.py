@@ -25,6 +25,7 @@ from stickslip.analysis.maps.protocol import (
     values_and_slopes,
 )
 from stickslip.checks import MOST_STEPS, whole_number
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -39,12 +40,18 @@ LONGEST_CYCLE: Final = 512  # settled orbits up to this period are averaged over
 SETTLED: Final = 1e-12  # of the domain's width: values of a settled orbit recur this closely
 TOGETHER: Final = 16  # orbits from which on one call per step is cheaper than two per orbit
 LONGEST_COLLAPSE: Final = 64  # period of a repelling cycle that rounding may hold an orbit on
-WARM_UP: Final = 512  # shaken steps that lead away from such a cycle
+WARM_UP: Final = 512  # perturbed steps that lead away from such a cycle
 SHAKE: Final = 1e-14  # of the domain's width: how far points are moved then
 RECURRENCES: Final = 10  # ... and this many times
 MANY: Final = 50_000  # steps from which on a table of the map pays, which takes as long to make
 PAST: Final = 4096  # points of orbits that show where the table is needed
 FEWEST: Final = 16  # ... and steps of each orbit at least
+ENSEMBLE: Final = 32  # orbits from which a chaotic motion is sampled together
+SAMPLES: Final = 1 << 15  # slopes averaged for an exponent, at first and ...
+MAX_SAMPLES: Final = 1 << 20  # ... at most
+GROWTH: Final = 4  # factor from one sample to the next, until the exponent's sign is clear
+CLEAR: Final = 10  # error bars by which it is then away from zero
+SHORT: Final = 1e-10  # of the domain's width: intervals to grow are longer than this
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -83,6 +90,7 @@ class LyapunovExponent:
         return "\n".join([f"LyapunovExponent, n={self.n}", *rows])
 
 
+@suggests
 def lyapunov_exponent(
     f: Map1D | Modelled[Map1D], d: ArrayLike, n: int = 100_000, *, transient: int | None = None
 ) -> LyapunovExponent:
@@ -213,8 +221,8 @@ def trace(f: Map1D, x: Floats, n: int, skip: int = 0) -> tuple[Floats, Floats]:
         piece, slope = _stretch(f, x, step)
         stuck = _held_by_rounding(piece[:, :-1], slope) & ~on_cycle
         if np.any(stuck):
-            again = _shaken_orbit(f, start[stuck], skip + WARM_UP, rng)[:, -1]
-            piece[stuck] = _shaken_orbit(f, again, step, rng)
+            again = _perturbed_orbit(f, start[stuck], skip + WARM_UP, rng)[:, -1]
+            piece[stuck] = _perturbed_orbit(f, again, step, rng)
             slope[stuck] = values_and_slopes(f, piece[stuck, :-1])[1]
         values[:, done : done + step], slopes[:, done : done + step] = piece[:, :-1], slope
         x, done = piece[:, -1], done + step
@@ -261,16 +269,16 @@ def _held_by_rounding(values: Floats, slopes: Floats) -> NDArray[np.bool_]:
     return stuck
 
 
-def _shaken_orbit(f: Map1D, x: Floats, n: int, rng: np.random.Generator) -> Floats:
+def _perturbed_orbit(f: Map1D, x: Floats, n: int, rng: np.random.Generator) -> Floats:
     """Iterate, moving the points by a few roundings each time, so that their bits last."""
     orbit = np.empty((len(x), n + 1))
     orbit[:, 0] = x
     for k in range(n):
-        orbit[:, k + 1] = advance(f, shaken(f, orbit[:, k], rng), 1)[:, -1]
+        orbit[:, k + 1] = advance(f, perturbed(f, orbit[:, k], rng), 1)[:, -1]
     return orbit
 
 
-def shaken(f: Map1D, x: Floats, rng: np.random.Generator) -> Floats:
+def perturbed(f: Map1D, x: Floats, rng: np.random.Generator) -> Floats:
     """Move points by a few roundings at random, inside the domain."""
     low, high = f.domain
     moved = x + SHAKE * (high - low) * rng.uniform(-1, 1, len(x))
@@ -285,3 +293,54 @@ def advance(f: Map1D, x: Floats, n: int) -> Floats:
         native = getattr(f, "iterate", None)
         orbit[alive] = native(x[alive], n) if native is not None else iterate(f, x[alive], n)
     return orbit
+
+
+class ChaoticMotion:
+    """Independent orbits that start all over a trapping region, long enough to forget that."""
+
+    def __init__(self, f: Map1D, bands: Floats) -> None:
+        steps, x = SAMPLES // ENSEMBLE, _spread_over(bands, ENSEMBLE)
+        x = advance(f, x, steps)[:, -1]
+        while True:
+            self.values, self.slopes = trace(f, x, steps)
+            x, steps, self.reason = self.values[:, -1], GROWTH * steps, ""
+            if not np.all(np.isfinite(self.values)):
+                self.reason = "part of the bands is lost: the map has a hole there"
+                break
+            self.exponent = mean_of_logs(self.slopes)
+            value, error = self.exponent
+            if abs(value) > CLEAR * error or steps * ENSEMBLE > MAX_SAMPLES:
+                break
+
+
+def _spread_over(bands: Floats, n: int) -> Floats:
+    """One random point in each of n equal parts of a union of intervals."""
+    lengths = bands[:, 1] - bands[:, 0]
+    starts = np.concatenate([[0.0], np.cumsum(lengths)])
+    at = starts[-1] * (np.arange(n) + np.random.default_rng(0).random(n)) / n
+    k = np.clip(np.searchsorted(starts, at, side="right") - 1, 0, len(bands) - 1)
+    return np.asarray(np.minimum(bands[k, 0] + at - starts[k], bands[k, 1]))
+
+
+def short_interval(f: Map1D, points: Floats) -> tuple[float, float]:
+    """Two neighbours among the points: so short that no gap between bands is inside."""
+    points = np.unique(points)
+    gaps = np.diff(points)
+    short = np.where(gaps > SHORT * domain_width(f), gaps, np.inf)
+    if not np.isfinite(short).any():
+        return float(points[0]), float(points[0] + SHORT * domain_width(f))
+    k = int(np.argsort(short)[np.isfinite(short).sum() // 10])
+    return float(points[k]), float(points[k + 1])
+
+
+def mean_of_logs(slopes: Floats) -> LyapunovExponent:
+    """Mean over orbits (m, n); the error is the larger of two estimates.
+
+    Blocking sees correlations along orbits, the spread of orbits' means those that last longer.
+    """
+    with np.errstate(divide="ignore"):
+        logs = np.log(np.maximum(np.abs(slopes), 1e-300))
+    error = blocking_error(logs.ravel())
+    if len(logs) > 1:
+        error = max(error, float(np.std(logs.mean(axis=1), ddof=1) / np.sqrt(len(logs))))
+    return LyapunovExponent(float(logs.mean()), error, logs.size)

@@ -17,7 +17,7 @@ from stickslip.analysis.attractors.lyapunov import advance
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.protocol import domain_width, sample
 from stickslip.analysis.orbits.bundles import OrbitBundle, polish_orbits
-from stickslip.analysis.orbits.cyclic import successors
+from stickslip.analysis.orbits.newton import successors
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ NEUTRAL: Final = 1e-5  # multipliers this close to the unit circle decide nothin
 SAME_POINT: Final = 1e-7  # of the domain's width: points of one orbit closer than this coincide
 SEARCHED: Final = 1 << 15  # points of orbits that are searched for hidden cycles
 NEWTON_STEPS: Final = 30
-LEASH: Final = 4.0  # times what a cycle may have moved: steps on the way to it stay within
+TRUST_RADIUS: Final = 4.0  # times what a cycle may have moved: steps on the way to it stay within
 ROUNDING: Final = 64 * np.finfo(np.float64).eps
 
 
@@ -121,7 +121,7 @@ def confirmed(f: Map1D, points: Floats, moved: float = MOVED) -> Cycle | None:
     None if Newton fails, ends in another word, or moves a point by `moved` of the domain's width.
     """
     width = domain_width(f)
-    cycle = _newton(f, points, LEASH * moved * width)
+    cycle = _newton(f, points, TRUST_RADIUS * moved * width)
     if cycle is None or np.max(np.abs(cycle.points - points)) > moved * width:
         return None
     for divisor in range(1, cycle.period):
@@ -129,7 +129,7 @@ def confirmed(f: Map1D, points: Floats, moved: float = MOVED) -> Cycle | None:
             continue
         shifted = np.roll(cycle.points, -divisor)
         if np.all(np.abs(shifted - cycle.points) <= SAME_POINT * width):
-            shorter = _newton(f, cycle.points[:divisor], LEASH * moved * width)
+            shorter = _newton(f, cycle.points[:divisor], TRUST_RADIUS * moved * width)
             if shorter is not None:
                 return shorter
     return cycle
@@ -144,14 +144,16 @@ def promising(f: Map1D, starts: Sequence[Floats], moved: float) -> list[int]:
     for row, start in zip(points, starts, strict=True):
         row[: len(start)] = start
     guesses = OrbitBundle(periods, points, points, np.zeros(points.shape, dtype=np.uint64))
-    found = polish_orbits(guesses, f, leash=LEASH * moved * domain_width(f), contraction=1.0)
+    found = polish_orbits(
+        guesses, f, trust_radius=TRUST_RADIUS * moved * domain_width(f), contraction=1.0
+    )
     multipliers = np.abs(found.bundle.multipliers)
     repelling = found.converged & ~found.collapsed & (multipliers > 1 + NEUTRAL)
     return np.flatnonzero(~(found.given_up | np.isnan(multipliers) | repelling)).tolist()
 
 
-def _newton(f: Map1D, start: Floats, leash: float) -> Cycle | None:
-    """Iterate until the residual falls no further; None for a point further off than the leash."""
+def _newton(f: Map1D, start: Floats, trust_radius: float) -> Cycle | None:
+    """Iterate until the residual falls no further; None for a point outside the trust radius."""
     low, high = f.domain
     scale = np.max(np.abs(start)) + (high - low)
     points, best = start, None
@@ -170,7 +172,7 @@ def _newton(f: Map1D, start: Floats, leash: float) -> Cycle | None:
         if cycle.residual == 0 or cycle.multiplier == 1:
             break
         points = points + _cyclic_step(here.derivative, defect)
-        if not np.max(np.abs(points - start)) <= leash:
+        if not np.max(np.abs(points - start)) <= trust_radius:
             break
     if best is None or best.residual > ROUNDING * scale:
         return None
@@ -178,11 +180,7 @@ def _newton(f: Map1D, start: Floats, leash: float) -> Cycle | None:
 
 
 def _cyclic_step(slopes: Floats, defect: Floats) -> Floats:
-    """Solve ``dx_(i+1) = slope_i dx_i + defect_i`` around the cycle.
-
-    Start where the product of slopes that follows stays smallest, so that the substitution, which
-    runs forward, damps rounding errors wherever the orbit as a whole does.
-    """
+    """Solve ``dx_(i+1) = slope_i dx_i + defect_i`` from where the cycle damps rounding."""
     with np.errstate(divide="ignore"):
         climb = np.cumsum(np.log(np.abs(slopes)))
     climb = np.where(np.isfinite(climb), climb, -np.inf)

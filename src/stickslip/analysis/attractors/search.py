@@ -1,20 +1,12 @@
-"""The search behind `attractors`: orbits followed until they have left, settled or been explained.
+"""The search behind `attractors`: orbits followed until they leave, settle or are explained.
 
-Orbits are followed in blocks of growing length. After each block an orbit may have left the map's
-domain, been captured by a known attractor, or settled on a cycle that Newton's method confirms.
-What is still moving then is examined for chaos:
+After each block of steps an orbit may have left the domain, been captured by a known attractor,
+or settled on a cycle that Newton's method confirms. The rest is chaotic if its exponent exceeds
+zero by several error bars, if a short interval grows into bands that the map does not leave (no
+transient), and if no stable cycle hides behind its contracting passages; else undecided.
 
-* its exponent must exceed zero by several error bars;
-* a short interval around it must grow into bands that the map does not leave, so that the
-  motion is no transient;
-* no stable cycle may hide behind its contracting passages.
-
-Whatever meets neither description is reported as undecided, with the reason.
-
-Orbits may be followed on a fast stand-in of the map. Then the stand-in proposes, and the map itself
-decides: cycles are solved again on it, edges of bands are images under it and must trap its
-values, and slopes along a chaotic motion are compared. What it does not confirm is kept in
-`AttractorSearch.doubts`.
+Where a fast stand-in of the map proposes, the map decides: cycles are solved again, edges of bands
+are its images and must trap its values, slopes along a chaotic motion are compared.
 """
 
 from __future__ import annotations
@@ -26,8 +18,15 @@ import numpy as np
 
 from stickslip.analysis.attractors.attractor import Attractor, AttractorKind, AttractorList
 from stickslip.analysis.attractors.bands import Bands, grow, on_map
-from stickslip.analysis.attractors.chaos import ChaoticMotion, mean_of_logs, short_interval
-from stickslip.analysis.attractors.lyapunov import LyapunovExponent, advance, shaken, trace
+from stickslip.analysis.attractors.lyapunov import (
+    ChaoticMotion,
+    LyapunovExponent,
+    advance,
+    mean_of_logs,
+    perturbed,
+    short_interval,
+    trace,
+)
 from stickslip.analysis.attractors.recurrence import (
     SAME_POINT,
     Cycle,
@@ -53,7 +52,7 @@ SETTLED: Final = 1e-6  # of the domain's width: a recurrence this close proposes
 SIGMAS: Final = 5  # error bars by which a chaotic exponent must exceed zero
 TRAPPED: Final = 1e-9  # of the domain's width: how well bands must reproduce themselves
 LOOK: Final = 2048  # steps of one orbit to start an examination from
-CREEPING: Final = 0.02  # of the domain's width: recurrence and way left on a slow approach
+SLOW_APPROACH: Final = 0.02  # of the domain's width: recurrence and way left on a slow approach
 CELLS: Final = 256  # of the domain: undecided orbits that share half of theirs are one
 LAST_PERIODS: Final = 1024  # periods tried on an orbit that nothing else explains
 COMPARED: Final = 64  # points of a chaotic motion at which a stand-in and the map are compared
@@ -123,9 +122,9 @@ class AttractorSearch:
             moving, tails = self._drop_captured(moving, tails)
             moving, tails = self._settle(moving, tails)
             if moving.size:
-                reason = self._examine(float(shaken(self.fast, tails[:1, -1], self.rng)[0]))
+                reason = self._examine(float(perturbed(self.fast, tails[:1, -1], self.rng)[0]))
                 moving, tails = self._drop_captured(moving, tails)
-            x = shaken(self.fast, tails[:, -1], self.rng) if moving.size else tails[:, -1]
+            x = perturbed(self.fast, tails[:, -1], self.rng) if moving.size else tails[:, -1]
         if moving.size:
             self._give_up(moving, tails, reason)
 
@@ -195,8 +194,8 @@ class AttractorSearch:
             point=float(cycle.points[0]),
             reason=reason,
         )
-        # An orbit that creeps along a neutral cycle may come no closer in any time we have.
-        near = CREEPING * domain_width(self.f)
+        # An orbit on its slow approach to a neutral cycle may come no closer in any time we have.
+        near = SLOW_APPROACH * domain_width(self.f)
         radius = capture_radius(self.fast, cycle) if cycle.stable else near
         recurring = SETTLED * domain_width(self.f)
         self.known.append(_Known(attractor, cycle, radius, recurring))
@@ -295,7 +294,7 @@ class AttractorSearch:
     def _crept_along(self, tail: Floats) -> Cycle | None:
         """Find the cycle that an orbit approaches too slowly to have settled on it."""
         for start in self._rounds(tail):
-            cycle = confirmed(self.fast, start, moved=CREEPING)
+            cycle = confirmed(self.fast, start, moved=SLOW_APPROACH)
             cycle = self._accepted(cycle) if cycle is not None and not _repels(cycle) else None
             if cycle is not None and not _repels(cycle):
                 return cycle
@@ -308,8 +307,8 @@ class AttractorSearch:
         for period in np.flatnonzero(change <= SETTLED)[:1] + 1:
             yield tail[-period:]
         # Short periods first: a multiple of the period recurs more closely than the period.
-        starts = [tail[-period:] for period in np.flatnonzero(change <= CREEPING) + 1]
-        yield from (starts[k] for k in promising(self.fast, starts, CREEPING))
+        starts = [tail[-period:] for period in np.flatnonzero(change <= SLOW_APPROACH) + 1]
+        yield from (starts[k] for k in promising(self.fast, starts, SLOW_APPROACH))
 
     def result(self, n_spread: int) -> AttractorList:
         """Return what was found; shares refer to the first `n_spread` seeds."""

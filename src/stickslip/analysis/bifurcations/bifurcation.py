@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 import importlib
+import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, get_args, overload
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    ClassVar,
+    Final,
+    Literal,
+    TypeAlias,
+    TypeVar,
+    get_args,
+    overload,
+)
 
 from stickslip.checks import one_of
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Callable
 
     from matplotlib.axes import Axes
 
@@ -20,6 +32,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.continuation.curve import Curve
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
+
+T = TypeVar("T")
 
 BifurcationKind: TypeAlias = Literal[
     "fold",
@@ -402,3 +416,19 @@ def _outcome(outcome: Outcome | None) -> str | None:
         return None
     text = f"orbits: {outcome.orbits}; attractors: {outcome.attractors}"
     return f"{text} ({outcome.text})" if outcome.text else text
+
+
+def attempted(
+    part: Callable[[], T], what: str, lo: float, hi: float, unresolved: list[UnresolvedChange]
+) -> T | None:
+    """Return what a part of a search finds between two values; None, noted, if it fails.
+
+    A fault of the program costs its own part alone, and is logged.
+    """
+    try:
+        return part()
+    except Exception as error:
+        logging.getLogger(__name__).exception("a fault of the program in %s", what)
+        reason = f"a fault of the program left out {what} ({type(error).__name__}, logged)"
+        unresolved.append(UnresolvedChange(reason, lo, hi))
+        return None

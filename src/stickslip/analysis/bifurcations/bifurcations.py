@@ -11,29 +11,29 @@ import numpy as np
 from stickslip.analysis.bifurcations.bifurcation import (
     Bifurcation,
     BifurcationList,
-    Cascade,
     UnresolvedChange,
+    attempted,
 )
 from stickslip.analysis.bifurcations.cascades import cascades
-from stickslip.analysis.bifurcations.chains import orbit_branches
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection
+from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint, parameter_point
 from stickslip.analysis.bifurcations.crisis.crises import crises
-from stickslip.analysis.bifurcations.crisis.parameter_point import ParameterPoint, parameter_point
 from stickslip.analysis.bifurcations.explain import (
     Concerned,
     concerned_orbits,
     explained,
     with_attractors,
 )
-from stickslip.analysis.bifurcations.faults import attempted
+from stickslip.analysis.bifurcations.orbit_branches import orbit_branches
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
-from stickslip.analysis.branches.along.borders import Border, ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.maps.arguments import checked_range, line_family
 from stickslip.analysis.maps.protocol import explanation
-from stickslip.analysis.orbits.shooting import solve_orbit
+from stickslip.analysis.orbits.newton import solve_orbit
 from stickslip.analysis.threads import in_threads
 from stickslip.checks import MOST_KEPT, check_callback, whole_number
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -51,6 +51,7 @@ BESIDE: Final = 2e-3  # of the range: how far from an event attractors are looke
 SAME_VALUE: Final = 1e-11  # of the range, beside its error: a crisis is part of another event
 
 
+@suggests
 def bifurcations(
     system: MapFamily | Modelled[MapFamily],
     parameter: str,
@@ -112,7 +113,7 @@ def bifurcations(
     lo, hi = checked_range(f, parameter, range)
     family = Family(f, parameter, window)
     check_callback("progress", progress, "the share of the work that is done")
-    tell = progress if progress is not None else _nobody
+    tell = progress if progress is not None else lambda _: None
     survey = Survey(
         family,
         lo,
@@ -161,7 +162,7 @@ def explain_border(item: Bifurcation, f: MapFamily) -> Bifurcation:
         border = condition.critical
     else:
         return item
-    if not isinstance(border, Border):
+    if not isinstance(border, TrackedDiscontinuity):
         return item
     at_value = f.replace(**{item.parameter: item.value})
     try:
@@ -172,10 +173,6 @@ def explain_border(item: Bifurcation, f: MapFamily) -> Bifurcation:
     if isinstance(condition, Connection):
         text = f"image {condition.k} of the break where {text} meets the unstable orbit"
     return replace(item, mechanism=text, block=block)
-
-
-def _nobody(_: float) -> None:
-    """Tell nobody of the progress."""
 
 
 class _Report:
@@ -213,7 +210,10 @@ class _Report:
         self.tell(0.8)
         full = self._with_attractors([*found, *later])
         self.tell(1.0)
-        chains = [_with_flips(chain, full) for chain in chains]
+        chains = [
+            replace(chain, flips=tuple(full.get(id(flip), flip) for flip in chain.flips))
+            for chain in chains
+        ]
         found = sorted([*full.values(), *crises_found], key=lambda item: item.value)
         return BifurcationList(
             bifurcations=tuple(found),
@@ -316,8 +316,3 @@ class _Report:
         except ValueError:
             return ()  # the family ends there
         return (orbit,) if orbit.quality == "located" else ()
-
-
-def _with_flips(chain: Cascade, full: dict[int, Bifurcation]) -> Cascade:
-    """Return a cascade of the bifurcations that know their attractors."""
-    return replace(chain, flips=tuple(full.get(id(flip), flip) for flip in chain.flips))

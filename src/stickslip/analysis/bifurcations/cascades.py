@@ -12,10 +12,10 @@ from stickslip.analysis.bifurcations.bifurcation import Bifurcation, Cascade
 from stickslip.analysis.bifurcations.conditions.conditions import Flip
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.normal_forms import FlipCoefficient, flip_coefficient
-from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import values_and_slopes
 from stickslip.analysis.orbits.bundles import OrbitBundle, polish_orbits
-from stickslip.analysis.orbits.shooting import solve_orbit
+from stickslip.analysis.orbits.newton import solve_orbit
 from stickslip.analysis.threads import in_threads
 
 if TYPE_CHECKING:
@@ -99,7 +99,8 @@ def _beyond(
     chain: list[Bifurcation], family: Family, range: tuple[float, float]
 ) -> list[Bifurcation]:
     """Follow a cascade from its last flip on, as far as it takes and as flips are sharp."""
-    level = _Level(chain[-1], _slope(chain[-1], family), _coefficient(chain[-1], family))
+    coefficient = flip_coefficient(family.whole(chain[-1].value), chain[-1].points)
+    level = _Level(chain[-1], _slope(chain[-1], family), coefficient)
     found: list[Bifurcation] = []
     while 2 * level.flip.period <= LONGEST and level.slope != 0:
         located = _next_flip(level, family)
@@ -124,10 +125,6 @@ def _slope(flip: Bifurcation, family: Family) -> float:
         return solve_near(flip.condition, family.whole, flip.value, step=step).slope
     except (ConditionLost, ValueError):
         return 0.0
-
-
-def _coefficient(flip: Bifurcation, family: Family) -> FlipCoefficient:
-    return flip_coefficient(family.whole(flip.value), flip.points)
 
 
 def _next_flip(level: _Level, family: Family) -> Located | None:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation, UnresolvedChange
-from stickslip.analysis.bifurcations.border_collision.observed import observed
-from stickslip.analysis.bifurcations.border_collision.outcomes import (
+from stickslip.analysis.bifurcations.border_collision.classification import (
+    observed,
     predicted_at_corner,
     predicted_at_gap,
     predicted_at_jump,
@@ -17,7 +17,7 @@ from stickslip.analysis.bifurcations.border_collision.outcomes import (
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Crossing
 from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
 from stickslip.analysis.bifurcations.scan.events import coefficients_at
-from stickslip.analysis.branches.along.borders import BorderReading, ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost, CriticalReading
 
 if TYPE_CHECKING:
     from stickslip.analysis.attractors.attractor import Attractor
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node
     from stickslip.analysis.bifurcations.scan.survey import Span
-    from stickslip.analysis.maps.protocol import Floats
 
 
 PARENT: Final = 1e-3  # of the domain: how far the orbit that flips may be from where it does
@@ -74,13 +73,9 @@ def _shared_out(span: Span, node: Node, places: list[int]) -> list[list[int]]:
     shares: list[list[int]] = [[] for _ in span.events]
     for k in places:
         points = node.orbits[k].points
-        distance = [_distance(points, event.points) for event in span.events]
+        distance = [np.abs(points[:, None] - event.points).min() for event in span.events]
         shares[int(np.argmin(distance))].append(k)
     return shares
-
-
-def _distance(points: Floats, others: Floats) -> float:
-    return float(np.abs(points[:, None] - others[None, :]).min())
 
 
 def _parent(event: Event, node: Node) -> set[int]:
@@ -166,7 +161,7 @@ def _predicted(event: Event, condition: Collision, family: Family) -> Outcome | 
     """Foretell the outcome of a collision from what the map is at the border."""
     found = event.located
     border = found.reading.critical
-    if not isinstance(border, BorderReading) or found.slope == 0:
+    if not isinstance(border, CriticalReading) or found.slope == 0:
         return None
     direction = 1 if found.slope > 0 else -1
     left, right = found.reading.multipliers

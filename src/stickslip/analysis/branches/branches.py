@@ -10,6 +10,7 @@ from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.branches.table import RESOLUTION, branch_table
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import explanation
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.breakpoints import Kind
@@ -78,6 +79,7 @@ def _row(item: Breakpoint) -> str:
     return f"{values}{slopes}  {item.kind:6s}  {item.mechanism}".rstrip()
 
 
+@suggests
 def branches(f: Map1D | Modelled[Map1D], resolution: float = RESOLUTION) -> BranchTable:
     """Find the branches, breakpoints, gaps and laps of a map.
 
@@ -108,6 +110,7 @@ def branches(f: Map1D | Modelled[Map1D], resolution: float = RESOLUTION) -> Bran
     return replace(table, breakpoints=_explained(table))
 
 
+@suggests
 def breakpoints(f: Map1D | Modelled[Map1D], resolution: float = RESOLUTION) -> BreakpointList:
     """Find where the branches of a map end, to adjacent floats, and why.
 

@@ -3,7 +3,8 @@
 f^(k+1) = f^k after f, so within one lap of f the ends of its pieces are the inverse images,
 under that lap, of the ends of the pieces of f^k. Every end carries its whole orbit, one-sided
 where it meets a break of f: nothing is ever computed by iterating across one, and ends are as
-accurate as one inversion, however much f^p stretches.
+accurate as one inversion, however much f^p stretches. They also tell f^p as a map beforehand where
+to look, and exact limits: `Hints`.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+
+from stickslip.analysis.branches.breakpoints import Limits
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,6 +26,7 @@ if TYPE_CHECKING:
 
 MAX_PIECES: Final = 200_000  # more of them no list of orbits is made for
 SAME: Final = 8 * float(np.finfo(np.float64).eps)  # of the domain's size: positions that coincide
+ASIDE: Final = 64  # ulp of the domain's size: sides of a break that was pulled back
 
 
 class TooManyPiecesError(RuntimeError):
@@ -205,3 +209,72 @@ def _inverse_once(laps: Laps, lap: Indices, y: Floats) -> Floats:
 def _tolerance(laps: Laps) -> float:
     """Distance below which positions coincide."""
     return SAME * max(abs(end) for end in laps.f.domain)
+
+
+@dataclass(frozen=True, eq=False)
+class Hints:
+    """Shape of a power of a map, as far as its pieces show it; nothing for a plain map."""
+
+    seeds: Floats  # both sides of every break, every turning point, a point of every piece
+    starts: Floats  # left and right ends of the pieces, ascending
+    ends: Floats
+    at_starts: Limits  # one-sided limits of f^p there
+    at_ends: Limits
+    reach: float  # how far from these positions a break found by bisection may lie
+
+    @classmethod
+    def none(cls) -> Hints:
+        """Make hints that say nothing."""
+        empty = np.empty(0)
+        nothing = Limits(empty, empty)
+        return cls(empty, empty, empty, nothing, nothing, 0.0)
+
+    def sharpened(self, x: Floats, limits: Limits, *, at_starts: bool) -> Limits:
+        """Replace limits at x, extrapolated from samples, where exact ones are known."""
+        places, known = (self.starts, self.at_starts) if at_starts else (self.ends, self.at_ends)
+        if not len(places):
+            return limits
+        right = np.clip(np.searchsorted(places, x), 0, len(places) - 1)
+        left = np.maximum(right - 1, 0)
+        nearest = np.where(np.abs(places[left] - x) < np.abs(places[right] - x), left, right)
+        usable = (np.abs(places[nearest] - x) <= self.reach) & np.isfinite(limits.value)
+        usable &= np.isfinite(known.value[nearest]) & ~np.isnan(known.slope[nearest])
+        return Limits(
+            np.where(usable, known.value[nearest], limits.value),
+            np.where(usable, known.slope[nearest], limits.slope),
+        )
+
+
+def hints_of(pieces: Pieces, n_breaks: int) -> Hints:
+    """Gather hints from all pieces of f^p, where f has ``n_breaks`` breakpoints."""
+    lo, hi = pieces.laps.f.domain
+    aside = ASIDE * float(np.spacing(max(abs(lo), abs(hi))))
+    left, right = pieces.left.orbit[:, 0], pieces.right.orbit[:, 0]
+    breaks = np.concatenate(
+        [
+            ends.orbit[(ends.number >= 0) & (ends.number < n_breaks), 0]
+            for ends in (pieces.left, pieces.right)
+        ]
+    )
+    seeds = np.concatenate([breaks - aside, breaks + aside, left, right, 0.5 * (left + right)])
+    return Hints(
+        np.clip(seeds, lo, hi),
+        left,
+        right,
+        _limits(pieces.laps, pieces.word, pieces.left),
+        _limits(pieces.laps, pieces.word, pieces.right),
+        2 * aside,
+    )
+
+
+def _limits(laps: Laps, word: Indices, ends: Ends) -> Limits:
+    """One-sided values and slopes of f^p at ends of its pieces, by the chain rule."""
+    slope = np.ones(len(word))
+    for k in range(word.shape[1]):
+        lap, x = word[:, k], ends.orbit[:, k]
+        _, one = laps.evaluate(lap, x)
+        nearer_left = x - laps.left[lap] < laps.right[lap] - x
+        at_end = np.where(nearer_left, laps.slope_left[lap], laps.slope_right[lap])
+        with np.errstate(invalid="ignore"):
+            slope = slope * np.where(ends.depth == k, at_end, one)
+    return Limits(ends.orbit[:, -1], slope)

@@ -10,17 +10,16 @@ from typing import TYPE_CHECKING, Any, Final, cast, overload
 
 import numpy as np
 
-from stickslip.analysis.branches.breakpoints import Breakpoint, kind_of, limits_at_cuts
-from stickslip.analysis.branches.discontinuities import Unresolved, find_cuts
-from stickslip.analysis.branches.lap_table import (
+from stickslip.analysis.branches.breakpoints import Breakpoint, kind_of, limits_at_discontinuities
+from stickslip.analysis.branches.discontinuities import Unresolved, find_discontinuities
+from stickslip.analysis.branches.laps import (
     Segments,
     smooth_stretches,
     split_at_smooth,
     tabulate_laps,
 )
 from stickslip.analysis.branches.mesh import Mesh
-from stickslip.analysis.branches.pieces import TooManyPiecesError, pieces_of_powers
-from stickslip.analysis.branches.powers import Hints, hints_of
+from stickslip.analysis.branches.pieces import Hints, TooManyPiecesError, hints_of, pieces_of_powers
 from stickslip.analysis.maps.protocol import base_and_exponent
 from stickslip.checks import finite_number
 
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.branches.breakpoints import Kind
-    from stickslip.analysis.branches.discontinuities import Cuts
+    from stickslip.analysis.branches.discontinuities import Discontinuities
     from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
 
@@ -37,6 +36,7 @@ RESOLUTION: Final = 1e-9
 SHOWN: Final = 40  # rows of a table in its repr
 REMEMBERED: Final = 64  # tables kept in memory, 100 kB each: one map is asked many questions
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
+SAME: Final = 8 * float(np.finfo(np.float64).eps)  # of the scale: points that coincide
 
 
 @dataclass(frozen=True)
@@ -132,8 +132,8 @@ class BranchTable(Sequence[Branch]):
         return "\n".join(lines)
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Draw the map over its domain; see `stickslip.plot.event_map`."""
-        draw = importlib.import_module("stickslip.plot.event_map").event_map
+        """Draw the map over its domain; see `stickslip.plot.maps`."""
+        draw = importlib.import_module("stickslip.plot.maps").event_map
         axes: Axes = draw(self.f, ax, **style)
         return axes
 
@@ -181,7 +181,7 @@ def _remembered(f: Any, resolution: float) -> BranchTable:
 def _make_table(f: Map1D, resolution: float) -> BranchTable:
     hints, unresolved = _hints(f, resolution)
     mesh = Mesh(f, resolution, hints.seeds)
-    cuts, too_many = find_cuts(mesh)
+    cuts, too_many = find_discontinuities(mesh)
     unresolved += too_many
     breaks, segments = _classify(mesh, cuts, hints)
     stretches = smooth_stretches(mesh, segments)
@@ -215,9 +215,9 @@ def _hints(f: Map1D, resolution: float) -> tuple[Hints, list[Unresolved]]:
     return hints_of(pieces, len(table.breakpoints)), list(table.unresolved)
 
 
-def _classify(mesh: Mesh, cuts: Cuts, hints: Hints) -> tuple[list[Breakpoint], Segments]:
+def _classify(mesh: Mesh, cuts: Discontinuities, hints: Hints) -> tuple[list[Breakpoint], Segments]:
     """Take limits at all cuts and drop those that are none: same label, smooth across."""
-    at_first, at_last = limits_at_cuts(mesh, cuts)
+    at_first, at_last = limits_at_discontinuities(mesh, cuts)
     first, last = cuts.starts, cuts.ends
     at_first = hints.sharpened(first.x, at_first, at_starts=True)
     at_last = hints.sharpened(last.x, at_last, at_starts=False)
@@ -236,14 +236,14 @@ def _classify(mesh: Mesh, cuts: Cuts, hints: Hints) -> tuple[list[Breakpoint], S
     return [_breakpoint(cuts, segments, kinds, scale, i) for i in range(len(cuts))], segments
 
 
-def _positions(cuts: Cuts) -> Floats:
+def _positions(cuts: Discontinuities) -> Floats:
     """One float per break, the first one right of it that has a value; beside 0 it is 0."""
     use_left = (cuts.left.x == 0) | ~cuts.right.ok
     return np.where(use_left, cuts.left.x, cuts.right.x)
 
 
 def _breakpoint(
-    cuts: Cuts, segments: Segments, kinds: NDArray[np.str_], scale: float, i: int
+    cuts: Discontinuities, segments: Segments, kinds: NDArray[np.str_], scale: float, i: int
 ) -> Breakpoint:
     lo, hi = float(cuts.left.x[i]), float(cuts.right.x[i])
     close = hi - lo <= LOCATED * scale
@@ -286,3 +286,31 @@ def _gaps(segments: Segments) -> Floats:
         for i in np.flatnonzero(~first.ok)
     ]
     return np.array(rows, dtype=np.float64).reshape(-1, 2)
+
+
+def preimages(f: Map1D, x: float, *, resolution: float = RESOLUTION) -> Floats:
+    """Return all y with f(y) = x, ascending, one per lap whose closed image contains x.
+
+    At a jump the one-sided limits count as values; of a lap where f is x throughout, both ends.
+
+    >>> import stickslip as ss
+    >>> tent = ss.PiecewiseMap(lambda x: 1 - abs(2 * x - 1), (0, 1), breakpoints=[0.5])
+    >>> tent.preimages(0.5)
+    array([0.25, 0.75])
+    """
+    value = finite_number("x", x, why="It is the value whose preimages are sought.")
+    laps = branch_table(f, resolution).laps
+    slack = SAME * max(abs(end) for end in f.domain)
+    reached = np.flatnonzero((laps.value_min <= value + slack) & (laps.value_max >= value - slack))
+    flat = laps.direction[reached] == 0
+    points = np.concatenate(
+        [
+            laps.inverse(reached[~flat], np.full(np.count_nonzero(~flat), value)),
+            laps.left[reached[flat]],
+            laps.right[reached[flat]],
+        ]
+    )
+    points.sort()
+    apart = np.ones(len(points), dtype=bool)
+    apart[1:] = np.diff(points) > slack
+    return points[apart]

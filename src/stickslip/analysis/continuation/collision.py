@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import sample
 from stickslip.status import OK
 

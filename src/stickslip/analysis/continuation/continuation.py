@@ -11,7 +11,7 @@ from stickslip.analysis.continuation.curve import Curve
 from stickslip.analysis.continuation.orbit_curve import OrbitProblem
 from stickslip.analysis.continuation.orbit_follower import Half, OrbitFollower, Row
 from stickslip.analysis.maps.arguments import checked_range
-from stickslip.analysis.maps.window import WindowMap, windowed
+from stickslip.analysis.maps.derived import WindowMap, windowed
 from stickslip.checks import finite_number, shown, whole_number
 
 if TYPE_CHECKING:

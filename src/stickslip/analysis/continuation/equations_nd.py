@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analysis.maps.protocol_nd import sample
+from stickslip.analysis.orbits.newton_nd import shooting_matrix
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
-from stickslip.analysis.orbits.shooting_nd import shooting_matrix
 from stickslip.numerics.continuation import LeavesRegion, StepTooLong
 from stickslip.status import OK
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.orbits.shooting import EPS, solve_orbit
+from stickslip.analysis.orbits.newton import EPS, solve_orbit
 
 if TYPE_CHECKING:
     from collections.abc import Callable

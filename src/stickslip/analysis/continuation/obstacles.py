@@ -7,19 +7,18 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.branches.along.border_search import SLIVER
-from stickslip.analysis.branches.along.borders import Border, ConditionLost
-from stickslip.analysis.branches.along.piece_ends import piece_end
+from stickslip.analysis.branches.along.change_search import SLIVER
+from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity, piece_end
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.continuation.walls import BorderWall, DomainEnd
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width, sample
-from stickslip.analysis.maps.window import WindowMap
 from stickslip.status import OK
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.branches.along.piece_ends import PieceEnd
+    from stickslip.analysis.branches.along.tracked import PieceEnd
     from stickslip.analysis.continuation.orbit_equations import Departure, OrbitEquations
     from stickslip.analysis.continuation.walls import Wall
     from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily
@@ -84,7 +83,7 @@ def _between(
     return Obstacle(index, border.kind, BorderWall(border, side, frozenset(piece)), beyond)
 
 
-def _settled(end: PieceEnd, f: Map1D) -> Border:
+def _settled(end: PieceEnd, f: Map1D) -> TrackedDiscontinuity:
     """Tell a break by the next branch worth the name; within rounding of a tie labels flicker."""
     own = end.border.left_label if end.side < 0 else end.border.right_label
     next_one = float(np.clip(end.border.x - end.side * SLIVER * domain_width(f), *f.domain))
@@ -93,10 +92,14 @@ def _settled(end: PieceEnd, f: Map1D) -> Border:
     for beyond in dict.fromkeys((label, end.beyond)):
         left, right = (own, beyond) if end.side < 0 else (beyond, own)
         try:
-            found = Border(left, right, end.border.x, end.border.kind).at(f, heirs=False).critical
+            found = (
+                TrackedDiscontinuity(left, right, end.border.x, end.border.kind)
+                .at(f, successors=False)
+                .critical
+            )
         except ConditionLost:
             continue
-        if isinstance(found, Border):
+        if isinstance(found, TrackedDiscontinuity):
             return found
     return end.border
 
@@ -109,7 +112,7 @@ def unlabelled_obstacles(f: MapFamily, points: Floats) -> list[Obstacle]:
         for b in branch_table(WindowMap(f, (x - half, x + half))).breakpoints:
             if b.kind != "smooth":
                 side = -1 if b.d > x else 1
-                border = Border.of(b)
+                border = TrackedDiscontinuity.of(b)
                 beyond = border.right_label if side < 0 else border.left_label
                 wall = BorderWall(border, side)
                 found.append((abs(b.d - x), Obstacle(index, b.kind, wall, beyond)))

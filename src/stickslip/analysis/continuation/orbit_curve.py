@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, ClassVar, Final
 import numpy as np
 
 from stickslip.analysis.continuation.curve import Problem
+from stickslip.analysis.orbits.newton import itinerary_of, solve_orbit
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
-from stickslip.analysis.orbits.shooting import itinerary_of, solve_orbit
 
 if TYPE_CHECKING:
     from stickslip.analysis.continuation.curve import Curve

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from stickslip.analysis.continuation.curve import Problem
+from stickslip.analysis.orbits.newton_nd import solve_orbits
 from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, make_orbit
-from stickslip.analysis.orbits.shooting_nd import solve_orbits
 
 if TYPE_CHECKING:
     from stickslip.analysis.continuation.curve import Curve

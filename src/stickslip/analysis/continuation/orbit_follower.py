@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.branches.along.borders import Border, ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.continuation.collision import meet
 from stickslip.analysis.continuation.curve import CurveEnd, CurveEvent
 from stickslip.analysis.continuation.half_period import flip_of_half, shrinks_to_half
@@ -15,7 +15,7 @@ from stickslip.analysis.continuation.obstacles import obstacles, unlabelled_obst
 from stickslip.analysis.continuation.orbit_equations import OrbitEquations
 from stickslip.analysis.continuation.walls import BorderWall
 from stickslip.analysis.maps.protocol import domain_width, sample
-from stickslip.analysis.orbits.shooting import EPS
+from stickslip.analysis.orbits.newton import EPS
 from stickslip.numerics.continuation import (
     ArclengthCurve,
     CurvePoint,
@@ -261,7 +261,7 @@ class OrbitFollower:
         row = Row(met.value, met.points, float(met.slopes.prod()), labels, met.residual)
         half.rows.append(row)
         wall = obstacle.wall
-        border: Border | None = wall.border if isinstance(wall, BorderWall) else None
+        border: TrackedDiscontinuity | None = wall.border if isinstance(wall, BorderWall) else None
         return replace(
             row.ends(self.name, REASONS[obstacle.kind]), border=border, index=index, side=wall.side
         )

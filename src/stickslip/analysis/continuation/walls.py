@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from stickslip.analysis.branches.along.borders import Border, ConditionLost
-from stickslip.analysis.branches.along.piece_ends import piece_end_near
+from stickslip.analysis.branches.along.tracked import (
+    ConditionLost,
+    TrackedDiscontinuity,
+    piece_end_near,
+)
 from stickslip.analysis.maps.protocol import sample
 from stickslip.status import OK
 
@@ -27,7 +30,7 @@ class Wall(Protocol):
 class BorderWall:
     """A break of the map; remembers where it was last."""
 
-    border: Border
+    border: TrackedDiscontinuity
     side: int  # the orbit's: -1 left, 1 right
     # labels on the orbit's side, at whose end the break is; empty without labels
     piece: frozenset[int] = frozenset()
@@ -35,14 +38,14 @@ class BorderWall:
     def reading(self, f: Map1D) -> tuple[float, float, float]:
         """Find the break in a map; `ConditionLost` if it is gone."""
         try:
-            found = self.border.at(f, heirs=False)
+            found = self.border.at(f, successors=False)
         except ConditionLost:
             end = piece_end_near(f, self.piece, self.border.x, self.side)
             if end is None:
                 raise
             self.border = end.border
             return end.border.x, end.value, end.slope
-        assert isinstance(found.critical, Border)
+        assert isinstance(found.critical, TrackedDiscontinuity)
         self.border = found.critical
         return found.x, found.value(self.side), found.slope(self.side)
 

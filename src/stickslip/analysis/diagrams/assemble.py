@@ -1,4 +1,4 @@
-"""The orbits of a surveyed range as strands: each from where it begins to where it ends."""
+"""The orbits of a surveyed range as curves: each from where it begins to where it ends."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.bifurcations.scan.events import orbit_at
-from stickslip.analysis.diagrams.at_values import Strand
-from stickslip.analysis.orbits.cyclic import turn_towards
+from stickslip.analysis.diagrams.at_values import SampledOrbit
+from stickslip.analysis.orbits.newton import turn_towards
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.events import Event
@@ -23,7 +23,7 @@ CLOSE: Final = 0.05  # of the domain's width: how far an orbit may be from the e
 
 
 @dataclass(frozen=True, eq=False)
-class StrandEnd:
+class OrbitCurveEnd:
     """Where an orbit begins or ends.
 
     Attributes
@@ -44,15 +44,15 @@ class StrandEnd:
 
 @dataclass(frozen=True, eq=False)
 class Traced:
-    """A strand with both ends, the lower first."""
+    """An orbit with both ends, the lower first."""
 
-    strand: Strand
-    ends: tuple[StrandEnd, StrandEnd]
+    sampled: SampledOrbit
+    ends: tuple[OrbitCurveEnd, OrbitCurveEnd]
 
 
 @dataclass
 class _Open:
-    """A strand that still grows: samples in ascending order of the parameter."""
+    """An orbit that still grows: samples in ascending order of the parameter."""
 
     start: str
     values: list[float] = field(default_factory=list)
@@ -70,20 +70,20 @@ class _Open:
                 self.multipliers.append(float(multiplier))
 
     def closed(self, reason: str) -> Traced:
-        """Finish the strand."""
+        """Finish the orbit."""
         values, points = np.array(self.values), np.array(self.points)
         roots = (self.start in ROOTS, reason in ROOTS)
-        strand = Strand(values, points, np.array(self.multipliers), roots)
+        sampled = SampledOrbit(values, points, np.array(self.multipliers), roots)
         return Traced(
-            strand,
+            sampled,
             (
-                StrandEnd(float(values[0]), points[0], self.start),
-                StrandEnd(float(values[-1]), points[-1], reason),
+                OrbitCurveEnd(float(values[0]), points[0], self.start),
+                OrbitCurveEnd(float(values[-1]), points[-1], reason),
             ),
         )
 
 
-def trace_strands(survey: Survey) -> list[Traced]:
+def trace_orbits(survey: Survey) -> list[Traced]:
     """Link what a survey found between its values: by period, then by lower end and place."""
     done: list[Traced] = []
     first = survey.spans[0].left
@@ -92,33 +92,33 @@ def trace_strands(survey: Survey) -> list[Traced]:
         pieces = [*span.pieces, *(ending.piece for ending in span.endings)]
         arrived: dict[int, _Open] = {}
         for piece in pieces:
-            strand = _grown(growing, piece, _reason(span, piece))
+            sampled = _grown(growing, piece, _reason(span, piece))
             if piece.right is not None:
-                arrived[piece.right] = strand
+                arrived[piece.right] = sampled
             else:
-                done.append(strand.closed(_reason(span, piece)))
+                done.append(sampled.closed(_reason(span, piece)))
         for k in span.loose_left:
-            strand = growing.pop(k) if k in growing else _begun(span.left, k, "unexplained")
-            done.append(_ended(strand, span, survey.family))
+            sampled = growing.pop(k) if k in growing else _begun(span.left, k, "unexplained")
+            done.append(_ended(sampled, span, survey.family))
         for k in span.loose_right:
             arrived[k] = _born(span, k, survey.family)
         growing = arrived
-    done += [strand.closed("end of range") for strand in growing.values()]
-    return sorted(done, key=lambda t: (t.strand.period, t.ends[0].value, t.strand.points[0, 0]))
+    done += [sampled.closed("end of range") for sampled in growing.values()]
+    return sorted(done, key=lambda t: (t.sampled.period, t.ends[0].value, t.sampled.points[0, 0]))
 
 
 def _begun(node: Node, k: int, reason: str) -> _Open:
-    orbit, strand = node.orbits[k], _Open(reason)
-    strand.add(np.array([node.q]), orbit.points[None], np.array([orbit.multiplier]))
-    return strand
+    orbit, sampled = node.orbits[k], _Open(reason)
+    sampled.add(np.array([node.q]), orbit.points[None], np.array([orbit.multiplier]))
+    return sampled
 
 
 def _grown(growing: dict[int, _Open], piece: Piece, reason: str) -> _Open:
-    """Append a piece to the strand that it goes on, or begin one with it."""
-    strand = None if piece.left is None else growing.pop(piece.left, None)
-    strand = _Open(reason) if strand is None else strand
-    strand.add(piece.values, piece.points, piece.multipliers)
-    return strand
+    """Append a piece to the orbit that it continues, or begin one with it."""
+    sampled = None if piece.left is None else growing.pop(piece.left, None)
+    sampled = _Open(reason) if sampled is None else sampled
+    sampled.add(piece.values, piece.points, piece.multipliers)
+    return sampled
 
 
 def _reason(span: Span, piece: Piece) -> str:
@@ -129,27 +129,27 @@ def _reason(span: Span, piece: Piece) -> str:
     )
 
 
-def _ended(strand: _Open, span: Span, family: Family) -> Traced:
-    """Lead a strand up to the event in a span, and end it there."""
-    event, points = _event_at(span, strand.points[-1], family)
+def _ended(sampled: _Open, span: Span, family: Family) -> Traced:
+    """Lead an orbit up to the event in a span, and end it there."""
+    event, points = _event_at(span, sampled.points[-1], family)
     if event is None:
-        return strand.closed("unexplained")
+        return sampled.closed("unexplained")
     if points is not None:
-        multiplier = _multiplier_at(event, strand.multipliers[-1])
-        strand.add(np.array([event.value]), points[None], np.array([multiplier]))
-    return strand.closed(event.kind)
+        multiplier = _multiplier_at(event, sampled.multipliers[-1])
+        sampled.add(np.array([event.value]), points[None], np.array([multiplier]))
+    return sampled.closed(event.kind)
 
 
 def _born(span: Span, k: int, family: Family) -> _Open:
-    """Begin a strand at the event in a span."""
+    """Begin an orbit at the event in a span."""
     orbit = span.right.orbits[k]
     event, points = _event_at(span, orbit.points, family)
-    strand = _Open("unexplained" if event is None else event.kind)
+    sampled = _Open("unexplained" if event is None else event.kind)
     if event is not None and points is not None:
         multiplier = _multiplier_at(event, orbit.multiplier)
-        strand.add(np.array([event.value]), points[None], np.array([multiplier]))
-    strand.add(np.array([span.right.q]), orbit.points[None], np.array([orbit.multiplier]))
-    return strand
+        sampled.add(np.array([event.value]), points[None], np.array([multiplier]))
+    sampled.add(np.array([span.right.q]), orbit.points[None], np.array([orbit.multiplier]))
+    return sampled
 
 
 def _event_at(span: Span, points: Floats, family: Family) -> tuple[Event | None, Floats | None]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import domain_width, sample
-from stickslip.analysis.orbits.cyclic import solve_cyclic
+from stickslip.analysis.orbits.newton import solve_cyclic
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 PASSED: Final = 3  # values just passed that foretell the next
 AHEAD: Final = 2  # known places ahead that do
-NEAR_ROOT: Final = 0.5  # share of a strand that is seen in the square root of the distance
+NEAR_ROOT: Final = 0.5  # share of an orbit that is seen in the square root of the distance
 ASTRAY: Final = 0.3  # of the way since the last place: how far an orbit may be from its guess
 FLOOR: Final = 1e-6  # of the domain's width: errors of a guess that count for nothing
 TINY: Final = 1e-10  # of the domain's width: after a Newton step this small, points are exact
@@ -35,7 +35,7 @@ MOST_STEPS: Final = 12
 
 
 @dataclass(frozen=True, eq=False)
-class Strand:
+class SampledOrbit:
     """An orbit over an interval of the parameter, known at some values."""
 
     values: Floats  # ascending; the orbit exists between the first and the last
@@ -85,22 +85,24 @@ def _lagrange(u: Floats, x: Floats, at: float) -> Floats:
 
 @dataclass
 class _Course:
-    """A strand on its way through the values."""
+    """An orbit on its way through the values."""
 
-    strand: Strand
+    sampled: SampledOrbit
     points: Floats
     multipliers: Floats
     passed: list[tuple[float, Floats]] = field(default_factory=list)
 
 
 def fill(
-    maps: Sequence[Map1D], values: Floats, strands: Sequence[Strand]
+    maps: Sequence[Map1D], values: Floats, sampled_orbits: Sequence[SampledOrbit]
 ) -> list[tuple[Floats, Floats]]:
     """Solve for orbits at all ascending values between their ends, NaN where there is none."""
     n = len(values)
-    courses = [_Course(s, np.full((n, s.period), np.nan), np.full(n, np.nan)) for s in strands]
-    first = np.searchsorted(values, [s.values[0] for s in strands], side="left")
-    stop = np.searchsorted(values, [s.values[-1] for s in strands], side="right")
+    courses = [
+        _Course(s, np.full((n, s.period), np.nan), np.full(n, np.nan)) for s in sampled_orbits
+    ]
+    first = np.searchsorted(values, [s.values[0] for s in sampled_orbits], side="left")
+    stop = np.searchsorted(values, [s.values[-1] for s in sampled_orbits], side="right")
     for k, f in enumerate(maps):
         here = [c for c, a, b in zip(courses, first, stop, strict=True) if a <= k < b]
         if here:
@@ -110,15 +112,15 @@ def fill(
 
 def _solve(f: Map1D, value: float, k: int, courses: list[_Course]) -> None:
     """Find all orbits of one value, and enter those that are where they were foretold."""
-    longest = max(course.strand.period for course in courses)
+    longest = max(course.sampled.period for course in courses)
     guess = np.full((len(courses), longest), np.nan)
     for line, course in zip(guess, courses, strict=True):
-        line[: course.strand.period] = course.strand.foretell(value, course.passed)
-    periods = np.array([course.strand.period for course in courses], dtype=np.intp)
+        line[: course.sampled.period] = course.sampled.foretell(value, course.passed)
+    periods = np.array([course.sampled.period for course in courses], dtype=np.intp)
     points, multipliers = _newton(f, guess, periods)
     slack = FLOOR * domain_width(f)
     for row, course in enumerate(courses):
-        p = course.strand.period
+        p = course.sampled.period
         if _is_the_orbit(points[row, :p], multipliers[row], guess[row, :p], course, slack):
             course.points[k] = points[row, :p]
             course.multipliers[k] = multipliers[row]
@@ -128,10 +130,7 @@ def _solve(f: Map1D, value: float, k: int, courses: list[_Course]) -> None:
 def _newton(
     f: Map1D, guess: Floats, periods: NDArray[np.intp]
 ) -> tuple[Floats, NDArray[np.float64]]:
-    """Solve for orbits, one per row padded with NaN; the multiplier is NaN where that failed.
-
-    Guesses are so good that one evaluation often suffices: what a tiny step leaves is its square.
-    """
+    """Solve for orbits, one per row padded with NaN; the multiplier is NaN where that failed."""
     points = np.clip(guess, *f.domain)
     multipliers = np.full(len(points), np.nan)
     todo = np.arange(len(points))
@@ -174,10 +173,10 @@ def _is_the_orbit(
     """Tell whether Newton's method stayed with the orbit, and did not end on a neighbour."""
     if not np.isfinite(multiplier):
         return False
-    strand = course.strand
-    side = np.sign(strand.multipliers[len(strand.multipliers) // 2] - 1)
+    sampled = course.sampled
+    side = np.sign(sampled.multipliers[len(sampled.multipliers) // 2] - 1)
     if (multiplier - 1) * side < 0:
         return False  # the other orbit of a fold
-    last = course.passed[-1][1] if course.passed else strand.points[0]
+    last = course.passed[-1][1] if course.passed else sampled.points[0]
     way = float(np.abs(now - last).max())
     return bool(np.abs(now - guess).max() <= ASTRAY * way + slack)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from stickslip.analysis.branches.along.break_lines import BreakLine
+from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
 from stickslip.checks import whole_number
 from stickslip.extras import require_extra
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from stickslip.analysis.diagrams.assemble import StrandEnd
+    from stickslip.analysis.diagrams.assemble import OrbitCurveEnd
     from stickslip.analysis.maps.protocol import Floats
 
 SHOWN: Final = 40  # orbits in a diagram's table
@@ -36,14 +36,14 @@ class OrbitCurve:
         In the map's order, each column following one point; NaN at values without the orbit.
     multipliers : ndarray of float, shape (n,)
         NaN at values without the orbit.
-    ends : tuple of StrandEnd
+    ends : tuple of OrbitCurveEnd
         Where the orbit begins and ends, located between the values, and why.
     """
 
     period: int
     points: Floats
     multipliers: Floats
-    ends: tuple[StrandEnd, StrandEnd]
+    ends: tuple[OrbitCurveEnd, OrbitCurveEnd]
 
     @property
     def stable(self) -> NDArray[np.bool_]:
@@ -104,7 +104,7 @@ class Diagram:
         By period, then by lowest value and place.
     attractors : AttractorTable
         Stable orbits among `orbits` included.
-    breakpoints : tuple of BreakLine
+    breakpoints : tuple of BreakpointLine
         Jumps, corners and edges of gaps.
     unresolved : tuple of str
         What could not be settled, a sentence each.
@@ -117,7 +117,7 @@ class Diagram:
     parameters: dict[str, float]
     orbits: tuple[OrbitCurve, ...]
     attractors: AttractorTable
-    breakpoints: tuple[BreakLine, ...]
+    breakpoints: tuple[BreakpointLine, ...]
     unresolved: tuple[str, ...] = ()
     columns: ClassVar = (
         *("period", "from", "begins", "to", "ends"),

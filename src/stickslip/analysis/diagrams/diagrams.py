@@ -11,8 +11,8 @@ import numpy as np
 from stickslip.analysis.attractors.along import Motion, Settler
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
-from stickslip.analysis.branches.along.break_lines import follow_breaks
-from stickslip.analysis.diagrams.assemble import trace_strands
+from stickslip.analysis.branches.along.breakpoint_lines import follow_breakpoints
+from stickslip.analysis.diagrams.assemble import trace_orbits
 from stickslip.analysis.diagrams.at_values import fill
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
 from stickslip.analysis.maps.arguments import checked_range, line_family
@@ -27,6 +27,7 @@ from stickslip.checks import (
 )
 from stickslip.checks import grid as grid_values
 from stickslip.numerics.targets import available_threads
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.bifurcations.scan.nodes import Node
-    from stickslip.analysis.branches.along.break_lines import BreakLine
+    from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
     from stickslip.analysis.diagrams.assemble import Traced
     from stickslip.analysis.maps.protocol import Floats, MapFamily, Modelled
 
@@ -45,6 +46,7 @@ SMALLEST_CHUNK: Final = 64  # values that are worth a thread
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
 
 
+@suggests
 def bifurcation_diagram(
     system: MapFamily | Modelled[MapFamily],
     parameter: str,
@@ -130,10 +132,10 @@ def bifurcation_diagram(
         lambda share: report(0.4 * share),
     )
     survey.run(n_lists)
-    traced = trace_strands(survey)
+    traced = trace_orbits(survey)
     maps = [survey.family.at(q) for q in values]
     anchors = _anchors(survey)
-    breaks = follow_breaks(maps, values, [(node.q, node.table) for node in anchors])
+    breaks = follow_breakpoints(maps, values, [(node.q, node.table) for node in anchors])
     report(0.5)
     orbits = _orbit_curves(maps, values, traced)
     critical = _critical_points(values, breaks, anchors)
@@ -181,17 +183,17 @@ class _Steps:
 def _orbit_curves(
     maps: list[MapFamily], values: Floats, traced: Sequence[Traced]
 ) -> tuple[OrbitCurve, ...]:
-    """Solve for every strand at every value; chunks of values on threads of their own."""
+    """Solve for every orbit at every value; chunks of values on threads of their own."""
     chunks = _chunks(len(values))
-    strands = [item.strand for item in traced]
+    sampled_orbits = [item.sampled for item in traced]
 
     def task(chunk: slice) -> list[tuple[Floats, Floats]]:
-        return fill(maps[chunk], values[chunk], strands)
+        return fill(maps[chunk], values[chunk], sampled_orbits)
 
     parts = in_threads(task, chunks, len(chunks))
     return tuple(
         OrbitCurve(
-            period=item.strand.period,
+            period=item.sampled.period,
             points=np.concatenate([part[k][0] for part in parts]),
             multipliers=np.concatenate([part[k][1] for part in parts]),
             ends=item.ends,
@@ -230,7 +232,7 @@ def _missing(
 
 
 def _critical_points(
-    values: Floats, breaks: Sequence[BreakLine], anchors: Sequence[Node]
+    values: Floats, breaks: Sequence[BreakpointLine], anchors: Sequence[Node]
 ) -> list[Floats]:
     """Gather breaks and, interpolated between anchors, turning points at each value."""
     lines = [line.d for line in breaks]

@@ -1,11 +1,8 @@
 """A map as a table of polynomials that repeat its values to rounding: for very long orbits.
 
-The domain is cut into dyadic cells. On each the map's slopes at Chebyshev-Lobatto points are
-interpolated and the interpolant is integrated: one polynomial for value and slope. A cell counts
-where values, itineraries and margins at its nodes show that it may (docs/theory/many-maps.md);
-everywhere else, beside breakpoints above all, the map itself is asked.
-
-`interpolated` makes stand-ins that propose; the values here are meant to be the map's own.
+On dyadic cells the map's slopes at Chebyshev-Lobatto points are interpolated and the interpolant
+is integrated: one polynomial for value and slope. A cell counts where values, itineraries and
+margins at its nodes show that it may (docs/theory/many-maps.md); elsewhere the map itself is asked.
 """
 
 from __future__ import annotations

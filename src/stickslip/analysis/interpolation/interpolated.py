@@ -1,14 +1,10 @@
 """A map's table of laps as a very fast map: polynomials between exact values and slopes.
 
-Following an orbit asks for a map's value millions of times, and its event map may take tens of
-microseconds for each. The table of branches knows values and slopes at some hundred nodes, and
-where breaks, turning points and gaps lie; between neighbouring nodes the cubic through both
-values and slopes errs by the fourth power of their distance. So a few more nodes make a map that
-agrees with the true one to ten digits and costs some nanoseconds. What is found on it is a guess
-to be confirmed on the true map.
-
-Beside a graze the slope changes like the square root of the distance, or like its inverse. There
-a polynomial in that root fits better, and is taken where it predicts the map better.
+An event map may take tens of microseconds for a value. Between neighbouring nodes of its table
+the cubic through both values and slopes errs by the fourth power of their distance: a few more
+nodes make a map that agrees to ten digits and costs nanoseconds. What is found there is a guess to
+be confirmed on the true map. Beside a graze, where the slope changes like the square root of the
+distance or its inverse, a polynomial in that root is taken if it predicts the map better.
 """
 
 from __future__ import annotations
@@ -192,7 +188,8 @@ class _Construction:
         wide = np.flatnonzero(table.laps.cells.x1 > table.laps.cells.x0)
         self.cells = table.laps.cells.take(wide)
         self.kind = _singular_ends(self.cells)
-        self.error = _predicted_errors(self.cells, _lap_of_cell(table.laps)[wide])
+        lap_of_cell = np.repeat(np.arange(len(table.laps)), np.diff(table.laps.first_cell))
+        self.error = _predicted_errors(self.cells, lap_of_cell[wide])
         self.label = table.labels_at(0.5 * (self.cells.x0 + self.cells.x1))
         self.breaks = np.array([b.d for b in table.breakpoints if b.kind != "smooth"])
         self.n_evaluations = 0
@@ -296,10 +293,6 @@ def _singular_ends(cells: Cells) -> Integers:
     """Cells with an infinite slope at one end hold a square root there."""
     at_left, at_right = ~np.isfinite(cells.s0), ~np.isfinite(cells.s1)
     return np.where(at_left, SQUARE_ROOT_LEFT, np.where(at_right, SQUARE_ROOT_RIGHT, 0))
-
-
-def _lap_of_cell(laps: Laps) -> NDArray[np.intp]:
-    return np.repeat(np.arange(len(laps)), np.diff(laps.first_cell))
 
 
 def _predicted_errors(cells: Cells, lap: NDArray[np.intp]) -> Floats:

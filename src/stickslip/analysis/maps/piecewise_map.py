@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias, overload
 
 import numpy as np
 
+from stickslip.analysis.maps.derived import EvaluatedMap, plain
 from stickslip.analysis.maps.differences import FIRST_STEP, complex_step, extrapolated_difference
-from stickslip.analysis.maps.power import EvaluatedMap, plain
 from stickslip.analysis.maps.protocol import (
     UNDEFINED,
     PointValues,
@@ -27,6 +27,7 @@ from stickslip.analysis.maps.user_function import (
 )
 from stickslip.checks import checked_interval, parameter_name, real_numbers, shown
 from stickslip.status import OK
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from typing import Self
@@ -45,6 +46,7 @@ COMPLEX_AGREES: Final = 1e-6  # complex step and differences, relative: else it 
 PARAMETER_SCALE: Final = 1e-2  # of a parameter's size: first step of differences in it
 
 
+@suggests
 class PiecewiseMap(EvaluatedMap):
     """A piecewise-smooth map of an interval into the line, with named parameters.
 

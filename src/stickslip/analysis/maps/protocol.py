@@ -126,20 +126,7 @@ class PointValues:
 
 
 def clip_to_domain(domain: tuple[float, float], x: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return points moved to the domain's end if a few ulp outside, and which lie inside.
-
-    Parameters
-    ----------
-    domain : tuple of float
-        Ends ``lo < hi`` of the closed interval.
-    x : ndarray of float, any shape
-
-    Returns
-    -------
-    clipped : ndarray of float, shaped like ``x``
-        Points of the domain; for those outside it the nearest end, NaN excepted.
-    inside : ndarray of bool, shaped like ``x``
-    """
+    """Return points, moved to the nearest end of the domain, and which lie inside, by a few ulp."""
     lo, hi = domain
     slack = DOMAIN_SLACK_ULP * math.ulp(max(abs(lo), abs(hi)))
     inside = (x >= lo - slack) & (x <= hi + slack)
@@ -147,13 +134,7 @@ def clip_to_domain(domain: tuple[float, float], x: Floats) -> tuple[Floats, NDAr
 
 
 def checked_points(domain: tuple[float, float], x: ArrayLike, name: str = "x") -> Floats:
-    """Return ``x`` as floats inside the domain, or say which element is not.
-
-    Raises
-    ------
-    ValueError
-        An element is NaN or more than 4 ulp outside the domain.
-    """
+    """Return ``x`` as floats inside the domain, within 4 ulp, or say which element is not."""
     points = real_numbers(name, x)
     clipped, inside = clip_to_domain(domain, points)
     if not inside.all():
@@ -167,18 +148,7 @@ def checked_points(domain: tuple[float, float], x: ArrayLike, name: str = "x") -
 
 
 def sample(f: Map1D, x: ArrayLike) -> PointValues:
-    """Evaluate a map at points that may be NaN or outside its domain.
-
-    Parameters
-    ----------
-    f : Map1D
-    x : array_like of float, any shape
-
-    Returns
-    -------
-    PointValues
-        Shaped like ``x``; points outside have NaN values, label 0 and status `OUTSIDE`.
-    """
+    """Evaluate a map at any points; outside: NaN, label 0 and status `OUTSIDE`."""
     points = np.asarray(x, dtype=np.float64)
     clipped, inside = clip_to_domain(f.domain, points)
     if inside.all():
@@ -221,26 +191,7 @@ def _margin(values: MapValues) -> Floats:
 
 
 def iterate(f: Map1D, x: ArrayLike, n: int) -> Floats:
-    """Apply a map ``n`` times, keeping every point on the way.
-
-    Parameters
-    ----------
-    f : Map1D
-    x : array_like of float, any shape
-        Starting points inside the domain.
-    n : int
-        Number of applications, >= 0.
-
-    Returns
-    -------
-    ndarray of float, shape ``x.shape + (n + 1,)``
-        ``[..., 0]`` is ``x``. After a point without a value, or outside the domain, NaN stays.
-
-    Raises
-    ------
-    ValueError
-        A starting point is outside the domain, or ``n`` is negative.
-    """
+    """Apply a map ``n`` times, keeping every point, shape ``x.shape + (n + 1,)``; NaN stays."""
     n = whole_number("n", n, 0, at_most=MOST_STEPS, what="applications of a map")
     start = checked_points(f.domain, x)
     orbit = np.empty((*start.shape, n + 1))

@@ -56,18 +56,7 @@ class FamilyND(MapND, Protocol):
 
 
 def sample(f: MapND, x: Floats) -> PointValues:
-    """Evaluate a map at points that may be NaN or outside its domain.
-
-    Parameters
-    ----------
-    f : MapND
-    x : ndarray of float, shape (..., n)
-
-    Returns
-    -------
-    PointValues
-        Points outside have NaN values, label 0 and status `OUTSIDE`.
-    """
+    """Evaluate a map at any points; outside: NaN, label 0 and status `OUTSIDE`."""
     inside = f.contains(x)
     shape = inside.shape
     value, derivative = np.full(x.shape, np.nan), np.full((*x.shape, f.dimension), np.nan)

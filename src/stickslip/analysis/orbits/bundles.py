@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import sample
-from stickslip.analysis.orbits.cyclic import solve_cyclic, successors
-from stickslip.analysis.orbits.shooting import EPS, residual_is_rounding
+from stickslip.analysis.orbits.newton import EPS, residual_is_rounding, solve_cyclic, successors
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -114,15 +113,15 @@ def polish_orbits(
     f: Map1D,
     start: Floats | None = None,
     *,
-    leash: float = np.inf,
+    trust_radius: float = np.inf,
     contraction: float = np.inf,
 ) -> Moved:
     """Solve for orbits of f from ``start`` (the bundle's points); the bundle's labels are expected.
 
-    Given up are orbits further than ``leash`` from the bundle's points, and those whose step is
-    longer than ``contraction`` times the step before.
+    Given up are orbits further than ``trust_radius`` from the bundle's points, and those whose
+    step is longer than ``contraction`` times the step before.
     """
-    return _polish(bundle, bundle.points, f, start, leash, contraction)
+    return _polish(bundle, bundle.points, f, start, trust_radius, contraction)
 
 
 def _evaluate(f: Map1D, points: Floats, periods: NDArray[np.intp]) -> tuple[Floats, Labels, Floats]:
@@ -145,7 +144,7 @@ def _polish(
     foretold: Floats,
     f: Map1D,
     start: Floats | None = None,
-    leash: float = np.inf,
+    trust_radius: float = np.inf,
     contraction: float = np.inf,
 ) -> Moved:
     """Newton's method on all rows at once; rows that are done are left alone."""
@@ -171,8 +170,10 @@ def _polish(
             last[todo] = size
         # An orbit may lie at the very end of the domain.
         points[todo[moves]] = np.clip(points[todo[moves]] + step[moves], *f.domain)
-        if np.isfinite(leash):
-            lost |= moves & (np.nanmax(np.abs(points[todo] - foretold[todo]), axis=1) > leash)
+        if np.isfinite(trust_radius):
+            lost |= moves & (
+                np.nanmax(np.abs(points[todo] - foretold[todo]), axis=1) > trust_radius
+            )
         given_up[todo[lost]] = True
         todo = todo[moves & ~lost]
         if not todo.size:

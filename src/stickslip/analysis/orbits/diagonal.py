@@ -1,10 +1,9 @@
 """Where pieces of f^p meet the diagonal: brackets with exactly one fixed point each.
 
-A falling piece crosses the diagonal at most once. A rising one may cross it twice (both
-orbits of a fold) or three times (an orbit and its double), so it is halved until the slope
-of f^p on a part excludes 1, or the end values and slopes together exclude a crossing. Slopes
-are bounded in two ways: by products of bounds from the table of f, and by the cubic through
-values and slopes of f^p itself, trusted as far as it predicts the middle.
+A rising piece may cross the diagonal twice (both orbits of a fold) or three times (an orbit and
+its double), so it is halved until the slope of f^p on a part excludes 1, or the end values and
+slopes together exclude a crossing. Slopes are bounded by products of bounds from the table of f,
+and by the cubic through values and slopes of f^p, trusted as far as it predicts the middle.
 """
 
 from __future__ import annotations

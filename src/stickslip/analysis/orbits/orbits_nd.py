@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip.analysis.orbits.newton_nd import monodromy
 from stickslip.analysis.orbits.orbit import OrbitSequence
-from stickslip.analysis.orbits.shooting_nd import monodromy
 
 if TYPE_CHECKING:
     import os

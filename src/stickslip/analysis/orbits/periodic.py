@@ -1,7 +1,13 @@
-"""Every periodic orbit of a map of the line, up to a period and a resolution."""
+"""Every periodic orbit of a map of the line, up to a period and a resolution.
+
+The infinitely unstable ones are those of the map with its jumps filled in: one point is a jump d,
+its image any value y between f(d-) and f(d+) with f^(p-1)(y) = d. The solutions y are known
+already: they are the ends of pieces of f^p that meet the jump after p - 1 maps.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, overload
 
@@ -11,17 +17,19 @@ from stickslip.analysis.branches.discontinuities import Unresolved
 from stickslip.analysis.branches.pieces import TooManyPiecesError, pieces_of_powers
 from stickslip.analysis.branches.table import RESOLUTION, branch_table
 from stickslip.analysis.maps.arguments import line_map, map_of
+from stickslip.analysis.maps.protocol import sample
 from stickslip.analysis.maps.protocol_nd import MapND
 from stickslip.analysis.orbits.diagonal import brackets_on_diagonal, forward_orbits
-from stickslip.analysis.orbits.jump_orbits import orbits_through_jumps
-from stickslip.analysis.orbits.orbit import NearFold, OrbitList, PeriodicOrbit
+from stickslip.analysis.orbits.newton import Polished, polish
+from stickslip.analysis.orbits.orbit import JumpCrossing, NearFold, OrbitList, PeriodicOrbit
 from stickslip.analysis.orbits.search_nd import N_STARTS, search_orbits
-from stickslip.analysis.orbits.shooting import Polished, polish
 from stickslip.checks import MOST_KEPT, shown, whole_number
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.branches.laps import Indices, Laps
     from stickslip.analysis.branches.pieces import Pieces
     from stickslip.analysis.branches.table import BranchTable
@@ -32,6 +40,8 @@ if TYPE_CHECKING:
 SAME: Final = 1e-13  # of the scale, beside the points' errors: orbits that coincide
 BORDER: Final = 1e-12  # of the scale: a point this close to a break is on it
 SHRINKINGS: Final = 80  # halvings of a bracket before Newton's method gets a last chance
+ON_END: Final = 1e-12  # of the scale: solutions that coincide, or lie on an end of the jump
+ROUNDING: Final = 4 * float(np.finfo(np.float64).eps)  # of the scale: of one evaluation
 
 
 @overload
@@ -54,6 +64,7 @@ def periodic_orbits(
     resolution: None = ...,
     n_starts: int | None = ...,
 ) -> OrbitListND: ...
+@suggests
 def periodic_orbits(
     f: Map1D | MapND | Modelled[Map1D] | Modelled[MapND],
     max_period: int = 1,
@@ -356,3 +367,93 @@ def _with_rows(found: Polished, index: Indices, other: Polished) -> Polished:
     for name in ("points", "slopes", "error", "residual", "converged"):
         getattr(found, name)[index] = getattr(other, name)
     return found
+
+
+def orbits_through_jumps(
+    pieces: Pieces, table: BranchTable
+) -> tuple[list[PeriodicOrbit], list[Unresolved]]:
+    """Find the infinitely unstable orbits of one period; unresolved where on an end of a jump."""
+    slack = ON_END * max(abs(end) for end in table.f.domain)
+    crossings: list[tuple[Breakpoint, Floats, Indices]] = []
+    unresolved: list[Unresolved] = []
+    for number, jump in enumerate(table.breakpoints):
+        if jump.kind != "jump":
+            continue
+        low, high = sorted((jump.left, jump.right))
+        for path, word in _ways_to(pieces, number, slack):
+            if min(abs(path[0] - low), abs(path[0] - high)) <= slack:
+                reason = "an orbit is on an end of the jump"
+                unresolved.append(Unresolved(reason, jump.d, jump.d, len(path)))
+            elif low < path[0] < high:
+                crossings.append((jump, path, word))
+    # All points in the map's order, the jump first, evaluated together.
+    points = np.array([np.roll(path, 1) for _, path, _ in crossings])
+    values = sample(table.f, points.reshape(len(crossings), pieces.power)[:, 1:])
+    orbits = [
+        _orbit(table, jump, path, word, values.value[k], values.derivative[k])
+        for k, (jump, path, word) in enumerate(crossings)
+    ]
+    return orbits, unresolved
+
+
+def _ways_to(pieces: Pieces, number: int, slack: float) -> list[tuple[Floats, Indices]]:
+    """Orbits of p points that end on a break, and the laps of all points but the last."""
+    p = pieces.power
+    found: list[tuple[Floats, Indices]] = []
+    for ends in (pieces.left, pieces.right):
+        for k in np.flatnonzero((ends.number == number) & (ends.depth == p - 1)):
+            found.append((ends.orbit[k, :p], pieces.word[k, : p - 1]))
+    found.sort(key=lambda way: float(way[0][0]))
+    # Two neighbouring pieces share each end.
+    return [
+        way
+        for k, way in enumerate(found)
+        if k == 0 or float(way[0][0] - found[k - 1][0][0]) > slack
+    ]
+
+
+def _orbit(
+    table: BranchTable,
+    jump: Breakpoint,
+    path: Floats,
+    word: Indices,
+    images: Floats,
+    slopes: Floats,
+) -> PeriodicOrbit:
+    """Describe the orbit d, y, f(y), ..., with f of its last point d."""
+    points = np.roll(path, 1)
+    residual = np.abs(images - np.roll(points, -1)[1:])
+    error = _errors(slopes, residual, ROUNDING * max(map(abs, table.f.domain)))
+    labels = table.labels_at(points)
+    texts = [table.text(int(label)) for label in labels]
+    texts[0] = f"{table.text(jump.left_label)} | {table.text(jump.right_label)}"
+    crossing = JumpCrossing(
+        d=jump.d,
+        y=float(path[0]),
+        share=float((path[0] - jump.left) / (jump.right - jump.left)),
+        rising=bool((jump.right > jump.left) == (table.pieces.direction[word].prod() > 0)),
+    )
+    start = int(np.argmin(points))
+    return PeriodicOrbit(
+        points=np.roll(points, -start),
+        period=len(points),
+        multiplier=math.inf,
+        stable=False,
+        itinerary=tuple(texts[start:] + texts[:start]),
+        labels=np.roll(labels, -start),
+        quality="located",
+        interval=np.roll(points[:, None] + error[:, None] * np.array([-1.0, 1.0]), -start, axis=0),
+        residual=float(residual.max(initial=0.0)),
+        jump=crossing,
+        system=table.f,
+    )
+
+
+def _errors(slopes: Floats, residual: Floats, rounding: float) -> Floats:
+    """Errors of the points, from the jump backwards: each map divides by its slope."""
+    error = np.zeros(len(slopes) + 1)
+    error[0] = after = rounding
+    for k in range(len(slopes) - 1, -1, -1):
+        after = (after + residual[k] + rounding) / abs(slopes[k]) if slopes[k] != 0 else math.inf
+        error[k + 1] = after
+    return error

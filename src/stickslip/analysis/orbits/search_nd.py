@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol_nd import sample
+from stickslip.analysis.orbits.newton_nd import solve_orbits
 from stickslip.analysis.orbits.orbits_nd import OrbitListND, Unseen, make_orbit
-from stickslip.analysis.orbits.shooting_nd import solve_orbits
 from stickslip.checks import MOST_KEPT, whole_number
 
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.analysis.maps.protocol_nd import MapND
+    from stickslip.analysis.orbits.newton_nd import Solutions
     from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
-    from stickslip.analysis.orbits.shooting_nd import Solutions
 
 N_STARTS: Final = 512
 TRANSIENT: Final = 32  # iterates after which points count as being on an attractor
@@ -82,7 +82,8 @@ class _Census:
 
     def add(self, orbit: PeriodicOrbitND) -> None:
         for k, known in enumerate(self.found):
-            if _coincide(known.points, orbit.points):
+            turns = (np.roll(orbit.points, k, axis=0) for k in range(len(orbit.points)))
+            if any(_close(known.points, turned) for turned in turns):
                 self.hits[k] += 1
                 if orbit.residual < known.residual:
                     self.found[k] = orbit
@@ -117,11 +118,6 @@ def _is_minimal(points: Floats) -> bool:
     p = len(points)
     shifts = [q for q in range(1, p) if p % q == 0]
     return not any(_close(points, np.roll(points, q, axis=0)) for q in shifts)
-
-
-def _coincide(one: Floats, other: Floats) -> bool:
-    """Whether two orbits are the same, wherever they start."""
-    return any(_close(one, np.roll(other, turn, axis=0)) for turn in range(len(one)))
 
 
 def _close(one: Floats, other: Floats) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 from stickslip.analysis.maps.arguments import line_family
-from stickslip.analysis.maps.window import windowed
+from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app.answers import Part
 from stickslip.app.jobs import checkpoint, progress_between
@@ -77,7 +77,7 @@ def diagram(request: requests.Diagram) -> Iterator[Part]:
 
 
 def _dots(f: MapFamily, request: requests.Diagram, low: float, high: float) -> Iterator[Part]:
-    """Iterate a few orbits at each value, coarse to fine: blocks of values that interleave."""
+    """Iterate a few orbits at each value, coarse to fine: in interleaved blocks of values."""
     values = np.linspace(low, high, min(request.values, COARSE))
     for k in range(BLOCKS):
         some = values[k::BLOCKS]
@@ -93,7 +93,7 @@ def _dots(f: MapFamily, request: requests.Diagram, low: float, high: float) -> I
 
 
 def _settled(f: Any) -> Floats:
-    """Points that a few orbits visit after a while, those that have left aside."""
+    """Points that a few orbits visit after a while, orbits that leave the domain aside."""
     checkpoint()
     low, high = f.domain
     seeds = low + (high - low) * (np.arange(SEEDS) + 0.5) / SEEDS

@@ -12,7 +12,7 @@ from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.attractors.basins import basins as divided
 from stickslip.analysis.branches.branches import branches
 from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.maps.window import windowed
+from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app.answers import Part
 from stickslip.app.views.followed import Known
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
     Arrays = dict[str, NDArray[Any]]
-
 
 FIRST_EVENTS: Final = 64  # changes of mode after which the first, quick picture gives up
 KNOWN: Final = Known()
@@ -59,7 +58,7 @@ def event_map(request: requests.EventMap) -> Iterator[Part]:
 
 
 def window_of(f: WatchedMap, request: requests.EventMap) -> tuple[float, float]:
-    """Return the part of the domain that is looked at."""
+    """Return the window of a view, the domain by default."""
     if request.window is None:
         return f.domain
     with naming("window"):
@@ -95,7 +94,7 @@ def _numbered(label: NDArray[Any], codes: NDArray[Any]) -> tuple[NDArray[np.int3
 
 
 def _name(label: int) -> str:
-    """Equal for branches of one itinerary."""
+    """Name a label; branches of one itinerary have one name."""
     return f"{int(label):016x}"
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import domain_width, sample
-from stickslip.analysis.orbits.shooting import polish
+from stickslip.analysis.orbits.newton import polish
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,7 +30,7 @@ MODELS: Final = 64  # that are remembered
 
 
 class Known:
-    """Orbits of the models that were asked for last, by anyone."""
+    """Orbits of the latest models, of all users."""
 
     def __init__(self) -> None:
         self._lists: deque[tuple[TwoBlock, tuple[Floats, ...]]] = deque(maxlen=MODELS)

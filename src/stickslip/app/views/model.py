@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.eventmap.carrier import Carrier
     from stickslip.mechanics.eventmap.records import Controls
 
-
 SLOW: Final = 0.05  # seconds between two checks: from then on fewer motions are followed at once
 QUICK: Final = 0.01  # ... more of them
 FIRST: Final = 16  # motions before the second check
@@ -33,7 +32,7 @@ MOST: Final = 4096  # between any two
 
 
 class WatchedCarrier:
-    """A carrier that checks before each piece of its work whether the answer is still wanted."""
+    """A carrier that passes a checkpoint before each piece of its work."""
 
     def __init__(self, carrier: Carrier) -> None:
         self._carrier = carrier
@@ -104,14 +103,14 @@ class WatchedCarrier:
 
 
 class WatchedMap(EventMap):
-    """An event map that asks at every evaluation whether the answer is still wanted."""
+    """An event map whose evaluations end when the answer is no longer wanted."""
 
     def _carrier_of(self, controls: Controls) -> Carrier:
         return WatchedCarrier(super()._carrier_of(controls))
 
 
 def watched_map(model: TwoBlock, **settings: Any) -> WatchedMap:
-    """Make the event map of a model; one thread, since other users want the others."""
+    """Make the event map of a model; with one thread: other users need the others."""
     return WatchedMap(model, threads=1, **settings)
 
 
@@ -134,7 +133,7 @@ def map_of(request: Request) -> WatchedMap:
 
 
 def range_of(f: MapFamily, request: Diagram) -> tuple[float, float]:
-    """Return the ends of the range that a diagram is asked for."""
+    """Return the ends of a diagram's range, checked."""
     with naming("range" if request.parameter in f.parameters else "parameter"):
         for end in request.range:
             refuse_far({request.parameter: end})

@@ -62,7 +62,7 @@ def cycle(request: requests.Cycle) -> Iterator[Part]:
 
 
 def simulated(request: requests.Motion) -> Trajectory:
-    """Follow the motion that is asked for."""
+    """Follow the motion of a request."""
     model = model_of(request)
     with naming(_start_field(request)):
         start = start_of(model, request)
@@ -70,7 +70,7 @@ def simulated(request: requests.Motion) -> Trajectory:
 
 
 def found_cycle(request: requests.Cycle) -> Cycle:
-    """Find the limit cycle that is asked for."""
+    """Find the limit cycle of a request."""
     model = model_of(request)
     with naming(_start_field(request)):
         x, v = _state_of(model, start_of(model, request))

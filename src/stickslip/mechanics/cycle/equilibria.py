@@ -12,6 +12,7 @@ from stickslip.mechanics.cycle.hopf import NEUTRAL, HopfPoint, hopf_points
 from stickslip.mechanics.cycle.neutral import NeutralFamily, neutral_family
 from stickslip.mechanics.cycle.sliding import Model, modes, steady_displacements
 from stickslip.mechanics.model.arguments import checked_model
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -73,6 +74,7 @@ class Equilibrium:
         return "\n".join(lines)
 
 
+@suggests
 def equilibria(
     model: Model, *, speeds: tuple[float, float] = (1e-4, 1e2)
 ) -> tuple[Equilibrium, ...]:

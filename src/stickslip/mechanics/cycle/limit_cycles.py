@@ -11,12 +11,14 @@ import numpy as np
 
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.checks import MOST_KEPT, random_generator, whole_number
+from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.cycle import Cycle, same_cycle
 from stickslip.mechanics.cycle.equilibria import equilibria
-from stickslip.mechanics.cycle.search import NoCycleError, find_cycle
+from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.model.arguments import checked_model
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.unseen import unseen_share
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     import os
@@ -115,6 +117,7 @@ class CycleList(Sequence[Cycle]):
         return "\n".join(lines)
 
 
+@suggests
 def limit_cycles(
     model: Model,
     *,

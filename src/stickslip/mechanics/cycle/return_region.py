@@ -12,12 +12,14 @@ import numpy as np
 from stickslip import status as status_codes
 from stickslip.analysis.continuation.curve import Curve
 from stickslip.checks import MOST_KEPT, checked_interval, whole_number
+from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.continuation import follow_cycle
-from stickslip.mechanics.cycle.search import NoCycleError, find_cycle
+from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.cycle.trapping import TrappingBall, trapping_ball
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.model.arguments import checked_parameter, two_blocks
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     import os
@@ -159,6 +161,7 @@ def _number(branch: int, count: int) -> int:
     return whole_number("branch", branch, 0, at_most=count - 1)
 
 
+@suggests
 def return_region(
     model: TwoBlock,
     parameter: str,

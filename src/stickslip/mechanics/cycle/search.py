@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from stickslip import status as status_codes
 from stickslip.checks import whole_number
+from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.cycle import NEUTRAL, Cycle, cycle_of, events_of
 from stickslip.mechanics.cycle.section import Shot
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
@@ -17,6 +18,7 @@ from stickslip.mechanics.cycle.sliding import modes
 from stickslip.mechanics.cycle.slip_cycle import slip_cycle
 from stickslip.mechanics.flow.settings import tolerance
 from stickslip.mechanics.model.arguments import checked_model, state_vector
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -45,6 +47,7 @@ SLIDES: Final = (
 ROUNDS: Final = 1e4  # times CONVERGED: returns this close are returns of one cycle
 
 
+@suggests
 def find_cycle(
     model: Model,
     x: ArrayLike,
@@ -89,14 +92,6 @@ def find_cycle(
     if model.structure.is_forced:
         return search.forced(position, velocity, max_events)
     return search.free(position, velocity, max_events)
-
-
-class NoCycleError(ValueError):
-    """No cycle was found from a state: all blocks slip for ever, or the search gave up."""
-
-    def __init__(self, why: str, kind: Literal["slides", "undecided"] = "undecided") -> None:
-        super().__init__(f"no cycle was found from this state{why}")
-        self.kind: Literal["slides", "undecided"] = kind
 
 
 class _OnlySlipsError(Exception):

@@ -13,6 +13,7 @@ from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.cycle.shooting import Leg, Shooter
 from stickslip.mechanics.flow.settings import tolerance
 from stickslip.mechanics.model.arguments import checked_model, checked_parameter
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -213,6 +214,7 @@ class StroboscopicMap:
         return leg.status == status_codes.OK and leg.duration >= self.period * (1 - 1e-12)
 
 
+@suggests
 def stroboscopic_map(
     model: Model, *, rtol: float = 1e-15, max_events: int = 10_000
 ) -> StroboscopicMap:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.analysis.maps.power import LineMap
+from stickslip.analysis.maps.derived import LineMap
 from stickslip.checks import MOST_STEPS, Many, parameter_name, shown, whole_number
 from stickslip.mechanics.eventmap.carrier import Carrier
 from stickslip.mechanics.eventmap.carriers import carrier_for

@@ -14,6 +14,7 @@ from stickslip.mechanics.flow.engine import ENGINES
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.values import model_of_values, model_values
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from typing import Any
@@ -45,6 +46,7 @@ def event_map(
     device: str = ...,
     threads: int | None = ...,
 ) -> BlocksEventMap: ...
+@suggests
 def event_map(
     model: TwoBlock | BeltModel,
     *,

@@ -16,6 +16,7 @@ from stickslip.mechanics.flow.trajectory import Trajectory
 from stickslip.mechanics.model.arguments import two_blocks
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.values import model_of_values, model_values
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -143,6 +144,7 @@ class QuasistaticMap(EventMap):
         return f"QuasistaticMap({self.model!r}, V -> 0, engine={self._carrier.name!r})"
 
 
+@suggests
 def quasistatic_map(
     model: TwoBlock,
     *,

@@ -245,7 +245,7 @@ def clearance(
     gap_w: float,
     gap_pull: float,
 ) -> tuple[float, float, float, float]:
-    """Distance |w| of a block from the belt, and three derivatives; `side`: -1 of block 1, else 1."""
+    """Distance |w| of a block from the belt, three derivatives; `side`: -1 for block 1, 1 for 2."""
     half = 0.5 * mode
     gap_rate = side * gap_pull
     return (

@@ -18,6 +18,7 @@ from stickslip.mechanics.flow.trajectory import (
     recorder_for,
     start,
 )
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -68,6 +69,7 @@ class SlipStream(Iterator[Slip]):
         yield from tracker.see(record.t[-1], record.x[-1], record.mode[-1])
 
 
+@suggests
 def slips(
     model: Model,
     x: ArrayLike | None = None,

@@ -24,6 +24,7 @@ from stickslip.mechanics.flow.two_block_recorder import TwoBlockRecorder
 from stickslip.mechanics.model.arguments import checked_model, state_vector
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -304,6 +305,7 @@ class Trajectory:
         return 0.5 * t[:, None] * np.einsum("ijk,j->ik", inside, weights)
 
 
+@suggests
 def simulate(
     model: Model,
     x: ArrayLike | None = None,

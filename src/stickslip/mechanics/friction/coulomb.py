@@ -7,8 +7,10 @@ from typing import Any, ClassVar
 
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.friction.ranges import NonNegative, Share
+from stickslip.vocabulary import suggests
 
 
+@suggests
 @dataclass(frozen=True)
 class Coulomb(FrictionLaw):
     """Constant kinetic friction, with viscous friction if wanted: ``F(s) = mu + viscous s``.

@@ -7,8 +7,10 @@ from typing import Any, ClassVar
 
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.friction.ranges import NonNegative, Share
+from stickslip.vocabulary import suggests
 
 
+@suggests
 @dataclass(frozen=True)
 class PoppStelter(FrictionLaw):
     """Continuous stick-slip transition: ``F(s) = (1-delta)/(1+gamma s) + delta + eta s^2``.

@@ -9,8 +9,10 @@ import numpy as np
 
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.friction.ranges import Choice, NonNegative, Positive, Share
+from stickslip.vocabulary import suggests
 
 
+@suggests
 @dataclass(frozen=True)
 class Stribeck(FrictionLaw):
     """Stribeck curve: ``F(s) = mu + (1 - mu) exp(-(s / speed)^exponent) + viscous s``.

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.checks import dimensions, finite_number, shown
 from stickslip.mechanics.friction.formula import TracedFormula, builtin_formula
 from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.vocabulary import suggests
 
 Floats = NDArray[np.float64]
 
@@ -22,6 +23,7 @@ NUMBERS = ("knot", "constant", "linear", "square", "cube")
 SHORTEST_PIECE = 1e-6
 
 
+@suggests
 @dataclass(frozen=True, init=False, repr=False)
 class TabulatedFriction(FrictionLaw):
     """Measured points, joined by cubics that rise and fall only as the points do.

@@ -25,7 +25,7 @@ from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.friction.signature import parameter_names, user_function
 from stickslip.numerics.expression import NotTraceable
 from stickslip.numerics.tracing import plain_function
-from stickslip.vocabulary import did_you_mean
+from stickslip.vocabulary import did_you_mean, suggests
 
 # A law is tried at these speeds when it is made.
 SAMPLE = (0.0, *(float(s) for s in np.geomspace(1e-6, 10.0, 50)))
@@ -34,6 +34,7 @@ AGREEMENT = 1e-9
 SLOPE_AGREEMENT = 1e-6
 
 
+@suggests
 def friction_law(
     force: Callable[..., float],
     *,

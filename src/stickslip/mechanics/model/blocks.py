@@ -18,11 +18,13 @@ from stickslip.mechanics.model.arrays import (
 from stickslip.mechanics.model.belt_model import BeltModel, Friction, laws_of
 from stickslip.mechanics.model.harmonic import Harmonic
 from stickslip.mechanics.model.structure import Structure
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
+@suggests
 class Blocks(BeltModel):
     """Blocks on a moving belt with full matrices: M X'' + C X' + K X = friction + g(t).
 

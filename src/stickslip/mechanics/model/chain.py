@@ -15,10 +15,12 @@ from stickslip.mechanics.model.belt_model import BeltModel, Friction, laws_of
 from stickslip.mechanics.model.blocks import checked_forcing
 from stickslip.mechanics.model.harmonic import Harmonic
 from stickslip.mechanics.model.structure import Structure
+from stickslip.vocabulary import suggests
 
 Ends = Literal["free", "fixed", "periodic"]
 
 
+@suggests
 @dataclass(frozen=True)
 class Chain(BeltModel):
     """Equal blocks in a row on a moving belt, each held by a support spring.
@@ -150,6 +152,7 @@ def _links(n: int, ends: Ends) -> np.ndarray[Any, np.dtype[np.float64]]:
     return links
 
 
+@suggests
 @dataclass(frozen=True)
 class Oscillator(BeltModel):
     """One block on a moving belt: X'' + damping X' + X = friction + g(t), static limit 1.

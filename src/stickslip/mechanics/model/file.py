@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from stickslip.files import checked_path, checked_suffix, read_text, write_text
 from stickslip.mechanics.friction.values import within
 from stickslip.mechanics.model.values import Model, model_of_values, model_values
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -22,6 +23,7 @@ LONG_KEY: Final = re.compile(
 """Looked for beforehand: reading a key takes a time that grows with the square of its dots."""
 
 
+@suggests
 def read_model(path: str | PathLike[str]) -> Model:
     """Read a model from a TOML file.
 
@@ -50,6 +52,7 @@ def read_model(path: str | PathLike[str]) -> Model:
         return model_of_values(table)
 
 
+@suggests
 def write_model(model: Model, path: str | PathLike[str]) -> None:
     """Write a model to a TOML file, which `read_model` turns into an equal model.
 

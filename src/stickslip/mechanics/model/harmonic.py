@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip.checks import MOST_KEPT, dimensions, finite_number, real_numbers, whole_number
+from stickslip.vocabulary import suggests
 
 
+@suggests
 @dataclass(frozen=True)
 class Harmonic:
     """Forces ``g_i = amplitude_i cos(frequency t + phase)`` on the blocks.

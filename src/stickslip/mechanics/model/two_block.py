@@ -15,7 +15,7 @@ from stickslip.mechanics.model.chain import Chain
 from stickslip.mechanics.model.physical import PhysicalTrajectory
 from stickslip.mechanics.model.structure import Structure
 from stickslip.mechanics.model.units import Units
-from stickslip.vocabulary import did_you_mean
+from stickslip.vocabulary import did_you_mean, suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, FrictionLaw]
 
 
+@suggests
 @dataclass(frozen=True)
 class TwoBlock:
     """Two equal blocks on a moving belt, each held by a spring and coupled by a third.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 
 from stickslip.checks import finite_number, one_of, real_numbers
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -18,6 +19,7 @@ Quantity = Literal[
 ]
 
 
+@suggests
 @dataclass(frozen=True)
 class Units:
     """Scales that make the two-block system dimensionless.

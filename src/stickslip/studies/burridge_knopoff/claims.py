@@ -19,7 +19,7 @@ from stickslip.studies.burridge_knopoff.facts import (
     lone_moment,
 )
 from stickslip.studies.burridge_knopoff.power_law import fit_power_law
-from stickslip.studies.claim import Claim, Finding
+from stickslip.studies.claim import Claim, Finding, claims_by_figure
 from stickslip.studies.values import Value
 
 if TYPE_CHECKING:
@@ -37,9 +37,7 @@ UNREAD: Final = "Of the source only the first page was read: no number of it is 
 
 def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
     """Check the claims that belong to some figures, by figure."""
-    made = {1: _motion, 2: _sizes, 3: _drive}
-    wanted = made if figures is None else [number for number in made if number in set(figures)]
-    return tuple(claim for number in wanted for claim in made[number]())
+    return claims_by_figure({1: _motion, 2: _sizes, 3: _drive}, figures)
 
 
 def _motion() -> Iterator[Claim]:

@@ -1,30 +1,34 @@
-"""The closed forms of forced motion against dry friction, checked."""
+"""The closed forms of forced motion against dry friction, checked by motions event by event."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.studies.claim import Claim, Finding
+from stickslip.mechanics.cycle.continuation import follow_cycle
+from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
+from stickslip.mechanics.friction.coulomb import Coulomb
+from stickslip.mechanics.model.chain import Oscillator
+from stickslip.mechanics.model.harmonic import Harmonic
+from stickslip.studies.claim import Claim, Finding, claims_by_figure
 from stickslip.studies.den_hartog1931.closed_forms import (
     amplitude,
     one_stop_amplitude,
     stop_boundary,
-)
-from stickslip.studies.den_hartog1931.facts import (
-    FREQUENCIES,
-    RATIOS,
-    boundaries,
-    largest,
-    steady,
-    stops,
 )
 from stickslip.studies.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from stickslip.mechanics.cycle.cycle import Cycle
+
+RATIOS: Final = (0.2, 0.4, 0.6)  # of friction over forcing
+FREQUENCIES: Final = (0.55, 0.7, 0.85, 1.2, 1.5, 2.0)
+ON_BOUNDARY: Final = (0.45, 0.7, 1.5, 2.0)
 NOT_READ: Final = "1931: source not read; 1930: first page; formulas derived anew"
 CLOSE: Final = 1e-12
 NO_STOP: Final = (0.7, 2.0)  # frequency and forcing
@@ -32,11 +36,51 @@ ONE_STOP: Final = (0.5, 1.8)
 TWO_STOPS: Final = (0.2, 3.0)
 
 
+@dataclass(frozen=True)
+class Boundary:
+    """Smallest forcing without stops at a frequency: where the branch of motions changes."""
+
+    frequency: float
+    forcing: float
+    error: float
+    kind: str
+
+
+@cache
+def steady(frequency: float, forcing: float) -> Cycle:
+    """Steady motion that a block takes up from rest."""
+    shaken = Harmonic(amplitude=forcing, frequency=frequency)
+    model = Oscillator(V=0.0, friction=Coulomb(mu=1.0), forcing=shaken)
+    return stroboscopic_map(model).periodic_point([0.5, 0.0])
+
+
+def stops(cycle: Cycle) -> int:
+    """Count the stops in one period."""
+    return sum(event.kind == "stick" for event in cycle.events)
+
+
+def largest(cycle: Cycle) -> float:
+    """Largest displacement: the block is there as it turns or stops."""
+    return max(abs(float(cycle.trajectory.x(event.time)[0])) for event in cycle.events)
+
+
+@cache
+def boundaries() -> tuple[Boundary, ...]:
+    """Follow motions without stops down in the forcing until they begin to stop."""
+    found = []
+    for frequency in ON_BOUNDARY:
+        # The closed form says where to look, not what is found there.
+        guess = stop_boundary(frequency)
+        cycle = steady(frequency, 1.1 * guess)
+        branch = follow_cycle(cycle, "forcing.amplitude", (0.97 * guess, 1.15 * guess))
+        change = max(branch.bifurcations, key=lambda item: item.value)
+        found.append(Boundary(frequency, change.value, change.error, change.kind))
+    return tuple(found)
+
+
 def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
     """Check the claims that belong to some figures, by figure."""
-    made = {1: _amplitude, 2: _boundary, 3: _stops}
-    wanted = made if figures is None else [number for number in made if number in set(figures)]
-    return tuple(claim for number in wanted for claim in made[number]())
+    return claims_by_figure({1: _amplitude, 2: _boundary, 3: _stops}, figures)
 
 
 def _amplitude() -> Iterator[Claim]:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.plot.style import PALETTE
+from stickslip.studies.den_hartog1931.claims import FREQUENCIES, RATIOS, largest, steady, stops
 from stickslip.studies.den_hartog1931.closed_forms import amplitude
-from stickslip.studies.den_hartog1931.facts import FREQUENCIES, RATIOS, largest, steady, stops
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

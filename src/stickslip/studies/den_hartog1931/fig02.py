@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.plot.style import PALETTE
+from stickslip.studies.den_hartog1931.claims import Boundary, boundaries
 from stickslip.studies.den_hartog1931.closed_forms import stop_boundary
-from stickslip.studies.den_hartog1931.facts import Boundary, boundaries
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.plot.style import PALETTE, panel_letter
-from stickslip.studies.den_hartog1931.claims import NO_STOP, ONE_STOP, TWO_STOPS
-from stickslip.studies.den_hartog1931.facts import steady, stops
+from stickslip.studies.den_hartog1931.claims import NO_STOP, ONE_STOP, TWO_STOPS, steady, stops
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

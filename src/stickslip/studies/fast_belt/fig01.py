@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
 from stickslip.plot.cycles import plot_return_region
-from stickslip.studies.fast_belt.facts import RANGE, region
+from stickslip.studies.fast_belt.claims import RANGE, region
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

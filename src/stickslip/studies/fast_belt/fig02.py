@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from stickslip.plot.cycles import draw_cycle_curve
-from stickslip.studies.fast_belt.facts import region
+from stickslip.studies.fast_belt.claims import region
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -1,29 +1,83 @@
-"""Kinds of motion of the shaken block, checked."""
+"""Kinds of motion of the shaken block: its state once per period of the forcing, checked."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.studies.claim import Claim, Finding
-from stickslip.studies.forced_belt.facts import exponent, shaken
+from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
+from stickslip.mechanics.friction.popp_stelter import PoppStelter
+from stickslip.mechanics.model.chain import Oscillator
+from stickslip.mechanics.model.harmonic import Harmonic
+from stickslip.studies.claim import Claim, Finding, claims_by_figure
 from stickslip.studies.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from numpy.typing import NDArray
+
+    from stickslip.mechanics.cycle.stroboscopic import StroboscopicMap
+
+    Floats = NDArray[np.float64]
+
+LAW: Final = PoppStelter(gamma=1.42, delta=0.4, eta=0.01)
+SPEED: Final = 1.0
+AMPLITUDE: Final = 0.5
+RANGE: Final = (0.3, 1.2)
+VALUES: Final = 226
+TRANSIENT: Final = 100
+KEPT: Final = 60
+PERIODS: Final = 100
 NOT_READ: Final = "source not read; parameters chosen here"
 LOCKED: Final = 1.0  # frequencies
 NEUTRAL: Final = 0.4
 CHAOTIC: Final = 0.76
 
 
+@dataclass(frozen=True)
+class Sweep:
+    """Displacements (values, n) once per period, and the largest exponents (values,)."""
+
+    frequency: Floats
+    x: Floats
+    exponent: Floats
+
+
+def shaken(frequency: float) -> StroboscopicMap:
+    """Return the stroboscopic map at a frequency of the forcing."""
+    forcing = Harmonic(amplitude=AMPLITUDE, frequency=frequency)
+    return stroboscopic_map(Oscillator(V=SPEED, friction=LAW, forcing=forcing))
+
+
+def exponent(frequency: float, periods: int = 1500) -> tuple[float, float]:
+    """Largest Lyapunov exponent and its error: half the difference of two stretches."""
+    f = shaken(frequency)
+    here = f.iterate([0.0, 0.0], TRANSIENT)[-1]
+    there = f.iterate(here, periods)[-1]
+    parts = [float(f.lyapunov_exponents(state, periods, transient=1)[0]) for state in (here, there)]
+    return sum(parts) / 2.0, abs(parts[0] - parts[1]) / 2.0
+
+
+@cache
+def sweep() -> Sweep:
+    """Follow one motion as the frequency grows."""
+    frequency = np.linspace(*RANGE, VALUES)
+    f = shaken(RANGE[0])
+    states = f.diagram("forcing.frequency", frequency, [0.0, 0.0], transient=TRANSIENT, n=KEPT)
+    exponents = [
+        shaken(value).lyapunov_exponents(row[-1], PERIODS, transient=1)[0]
+        for value, row in zip(frequency.tolist(), states, strict=True)
+    ]
+    return Sweep(frequency, states[..., 0], np.array(exponents))
+
+
 def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
     """Check the claims that belong to some figures, by figure."""
-    made = {1: _locked, 2: _chaotic}
-    wanted = made if figures is None else [number for number in made if number in set(figures)]
-    return tuple(claim for number in wanted for claim in made[number]())
+    return claims_by_figure({1: _locked, 2: _chaotic}, figures)
 
 
 def _locked() -> Iterator[Claim]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.plot.style import PALETTE
-from stickslip.studies.forced_belt.facts import AMPLITUDE, LAW, SPEED, Sweep, sweep
+from stickslip.studies.forced_belt.claims import AMPLITUDE, LAW, SPEED, Sweep, sweep
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from stickslip.plot.style import PALETTE, panel_letter
-from stickslip.studies.forced_belt.claims import CHAOTIC
-from stickslip.studies.forced_belt.facts import TRANSIENT, shaken
+from stickslip.studies.forced_belt.claims import CHAOTIC, TRANSIENT, shaken
 
 if TYPE_CHECKING:
     import numpy as np

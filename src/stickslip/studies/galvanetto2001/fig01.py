@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
-from stickslip.plot.mechanism import mechanism
+from stickslip.plot.breaks import mechanism
 
 if TYPE_CHECKING:
     import numpy as np

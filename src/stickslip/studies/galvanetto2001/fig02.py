@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
 from stickslip.mechanics.model import locus
-from stickslip.plot.stick_locus import stick_locus
+from stickslip.plot.locus import stick_locus
 
 if TYPE_CHECKING:
     import numpy as np

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from stickslip.analysis.branches.along.break_lines import BreakLine
+    from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
     from stickslip.analysis.diagrams.diagram import Diagram, OrbitCurve
     from stickslip.mechanics.model.two_block import TwoBlock
 
@@ -51,7 +51,7 @@ class Data:
         return self.orbits["S4"].ends[1].value
 
     @property
-    def discontinuity(self) -> tuple[BreakLine, int]:
+    def discontinuity(self) -> tuple[BreakpointLine, int]:
         """Line D that S4 meets, and the column of the point that meets it."""
         points = self.orbits["S4"].ends[1].points
         near = np.searchsorted(self.diagram.values, self.end)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from stickslip import examples
 from stickslip.mechanics.eventmap.of_model import event_map
-from stickslip.plot.event_map import Curve, draw_curve, mark_orbit, trace
+from stickslip.plot.maps import Curve, draw_curve, mark_orbit, trace
 from stickslip.plot.style import panel_letter
 from stickslip.studies.galvanetto2001.orbits import coulomb_orbits, from_point_1, jump_of_s4
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip import examples
 from stickslip.mechanics.eventmap.of_model import event_map
-from stickslip.plot.event_map import Curve, cobweb, draw_curve, mark_orbit, trace
+from stickslip.plot.maps import Curve, draw_curve, draw_steps, mark_orbit, trace
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.galvanetto2001.orbits import coulomb_orbits, from_point_1, jump_of_s4, u4
 
@@ -53,8 +53,8 @@ def draw(data: Data, figure: Figure) -> None:
     axes = figure.subplots(1, 2)
     for ax, letter, curve, window in zip(axes, "ab", data.curves, WINDOWS, strict=True):
         draw_curve(curve, ax, window=window, power=4, jumps=letter == "b")
-        cobweb(ax, data.from_left, color=PALETTE["blue"])
-        cobweb(ax, data.from_right, color=PALETTE["orange"])
+        draw_steps(ax, data.from_left, color=PALETTE["blue"])
+        draw_steps(ax, data.from_right, color=PALETTE["orange"])
         _mark(ax, data, window)
         panel_letter(ax, letter)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from stickslip import examples
 from stickslip.mechanics.eventmap.of_model import event_map
-from stickslip.plot.event_map import Curve, draw_curve, mark_orbit, trace
+from stickslip.plot.maps import Curve, draw_curve, mark_orbit, trace
 from stickslip.plot.style import panel_letter
 from stickslip.studies.galvanetto2001.orbits import WINDOW, cusp_of, fixed_points, in_window
 

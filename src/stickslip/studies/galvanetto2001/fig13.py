@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import examples
-from stickslip.analysis.maps.window import WindowMap
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.of_model import event_map
-from stickslip.plot.event_map import Curve, draw_curve, mark_orbit, trace
+from stickslip.plot.maps import Curve, draw_curve, mark_orbit, trace
 from stickslip.plot.style import panel_letter
 from stickslip.studies.galvanetto2001.orbits import WINDOW, cusp_of
 

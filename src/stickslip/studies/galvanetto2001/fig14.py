@@ -10,7 +10,7 @@ import numpy as np
 from stickslip import examples
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.mechanics.eventmap.of_model import event_map
-from stickslip.plot.event_map import Curve, draw_curve, mark_orbit, trace
+from stickslip.plot.maps import Curve, draw_curve, mark_orbit, trace
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.galvanetto2001.orbits import WINDOW, cusp_of, fixed_points, in_window
 

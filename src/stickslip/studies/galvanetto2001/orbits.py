@@ -1,7 +1,8 @@
-"""The orbits and points that the paper names, picked from complete lists."""
+"""Orbits, jumps and cusps of the paper's two systems by the names that it gives them."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
@@ -10,7 +11,7 @@ import numpy as np
 from stickslip import examples
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.branches.branches import breakpoints
-from stickslip.analysis.maps.window import WindowMap
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.of_model import event_map
 
@@ -73,3 +74,36 @@ def cusp_of(f: WindowMap) -> Breakpoint:
 def fixed_points(f: WindowMap) -> tuple[PeriodicOrbit, ...]:
     """All fixed points in a part of a map, ascending."""
     return periodic_orbits(f).orbits
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The map of the window at one alpha."""
+
+    alpha: float
+    cusp: float
+    images: NDArray[np.float64]  # f(c) .. f^4(c), c the cusp
+    p1: PeriodicOrbit
+    twice: tuple[PeriodicOrbit, ...]  # orbits of period 2
+    a: PeriodicOrbit | None  # born at the cusp, as b, or None
+    b: PeriodicOrbit | None  # of negative multiplier
+
+    @property
+    def bands(self) -> NDArray[np.float64]:
+        """Widths of the two bands between images of the cusp, and the gap between them."""
+        first, second, third, fourth = self.images
+        return np.array([fourth - second, first - third, third - fourth])
+
+
+def moment(alpha: float) -> Moment:
+    """List the orbits of the window up to period 2 and follow the cusp; alpha below the crisis."""
+    f = in_window(alpha)
+    cusp = cusp_of(f).d
+    found = periodic_orbits(f, 2)
+    (p1,) = (o for o in found.of_period(1) if o.points[0] > cusp)
+    twice = found.of_period(2)
+    # A and B have a point on either side of P1, all four between the cusp's first two images.
+    images = f.iterate(cusp, 4)[1:]
+    born = [o for o in twice if o.points[0] > images[1] and o.points[1] < images[0]]
+    a, b = (next((o for o in born if (o.multiplier > 0) is up), None) for up in (True, False))
+    return Moment(alpha, cusp, images, p1, twice, a, b)

@@ -15,7 +15,7 @@ import numpy as np
 from stickslip import examples
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
 from stickslip.analysis.bifurcations.conditions.locate import solve
-from stickslip.analysis.branches.along.borders import Border
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.studies.galvanetto2001.orbits import (
     coulomb_orbits,
@@ -128,18 +128,18 @@ def _coulomb(V: float) -> EventMap:
 
 
 def _s4_at_the_jump() -> Condition:
-    return Collision(4, Border.of(jump_of_s4(_coulomb(0.0366))), side=-1)
+    return Collision(4, TrackedDiscontinuity.of(jump_of_s4(_coulomb(0.0366))), side=-1)
 
 
 def _cusp_returns(alpha: float, period: int) -> Condition:
-    return Collision(period, Border.of(cusp_of(in_window(alpha))), side=-1)
+    return Collision(period, TrackedDiscontinuity.of(cusp_of(in_window(alpha))), side=-1)
 
 
 def _cusp_meets(alpha: float, images: int, which: int) -> Condition:
     """Make the condition that an image of the cusp is on a fixed point, counted from the left."""
     f = in_window(alpha)
     point = fixed_points(f)[which].points
-    return Connection(Border.of(cusp_of(f)), -1, images, tuple(point.tolist()))
+    return Connection(TrackedDiscontinuity.of(cusp_of(f)), -1, images, tuple(point.tolist()))
 
 
 def _p1_flips() -> Condition:

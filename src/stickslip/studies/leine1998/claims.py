@@ -1,29 +1,65 @@
-"""What is said of the oscillator, checked."""
+"""What is said of the oscillator with friction 1 / (1 + 3 |w|), computed once and checked."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Final
 
-from stickslip.studies.claim import Claim, Finding
-from stickslip.studies.leine1998.facts import MODEL, cycles, undamped
+from stickslip.mechanics.cycle.continuation import follow_cycle
+from stickslip.mechanics.cycle.equilibria import equilibria
+from stickslip.mechanics.cycle.search import find_cycle
+from stickslip.mechanics.friction.popp_stelter import PoppStelter
+from stickslip.mechanics.model.chain import Oscillator
+from stickslip.studies.claim import Claim, Finding, claims_by_figure
 from stickslip.studies.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from stickslip.analysis.continuation.curve import Curve, CurveEvent
+    from stickslip.mechanics.cycle.cycle import Cycle
+
+MODEL: Final = Oscillator(V=0.2, friction=PoppStelter(gamma=3.0))
+DAMPING: Final = (0.0, 1.5)
 NOT_READ: Final = "source not read; the oscillator and its parameters as commonly quoted"
 PERIOD: Final = "12.00103129483057864690479954"
 """By Taylor series with 45 digits; `tests/studies/test_leine1998.py` repeats it with 30."""
-
 HOPF: Final = 3.0 / (1.0 + 3.0 * 0.2) ** 2
 CLOSE: Final = 1e-13
 
 
+@dataclass(frozen=True)
+class Cycles:
+    """The branch of cycles over the damping, and the damping at which steady sliding changes."""
+
+    branch: Curve
+    sliding: float  # from the eigenvalues of steady sliding alone
+
+    def bifurcation(self, kind: str) -> CurveEvent:
+        """Return the one of a kind on the branch."""
+        (found,) = (item for item in self.branch.bifurcations if item.kind == kind)
+        return found
+
+
+@cache
+def undamped() -> Cycle:
+    """Find the stick-slip cycle without damping."""
+    return find_cycle(MODEL, [1.0], [MODEL.V])
+
+
+@cache
+def cycles() -> Cycles:
+    """Follow the stick-slip cycle along the damping, through its fold, down to steady sliding."""
+    branch = follow_cycle(undamped(), "damping", DAMPING)
+    # Steady sliding is neutral where damping cancels the slope of the law, -F'(V).
+    (sliding,) = equilibria(MODEL)
+    return Cycles(branch, 2.0 * float(sliding.eigenvalues[0].real))
+
+
 def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
     """Check the claims that belong to some figures, by figure."""
-    made = {1: _cycle, 2: _branch}
-    wanted = made if figures is None else [number for number in made if number in set(figures)]
-    return tuple(claim for number in wanted for claim in made[number]())
+    return claims_by_figure({1: _cycle, 2: _branch}, figures)
 
 
 def _cycle() -> Iterator[Claim]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.plot.style import PALETTE
-from stickslip.studies.leine1998.facts import MODEL, undamped
+from stickslip.studies.leine1998.claims import MODEL, undamped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

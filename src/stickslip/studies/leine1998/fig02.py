@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.plot.style import PALETTE
-from stickslip.studies.leine1998.facts import DAMPING, MODEL, Cycles, cycles
+from stickslip.studies.leine1998.claims import DAMPING, MODEL, Cycles, cycles
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

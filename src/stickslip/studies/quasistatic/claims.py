@@ -1,26 +1,104 @@
-"""What is said of symmetric and asymmetric pairs of blocks, checked."""
+"""What is said of symmetric and asymmetric quasi-static pairs of blocks, computed and checked."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.studies.claim import Claim, Finding
-from stickslip.studies.quasistatic.facts import AWAY, CHAOTIC, MU, limit, plane
+from stickslip import examples
+from stickslip.analysis.branches.branches import breakpoints
+from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.eventmap.quasistatic_map import quasistatic_map
+from stickslip.mechanics.friction.coulomb import Coulomb
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.studies.claim import Claim, Finding, claims_by_figure
 from stickslip.studies.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+MU: Final = 0.8  # kinetic over static friction; of no consequence, see docs/theory/quasistatic.md
+SPEEDS: Final = 4e-5 * np.array([1.0, 0.75, 0.5, 0.25])
+AWAY: Final = 1e-3  # from a breakpoint: closer, the limit is not uniform
+STARTS: Final = 4
+TRANSIENT: Final = 200
+STEPS: Final = 300
+CHAOTIC: Final = 0.02  # smallest exponent that counts as positive
+CELLS: Final = 61
 AGREES: Final = 1e-10  # exact and extrapolated limit
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Values at V -> 0: exact, and extrapolated from slowly moving belts; all of shape (n,)."""
+
+    d: Floats
+    exact: Floats
+    extrapolated: Floats
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Exponents (starts, beta, alpha) over a plane of parameters."""
+
+    alpha: Floats
+    beta: Floats
+    exponents: Floats
+
+    @property
+    def chaotic(self) -> NDArray[np.bool_]:
+        """Where some motion is chaotic, shape (beta, alpha)."""
+        return np.any(self.exponents > CHAOTIC, axis=0)
+
+    @property
+    def both(self) -> NDArray[np.bool_]:
+        """Where the start decides between chaos and a periodic motion."""
+        periodic = (self.exponents < -CHAOTIC).any(axis=0)
+        return np.logical_and(self.chaotic, periodic)
+
+
+@cache
+def limit() -> Limit:
+    """Compare the limit with the paper's Coulomb system on slow belts, away from breakpoints."""
+    model = examples.coulomb()
+    f = quasistatic_map(model)
+    d = np.linspace(*f.domain, 203)
+    ends = np.array([item.d for item in breakpoints(f)])
+    d = d[np.abs(d[:, None] - ends).min(axis=1) > AWAY]
+    rows = np.array([event_map(model.replace(V=float(V)))(d) for V in SPEEDS])
+    weights = [np.prod([V / (V - U) for V in np.delete(SPEEDS, k)]) for k, U in enumerate(SPEEDS)]
+    return Limit(d, f(d), np.array(weights) @ rows)
+
+
+def exponents(alpha: float, beta: float) -> Floats:
+    """Lyapunov exponents (starts,) of motions from different phases, in units of one event."""
+    f = quasistatic_map(TwoBlock(alpha, beta, 1.0, Coulomb(MU)), threads=1)
+    starts = np.linspace(*f.domain, STARTS + 2)[1:-1] * 0.987  # at no special place
+    last = f.iterate(starts, TRANSIENT)[:, -1]
+    orbits = f.iterate(last, STEPS)[:, :-1]
+    with np.errstate(divide="ignore"):  # -inf: the motion is forgotten altogether
+        found: Floats = np.log(np.abs(f.derivative(orbits))).mean(axis=1)
+    return found
+
+
+@cache
+def plane() -> Plane:
+    """Exponents over (alpha, beta), the symmetric systems beta = 1 included."""
+    alpha, beta = np.linspace(0.05, 4.05, CELLS), np.linspace(1.0, 2.5, CELLS)
+    found = np.array([[exponents(a, b) for a in alpha.tolist()] for b in beta.tolist()])
+    return Plane(alpha, beta, np.moveaxis(found, -1, 0))
 
 
 def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
     """Check the claims that belong to some figures, by figure."""
-    made = {1: _limit, 2: _plane}
-    wanted = made if figures is None else [number for number in made if number in set(figures)]
-    return tuple(claim for number in wanted for claim in made[number]())
+    return claims_by_figure({1: _limit, 2: _plane}, figures)
 
 
 def _limit() -> Iterator[Claim]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from stickslip import examples
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.eventmap.quasistatic_map import quasistatic_map
-from stickslip.plot.event_map import Curve, draw_curve, trace
+from stickslip.plot.maps import Curve, draw_curve, trace
 from stickslip.plot.style import PALETTE
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 
 from stickslip.plot.style import PALETTE
-from stickslip.studies.quasistatic.facts import CHAOTIC, MU, Plane, plane
+from stickslip.studies.quasistatic.claims import CHAOTIC, MU, Plane, plane
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

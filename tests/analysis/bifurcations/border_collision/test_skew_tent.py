@@ -9,7 +9,10 @@ from hypothesis import strategies as st
 
 from stickslip.analysis import examples
 from stickslip.analysis.attractors.attractors import attractors
-from stickslip.analysis.bifurcations.border_collision.outcomes import observed, predicted_at_corner
+from stickslip.analysis.bifurcations.border_collision.classification import (
+    observed,
+    predicted_at_corner,
+)
 from stickslip.analysis.bifurcations.border_collision.skew_tent import (
     attractor_of_skew_tent,
     doubled_side,

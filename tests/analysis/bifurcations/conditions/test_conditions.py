@@ -8,7 +8,11 @@ import pytest
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
 from stickslip.analysis.bifurcations.conditions.locate import Readings, solve, solve_near
-from stickslip.analysis.branches.along.borders import Border, ConditionLost, TurningPoint
+from stickslip.analysis.branches.along.tracked import (
+    ConditionLost,
+    TrackedDiscontinuity,
+    TurningPoint,
+)
 from stickslip.analysis.branches.branches import breakpoints
 from stickslip.analysis.examples import border_collision, logistic, square_root, tent
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
@@ -33,7 +37,7 @@ def wide_logistic(r=4.0):
 
 def the_break(f):
     (b,) = breakpoints(f)
-    return Border.of(b)
+    return TrackedDiscontinuity.of(b)
 
 
 def assert_located(found, exact, tolerance=SHARP):
@@ -168,7 +172,7 @@ def test_change_of_sign_without_a_zero_is_not_called_located():
         return np.where(x < 0.5, 0.2 + a, np.where(x < 0.7, 0.1, 0.9))
 
     f = PiecewiseMap(steps, (0, 1), parameters={"a": 0.45}, breakpoints=[0.5, 0.7])
-    border = Border.of(breakpoints(f)[0])
+    border = TrackedDiscontinuity.of(breakpoints(f)[0])
     found = solve(Collision(2, border, -1), along(f, "a"), 0.4, 0.6)
     assert found.quality == "failed"
     assert found.value == pytest.approx(0.5)

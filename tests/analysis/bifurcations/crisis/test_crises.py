@@ -6,11 +6,11 @@ from scipy.optimize import brentq
 
 import stickslip as ss
 from stickslip import examples
+from stickslip.analysis.bifurcations.crisis.comparison import parameter_point
 from stickslip.analysis.bifurcations.crisis.crises import crises
-from stickslip.analysis.bifurcations.crisis.parameter_point import parameter_point
 from stickslip.analysis.examples import logistic, tent
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
-from stickslip.analysis.maps.window import WindowMap
 from stickslip.mechanics.eventmap.event_map import EventMap
 
 LOCATED = 1e-10  # what a located value is good for at least; most are at rounding

@@ -5,9 +5,9 @@ import pytest
 
 from stickslip.analysis.bifurcations.conditions.conditions import Connection
 from stickslip.analysis.bifurcations.crisis.memo import RememberingMap
-from stickslip.analysis.branches.along.borders import TurningPoint
+from stickslip.analysis.branches.along.tracked import TurningPoint
 from stickslip.analysis.examples import logistic
-from stickslip.analysis.maps.window import WindowMap
+from stickslip.analysis.maps.derived import WindowMap
 
 
 class Counting:

@@ -9,7 +9,7 @@ import pytest
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
 from stickslip.analysis.bifurcations.curves.curves import follow_bifurcation
-from stickslip.analysis.branches.along.borders import Border, TurningPoint
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity, TurningPoint
 from stickslip.analysis.branches.branches import breakpoints
 from stickslip.analysis.examples import border_collision, logistic
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
@@ -142,7 +142,7 @@ def normal_form(**changes):
 
 def border_of(f):
     (b,) = breakpoints(f)
-    return Border.of(b)
+    return TrackedDiscontinuity.of(b)
 
 
 def test_multipliers_at_a_border_pass_one_minus_one_and_zero():
@@ -196,7 +196,7 @@ def two_breaks(a=0.0, c=0.0):
 def test_border_collision_whose_orbit_meets_another_jump():
     # 0- -> a + 0.8 -> a + c = 0, as long as a + 0.8 < 1.
     f = two_breaks()
-    border = Border.of(breakpoints(f)[0])
+    border = TrackedDiscontinuity.of(breakpoints(f)[0])
     curve = follow(
         f, Collision(2, border, -1), "c", 0.0, along="a", range=(-0.5, 0.5), solve_for="c"
     )

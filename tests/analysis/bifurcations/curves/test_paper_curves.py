@@ -15,9 +15,9 @@ from stickslip.analysis.bifurcations.conditions.conditions import Collision, Con
 from stickslip.analysis.bifurcations.conditions.locate import solve
 from stickslip.analysis.bifurcations.curves.breakpoint_curves import follow_breakpoint
 from stickslip.analysis.bifurcations.curves.curves import follow_bifurcation
-from stickslip.analysis.branches.along.borders import Border
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.branches.branches import breakpoints
-from stickslip.analysis.maps.window import WindowMap
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.mechanics.eventmap.event_map import EventMap
 
 SAME = 1e-12  # of parameters, between the two routes
@@ -37,7 +37,7 @@ def coulomb():
 def grazing(coulomb):
     """The orbit of period 4 on the jump at which block 2 grazes."""
     (b,) = [b for b in breakpoints(coulomb) if abs(b.d - 0.279) < 1e-3]
-    return Collision(4, Border.of(b), -1)
+    return Collision(4, TrackedDiscontinuity.of(b), -1)
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def law9():
 @pytest.fixture(scope="module")
 def corner(law9):
     (b,) = breakpoints(WindowMap(law9, WINDOW)).of_kind("corner")
-    return Border.of(b)
+    return TrackedDiscontinuity.of(b)
 
 
 def follow(f, condition, parameter, value, *, along, range, solve_for):

@@ -5,14 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.analysis.bifurcations.scan.near_misses import Sighting, hidden_values
+from stickslip.analysis.bifurcations.scan.near_misses import NearZero, hidden_values
 from stickslip.analysis.branches.mesh import Nodes, _sign_is_sure
 
 WIDTH = 1.0  # of a domain
 
 
 def hidden(values, distances):
-    return hidden_values(values, [[Sighting("a fold", 0.3, y)] for y in distances], WIDTH)
+    return hidden_values(values, [[NearZero("a fold", 0.3, y)] for y in distances], WIDTH)
 
 
 @given(

@@ -9,7 +9,7 @@ import pytest
 import stickslip as ss
 from stickslip.analysis import examples
 from stickslip.analysis.bifurcations.explain import concerned_orbits
-from stickslip.analysis.bifurcations.scan.nodes import Family, Words
+from stickslip.analysis.bifurcations.scan.nodes import Family, SymbolClasses
 from stickslip.analysis.bifurcations.scan.survey import Survey
 
 MU = (-0.3, 0.3)
@@ -166,7 +166,7 @@ def test_labels_joined_in_a_ring_by_harmless_breakpoints():
         breaks = [SimpleNamespace(left_label=a, right_label=b, kind=kind) for a, b in pairs]
         return SimpleNamespace(breakpoints=breaks)
 
-    words = Words()
+    words = SymbolClasses()
     words.learn(table((1, 2), (2, 3), (3, 1)))
     words.learn(table((3, 4), kind="corner"))
     labels = np.array([3, 2, 1, 4], dtype=np.uint64)

@@ -1,13 +1,11 @@
 """Where a jump throws orbits, and how they come back to the orbit that met it.
 
-An orbit of period p meets a jump c from one side, with a multiplier a of g = f^p on that side.
-What follows is not in the slopes of g on both sides alone: the far side may throw orbits out of
-the neighbourhood where such slopes mean anything, and the map may bring them back. So the far
-image of the jump is followed, at the collision, through the map itself. If it returns to the
-near side and there converges to the border, the way back has a length, an offset r, and in the
-coordinate u in which g is exactly linear beside c (Koenigs) the way is u -> -H + b u. Past the
-collision by mu, g is u -> a u + mu: together the normal form of a jump, with the true height H
-and slope b instead of the local ones.
+An orbit of period p meets a jump c from one side, with a multiplier a of g = f^p there. The far
+side may throw orbits out of the neighbourhood where slopes mean anything, so the far image of the
+jump is followed through the map itself. If it converges to the border on the near side, the way
+back has an offset r, and in the coordinate u in which g is exactly linear beside c (Koenigs) is
+u -> -H + b u. Past the collision by mu, g is u -> a u + mu: together the normal form of a jump,
+with the true height H and slope b instead of the local ones.
 """
 
 from __future__ import annotations
@@ -64,9 +62,9 @@ class OneSided(Protocol):
 class FarImage:
     """What becomes of the far side's image of a jump, at a collision of an orbit with it.
 
-    Displacements u from the jump are positive on the far side. The fate is ``returns``: converges
-    to the border from the near side; ``settles``: on another cycle; ``leaves``: the domain, or into
-    a gap; ``wanders``: none of these.
+    Displacements u from the jump are positive on the far side. The image ``returns``, converging to
+    the border from the near side, ``settles`` on another cycle, ``leaves`` the domain, or
+    ``wanders``.
     """
 
     period: int  # p, of the orbit that meets the jump

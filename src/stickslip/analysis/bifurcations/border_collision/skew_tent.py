@@ -1,13 +1,8 @@
 """The attractor of the normal form of a corner: a x + mu left of 0, b x + mu right of it.
 
-For mu < 0 the reflection x -> -x gives the same map with the slopes exchanged and mu > 0, and
-a change of scale makes mu = 1; so one question remains: what attracts at mu = 1, given (a, b)?
-Nothing, a cycle or bands of chaos; never two of them. The answer is exact, and follows from one
-renormalisation. With slopes a > 0 and b < -1 let c_k be the k-th image of the corner, and n the
-last number with c_2, ..., c_n all negative. Beside 0, the n-th power of the map is again a map
-of this kind, with slopes A = a^(n-1) b left and B = a^(n-2) b^2 right of the corner, and
-height c_n < 0. Reflected, these are the slopes (B, A). If it carries an interval around 0 into
-itself, the attractor is n copies of its attractor; else it fills one band.
+Nothing, a cycle or bands of chaos; never two of them. The answer is exact, by a renormalisation
+(docs/theory/bifurcations.md): with c_2, ..., c_n the negative images of the corner, the n-th power
+is a map of this kind with slopes A = a^(n-1) b and B = a^(n-2) b^2. For mu < 0 reflect.
 
 Sources: Nusse and Yorke, Physica D 57, 39 (1992) and Int. J. Bifurcation Chaos 5, 189 (1995);
 Maistrenko, Maistrenko and Chua, Int. J. Bifurcation Chaos 3, 1557 (1993); Banerjee, Karthik,

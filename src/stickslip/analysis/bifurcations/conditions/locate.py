@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading

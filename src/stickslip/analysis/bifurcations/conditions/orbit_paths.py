@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
-from stickslip.analysis.orbits.shooting import polish
+from stickslip.analysis.orbits.newton import polish
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.branches.along.borders import BorderReading
+    from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
 EPS: Final = float(np.finfo(np.float64).eps)
@@ -44,7 +44,7 @@ class Path:
         """Of the power of the map, NaN if an image is missing."""
         return math.prod(self.slopes) if self.complete else math.nan
 
-    def end_reason(self, border: BorderReading) -> str:
+    def end_reason(self, border: CriticalReading) -> str:
         """Say where the images of a critical point end."""
         n = len(self.points) - 1
         if n == 0:
@@ -53,7 +53,7 @@ class Path:
         return f"{what}, has left the domain or lies in a gap"
 
 
-def path_from(f: Map1D, critical: BorderReading, side: int, n: int) -> Path:
+def path_from(f: Map1D, critical: CriticalReading, side: int, n: int) -> Path:
     """Apply a map ``n`` times to one side of a critical point."""
     value = critical.value(side)
     if not math.isfinite(value):

@@ -1,14 +1,13 @@
 """Crises and mergings of bands: where chaotic attractors end, jump in size or join their bands.
 
-The edges of a chaotic attractor are early images of breaks and turning points. A crisis is the
-parameter value where such an image meets an unstable orbit beside the attractor: on the boundary
-of its basin the attractor is lost, elsewhere it suddenly grows, and where the orbit lies between
-two of its bands they merge (Grebogi, Ott and Yorke, Physica D 7, 181, 1983).
+The edges of a chaotic attractor are early images of breaks and turning points. At a crisis such
+an image meets an unstable orbit beside the attractor, a homoclinic or heteroclinic connection: on
+the boundary of the basin the attractor is lost, elsewhere it suddenly grows, and where the orbit
+lies between two of its bands they merge (Grebogi, Ott and Yorke, Physica D 7, 181, 1983).
 
-The search starts from the attractors on a grid of parameter values. Where a chaotic one is not the
-same at the next value, the unstable orbits beside its edges are looked up, and for each edge and
-orbit the condition ``image = orbit`` is solved between the two values. A zero counts if the
-attractors on both its sides confirm the change. If there is none, the interval is halved.
+Where a chaotic attractor is not the same at two values of a grid, ``image = orbit`` is solved for
+each edge and each unstable orbit beside it. A zero counts if the attractors on both its sides
+confirm the change. If there is none, the interval is halved.
 """
 
 from __future__ import annotations
@@ -23,18 +22,19 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.conditions import Connection
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
-from stickslip.analysis.bifurcations.crisis.attractor_changes import (
+from stickslip.analysis.bifurcations.crisis.comparison import (
     KINDS,
     Change,
     CrisisKind,
+    ParameterPoint,
     changes,
     kind_of_change,
+    parameter_point,
     partner_of,
 )
 from stickslip.analysis.bifurcations.crisis.memo import RememberingMap
-from stickslip.analysis.bifurcations.crisis.parameter_point import ParameterPoint, parameter_point
 from stickslip.analysis.bifurcations.crisis.unstable_neighbours import Meeting, edges_of, meetings
-from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.threads import in_threads
 
@@ -216,7 +216,8 @@ class _Search:
         """Look at the attractors on both sides, further away if something hides them."""
         last = None
         for nudge in NUDGES:
-            below, above = self._sides(located, nudge * beside)
+            aside = max(nudge * beside, CLEAR * located.error)
+            below, above = self._look(located.value - aside), self._look(located.value + aside)
             near, far = (below, above) if upwards else (above, below)
             kind = kind_of_change(attractor, near, far)
             if kind in KINDS:
@@ -266,12 +267,6 @@ class _Search:
         # Both sides are looked at beyond the error: they must lie in the family.
         clear = CLEAR * located.error < ends[1] - ends[0]
         return located if clear and located.quality != "failed" else None
-
-    def _sides(self, located: Located, beside: float) -> tuple[ParameterPoint, ParameterPoint]:
-        beside = max(beside, CLEAR * located.error)
-        below = self._look(located.value - beside)
-        above = self._look(located.value + beside)
-        return below, above
 
     def _meetings(self, attractor: Attractor, point: ParameterPoint) -> Iterator[Meeting]:
         """Yield edges of an attractor with unstable orbits beside them, the closest first."""

@@ -9,17 +9,16 @@ import numpy as np
 
 from stickslip.analysis.attractors.recurrence import confirmed
 from stickslip.analysis.bifurcations.conditions.conditions import Connection
-from stickslip.analysis.branches.along.borders import Border, TurningPoint
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity, TurningPoint
 from stickslip.analysis.maps.protocol import domain_width
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from stickslip.analysis.attractors.attractor import Attractor
-    from stickslip.analysis.branches.along.borders import Critical
+    from stickslip.analysis.branches.along.tracked import Critical
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.interpolation.interpolated import InterpolatedMap
-    from stickslip.analysis.maps.protocol import Floats
 
 SAMPLES: Final = 128  # points on either half of a gap, closer and closer towards its ends
 NEAREST: Final = 1e-7  # of the gap: the first point's distance from an end
@@ -61,7 +60,7 @@ def edges_of(attractor: Attractor, table: BranchTable) -> list[Edge]:
 def _critical(table: BranchTable, x: float) -> Critical | None:
     for breakpoint_ in table.breakpoints:
         if breakpoint_.d == x and breakpoint_.kind != "smooth":
-            return Border.of(breakpoint_)
+            return TrackedDiscontinuity.of(breakpoint_)
     return TurningPoint(x) if x in table.turning_points else None
 
 
@@ -117,7 +116,8 @@ def _places(
         images = fast.iterate(edge.x, max(periods))
         near = [p for p in periods if abs(images[p] - edge.x) <= same]
         return [_Place(edge, (edge.x, edge.x), p, 0.0) for p in near]
-    x = _graded(lo, hi)
+    share = 0.5 * np.geomspace(NEAREST, 1.0, SAMPLES)
+    x = np.concatenate([lo + (hi - lo) * share, hi - (hi - lo) * share[-2::-1]])
     images = fast.iterate(x, max(periods))
     places = []
     for period in periods:
@@ -140,11 +140,6 @@ def _polished(fast: InterpolatedMap, place: _Place, same: float) -> tuple[float,
     lo, hi = place.edge.gap
     points: list[float] = cycle.points.tolist()
     return tuple(points) if lo - same <= points[0] <= hi + same else None
-
-
-def _graded(lo: float, hi: float) -> Floats:
-    share = 0.5 * np.geomspace(NEAREST, 1.0, SAMPLES)
-    return np.concatenate([lo + (hi - lo) * share, hi - (hi - lo) * share[-2::-1]])
 
 
 def _halved(fast: InterpolatedMap, a: float, b: float, period: int) -> float:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
-from stickslip.analysis.branches.along.borders import Border, ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem
 from stickslip.analysis.maps.arguments import checked_parameter
@@ -16,7 +16,7 @@ from stickslip.analysis.maps.protocol import domain_width
 from stickslip.checks import checked_interval
 
 if TYPE_CHECKING:
-    from stickslip.analysis.branches.along.borders import BorderReading
+    from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.maps.protocol import MapFamily
 
 FIRST: Final = 1 / 64  # of the range: the first step
@@ -30,22 +30,22 @@ JUMPED: Final = 0.1  # of a step's own way, likewise: no break bends so much in 
 
 @dataclass(frozen=True, eq=False)
 class BreakpointProblem(Problem):
-    """A breakpoint, known at each row by its border."""
+    """A breakpoint, known at each row by its labels."""
 
     system: MapFamily | None
-    borders: tuple[Border, ...]
+    discontinuities: tuple[TrackedDiscontinuity, ...]
     picture: ClassVar = "bifurcations.draw_breakpoint_curve"
 
     def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> Breakpoint:
         """Find the breakpoint from the nearest row."""
         assert self.system is not None
         f = self.system.replace(**{name: value})
-        nearest = self.borders[int(np.argmin(np.abs(curve.values - value)))]
+        nearest = self.discontinuities[int(np.argmin(np.abs(curve.values - value)))]
         try:
             found = nearest.at(f)
         except ConditionLost as lost:
             raise ValueError(f"{name} = {value:.12g}: {lost}.") from lost
-        assert isinstance(found.critical, Border)
+        assert isinstance(found.critical, TrackedDiscontinuity)
         return Breakpoint(
             d=found.x,
             left=found.left,
@@ -65,11 +65,14 @@ class BreakpointProblem(Problem):
 
 
 def follow_breakpoint(
-    point: Breakpoint | Border, system: MapFamily, name: str, range: tuple[float, float]
+    point: Breakpoint | TrackedDiscontinuity,
+    system: MapFamily,
+    name: str,
+    range: tuple[float, float],
 ) -> Curve:
     """Follow a breakpoint of a map along one parameter; see `stickslip.follow`."""
     low, high, start = _checked(system, name, range)
-    border = point if isinstance(point, Border) else Border.of(point)
+    border = point if isinstance(point, TrackedDiscontinuity) else TrackedDiscontinuity.of(point)
     try:
         here = border.at(system)
     except ConditionLost as lost:
@@ -99,7 +102,8 @@ def follow_breakpoint(
             "kind": tuple(r.kind for r in readings),
         },
         problem=BreakpointProblem(
-            system, tuple(r.critical for r in readings if isinstance(r.critical, Border))
+            system,
+            tuple(r.critical for r in readings if isinstance(r.critical, TrackedDiscontinuity)),
         ),
     )
 
@@ -125,8 +129,8 @@ class _Walk:
         self.system, self.name, self.width = system, name, width
 
     def go(
-        self, start: float, here: BorderReading, end: float
-    ) -> tuple[list[tuple[float, BorderReading]], str]:
+        self, start: float, here: CriticalReading, end: float
+    ) -> tuple[list[tuple[float, CriticalReading]], str]:
         """Return values and readings up to an end, without the start, and why they stop."""
         rows = [(start, here)]
         step = FIRST * self.width
@@ -151,15 +155,15 @@ class _Walk:
                 step = min(2 * step, LARGEST * self.width)
         return rows[1:], "end of range"
 
-    def _read(self, last: BorderReading, value: float) -> BorderReading:
+    def _read(self, last: CriticalReading, value: float) -> CriticalReading:
         try:
             f = self.system.replace(**{self.name: value})
         except ValueError as reason:
             raise ConditionLost(str(reason)) from reason
         found = last.critical.at(f)
         old, new = last.critical, found.critical
-        assert isinstance(old, Border)
-        assert isinstance(new, Border)
+        assert isinstance(old, TrackedDiscontinuity)
+        assert isinstance(new, TrackedDiscontinuity)
         relabelled = (old.left_label, old.right_label) != (new.left_label, new.right_label)
         steps = np.abs([found.left - last.left, found.right - last.right])
         # Where a branch is continued by another one smoothly, only the label changes.
@@ -168,7 +172,7 @@ class _Walk:
         return found
 
     def _miss(
-        self, rows: list[tuple[float, BorderReading]], new: float, reading: BorderReading
+        self, rows: list[tuple[float, CriticalReading]], new: float, reading: CriticalReading
     ) -> tuple[float, float]:
         """Return how far a breakpoint is from where a line foretold it, and how far it may be."""
         (value, last) = rows[-1]

@@ -26,13 +26,13 @@ from stickslip.analysis.bifurcations.curves.curve_steps import (
     moved,
     replaced_sides,
 )
-from stickslip.analysis.branches.along.borders import Border, ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.numerics.continuation import LeavesRegion
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Reading
     from stickslip.analysis.bifurcations.curves.plane_equations import FoldEquations, PlaneEquations
-    from stickslip.analysis.branches.along.borders import BorderReading
+    from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.numerics.continuation import CurvePoint
 
@@ -71,17 +71,17 @@ def _other_break(
     equations: Equations, last: CurvePoint, beyond: Reading, side: str
 ) -> tuple[Event, str]:
     """Tell of a break that meets the border, or splits off: the branch between them ends there."""
-    border: BorderReading = last.note.critical
+    border: CriticalReading = last.note.critical
     old, new = border.critical, beyond.critical.critical if beyond.critical else None
-    assert isinstance(old, Border)
-    assert isinstance(new, Border)
+    assert isinstance(old, TrackedDiscontinuity)
+    assert isinstance(new, TrackedDiscontinuity)
     where = f"the {border.kind} at {border.x:.12g}"
     if side == "left":
-        met = Border(new.left_label, old.left_label, border.x, "jump")
-        split = Border(old.left_label, new.left_label, border.x, "jump")
+        met = TrackedDiscontinuity(new.left_label, old.left_label, border.x, "jump")
+        split = TrackedDiscontinuity(old.left_label, new.left_label, border.x, "jump")
     else:
-        met = Border(old.right_label, new.right_label, border.x, "jump")
-        split = Border(new.right_label, old.right_label, border.x, "jump")
+        met = TrackedDiscontinuity(old.right_label, new.right_label, border.x, "jump")
+        split = TrackedDiscontinuity(new.right_label, old.right_label, border.x, "jump")
     node = _extrapolated(equations, last, lambda node: _gap(equations, met, node), LOOK_BACK)
     what = f"another break meets {where}: the branch on its {side} ends there"
     if node is None:
@@ -91,11 +91,11 @@ def _other_break(
     return Event("end of border", what, node or last, True), what
 
 
-def _gap(equations: Equations, other: Border, node: CurvePoint) -> float:
+def _gap(equations: Equations, other: TrackedDiscontinuity, node: CurvePoint) -> float:
     """Measure from the border of a reading to another one, which has to have its own labels."""
     found = other.at(map_at(equations, node))
     critical = found.critical
-    assert isinstance(critical, Border)
+    assert isinstance(critical, TrackedDiscontinuity)
     labels = (critical.left_label, critical.right_label)
     if labels != (other.left_label, other.right_label):
         raise ConditionLost("not the break that was meant")

@@ -16,13 +16,13 @@ import numpy as np
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
 from stickslip.analysis.bifurcations.curves.curve_steps import changed_labels, closest_to_end
 from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
-from stickslip.analysis.branches.along.borders import Border, ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.numerics.continuation import LeavesRegion, StepTooLong
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
     from stickslip.analysis.bifurcations.curves.plane_equations import FoldEquations, PlaneEquations
-    from stickslip.analysis.branches.along.borders import BorderReading
+    from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.numerics.continuation import ArclengthCurve, CurvePoint
 
@@ -108,7 +108,7 @@ def _quantities(condition: Condition, equations: Equations) -> Iterator[_Quantit
 
 
 def _collision_quantities(condition: Collision) -> Iterator[_Quantity]:
-    if not isinstance(condition.border, Border):
+    if not isinstance(condition.border, TrackedDiscontinuity):
         return
     continuous = condition.border.kind in ("corner", "smooth")
     for index, side in enumerate((-1, 1)):
@@ -134,12 +134,12 @@ def _less(index: int, at: int) -> Callable[[CurvePoint], float]:
 
 
 def _bend(node: CurvePoint) -> float:
-    border: BorderReading = node.note.critical
+    border: CriticalReading = node.note.critical
     return border.right_slope - border.left_slope
 
 
 def _jump(node: CurvePoint) -> float:
-    border: BorderReading = node.note.critical
+    border: CriticalReading = node.note.critical
     return border.right - border.left
 
 
@@ -194,20 +194,22 @@ def _crossing(
 
 def break_beside(
     equations: Equations, node: CurvePoint, i: int, labels: tuple[int, int]
-) -> Border | None:
+) -> TrackedDiscontinuity | None:
     """Find the break between two labels close to point i of an orbit, None if there is none."""
     f, x = map_at(equations, node), float(node.note.visited[i])
     for left, right in (labels, labels[::-1]):
         try:
-            found = Border(left, right, x, "jump").at(f).critical
+            found = TrackedDiscontinuity(left, right, x, "jump").at(f).critical
         except ConditionLost:
             continue
-        if isinstance(found, Border) and {found.left_label, found.right_label} == set(labels):
+        if isinstance(found, TrackedDiscontinuity) and {found.left_label, found.right_label} == set(
+            labels
+        ):
             return found
     return None
 
 
-def meeting(node: CurvePoint, i: int, met: BorderReading | None) -> Event:
+def meeting(node: CurvePoint, i: int, met: CriticalReading | None) -> Event:
     """Describe how point i of an orbit meets a break."""
     reading: Reading = node.note
     x = reading.visited[i]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
-from stickslip.analysis.branches.along.borders import Border, ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.maps.protocol import domain_width
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def replaced_sides(a: Reading, b: Reading) -> list[str]:
     if a.critical is None or b.critical is None:
         return []
     old, new = a.critical.critical, b.critical.critical
-    if not (isinstance(old, Border) and isinstance(new, Border)):
+    if not (isinstance(old, TrackedDiscontinuity) and isinstance(new, TrackedDiscontinuity)):
         return []
     same = {
         "left": old.left_label == new.left_label,

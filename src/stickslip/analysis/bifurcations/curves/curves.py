@@ -25,7 +25,7 @@ from stickslip.analysis.bifurcations.curves.plane_equations import (
     Plane,
     PlaneEquations,
 )
-from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem
 from stickslip.analysis.maps.arguments import checked_parameter
 from stickslip.analysis.maps.protocol import domain_width

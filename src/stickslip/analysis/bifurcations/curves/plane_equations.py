@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.conditions import Fold, Reading
 from stickslip.analysis.bifurcations.conditions.orbit_paths import bend, path_of, rounding
-from stickslip.analysis.branches.along.borders import ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.numerics.continuation import LeavesRegion
 

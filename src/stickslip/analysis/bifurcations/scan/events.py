@@ -12,11 +12,11 @@ from stickslip.analysis.bifurcations.conditions.conditions import Collision, Cro
 from stickslip.analysis.bifurcations.conditions.locate import solve, solve_near
 from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
 from stickslip.analysis.bifurcations.normal_forms import CrossingCoefficients, crossing_coefficients
-from stickslip.analysis.branches.along.borders import Border, ConditionLost
+from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.branches.table import RESOLUTION, branch_table
+from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.analysis.maps.window import WindowMap
-from stickslip.analysis.orbits.cyclic import turned
+from stickslip.analysis.orbits.newton import turned
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -189,11 +189,7 @@ def _kind(found: Located, family: Family) -> EventKind:
 
 
 def coefficients_at(found: Located, family: Family) -> CrossingCoefficients:
-    """Return the normal form of two curves of orbits that cross.
-
-    Along the points that are stationary in the parameter the slope of f^p changes by (g_xq^2 - g_xx
-    g_qq) / g_xq, which is the slope of the test function.
-    """
+    """Return the normal form of crossing curves: the test's slope is discriminant / g_xq."""
     reading = found.reading
     f = family.whole(found.value)
     return crossing_coefficients(f, reading.points, reading.mixed, found.slope * reading.mixed)
@@ -303,7 +299,7 @@ def _collisions(way: Way, family: Family) -> Iterator[Suspect]:
             continue
         side = -1 if x < border.d else 1
         reach = 2 * abs(end.step)
-        condition = Collision(len(end.points), Border.of(border), side)
+        condition = Collision(len(end.points), TrackedDiscontinuity.of(border), side)
         yield Suspect(condition, end.q + end.step, reach)
 
 

@@ -1,10 +1,9 @@
 """Where pairs of events may hide between two lists of orbits that agree.
 
-An orbit that is born and lost between two values of the parameter shows in neither list. But the
-functions whose zeros those events are come close to zero: the distance f^p(c) - c of an image of
-a break from the break, and the distance f^p(x) - x of an extremum from the diagonal. Three
-successive values of such a function make a parabola; where that reaches zero, or all but does, a
-list in between is worth while. This is a second look, independent of the lists.
+An orbit that is born and lost between two values shows in neither list. But the functions whose
+zeros those events are come close to zero: the distance f^p(c) - c of an image of a break from the
+break, and f^p(x) - x of an extremum. Where the parabola through three successive values reaches
+zero, or all but does, a list in between is worth while: a second look, independent of the lists.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stickslip.analysis.bifurcations.scan.nodes import Node, Words
+    from stickslip.analysis.bifurcations.scan.nodes import Node, SymbolClasses
 
 POINTS: Final = 2000  # of the domain, where f^p is looked at for extrema beside the diagonal
 NEAR: Final = 0.1  # of the change from value to value: an extremum this small may be zero
@@ -31,7 +30,7 @@ TOO_CLOSE: Final = 0.02  # of the spacing: nothing new can be seen so close to a
 
 
 @dataclass(frozen=True)
-class Sighting:
+class NearZero:
     """A function of the parameter that vanishes where orbits are born or lost, at one value."""
 
     what: Hashable  # tells functions apart: border, side and word; or an extremum's kind and period
@@ -39,12 +38,12 @@ class Sighting:
     distance: float  # the function
 
 
-def sightings(node: Node, max_period: int, words: Words) -> list[Sighting]:
+def near_zeros(node: Node, max_period: int, classes: SymbolClasses) -> list[NearZero]:
     """Evaluate all functions that can be evaluated at a node."""
-    return [*_borders(node, max_period, words), *_extrema(node, max_period)]
+    return [*_borders(node, max_period, classes), *_extrema(node, max_period)]
 
 
-def _borders(node: Node, max_period: int, words: Words) -> Iterator[Sighting]:
+def _borders(node: Node, max_period: int, classes: SymbolClasses) -> Iterator[NearZero]:
     """Distances of the images of all breaks from where they started."""
     breaks = [item for item in node.table.breakpoints if item.kind != "smooth"]
     if not breaks:
@@ -52,22 +51,22 @@ def _borders(node: Node, max_period: int, words: Words) -> Iterator[Sighting]:
     start = np.repeat([item.d for item in breaks], 2)
     x = np.array([value for item in breaks for value in (item.left, item.right)])
     names = [
-        (words.of(np.array([item.left_label, item.right_label], dtype=np.uint64)).tobytes(), side)
+        (classes.of(np.array([item.left_label, item.right_label], dtype=np.uint64)).tobytes(), side)
         for item in breaks
         for side in (-1, 1)
     ]
     word: Labels = np.zeros(len(x), dtype=np.uint64)
     for period in range(1, max_period + 1):
         for k in np.flatnonzero(np.isfinite(x)):
-            yield Sighting(
+            yield NearZero(
                 (names[k], period, int(word[k])), float(start[k]), float(x[k] - start[k])
             )
         got = sample(node.f, x)
-        word = mix_labels(word, words.of(got.label))
+        word = mix_labels(word, classes.of(got.label))
         x = np.where(got.status == OK, got.value, np.nan)
 
 
-def _extrema(node: Node, max_period: int) -> Iterator[Sighting]:
+def _extrema(node: Node, max_period: int) -> Iterator[NearZero]:
     """Distances from the diagonal of the extrema of f^p(x) - x, on the fast map."""
     fast = node.fast
     lo, hi = node.f.domain
@@ -89,23 +88,21 @@ def _extrema(node: Node, max_period: int) -> Iterator[Sighting]:
             left = off[k] + 0.5 * tilt[k] * share * width
             right = off[k + 1] - 0.5 * tilt[k + 1] * (1 - share) * width
             kind = "lowest" if tilt[k] < 0 else "highest"
-            yield Sighting((kind, period), float(x[k] + share * width), float(0.5 * (left + right)))
+            yield NearZero((kind, period), float(x[k] + share * width), float(0.5 * (left + right)))
 
 
 def hidden_values(
-    values: Sequence[float], seen: Sequence[Sequence[Sighting]], width: float
+    values: Sequence[float], seen: Sequence[Sequence[NearZero]], width: float
 ) -> list[float]:
     """Return parameter values where a function may reach zero between lists, ascending."""
     found: list[float] = []
     for k in range(1, len(values) - 1):
-        for sighting in seen[k]:
-            before = _same(sighting, seen[k - 1], width)
-            after = _same(sighting, seen[k + 1], width)
+        for here in seen[k]:
+            before = _same(here, seen[k - 1], width)
+            after = _same(here, seen[k + 1], width)
             if before is None or after is None:
                 continue
-            q = _touching(
-                values[k - 1 : k + 2], (before.distance, sighting.distance, after.distance)
-            )
+            q = _touching(values[k - 1 : k + 2], (before.distance, here.distance, after.distance))
             if q is not None:
                 found.append(q)
     apart = TOO_CLOSE * min(b - a for a, b in pairwise(values))
@@ -117,11 +114,11 @@ def hidden_values(
     return kept
 
 
-def _same(sighting: Sighting, others: Sequence[Sighting], width: float) -> Sighting | None:
+def _same(here: NearZero, others: Sequence[NearZero], width: float) -> NearZero | None:
     """Return the same function at another value: of those with its name the nearest."""
-    named = [other for other in others if other.what == sighting.what]
-    nearest = min(named, key=lambda other: abs(other.x - sighting.x), default=None)
-    if nearest is None or abs(nearest.x - sighting.x) > SAME_PLACE * width:
+    named = [other for other in others if other.what == here.what]
+    nearest = min(named, key=lambda other: abs(other.x - here.x), default=None)
+    if nearest is None or abs(nearest.x - here.x) > SAME_PLACE * width:
         return None
     return nearest
 

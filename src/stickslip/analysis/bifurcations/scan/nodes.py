@@ -13,10 +13,10 @@ import numpy as np
 
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import interpolated_map
+from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.analysis.maps.window import windowed
 from stickslip.analysis.orbits.bundles import OrbitBundle
-from stickslip.analysis.orbits.cyclic import solve_cyclic
+from stickslip.analysis.orbits.newton import solve_cyclic
 from stickslip.analysis.orbits.periodic import periodic_orbits
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class Family:
         return family
 
 
-class Words:
+class SymbolClasses:
     """Classes of labels: those on both sides of a harmless breakpoint are one; orbits may pass."""
 
     def __init__(self) -> None:

@@ -1,10 +1,9 @@
 """A range of a parameter surveyed: complete lists, all their orbits joined, every change explained.
 
-Lists of orbits at neighbouring values must agree up to events in between. Each event that is
-located gets two lists of its own, just below and just above, so that between events all orbits
-match, and across an event those that do not are the ones that it concerns: nothing can be born or
-lost without being noticed. Where an orbit ends and no event is found, the interval is halved;
-what is still unexplained then is said.
+Each event that is located gets two lists of its own, just below and just above, so that between
+events all orbits match, and across an event those that do not are the ones that it concerns:
+nothing can be born or lost without being noticed. Where an orbit ends and no event is found, the
+interval is halved; what is still unexplained then is said.
 """
 
 from __future__ import annotations
@@ -16,11 +15,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
-from stickslip.analysis.bifurcations.faults import attempted
+from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange, attempted
 from stickslip.analysis.bifurcations.scan.events import Event, flips_on, located, suspects_at_end
-from stickslip.analysis.bifurcations.scan.near_misses import Sighting, hidden_values, sightings
-from stickslip.analysis.bifurcations.scan.nodes import Family, Node, Words
+from stickslip.analysis.bifurcations.scan.near_misses import NearZero, hidden_values, near_zeros
+from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
 from stickslip.analysis.bifurcations.scan.tracking import Piece, Way, follow, join
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.threads import in_threads
@@ -78,7 +76,7 @@ class Survey:
         self.family, self.lo, self.hi, self.max_period = family, lo, hi, max_period
         self.progress = progress
         self.width = domain_width(family.at(lo))
-        self.words = Words()
+        self.classes = SymbolClasses()
         self.spans: list[Span] = []
         self.events: list[Event] = []
         self.unresolved: list[UnresolvedChange] = []
@@ -99,7 +97,11 @@ class Survey:
         for right in self.grid_nodes[1:]:
             known = len(self.spans), len(self.unresolved), list(self.events)
             self._explain_or_tell(kept[-1], right)
-            if right is not self.grid_nodes[-1] and self._is_at_event(right):
+            off = [abs(event.value - right.q) for event in self.events]
+            if (
+                right is not self.grid_nodes[-1]
+                and min(off, default=math.inf) <= SPLIT * self.scale
+            ):
                 # What a list shows in the very middle of an event is an accident: not this one.
                 del self.spans[known[0] :], self.unresolved[known[1] :]
                 self.events = known[2]
@@ -111,16 +113,13 @@ class Survey:
         self.grid_nodes = kept
         self.spans.sort(key=lambda span: span.left.q)
 
-    def _is_at_event(self, node: Node) -> bool:
-        return any(abs(event.value - node.q) <= SPLIT * self.scale for event in self.events)
-
     def _look_for_hidden(self) -> None:
         """Add lists where a pair of events may hide between two of the grid."""
-        seen: dict[float, list[Sighting]] = {}
+        seen: dict[float, list[NearZero]] = {}
         for _ in range(SECOND_LOOKS):
             for node in self.grid_nodes:
                 if node.q not in seen:
-                    seen[node.q] = sightings(node, self.max_period, self.words)
+                    seen[node.q] = near_zeros(node, self.max_period, self.classes)
             values = [node.q for node in self.grid_nodes]
             fresh = hidden_values(values, [seen[q] for q in values], self.width)
             if not fresh:
@@ -136,7 +135,7 @@ class Survey:
 
         nodes = in_threads(make, zip(values, besides or [math.inf] * len(values), strict=True))
         for node in nodes:
-            self.words.learn(node.table)
+            self.classes.learn(node.table)
         self.n_nodes += len(nodes)
         return nodes
 
@@ -176,7 +175,7 @@ class Survey:
 
     def _look(self, span: Span) -> tuple[list[Event], list[UnresolvedChange]]:
         """Join two lists; return events that are new, and what none explains."""
-        joined = join(span.left, span.right, self.family, self.words)
+        joined = join(span.left, span.right, self.family, self.classes)
         span.pieces = joined.pieces
         ways = self._ways(span, joined.left, joined.right)
         fresh: list[Event] = []
@@ -239,8 +238,8 @@ class Survey:
         """Follow an orbit of one node of a span towards the other, from as far as is known."""
         start, goal = (span.left, span.right) if side < 0 else (span.right, span.left)
         key = self._key(span, side, k)
-        way = follow(start, k, goal.q, self.family, self.words, self._known.get(key))
-        if not self.words.telling:
+        way = follow(start, k, goal.q, self.family, self.classes, self._known.get(key))
+        if not self.classes.telling:
             self._end_at_passed_border(way, start, k, goal)
         self._known[key] = way
         return way
@@ -321,7 +320,9 @@ class Survey:
             before, after = nodes.get((k, 0), last), nodes.get((k, 1), span.right)
             if before is not last:
                 plain.append((last, before))
-            self.spans.append(self._around(before, after, group))
+            # What does not cross the span that holds the events is what they concern.
+            joined = join(before, after, self.family, self.classes)
+            self.spans.append(Span(before, after, group, joined.pieces, joined.left, joined.right))
             last = after
         if last is not span.right:
             plain.append((last, span.right))
@@ -339,11 +340,6 @@ class Survey:
                     continue
             groups.append([event])
         return groups
-
-    def _around(self, before: Node, after: Node, events: list[Event]) -> Span:
-        """Make the span that holds events: what does not cross it is what they concern."""
-        joined = join(before, after, self.family, self.words)
-        return Span(before, after, events, joined.pieces, joined.left, joined.right)
 
 
 def grid(lo: float, hi: float, n: int) -> list[float]:

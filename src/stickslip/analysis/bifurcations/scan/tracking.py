@@ -21,7 +21,7 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.bifurcations.scan.nodes import Family, Node, Words
+    from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
     from stickslip.analysis.maps.protocol import Floats, MapFamily
 
 TRUST: Final = 0.05  # share of an orbit's way by which the cubic's prediction may be wrong
@@ -29,7 +29,9 @@ FLOOR: Final = 1e-7  # of the domain's width: errors of a prediction that count 
 SURPRISE: Final = 0.25  # share of a step by which an orbit may miss where it was foretold
 EASY: Final = 0.06  # a smaller one lets the next step grow
 CONTRACTS: Final = 0.5  # a longer step of Newton's method, beside the last, mistrusts the guess
-LEASH: Final = 1.0  # of a step: an orbit may not miss by a third of it, nor come close to this
+TRUST_RADIUS: Final = (
+    1.0  # of a step: an orbit may not miss by a third of it, nor come close to this
+)
 SHORTEST: Final = 1e-3  # of the way left: steps below it mean that the orbit ends here
 FIRST: Final = 0.25  # of the way: the first step
 MANY: Final = 4.0  # of the first step: the rest of the way counts for no more
@@ -67,12 +69,12 @@ class Joined:
     right: list[int]
 
 
-def join(left: Node, right: Node, family: Family, words: Words) -> Joined:
+def join(left: Node, right: Node, family: Family, classes: SymbolClasses) -> Joined:
     """Join the orbits of two neighbouring nodes as far as the middle between them proves it."""
-    rows, columns = _candidates(left, right, words)
+    rows, columns = _candidates(left, right, classes)
     pieces: list[Piece] = []
     if rows.size:
-        proved, pieces = _proved(left, right, rows, columns, family, words)
+        proved, pieces = _proved(left, right, rows, columns, family, classes)
         rows, columns = rows[proved], columns[proved]
     return Joined(
         pieces,
@@ -81,7 +83,9 @@ def join(left: Node, right: Node, family: Family, words: Words) -> Joined:
     )
 
 
-def _candidates(left: Node, right: Node, words: Words) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _candidates(
+    left: Node, right: Node, classes: SymbolClasses
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Pairs of orbits of one word that foretell each other best, by both velocities."""
     half = 0.5 * (right.q - left.q)
     rows: list[int] = []
@@ -93,7 +97,7 @@ def _candidates(left: Node, right: Node, words: Words) -> tuple[NDArray[np.intp]
         ahead = (left.bundle.points + half * left.velocity)[i, :period]
         back = (right.bundle.points - half * right.velocity)[j, :period]
         cost = np.abs(ahead[:, None] - back[None]).max(axis=2)
-        one, other = _names(left, words)[i], _names(right, words)[j]
+        one, other = _names(left, classes)[i], _names(right, classes)[j]
         agree = (one[:, None, :period] == other[None, :, :period]).all(axis=2)
         cost = np.where(agree & np.isfinite(cost), cost, np.inf)
         best, back_best = cost.argmin(axis=1), cost.argmin(axis=0)
@@ -103,12 +107,12 @@ def _candidates(left: Node, right: Node, words: Words) -> tuple[NDArray[np.intp]
     return np.array(rows, dtype=np.intp), np.array(columns, dtype=np.intp)
 
 
-def _names(node: Node, words: Words) -> NDArray[np.uint64]:
+def _names(node: Node, classes: SymbolClasses) -> NDArray[np.uint64]:
     """Name the branches of all points; by their order, where labels do not tell them apart.
 
     An orbit may stay on a corner, and is neither left nor right of it.
     """
-    names = words.of(node.bundle.labels) if words.telling else node.segments
+    names = classes.of(node.bundle.labels) if classes.telling else node.segments
     return np.where(node.on_corner, ON_CORNER, names)
 
 
@@ -118,7 +122,7 @@ def _proved(
     rows: NDArray[np.intp],
     columns: NDArray[np.intp],
     family: Family,
-    words: Words,
+    classes: SymbolClasses,
 ) -> tuple[NDArray[np.bool_], list[Piece]]:
     """Look in the middle, and keep the pairs that are found where the cubic foretells them."""
     q = 0.5 * (left.q + right.q)
@@ -141,7 +145,7 @@ def _proved(
     stays = np.asarray(
         free.any(axis=1)
     )  # on a corner: its multiplier depends on the side, and changes nothing
-    same = (~used | free | (words.of(there.labels) == words.of(labels))).all(axis=1)
+    same = (~used | free | (classes.of(there.labels) == classes.of(labels))).all(axis=1)
     all_three = (one, there, other)
     sides = [np.sign(bundle.multipliers - 1) for bundle in all_three]
     proved = moved.converged & ~moved.collapsed & expected & same
@@ -175,9 +179,9 @@ def _padded(rows: NDArray, width: int) -> NDArray:  # type: ignore[type-arg]
 class End:
     """Where the way of an orbit ends, and what it looks like there.
 
-    The reason is ``arrived``; ``doubling``: it closes up on an orbit of half its period;
-    ``border``: a point is about to change its branch; ``outside``: about to leave the domain, or
-    the window; ``standstill``: neither, as at a fold.
+    ``doubling``: it closes up on an orbit of half its period; ``border``: a point is about to
+    change its branch; ``outside``: to leave the domain or window; ``standstill``: neither, as at a
+    fold.
     """
 
     reason: Reason
@@ -212,22 +216,29 @@ class Way:
 
 
 def follow(
-    node: Node, place: int, goal: float, family: Family, words: Words, known: Way | None = None
+    node: Node,
+    place: int,
+    goal: float,
+    family: Family,
+    classes: SymbolClasses,
+    known: Way | None = None,
 ) -> Way:
     """Follow an orbit of a node towards a value, its word kept; on from a ``known`` way's end."""
-    traveller = _Traveller(node, place, goal, family, words)
+    tracker = _Tracker(node, place, goal, family, classes)
     first = min(FIRST * abs(goal - node.q), node.beside)
-    if known is not None and traveller.resume(known):
+    if known is not None and tracker.resume(known):
         assert known.end is not None
         first = min(first, abs(known.end.step))
-    return traveller.go(first)
+    return tracker.go(first)
 
 
-class _Traveller:
+class _Tracker:
     """One orbit on its way."""
 
-    def __init__(self, node: Node, place: int, goal: float, family: Family, words: Words) -> None:
-        self.family, self.words, self.goal = family, words, float(goal)
+    def __init__(
+        self, node: Node, place: int, goal: float, family: Family, classes: SymbolClasses
+    ) -> None:
+        self.family, self.classes, self.goal = family, classes, float(goal)
         self.q, self.f = node.q, node.f
         self.bundle = node.bundle.take(slice(place, place + 1))
         self.speed = node.velocity[place : place + 1]
@@ -279,12 +290,14 @@ class _Traveller:
         b, move = self.bundle, (q - self.q) * self.speed
         foretold = OrbitBundle(b.periods, b.points + move, b.slopes, b.labels)
         floor = FLOOR * domain_width(f)
-        leash = LEASH * (np.nanmax(np.abs(move)) + floor)
-        moved = polish_orbits(foretold, f, self._guess(q), leash=leash, contraction=CONTRACTS)
+        trust_radius = TRUST_RADIUS * (np.nanmax(np.abs(move)) + floor)
+        moved = polish_orbits(
+            foretold, f, self._guess(q), trust_radius=trust_radius, contraction=CONTRACTS
+        )
         there = moved.bundle
         if not moved.converged[0] or moved.collapsed[0]:
             return None
-        if not self.words.same(there.labels, b.labels):
+        if not self.classes.same(there.labels, b.labels):
             return None
         if (there.multipliers[0] - 1) * (b.multipliers[0] - 1) < 0:
             return None  # that is the other orbit of a fold
@@ -340,7 +353,7 @@ class _Traveller:
         if neutral and self._apart() < COLLAPSING * self.apart:
             return self._end("doubling", step)
         points = self.bundle.orbit_points(0)
-        labels = self.words.of(self.bundle.labels[0, : len(points)])
+        labels = self.classes.of(self.bundle.labels[0, : len(points)])
         for times in LOOK_AHEAD:
             ahead = points + times * step * self.speed[0, : len(points)]
             q = self.q + times * step
@@ -360,5 +373,5 @@ class _Traveller:
         if outside.size:
             return "outside", int(outside[0])
         got = sample(f, ahead)
-        other = np.flatnonzero((self.words.of(got.label) != labels) | (got.status != OK))
+        other = np.flatnonzero((self.classes.of(got.label) != labels) | (got.status != OK))
         return ("border", int(other[0])) if other.size else None

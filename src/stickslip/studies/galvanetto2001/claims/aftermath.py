@@ -9,11 +9,11 @@ import numpy as np
 
 from stickslip import examples
 from stickslip.analysis.attractors.attractors import attractors
-from stickslip.analysis.bifurcations.border_collision.outcomes import predicted_at_jump
+from stickslip.analysis.bifurcations.border_collision.classification import predicted_at_jump
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
-from stickslip.studies.galvanetto2001.claims.side import BESIDE, COLLISION, Side, side
+from stickslip.studies.galvanetto2001.claims.collision import BESIDE, COLLISION, Side, side
 from stickslip.studies.galvanetto2001.orbits import jump_of_s4
 
 if TYPE_CHECKING:

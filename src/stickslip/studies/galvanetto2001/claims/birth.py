@@ -10,8 +10,7 @@ import numpy as np
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
-from stickslip.studies.galvanetto2001.claims.moment import Moment, moment
-from stickslip.studies.galvanetto2001.orbits import cusp_of, in_window
+from stickslip.studies.galvanetto2001.orbits import Moment, cusp_of, in_window, moment
 from stickslip.studies.values import Value
 
 if TYPE_CHECKING:

@@ -11,8 +11,7 @@ import numpy as np
 from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
-from stickslip.studies.galvanetto2001.claims.moment import Moment, moment
-from stickslip.studies.galvanetto2001.orbits import in_window
+from stickslip.studies.galvanetto2001.orbits import Moment, in_window, moment
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

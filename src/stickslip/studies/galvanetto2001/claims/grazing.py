@@ -15,7 +15,7 @@ from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import Trajectory, simulate
 from stickslip.studies.claim import Claim, Finding
 from stickslip.studies.galvanetto2001 import printed
-from stickslip.studies.galvanetto2001.claims.side import BESIDE, COLLISION
+from stickslip.studies.galvanetto2001.claims.collision import BESIDE, COLLISION
 from stickslip.studies.galvanetto2001.orbits import jump_of_s4
 
 if TYPE_CHECKING:

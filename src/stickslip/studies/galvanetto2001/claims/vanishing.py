@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from stickslip.analysis.bifurcations.outcome import LocalAttractor
-    from stickslip.analysis.maps.window import WindowMap
+    from stickslip.analysis.maps.derived import WindowMap
     from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
     from stickslip.studies.values import Value
 

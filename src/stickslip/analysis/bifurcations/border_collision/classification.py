@@ -1,0 +1,295 @@
+"""Border collisions classified: predicted (Feigin and others), and as observed on both sides.
+
+Types: `analysis.bifurcations.outcome`. Derivations: ``docs/theory/bifurcations.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.border_collision.jump_return import OneSided, far_image
+from stickslip.analysis.bifurcations.border_collision.skew_tent import (
+    attractor_of_skew_tent,
+    doubled_side,
+    paired_side,
+)
+from stickslip.analysis.bifurcations.outcome import (
+    AttractorOutcome,
+    LocalAttractor,
+    OrbitOutcome,
+    Outcome,
+)
+
+if TYPE_CHECKING:
+    from stickslip.analysis.attractors.attractor import Attractor
+    from stickslip.analysis.bifurcations.border_collision.jump_return import FarImage
+    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
+
+NONE: Final = LocalAttractor("none")
+MOVED: Final = 0.02  # of the window: how far an attractor may move between two parameters
+
+
+def predicted_at_corner(
+    left_slope: float, right_slope: float, direction: int, *, period: int = 1
+) -> Outcome:
+    """Predict what follows when a corner c of g = f^p crosses the diagonal.
+
+    Complete for the normal form a x + mu (x < 0), b x + mu (x > 0), so for all small mu of a map
+    that is C1 on both sides; undecided exactly on the borders of the classification. Orbits: Feigin
+    (di Bernardo et al., Chaos Solitons Fractals 10, 1881, 1999); attractors: `skew_tent`.
+
+    >>> outcome = predicted_at_corner(1.4, -2.2, direction=1)
+    >>> outcome.orbits, outcome.attractors
+    ('born in pairs', 'chaotic')
+    >>> print(predicted_at_corner(1.4, -5.0, direction=1).after)
+    no attractor
+    """
+    _check_direction(direction)
+    a, b = left_slope, right_slope
+    if a != a or b != b:
+        raise ValueError(f"slopes ({a}, {b}) at a corner: NaN shows a gap, not a corner.")
+    before, after = (
+        _in_steps_of_f(attractor_of_skew_tent(a, b, side), period)
+        for side in (-direction, direction)
+    )
+    pairs, doubles = paired_side(a, b), doubled_side(a, b)
+    text = f"slopes {a:.6g}, {b:.6g} at the corner: {_orbits_at_corner(pairs, doubles, period)}"
+    text += f"; {_attractors_at_corner(a, b)}: before {before}, after {after}"
+    return Outcome(_at_corner(pairs, doubles, direction), after.kind, text, before, after)
+
+
+def _in_steps_of_f(found: LocalAttractor, period: int) -> LocalAttractor:
+    """Translate from steps of f^p: a band or point there is p of them."""
+    return replace(
+        found,
+        period=found.period * period,
+        base=found.base * period,
+        offset=found.offset * period,
+    )
+
+
+def _at_corner(pairs: int, doubles: int, direction: int) -> OrbitOutcome:
+    if pairs:
+        return "born in pairs" if pairs == direction else "die in pairs"
+    return "period-doubled" if doubles else "persist"
+
+
+def _orbits_at_corner(pairs: int, doubles: int, period: int) -> str:
+    both = f"two orbits of period {period} on one side, none on the other"
+    text = both if pairs else f"the orbit of period {period} persists"
+    if doubles:
+        where = "the same side" if pairs == doubles else "one side"
+        text += f", one of period {2 * period} on {where}"
+    return text
+
+
+def _attractors_at_corner(a: float, b: float) -> str:
+    """Name the numbers that decide."""
+    steep, falling = (a, b) if a > b else (b, a)
+    if steep > 1 and falling < -1:
+        measure = (steep - 1) * (-falling - 1)
+        return f"(|b| - 1)(a - 1) = {measure:.6g}, chaos up to 1"
+    return "attractors of the skew tent"
+
+
+def predicted_at_jump(
+    f: Map1D, border: OneSided, side: int, direction: int, *, period: int = 1
+) -> Outcome:
+    """Predict what follows when an orbit of period p meets a jump of f from a side.
+
+    Close to the collision a stable orbit, 0 < a < 1, leaves behind the cycles of `far_image` if the
+    far side's image comes back (period-adding after a way back of positive slope, else
+    incrementing). The slopes of f^p and the step between them decide only where the far image stays
+    where these describe the map (Jain and Banerjee, Int. J. Bifurcation Chaos 13, 3341, 2003):
+    ``f`` is asked. Adding and incrementing: Avrutin, Gardini, Sushko and Tramontana, Continuous and
+    Discontinuous Piecewise-Smooth One-Dimensional Maps (2019); Granados, Alseda, Krupa, SIAM Rev.
+    59, 225 (2017).
+    """
+    _check_direction(direction)
+    far = far_image(f, border, side, period)
+    a = far.multiplier
+    after_has_orbit = (-side * direction < 0) == (a < 1)
+    with_orbit = LocalAttractor("periodic", period) if abs(a) < 1 else NONE
+    without = _left_behind(far) if abs(a) < 1 else NONE
+    before, after = (without, with_orbit) if after_has_orbit else (with_orbit, without)
+    return Outcome(
+        "born at a jump" if after_has_orbit else "lost at a jump",
+        after.kind,
+        _text_at_jump(far),
+        before,
+        after,
+    )
+
+
+def _left_behind(far: FarImage) -> LocalAttractor:
+    """Attractor on the side of the collision where the stable orbit does not exist."""
+    if far.fate == "returns":
+        rising = far.slope > 0
+        kind: AttractorOutcome = "period-adding" if rising else "period-incrementing"
+        return LocalAttractor(kind, base=far.period, offset=far.steps)
+    return LocalAttractor("undecided") if far.fate == "wanders" else NONE
+
+
+def _text_at_jump(far: FarImage) -> str:
+    text = f"multiplier {far.multiplier:.6g} on the near side; the far side's image "
+    if far.fate == "returns":
+        text += (
+            f"comes back after {far.steps} steps, from a height of {far.height:.6g} and with "
+            f"slope {far.slope:.6g}: cycles of period {far.period} n + {far.steps}, n growing "
+            f"like log(distance) / log({far.multiplier:.6g})"
+        )
+    elif far.fate == "settles":
+        text += f"settles on the cycle of period {far.cycle} that attracts elsewhere"
+    elif far.fate == "leaves":
+        text += f"leaves after {far.steps} steps"
+    else:
+        text += "settles on no cycle"
+    alone = _by_slopes_alone(far)
+    return f"{text}. {alone}" if alone else text
+
+
+def _by_slopes_alone(far: FarImage) -> str:
+    """Say what the normal form would make of the one-sided slopes of f^p and the step alone."""
+    a, b, step = far.multiplier, far.local_slope, far.local_height
+    if not 0 < a < 1 or b != b:
+        return ""
+    if step < 0:
+        fate = "period adding" if b > 0 else "period incrementing"
+    elif b < -1:
+        fate = "period adding, over two steps on the far side"
+    else:
+        fate = "orbits on a far fixed point" if b < 1 else "no attractor: orbits thrown away"
+    return f"Slopes {a:.6g}, {b:.6g} of f^{far.period} and the step {step:.6g} alone: {fate}"
+
+
+def predicted_at_gap(slope: float, side: int, direction: int, *, period: int = 1) -> Outcome:
+    """Predict what follows when an orbit meets the edge of a gap: beyond, all end there."""
+    _check_direction(direction)
+    if side not in (-1, 1):
+        raise ValueError(f"side = {side!r} of a border: -1 (left) or 1 (right) is needed.")
+    after_has_orbit = (-side * direction < 0) == (slope < 1)
+    with_orbit = LocalAttractor("periodic", period) if abs(slope) < 1 else NONE
+    before, after = (NONE, with_orbit) if after_has_orbit else (with_orbit, NONE)
+    text = f"multiplier {slope:.6g} at the edge; beyond it every orbit nearby ends in the gap"
+    orbits: OrbitOutcome = "born at a gap" if after_has_orbit else "lost in a gap"
+    return Outcome(orbits, after.kind, text, before, after)
+
+
+def _check_direction(direction: int) -> None:
+    if direction not in (-1, 1):
+        raise ValueError(
+            f"direction = {direction!r} of f^p(c) - c: 1 (growing) or -1 (falling) is needed."
+        )
+
+
+def observed(
+    orbits_before: Sequence[PeriodicOrbit],
+    orbits_after: Sequence[PeriodicOrbit],
+    attractors_before: Sequence[Attractor] = (),
+    attractors_after: Sequence[Attractor] = (),
+    *,
+    period: int = 1,
+    gap: bool = False,
+    width: float | None = None,
+) -> Outcome:
+    """Name what happened, from orbits beside a border and all attractors, before and after.
+
+    Attractors that are no orbit concerned and are found on both sides with the same kind and
+    period, in about the same place, are bystanders. ``gap``: the border is the edge of one.
+    """
+    everything = (*attractors_before, *attractors_after)
+    scale = width or max((float(np.abs(a.bands).max()) for a in everything), default=0.0)
+    before, after = _without_bystanders(
+        [_Seen(a, orbits_before, MOVED * scale) for a in attractors_before],
+        [_Seen(a, orbits_after, MOVED * scale) for a in attractors_after],
+        MOVED * scale,
+    )
+    orbits = _orbits(orbits_before, orbits_after, period, gap)
+    text = f"{_counts(orbits_before)} before, {_counts(orbits_after)} after"
+    left, right = _summary(before), _summary(after)
+    text += f"; before {left}, after {right}"
+    return Outcome(orbits, right.kind, text, left, right)
+
+
+def _orbits(
+    before: Sequence[PeriodicOrbit], after: Sequence[PeriodicOrbit], period: int, gap: bool
+) -> OrbitOutcome:
+    """Compare the numbers of orbits; those across a jump do not count as orbits of the map."""
+    one, two = (_number(side, period) for side in (before, after))
+    if one == two:
+        if one == 0:
+            return "undecided"
+        doubles = (_number(side, 2 * period) for side in (before, after))
+        return "persist" if len(set(doubles)) == 1 else "period-doubled"
+    change = two - one
+    if change % 2 == 0:
+        return "born in pairs" if change > 0 else "die in pairs"
+    if change > 0:
+        return "born at a gap" if gap else "born at a jump"
+    return "lost in a gap" if gap else "lost at a jump"
+
+
+def _number(orbits: Sequence[PeriodicOrbit], period: int) -> int:
+    return sum(o.period == period and not o.infinitely_unstable for o in orbits)
+
+
+def _counts(orbits: Sequence[PeriodicOrbit]) -> str:
+    periods = sorted(o.period for o in orbits if not o.infinitely_unstable)
+    return f"periods {', '.join(map(str, periods))}" if periods else "no orbits"
+
+
+class _Seen:
+    """An attractor, and whether it is one of the orbits concerned."""
+
+    def __init__(self, attractor: Attractor, orbits: Sequence[PeriodicOrbit], moved: float) -> None:
+        self.kind, self.period = attractor.kind, attractor.period
+        self.bands: Floats = np.asarray(attractor.bands, dtype=np.float64)
+        # The lists of orbits may have been made a little closer to the collision.
+        self.concerned = attractor.kind == "periodic" and any(
+            o.period == attractor.period
+            and np.abs(np.sort(o.points) - self.bands[:, 0]).max() <= moved
+            for o in orbits
+        )
+
+    def looks_like(self, other: _Seen, moved: float) -> bool:
+        """Whether the other one is this attractor, a little further on."""
+        return (
+            (self.kind, self.period) == (other.kind, other.period)
+            and not (self.concerned or other.concerned)
+            and self.bands.shape == other.bands.shape
+            and bool(np.abs(self.bands - other.bands).max() <= moved)
+        )
+
+    def local(self) -> LocalAttractor:
+        bands = len(self.bands) if self.kind == "chaotic" else self.period
+        return LocalAttractor(self.kind, bands if self.kind != "undecided" else 0)
+
+
+def _without_bystanders(
+    before: list[_Seen], after: list[_Seen], moved: float
+) -> tuple[list[_Seen], list[_Seen]]:
+    """Take away, one for one, what is on both sides."""
+    left, right = [], list(after)
+    for seen in before:
+        match = next((other for other in right if seen.looks_like(other, moved)), None)
+        if match is None:
+            left.append(seen)
+        else:
+            right.remove(match)
+    return left, right
+
+
+def _summary(attractors: list[_Seen]) -> LocalAttractor:
+    """One description of all attractors concerned; no number where theirs differ."""
+    found = {seen.local() for seen in attractors}
+    if not found:
+        return LocalAttractor("none")
+    if len(found) == 1:
+        return found.pop()
+    kinds = {each.kind for each in found}
+    return LocalAttractor(kinds.pop() if len(kinds) == 1 else "undecided")

@@ -1,0 +1,149 @@
+"""A map at one value of a parameter with its attractors, and two of them compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
+
+import numpy as np
+
+from stickslip.analysis.attractors.attractors import attractors_of
+from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.interpolation.interpolated import interpolated_map
+
+if TYPE_CHECKING:
+    from stickslip.analysis.attractors.attractor import Attractor, AttractorList
+    from stickslip.analysis.bifurcations.conditions.locate import MapAt
+    from stickslip.analysis.branches.table import BranchTable
+    from stickslip.analysis.interpolation.interpolated import InterpolatedMap
+    from stickslip.analysis.maps.protocol import Map1D
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
+
+CrisisKind: TypeAlias = Literal["boundary_crisis", "interior_crisis", "band_merging"]
+
+KINDS: Final[tuple[CrisisKind, ...]] = get_args(CrisisKind)
+JUMP: Final = 1.2  # growth of the bands' total length at an interior crisis, at least
+SUSPECT: Final = 1.5  # growth from one value to the next that asks for a closer look
+MAX_STEPS: Final = 5376  # of orbits at a quick look: three growing blocks
+MAX_PERIOD: Final = 64  # of stable cycles there
+
+
+@dataclass(frozen=True)
+class Change:
+    """A chaotic attractor that is not the same at the other end of an interval."""
+
+    attractor: Attractor
+    start: ParameterPoint
+    stop: ParameterPoint
+    certain: bool
+
+
+def changes(left: ParameterPoint, right: ParameterPoint) -> list[Change]:
+    """Chaotic attractors of either side that the other side does not have, few bands last."""
+    found = []
+    for start, stop in ((left, right), (right, left)):
+        for attractor in start.chaotic:
+            partner = partner_of(attractor, stop.attractors)
+            back = None if partner is None else partner_of(partner, start.attractors)
+            if partner is None or partner.kind != "chaotic" or back is not attractor:
+                found.append(Change(attractor, start, stop, certain=True))
+            elif partner.period < attractor.period or len(partner.bands) < len(attractor.bands):
+                found.append(Change(attractor, start, stop, certain=True))
+            elif _length(partner) > SUSPECT * _length(attractor):
+                found.append(Change(attractor, start, stop, certain=False))
+    return sorted(found, key=lambda change: -len(change.attractor.bands))
+
+
+def _length(attractor: Attractor) -> float:
+    return float(np.sum(attractor.bands[:, 1] - attractor.bands[:, 0]))
+
+
+def partner_of(attractor: Attractor, others: Iterable[Attractor]) -> Attractor | None:
+    """Return the attractor that shares most of its place with another one."""
+    best, most = None, 0.0
+    for other in others:
+        shared = _shared(attractor, other)
+        if shared > most:
+            best, most = other, shared
+    return best
+
+
+def _shared(one: Attractor, other: Attractor) -> float:
+    """Return the common length of two attractors' bands, as a share of the shorter one's."""
+    for a, b in ((one, other), (other, one)):
+        if a.orbit is not None:
+            points = a.bands[:, 0]
+            if b.orbit is not None:
+                return 0.0
+            return float(np.mean(b.contains(points)))
+    low = np.maximum(one.bands[:, None, 0], other.bands[None, :, 0])
+    high = np.minimum(one.bands[:, None, 1], other.bands[None, :, 1])
+    common = float(np.sum(np.maximum(high - low, 0.0)))
+    return common / max(min(_length(one), _length(other)), 1e-300)
+
+
+def kind_of_change(
+    attractor: Attractor, near: ParameterPoint, far: ParameterPoint
+) -> CrisisKind | Literal["hidden", "transient"] | None:
+    """Name what happens to an attractor between two close values; None for another event.
+
+    ``hidden`` if a stable cycle hides the chaos on either side, or more than one event happened;
+    ``transient`` if orbits stay where the attractor was for longer than they are followed.
+    """
+    here = partner_of(attractor, near.attractors)
+    if here is None:
+        return None
+    if here.kind != "chaotic":
+        return "hidden"
+    if here.period != attractor.period:
+        return None
+    there = partner_of(here, far.attractors)
+    if there is None:
+        return "boundary_crisis"
+    if there.kind == "undecided":
+        return "transient"
+    if there.kind == "periodic":
+        return "hidden"
+    if _length(there) > JUMP * _length(here):
+        return "interior_crisis"
+    if 2 * there.period < here.period:
+        return "hidden"
+    if there.period < here.period or len(there.bands) < len(here.bands):
+        return "band_merging"
+    return None
+
+
+@dataclass(frozen=True, eq=False)
+class ParameterPoint:
+    """A map at one parameter value, with what is known of it."""
+
+    value: float
+    f: Map1D
+    table: BranchTable
+    attractors: AttractorList
+    fast: InterpolatedMap  # of the table
+
+    @property
+    def chaotic(self) -> list[Attractor]:
+        """The chaotic attractors."""
+        return [a for a in self.attractors if a.kind == "chaotic"]
+
+
+def parameter_point(
+    at: MapAt,
+    value: float,
+    orbits: Iterable[PeriodicOrbit] = (),
+    fast: InterpolatedMap | None = None,
+    *,
+    quick: bool = False,
+) -> ParameterPoint:
+    """Find the attractors of a map at a value; stable known orbits are attractors in any case.
+
+    ``quick`` gives up sooner on orbits that do not settle, and on long periods.
+    """
+    fast = interpolated_map(branch_table(at(value))) if fast is None else fast
+    f, table = fast.f, fast.table
+    limits = {"max_steps": MAX_STEPS, "max_period": MAX_PERIOD} if quick else {}
+    found = attractors_of(f, table, orbits, fast=fast, **limits)
+    return ParameterPoint(float(value), f, table, found, fast)

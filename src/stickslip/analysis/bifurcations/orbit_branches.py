@@ -1,0 +1,325 @@
+"""The orbits of a surveyed range as branches: pieces between lists, joined through folds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.conditions.conditions import Collision
+from stickslip.analysis.bifurcations.scan.events import orbit_at
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
+from stickslip.analysis.continuation.orbit_curve import OrbitProblem
+from stickslip.analysis.maps.derived import windowed
+from stickslip.analysis.maps.protocol import sample
+from stickslip.analysis.orbits.newton import successors, turned
+
+if TYPE_CHECKING:
+    from stickslip.analysis.bifurcations.explain import Concerned
+    from stickslip.analysis.bifurcations.scan.events import Event
+    from stickslip.analysis.bifurcations.scan.nodes import Node
+    from stickslip.analysis.bifurcations.scan.survey import Span, Survey
+    from stickslip.analysis.bifurcations.scan.tracking import Piece
+    from stickslip.analysis.maps.protocol import Floats, Labels
+
+UP: Final = 1
+DOWN: Final = -1
+
+Side: TypeAlias = Literal[-1, 1]
+Port: TypeAlias = tuple[int, int, int]  # number of a node, place in its list, side
+
+REASONS: Final[dict[str, str]] = {
+    "border_collision": "breakpoint",
+    "enters_gap": "gap",
+    "flip": "period halves",
+    "fold": "step limit",
+    "transcritical": "crossing",
+    "pitchfork": "crossing",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """An orbit at one value of the parameter; `event` if it is a fold or flip of its own."""
+
+    value: float
+    points: Floats
+    multiplier: float
+    event: Event | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Link:
+    """What follows beyond a port: rows, then another orbit's port, or an end."""
+
+    rows: tuple[_Row, ...]
+    to: Port | None
+    event: Event | None = None
+    reason: str = ""
+
+
+@dataclass(eq=False)
+class _Web:
+    """All orbits of all lists, linked."""
+
+    nodes: list[Node]
+    links: dict[Port, _Link] = field(default_factory=dict)
+
+    def row(self, number: int, place: int) -> _Row:
+        """Return an orbit of a list as a row."""
+        node = self.nodes[number]
+        orbit = node.orbits[place]
+        return _Row(node.q, orbit.points, orbit.multiplier)
+
+
+def orbit_branches(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple[Curve, ...]:
+    """Join all orbits of a survey to branches: by period, then lower end and smallest point.
+
+    ``concerned`` holds, by number of the span, the orbits that its events concern.
+    """
+    web = _Web([*(span.left for span in survey.spans), survey.spans[-1].right])
+    for number, span in enumerate(survey.spans):
+        _link_pieces(web, number, span)
+        for event, share in zip(span.events, concerned.get(number, ()), strict=True):
+            _link_event(web, number, event, share)
+    chains = _chains(web)
+    chains.sort(key=lambda chain: (len(chain[1][0].points), chain[1][0].value))
+    curves = [_curve(rows) for _, rows, _ in chains]
+    known = _labels_and_residuals(survey, curves)
+    return tuple(_branch(survey, *what) for what in zip(chains, curves, known, strict=True))
+
+
+def _link_pieces(web: _Web, number: int, span: Span) -> None:
+    """Link orbits that cross a span; those that leave the window in it end there."""
+    for piece in span.pieces:
+        assert piece.left is not None
+        assert piece.right is not None
+        rows = _inner_rows(piece, span.events)
+        low, high = (number, piece.left, UP), (number + 1, piece.right, DOWN)
+        web.links[low] = _Link(rows, high)
+        web.links[high] = _Link(rows[::-1], low)
+    for ending in span.endings:
+        rows = _rows(ending.piece)
+        if ending.piece.left is not None:
+            port = (number, ending.piece.left, UP)
+            web.links.setdefault(port, _Link(rows[1:], None, ending.event, ending.reason))
+        elif ending.piece.right is not None:
+            port = (number + 1, ending.piece.right, DOWN)
+            web.links.setdefault(port, _Link(rows[:-1][::-1], None, ending.event, ending.reason))
+
+
+def _rows(piece: Piece) -> tuple[_Row, ...]:
+    samples = zip(piece.values, piece.points, piece.multipliers, strict=True)
+    return tuple(_Row(float(q), x, float(m)) for q, x, m in samples)
+
+
+def _inner_rows(piece: Piece, events: list[Event]) -> tuple[_Row, ...]:
+    """Return the samples between both lists; at a flip of the orbit, the flip itself."""
+    for event in events:
+        if event.kind == "flip" and event.period == piece.period:
+            nearest = turned(event.points, piece.points[0])
+            if np.abs(nearest - piece.points[0]).max() <= 1e-3 * (1 + np.abs(nearest).max()):
+                return (_Row(event.value, nearest, -1.0, event),)
+    return _rows(piece)[1:-1]
+
+
+def _link_event(web: _Web, number: int, event: Event, share: Concerned) -> None:
+    """Link both orbits of a fold; let all others that do not cross end at the event."""
+    sides = ((number, share.lost, UP), (number + 1, share.born, DOWN))
+    own = all(
+        len(web.row(node, k).points) == event.period for node, places, _ in sides for k in places
+    )
+    if event.kind in ("transcritical", "pitchfork") and own:
+        if _link_crossing(web, number, event, share):
+            return
+    for node, places, side in sides:
+        if event.kind == "fold" and own and len(places) == 2:
+            row = _Row(event.value, event.points, 1.0, event)
+            one, other = ((node, place, side) for place in places)
+            web.links[one] = _Link((row,), other)
+            web.links[other] = _Link((row,), one)
+            continue
+        for place in places:
+            web.links[node, place, side] = _Link((), None, event)
+
+
+def _link_crossing(web: _Web, number: int, event: Event, share: Concerned) -> bool:
+    """Link orbits across the point where they cross; false if there are not two or four.
+
+    Crossing curves change their order: the upper orbit goes on as the lower one. Of a pitchfork's
+    three orbits the middle one goes on, and the others are two ends of one curve.
+    """
+    row = _Row(event.value, event.points, 1.0, event)
+    below = _by_place(web, number, share.lost, event, UP)
+    above = _by_place(web, number + 1, share.born, event, DOWN)
+    few, many = sorted((below, above), key=len)
+    if (len(few), len(many)) == (2, 2):
+        pairs = [(below[0], above[1]), (below[1], above[0])]
+    elif (len(few), len(many)) == (1, 3):
+        pairs = [(few[0], many[1]), (many[0], many[2])]
+    else:
+        return False
+    for one, other in pairs:
+        web.links[one] = _Link((row,), other)
+        web.links[other] = _Link((row,), one)
+    return True
+
+
+def _by_place(
+    web: _Web, number: int, places: tuple[int, ...], event: Event, side: Side
+) -> list[Port]:
+    """Return the ports of orbits, ascending by their point next to the event's first one."""
+
+    def beside(place: int) -> float:
+        points = web.row(number, place).points
+        return float(turned(points, event.points)[0])
+
+    return [(number, place, side) for place in sorted(places, key=beside)]
+
+
+# ------------------------------------------------------------------ from link to link
+
+Chain: TypeAlias = "tuple[_Link | None, list[_Row], _Link | None]"
+
+
+def _chains(web: _Web) -> list[Chain]:
+    """Follow links from every port that is an end; then the closed curves that remain."""
+    seen: set[tuple[int, int]] = set()
+    chains: list[Chain] = []
+    orbits = [(n, k) for n, node in enumerate(web.nodes) for k in range(len(node.orbits))]
+    for only_ends in (True, False):
+        for orbit in orbits:
+            for side in (DOWN, UP):
+                link = web.links.get((*orbit, side))
+                is_end = link is None or link.to is None
+                if orbit not in seen and (is_end or not only_ends):
+                    chains.append(_chain(web, (*orbit, side), seen))
+    return chains
+
+
+def _chain(web: _Web, port: Port, seen: set[tuple[int, int]]) -> Chain:
+    """Walk away from a port, from orbit to orbit."""
+    first = web.links.get(port)
+    rows: list[_Row] = []
+    if first is not None and first.to is None:
+        rows += first.rows[::-1]
+    while True:
+        number, place, side = port
+        seen.add((number, place))
+        rows.append(web.row(number, place))
+        link = web.links.get((number, place, -side))
+        if link is None:
+            return first, rows, None
+        rows += link.rows
+        if link.to is None:
+            return first, rows, link
+        if link.to[:2] in seen:
+            return first, rows, link
+        port = link.to
+
+
+# ------------------------------------------------------------------ as results
+
+
+def _curve(rows: list[_Row]) -> tuple[Floats, Floats]:
+    """Values of the parameter, and the points, each orbit turned to be next to the one before."""
+    points = [rows[0].points]
+    for row in rows[1:]:
+        points.append(turned(row.points, points[-1]))
+    return np.array([row.value for row in rows]), np.array(points)
+
+
+def _branch(
+    survey: Survey, chain: Chain, curve: tuple[Floats, Floats], known: tuple[Labels, Floats]
+) -> Curve:
+    """Make a branch of rows and what lies at its ends."""
+    first, rows, last = chain
+    (values, points), (labels, residual) = curve, known
+    name = survey.family.name
+    multipliers = np.array([row.multiplier for row in rows])
+    passed = [
+        CurveEvent(
+            row.event.kind,
+            {name: row.value},
+            points[k],
+            row.multiplier,
+            row.event.located.error,
+            k,
+        )
+        for k, row in enumerate(rows)
+        if row.event is not None
+    ]
+    ends = [
+        _end(survey, link, rows[k], points[k]) for link, k in ((first, 0), (last, len(rows) - 1))
+    ]
+    f = survey.family.f
+    return Curve(
+        kind="orbit",
+        period=len(points[0]),
+        parameters={name: values},
+        points=points,
+        multipliers=multipliers,
+        stable=np.abs(multipliers) < 1,
+        ends=(ends[0], ends[1]),
+        bifurcations=tuple(passed),
+        data={"labels": labels, "residual": residual},
+        problem=OrbitProblem(windowed(f, survey.family.window)),
+    )
+
+
+def _labels_and_residuals(
+    survey: Survey, curves: list[tuple[Floats, Floats]]
+) -> list[tuple[Labels, Floats]]:
+    """Labels and residuals of all curves; each map is asked once, for all that pass it."""
+    if not curves:
+        return []
+    q = np.concatenate([np.repeat(values, points.shape[1]) for values, points in curves])
+    x = np.concatenate([points.ravel() for _, points in curves])
+    label, value = np.zeros(x.size, dtype=np.uint64), np.empty(x.size)
+    order = np.argsort(q, kind="stable")
+    for here in np.split(order, np.flatnonzero(np.diff(q[order])) + 1):
+        got = sample(survey.family.at(q[here[0]]), x[here])
+        label[here], value[here] = got.label, got.value
+    ends = np.cumsum([points.size for _, points in curves])[:-1]
+    return [
+        (labels.reshape(points.shape), np.abs(images.reshape(points.shape) - after).max(axis=1))
+        for (_, points), labels, images in zip(
+            curves, np.split(label, ends), np.split(value, ends), strict=True
+        )
+        for after in [successors(points)]
+    ]
+
+
+def _end(survey: Survey, link: _Link | None, row: _Row, points: Floats) -> CurveEnd:
+    """Say why a curve ends."""
+    name = survey.family.name
+    if link is None:
+        at_end = row.value in (survey.lo, survey.hi)
+        why = "end of range" if at_end else "step limit"
+        return CurveEnd(why, {name: row.value}, points, row.multiplier)
+    if link.to is not None:
+        return CurveEnd("closed", {name: row.value}, points, row.multiplier)
+    event = link.event
+    there = None if event is None else orbit_at(event, points, survey.family)
+    if event is None or there is None:
+        reason = "end of domain" if link.reason == "outside" else "step limit"
+        return CurveEnd(reason, {name: row.value}, points, row.multiplier)
+    reading = event.located.reading
+    if not isinstance(reading.condition, Collision) or reading.critical is None:
+        return CurveEnd(REASONS[event.kind], {name: event.value}, there, row.multiplier)
+    border = reading.critical
+    index = int(np.argmin(np.abs(there - border.x)))
+    side = -1 if points[index] < border.x else 1
+    multiplier = row.multiplier
+    if len(there) == event.period:
+        multiplier = reading.multipliers[0 if side < 0 else 1]
+    return CurveEnd(
+        REASONS[event.kind],
+        {name: event.value},
+        there,
+        multiplier,
+        index=index,
+        side=side,
+        border=border.critical,
+    )

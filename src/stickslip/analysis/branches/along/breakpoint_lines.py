@@ -1,0 +1,228 @@
+"""Breakpoints of a family of maps at many parameter values.
+
+At a few values, the anchors, the breakpoints are known from complete tables. From there each is
+followed value by value, and back from the next anchor: predicted, enclosed by two points that
+differ as its sides do (in value at a jump, in slope at a corner, in having a value at an edge; a
+label may change where the map does not care), and bisected, all of one value together.
+
+`tracked` follows one break to adjacent floats, with the limits on both sides. Here places are
+enough, of all breaks at thousands of values: a few calls of the map for each must do.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.maps.protocol import domain_width, is_ok, sample
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.branches.breakpoints import Breakpoint
+    from stickslip.analysis.branches.table import BranchTable
+    from stickslip.analysis.maps.protocol import Floats, Map1D
+
+LOCATED: Final = 1e-12  # of the domain's width: how far a breakpoint is bisected
+FIRST: Final = 1e-6  # of the domain's width: half of the first bracket
+SMALLEST: Final = 1e-11  # ... and of later ones, however good the predictions are
+WIDENING: Final = 16.0
+WIDEST: Final = 0.05  # of the domain's width: a breakpoint further off is lost
+HALVINGS: Final = 60
+PLACES: Final = 4  # that a prediction goes through
+REMAINS: Final = 0.5  # of the difference between the sides, from one value to the next
+MET: Final = 1e-6  # of the domain's width: how well a line must meet an anchor
+
+
+@dataclass(frozen=True, eq=False)
+class BreakpointLine:
+    """A breakpoint of a map over the parameter values at which it exists."""
+
+    kind: str
+    d: Floats  # its place, to 1e-12 of the domain's width; NaN at values without it
+
+
+@dataclass(frozen=True)
+class _Breaks:
+    """Breakpoints of one map; arrays of shape (m,). ``contrast`` tells how the sides differ."""
+
+    value: float
+    x: Floats
+    kind: NDArray[np.str_]
+    contrast: Floats
+
+    def take(self, rows: list[int]) -> _Breaks:
+        return _Breaks(self.value, self.x[rows], self.kind[rows], self.contrast[rows])
+
+
+def follow_breakpoints(
+    maps: Sequence[Map1D], values: Floats, anchors: Sequence[tuple[float, BranchTable]]
+) -> tuple[BreakpointLine, ...]:
+    """Locate the breakpoints of a family at ascending values between anchors, complete tables.
+
+    From left to right, in the order in which they appear; changes of label that the map does not
+    notice are left out.
+    """
+    lines: list[tuple[str, Floats]] = []
+    here = _breaks_at(*anchors[0])
+    owners = _new_lines(lines, here, len(values))
+    for before, after in pairwise(anchors):
+        there = _breaks_at(*after)
+        inside = np.flatnonzero((values >= before[0]) & (values <= after[0]))
+        reached, end = _march(maps, values, inside, here, there)
+        for line, column in zip(owners, reached.T, strict=True):
+            _enter(lines[line][1], inside, column)
+        reach = MET * domain_width(after[1].f)
+        old = _matched(here, end, there, reach)
+        fresh = there.take([k for k, row in enumerate(old) if row is None])
+        new = _new_lines(lines, fresh, len(values))
+        back, _ = _march(maps, values, inside[::-1], fresh, here)
+        for k, column in enumerate(back[::-1].T):
+            new[k] = _met(column, str(fresh.kind[k]), reached, here, owners, reach, new[k])
+            _enter(lines[new[k]][1], inside, column)
+        names = iter(new)
+        owners = [next(names) if row is None else owners[row] for row in old]
+        here = there
+    return tuple(BreakpointLine(kind, d) for kind, d in lines if np.isfinite(d).any())
+
+
+def _breaks_at(value: float, table: BranchTable) -> _Breaks:
+    items = [item for item in table.breakpoints if item.kind != "smooth"]
+    return _Breaks(
+        value,
+        np.array([item.d for item in items], dtype=np.float64),
+        np.array([item.kind for item in items], dtype=np.str_),
+        np.array([_contrast(item) for item in items], dtype=np.float64),
+    )
+
+
+def _contrast(item: Breakpoint) -> float:
+    """How much the signal (`_Signal`) differs between the two sides."""
+    if item.kind == "jump":
+        return abs(item.jump)
+    if item.kind == "corner":
+        return abs(math.atan(item.right_slope) - math.atan(item.left_slope))
+    return 1.0
+
+
+def _new_lines(lines: list[tuple[str, Floats]], breaks: _Breaks, n: int) -> list[int]:
+    """Open a line for each breakpoint; return their numbers."""
+    first = len(lines)
+    lines += [(str(kind), np.full(n, np.nan)) for kind in breaks.kind]
+    return list(range(first, len(lines)))
+
+
+def _enter(line: Floats, places: NDArray[np.intp], column: Floats) -> None:
+    known = np.isfinite(column)
+    line[places[known]] = column[known]
+
+
+def _matched(here: _Breaks, end: Floats, there: _Breaks, reach: float) -> list[int | None]:
+    """For each breakpoint there, the row of the one that arrived at it, or None."""
+    rows: list[int | None] = []
+    for x, kind in zip(there.x, there.kind, strict=True):
+        same = (here.kind == kind) & (np.abs(end - x) <= reach)
+        rows.append(int(np.argmax(same)) if same.any() else None)
+    return rows
+
+
+def _met(
+    column: Floats,
+    kind: str,
+    reached: Floats,
+    here: _Breaks,
+    owners: list[int],
+    reach: float,
+    own: int,
+) -> int:
+    """Line that a breakpoint followed back belongs to: one that it meets, else its own."""
+    for row, line in enumerate(owners):
+        with np.errstate(invalid="ignore"):
+            if here.kind[row] == kind and (np.abs(reached[:, row] - column) <= reach).any():
+                return line
+    return own
+
+
+def _march(
+    maps: Sequence[Map1D],
+    values: Floats,
+    order: NDArray[np.intp],
+    start: _Breaks,
+    towards: _Breaks,
+) -> tuple[Floats, Floats]:
+    """Follow breakpoints to the next anchor: places (len(order), m), NaN where lost; forecasts."""
+    found = np.full((len(order), len(start.x)), np.nan)
+    rows = np.arange(len(start.x))
+    places: list[tuple[float, Floats]] = [(start.value, start.x)]
+    if np.array_equal(start.kind, towards.kind):
+        places.insert(0, (towards.value, towards.x))  # a chord is a better guess than none
+    radius, contrast = np.full(len(start.x), FIRST), start.contrast.copy()
+    for step, k in enumerate(order):
+        if not rows.size:
+            break
+        f, value = maps[k], float(values[k])
+        guess = _extrapolated(places, value)
+        reach = np.maximum(radius, SMALLEST) * domain_width(f)
+        signal = _Signal(f, start.kind[rows])
+        x, difference = _located(signal, guess[rows], reach[rows], contrast[rows])
+        found[step, rows], contrast[rows] = x, difference
+        rows = rows[np.isfinite(x)]
+        if value not in (q for q, _ in places):
+            radius = 4.0 * np.abs(found[step] - guess) / domain_width(f)
+            places = [*places, (value, found[step])][-PLACES:]
+    return found, _extrapolated(places, towards.value)
+
+
+def _extrapolated(places: list[tuple[float, Floats]], value: float) -> Floats:
+    """Continue the polynomial through the places (Lagrange's form)."""
+    total = np.zeros_like(places[0][1])
+    for q, x in places:
+        factors = [(value - other) / (q - other) for other, _ in places if other != q]
+        total = total + x * float(np.prod(factors))
+    return total
+
+
+@dataclass(frozen=True)
+class _Signal:
+    """What tells the two sides of breaks apart: one number per point."""
+
+    f: Map1D
+    kind: NDArray[np.str_]
+
+    def __call__(self, x: Floats, rows: NDArray[np.intp]) -> Floats:
+        values, kind = sample(self.f, x), self.kind[rows]
+        signal = np.where(kind == "jump", values.value, np.arctan(values.derivative))
+        return np.where(kind == "edge", is_ok(values), signal)
+
+
+def _located(signal: _Signal, x: Floats, radius: Floats, contrast: Floats) -> tuple[Floats, Floats]:
+    """Enclose and bisect breaks, all at once; their places, NaN where lost, and contrasts."""
+    f, every = signal.f, np.arange(len(x))
+    widest = WIDEST * domain_width(f)
+    while True:
+        low, high = np.clip(x - radius, *f.domain), np.clip(x + radius, *f.domain)
+        both = signal(np.concatenate([low, high]), np.concatenate([every, every]))
+        at_low, at_high = both[: len(x)], both[len(x) :]
+        good = np.abs(at_high - at_low) >= REMAINS * contrast
+        if (good | (radius >= widest)).all():
+            break
+        radius = np.where(good, radius, np.minimum(radius * WIDENING, widest))
+    for _ in range(HALVINGS):
+        k = np.flatnonzero(good & (high - low > LOCATED * domain_width(f)))
+        if not k.size:
+            break
+        middle = 0.5 * (low[k] + high[k])
+        at_middle = signal(middle, k)
+        left = np.abs(at_middle - at_low[k]) <= np.abs(at_middle - at_high[k])
+        low[k], at_low[k] = np.where(left, middle, low[k]), np.where(left, at_middle, at_low[k])
+        high[k] = np.where(left, high[k], middle)
+        at_high[k] = np.where(left, at_high[k], at_middle)
+    difference = np.abs(at_high - at_low)
+    good &= difference >= REMAINS * contrast  # else it was slope, not a break
+    return np.where(good, 0.5 * (low + high), np.nan), np.where(good, difference, contrast)

@@ -1,0 +1,350 @@
+"""Discontinuities and turning points of a map, followed as its parameters change.
+
+A discontinuity, of the map or of its slope, is known by the labels on either side. In a map with
+nearby parameter values it is found by looking for the end of the left branch close to its last
+place; one-sided limits are taken as for a table. Where labels do not tell branches apart, or one
+of them is gone, the table of a small window decides. The end of a piece is told by its own labels
+alone: beyond may be a branch, a gap, or branches without number that accumulate there.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Literal, Self, TypeAlias
+
+import numpy as np
+
+from stickslip.analysis.branches.along.change_search import Branch, Probe, Seen, find_change
+from stickslip.analysis.branches.breakpoints import Limits, kind_of, limits_inside
+from stickslip.analysis.branches.mesh import Nodes
+from stickslip.analysis.branches.table import RESOLUTION, branch_table
+from stickslip.analysis.maps.derived import WindowMap
+from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
+from stickslip.numerics.slope_zeros import slope_zeros
+from stickslip.status import OK
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from stickslip.analysis.branches.breakpoints import Breakpoint, Kind
+    from stickslip.analysis.maps.protocol import Floats, Map1D
+
+Side: TypeAlias = Literal[-1, 1]
+CriticalKind: TypeAlias = Literal["jump", "corner", "smooth", "edge", "turning point"]
+
+REACH: Final = 1.5  # times the last move: where a critical point is looked for first
+WINDOW: Final = 1e-3  # of the domain: half width of the window whose table is asked, at least
+WIDER: Final = 8.0  # ... and times the last move
+EPS: Final = float(np.finfo(np.float64).eps)
+TURN: Final = 1e-7  # of the domain: half width of the first bracket of a turning point
+WIDENING: Final = 4.0  # of that bracket, until the slope changes its sign
+CONTINUOUS: Final = 1e-3  # of the slopes around: a slope that jumps over 0 is no turning point
+FAN: Final = 33  # points between which the end is looked for ...
+ROUNDS: Final = 12  # ... so often: adjacent floats after ten
+ADJACENT: Final = 2  # floats
+FAN_OUT: Final = 8.0 ** np.arange(-12, -2)  # of the domain: how far an end may have moved
+
+
+class ConditionLost(Exception):
+    """What a condition asks for does not exist at these parameter values."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
+@dataclass(frozen=True)
+class CriticalReading:
+    """A critical point of one map: where it is and what the map does on either side."""
+
+    x: float
+    left: float  # one-sided value, NaN beside a gap; equal to ``right`` at a turning point
+    right: float
+    left_slope: float  # infinite at a square root, 0 at a turning point
+    right_slope: float
+    kind: CriticalKind
+    interval: tuple[float, float]  # points on either side, adjacent floats at a break
+    critical: Critical  # the same one, started from here
+
+    def value(self, side: int) -> float:
+        """One-sided value: -1 left, 1 right."""
+        return self.left if side < 0 else self.right
+
+    @property
+    def uncertainty(self) -> float:
+        """How far off ``x`` may be: at a corner, whose sides meet, their values tell."""
+        known = self.interval[1] - self.interval[0]
+        if self.kind not in ("corner", "smooth"):
+            return known
+        steepness = abs(self.left_slope) + abs(self.right_slope)
+        return known + abs(self.right - self.left) / max(1.0, steepness)
+
+    def slope(self, side: int) -> float:
+        """One-sided slope: -1 left, 1 right."""
+        return self.left_slope if side < 0 else self.right_slope
+
+
+@dataclass(frozen=True)
+class TrackedDiscontinuity:
+    """A break of a map between two branches, plain data: finds itself in a changed map."""
+
+    left_label: int | None  # None in a gap
+    right_label: int | None
+    x: float
+    kind: Kind
+    # how far it moved when it was followed last; 0 if never
+    reach: float = field(default=0.0, compare=False)
+
+    @classmethod
+    def of(cls, breakpoint_: Breakpoint) -> Self:
+        """Make a border of a breakpoint of a map's table."""
+        b = breakpoint_
+        left = None if math.isnan(b.left) else b.left_label
+        right = None if math.isnan(b.right) else b.right_label
+        return cls(left, right, b.d, b.kind)
+
+    @property
+    def labelled(self) -> bool:
+        """Whether the labels tell the two sides apart."""
+        return self.left_label != self.right_label
+
+    def at(self, f: Map1D, *, successors: bool = True) -> CriticalReading:
+        """Find the break in a map with other parameter values, its kind and labels those of ``f``.
+
+        If its branches no longer meet, a break that shares a branch with it takes its place, unless
+        ``successors`` is false (without labels: always). A table of a small window names it: slow.
+        """
+        whole: Map1D = getattr(f, "whole", f)
+        reading = _by_labels(whole, self) if self.labelled else None
+        if reading is None:
+            if self.labelled and not successors:
+                raise ConditionLost(f"the {self.kind} at {self.x:.12g} is gone")
+            reading = _by_table(whole, self)
+        lo, hi = f.domain
+        if not lo <= reading.x <= hi:
+            raise ConditionLost(f"the {self.kind} at {reading.x:.12g} has left the window")
+        return reading
+
+
+@dataclass(frozen=True)
+class TurningPoint:
+    """A smooth extremum of a map: f'(x) = 0 inside a branch."""
+
+    x: float
+    # how far it moved when it was followed last; 0 if never
+    reach: float = field(default=0.0, compare=False)
+
+    @property
+    def kind(self) -> CriticalKind:
+        """``turning point``."""
+        return "turning point"
+
+    def at(self, f: Map1D) -> CriticalReading:
+        """Find the turning point in a map with other parameter values, or raise `ConditionLost`."""
+        whole: Map1D = getattr(f, "whole", f)
+        scale = domain_width(whole)
+        ends, slopes = _slope_bracket(whole, self.x, max(REACH * self.reach, TURN * scale))
+        (x,) = slope_zeros(lambda t: values_and_slopes(whole, t)[1], ends, slopes).tolist()
+        around = sample(whole, np.clip(x + EPS * scale * np.array([-1.0, 0.0, 1.0]), *ends))
+        if not np.max(np.abs(around.derivative)) <= CONTINUOUS * np.abs(slopes).sum():
+            raise ConditionLost(f"no turning point near {self.x:.12g}: the slope jumps over 0")
+        lo, hi = f.domain
+        if not lo <= x <= hi:
+            raise ConditionLost(f"the turning point at {x:.12g} has left the window")
+        value = float(around.value[1])
+        moved = TurningPoint(x, abs(x - self.x))
+        interval = (float(np.nextafter(x, -math.inf)), float(np.nextafter(x, math.inf)))
+        return CriticalReading(x, value, value, 0.0, 0.0, "turning point", interval, moved)
+
+
+Critical: TypeAlias = TrackedDiscontinuity | TurningPoint
+
+
+# ---------------------------------------------------------------- breaks
+
+
+@dataclass(frozen=True)
+class NearDiscontinuity:
+    """What limits and kinds of breaks ask of a mesh, for one break (see `mesh.Prober`)."""
+
+    f: Map1D
+
+    @property
+    def value_scale(self) -> float:
+        """Width of the domain: a map's values lie there, but for some that leave it."""
+        return domain_width(self.f)
+
+    @property
+    def slope_scale(self) -> float:
+        """Mean steepness."""
+        return 1.0
+
+    @property
+    def resolution(self) -> float:
+        """As in tables."""
+        return RESOLUTION * min(1.0, self.value_scale)
+
+    def probe(self, x: Floats) -> Nodes:
+        """Evaluate the map."""
+        return Nodes.at(x, sample(self.f, x))
+
+
+def _by_labels(f: Map1D, border: TrackedDiscontinuity) -> CriticalReading | None:
+    """Find a border by the labels of its two branches; None where these do not meet."""
+    left, right = Branch.of(border.left_label), Branch.of(border.right_label)
+    probe = Probe(f)
+    found = find_change(probe, left, right, border.x, REACH * border.reach)
+    if found is None:
+        return None
+    last, first = found
+    near = NearDiscontinuity(f)
+    ends = _nodes(last, first)
+    room = np.array([probe.extent(last.x, left, -1), probe.extent(first.x, right, 1)])
+    limits = limits_inside(near, ends, np.array([-1.0, 1.0]), room)
+    # The first float to the right, but one that has a value; beside 0, 0 rather than a tiny one.
+    x = last.x if last.x == 0 or not first.branch.ok else first.x
+    limits = limits.moved(x - ends.x)
+    at_left, at_right = limits.take(slice(0, 1)), limits.take(slice(1, 2))
+    (kind,) = kind_of(near, at_left, at_right, np.array([first.x - last.x]))
+    moved = TrackedDiscontinuity(border.left_label, border.right_label, x, kind, abs(x - border.x))
+    return CriticalReading(
+        x,
+        float(limits.value[0]),
+        float(limits.value[1]),
+        float(limits.slope[0]),
+        float(limits.slope[1]),
+        kind,
+        (last.x, first.x),
+        moved,
+    )
+
+
+def _nodes(*seen: Seen) -> Nodes:
+    return Nodes(
+        np.array([s.x for s in seen]),
+        np.array([s.value for s in seen]),
+        np.array([s.slope for s in seen]),
+        np.array([s.branch.label for s in seen], dtype=np.uint64),
+        np.array([s.branch.ok for s in seen]),
+        np.array([s.margin for s in seen]),
+    )
+
+
+def _by_table(f: Map1D, border: TrackedDiscontinuity) -> CriticalReading:
+    """Find the nearest break that may have taken a border's place, in the table of a window."""
+    half = max(WINDOW * domain_width(f), WIDER * border.reach)
+    successors = _successors(f, border, half)
+    # Where labels tell nothing, every search begins here, however far the break has moved.
+    while not successors and not border.labelled and half < domain_width(f):
+        half *= WIDER
+        successors = _successors(f, border, half)
+    if not successors:
+        raise ConditionLost(f"the {border.kind} at {border.x:.12g} is gone")
+    # One that is of the same kind and shares a side comes first, then the nearest.
+    b = min(successors, key=lambda b: (b.kind != border.kind, abs(b.d - border.x)))
+    found = TrackedDiscontinuity.of(b)
+    moved = TrackedDiscontinuity(
+        found.left_label, found.right_label, b.d, b.kind, abs(b.d - border.x)
+    )
+    values = (b.left, b.right, b.left_slope, b.right_slope)
+    return CriticalReading(b.d, *values, b.kind, b.interval, moved)
+
+
+def _successors(f: Map1D, border: TrackedDiscontinuity, half: float) -> list[Breakpoint]:
+    """Find breaks near a border that may have taken its place."""
+    lo, hi = f.domain
+    window = (max(border.x - half, lo), min(border.x + half, hi))
+    if not window[0] < window[1]:
+        return []
+    table = branch_table(WindowMap(f, window))
+    return [b for b in table.breakpoints if _may_replace(TrackedDiscontinuity.of(b), border)]
+
+
+def _may_replace(other: TrackedDiscontinuity, border: TrackedDiscontinuity) -> bool:
+    """Tell whether a break may be a border after one of its branches gave way to another."""
+    if not border.labelled:
+        return other.kind == border.kind
+    shares = other.left_label == border.left_label or other.right_label == border.right_label
+    return shares and (other.kind != "smooth" or border.kind == "smooth")
+
+
+# ---------------------------------------------------------------- turning points
+
+
+def _slope_bracket(f: Map1D, x: float, reach: float) -> tuple[Floats, Floats]:
+    """Find points on either side of x with slopes of different signs; both of shape (2, 1)."""
+    lo, hi = f.domain
+    while True:
+        ends = np.array([[max(x - reach, lo)], [min(x + reach, hi)]])
+        _, slopes = values_and_slopes(f, ends)
+        if slopes[0] * slopes[1] <= 0:
+            return ends, slopes
+        if not np.isfinite(slopes).all() or (ends[0] == lo and ends[1] == hi):
+            raise ConditionLost(f"the turning point near {x:.12g} is gone")
+        reach *= WIDENING
+
+
+@dataclass(frozen=True, eq=False)
+class PieceEnd:
+    """The end of a piece; value and slope of the map are limits from the piece."""
+
+    border: TrackedDiscontinuity
+    side: int  # where the piece is: -1 left of its end, 1 right
+    value: float
+    slope: float
+
+    @property
+    def beyond(self) -> int | None:
+        """Label on the other side; None where there is no value."""
+        return self.border.right_label if self.side < 0 else self.border.left_label
+
+
+def piece_end(f: Map1D, piece: Collection[int], inside: float, outside: float) -> PieceEnd | None:
+    """Find, to adjacent floats, the first end of a piece from a point on it towards one outside.
+
+    None if ``inside`` is not on the piece, or if the piece does not end before ``outside``.
+    """
+    allowed = np.array(sorted(piece), dtype=np.uint64)
+    room = found = None
+    for _ in range(ROUNDS):
+        x = np.linspace(inside, outside, FAN)
+        values = sample(f, x)
+        on_piece = (values.status == OK) & np.isin(values.label, allowed)
+        if on_piece.all() or not on_piece[0]:
+            break
+        first = int(np.argmin(on_piece))
+        found = Nodes.at(x, values).take(slice(first - 1, first + 1))
+        if room is None:
+            room = abs(float(x[first - 1]) - inside)
+        inside, outside = found.x.tolist()
+        if abs(outside - inside) <= ADJACENT * np.spacing(abs(outside)):
+            break
+    if found is None or room is None:
+        return None
+    return _described(NearDiscontinuity(f), found, room)
+
+
+def _described(mesh: NearDiscontinuity, pair: Nodes, room: float) -> PieceEnd:
+    """Take limits from the piece, and compare them with what comes next."""
+    last, beyond = pair.take(slice(0, 1)), pair.take(slice(1, 2))
+    side = -1 if beyond.x[0] > last.x[0] else 1
+    limits = limits_inside(mesh, last, np.array([float(side)]), np.array([room]))
+    other = Limits(beyond.value, beyond.slope)
+    left, right = (limits, other) if side < 0 else (other, limits)
+    (kind,) = kind_of(mesh, left, right, np.abs(beyond.x - last.x))
+    labels = int(last.label[0]), (int(beyond.label[0]) if beyond.ok[0] else None)
+    left_label, right_label = labels if side < 0 else labels[::-1]
+    border = TrackedDiscontinuity(left_label, right_label, float(last.x[0]), kind)
+    return PieceEnd(border, side, float(limits.value[0]), float(limits.slope[0]))
+
+
+def piece_end_near(f: Map1D, piece: Collection[int], x: float, side: int) -> PieceEnd | None:
+    """Find the end of a piece close to x; side is -1 for a piece left of its end, else 1."""
+    reach = side * domain_width(f) * FAN_OUT
+    inside, outside = (np.clip(x + k * reach, *f.domain).tolist() for k in (1, -1))
+    for a, b in zip(inside, outside, strict=True):
+        found = piece_end(f, piece, a, b)
+        if found is not None:
+            return found
+    return None

@@ -1,0 +1,108 @@
+"""Margins save evaluations and show branches that no node has met."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from stickslip.analysis.branches.discontinuities import LabelBrackets
+from stickslip.analysis.branches.mesh import Mesh
+from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.maps.protocol import PointValues
+
+EVALUATIONS = 30  # per change; halving alone takes 45
+
+
+@dataclass(frozen=True)
+class Labelled:
+    """Value x on [0, 1], a label per interval, gaps where asked, and a margin."""
+
+    changes: tuple[float, ...]
+    root_on: int = 0  # margins are square roots left (-1) or right (1) of each change
+    tells_margin: bool = True
+    gap: int | None = None
+    domain: tuple[float, float] = (0.0, 1.0)
+
+    def evaluate(self, x, /):
+        x = np.asarray(x, dtype=float)
+        changes = np.array(self.changes)
+        label = np.searchsorted(changes, x, side="right")
+        away = x[..., None] - changes
+        size = np.abs(away)
+        size = np.where(np.sign(away) == self.root_on, np.sqrt(size), 3 * size + size**2)
+        margin = size.min(axis=-1) if self.tells_margin else np.full(x.shape, np.nan)
+        in_gap = label == (-1 if self.gap is None else self.gap)
+        nothing = np.where(in_gap, np.nan, 1.0)
+        return PointValues(
+            x * nothing, nothing, label.astype(np.uint64), np.where(in_gap, 2, 0), margin
+        )
+
+
+@given(at=st.floats(0.01, 0.99), root_on=st.sampled_from([-1, 0, 1]))
+def test_margins_lead_to_the_change(at, root_on):
+    f = Labelled((at,), root_on)
+    mesh = Mesh(f, 1e-9)
+    before = mesh.n_evaluations
+    ends = mesh.nodes.take(slice(0, 1)), mesh.nodes.take(slice(-1, None))
+    brackets = LabelBrackets(mesh, *ends, room=9)
+    brackets.close()
+    assert brackets.left.x[0] < at <= brackets.right.x[0]
+    assert brackets.right.x[0] - brackets.left.x[0] <= 2 * np.spacing(at)
+    assert mesh.n_evaluations - before <= EVALUATIONS
+
+
+@given(at=st.floats(0.01, 0.99), tells=st.booleans())
+def test_without_a_margin_it_is_halving(at, tells):
+    f = Labelled((at,), tells_margin=tells)
+    (change,) = branch_table(f).breakpoints
+    assert change.d == pytest.approx(at, abs=2e-16)
+    assert change.kind == "smooth"
+
+
+@given(at=st.floats(0.05, 0.95), width=st.floats(2e-8, 1e-3), root_on=st.sampled_from([-1, 0, 1]))
+def test_a_branch_between_two_of_the_same_kind_is_seen_by_its_margin(at, width, root_on):
+    # Label 1 lies inside label 0, and the values go straight on.
+    class Hidden(Labelled):
+        def evaluate(self, x, /):
+            got = super().evaluate(x)
+            return PointValues(
+                got.value, got.derivative, got.label % np.uint64(2), got.status, got.margin
+            )
+
+    f = Hidden((at, at + width), root_on)
+    assert [b.d for b in branch_table(f).breakpoints] == pytest.approx([at, at + width], abs=3e-16)
+
+
+@given(at=st.floats(0.1, 0.6), width=st.floats(0.05, 0.3))
+def test_edges_of_a_gap_take_few_evaluations_inside_it(at, width):
+    assume(at + width < 0.95)
+    inside = []
+
+    class Counting(Labelled):
+        def evaluate(self, x, /):
+            got = super().evaluate(x)
+            inside.append(int(np.isnan(got.value).sum()))
+            return got
+
+    f = Counting((at, at + width), gap=1)
+    table = branch_table(f)
+    assert table.gaps == pytest.approx(np.array([[at, at + width]]), abs=3e-16)
+    assert sum(inside) <= 2 * 101 * width + 2 * EVALUATIONS
+
+
+def test_a_window_inside_a_gap_is_seen_by_the_margin():
+    @dataclass(frozen=True)
+    class Window(Labelled):
+        def evaluate(self, x, /):
+            got = super().evaluate(x)
+            outside = (got.label == 1) | (got.label == 3)
+            nothing = np.where(outside, np.nan, 1.0)
+            status = np.where(outside, 2, 0)
+            return PointValues(
+                got.value * nothing, got.derivative * nothing, got.label, status, got.margin
+            )
+
+    f = Window((0.2, 0.5, 0.5007, 0.8))
+    assert branch_table(f).gaps == pytest.approx(np.array([[0.2, 0.5], [0.5007, 0.8]]), abs=1e-15)

@@ -1,0 +1,271 @@
+"""``stickslip sweep`` and ``stickslip plot``: plans, refusals, pictures."""
+
+import json
+import os
+
+import numpy as np
+import pytest
+
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None
+
+import stickslip as ss
+from stickslip.cli import main
+from stickslip.mechanics.model.file import write_model
+from stickslip.sweeps.plan import read_plan
+
+pytest.importorskip("zarr")
+
+PLAN = """\
+store = "map.zarr"
+seed = 3
+observables = [
+    {name = "attractor", transient = 40, n = 64},
+    {name = "lyapunov_exponent", transient = 40, n = 64},
+]
+
+[model]
+kind = "two_block"
+alpha = 1.2
+beta = 1.3
+V = 0.0366
+friction = {law = "coulomb", mu = 0.22}
+
+[axes]
+V = {from = 0.03, to = 0.05, n = 8}
+alpha = [1.1, 1.2, 1.3]
+
+[chunks]
+V = 4
+alpha = 1
+"""
+
+
+LONG = "9" * 300
+
+
+@pytest.fixture
+def plan(tmp_path):
+    path = tmp_path / "plan.toml"
+    path.write_text(PLAN)
+    return path
+
+
+def ended(capsys, *tokens):
+    code = main(list(map(str, tokens)))
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def test_a_plan_is_run_beside_its_file(plan, capsys):
+    code, out, err = ended(capsys, "sweep", plan)
+    assert (code, out) == (0, f"{plan.parent / 'map.zarr'}\n")
+    assert "rror" not in err
+    found = ss.open_sweep(plan.parent / "map.zarr")
+    assert found.kind.shape == (8, 3)
+    assert found.attrs["description"]["seed"] == 3
+    same = ss.sweep(
+        ss.examples.coulomb(),
+        {"V": (0.03, 0.05, 8), "alpha": [1.1, 1.2, 1.3]},
+        [
+            ss.observables.Attractor(transient=40, n=64),
+            ss.observables.LyapunovExponent(transient=40, n=64),
+        ],
+        store=plan.parent / "map.zarr",
+        rng=3,
+    )
+    np.testing.assert_array_equal(same.kind, found.kind)
+
+
+def test_a_store_that_exists_is_gone_on_with_only_if_asked(plan, capsys):
+    assert ended(capsys, "sweep", plan, "--status") == (
+        0,
+        f"{plan.parent / 'map.zarr'}: not begun\n",
+        "",
+    )
+    assert ended(capsys, "sweep", plan)[0] == 0
+    (plan.parent / "map.zarr/checksum/c/0/0").write_bytes(b"torn")
+    code, out, err = ended(capsys, "sweep", plan)
+    assert (code, out) == (3, "")
+    assert "map.zarr exists" in err
+    assert "--resume goes on with it" in err
+    code, out, _ = ended(capsys, "sweep", plan, "--status", "--json")
+    result = json.loads(out)["result"]
+    assert (result["done"], result["chunks"]) == ([5], [6])
+    assert ended(capsys, "sweep", plan, "--resume", "--threads", "1")[0] == 0
+    told = ended(capsys, "sweep", plan, "--status")[1]
+    assert told.startswith(f"{plan.parent / 'map.zarr'}: 6 of 6 chunks done; not verified: content")
+
+
+def test_a_store_of_another_plan_is_refused(plan, capsys):
+    assert ended(capsys, "sweep", plan)[0] == 0
+    plan.write_text(PLAN.replace("seed = 3", "seed = 4"))
+    code, out, err = ended(capsys, "sweep", plan, "--resume")
+    assert (code, out) == (3, "")
+    assert "holds another sweep: seed = 3 there, 4 here" in err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("seed = 3", "sead = 3", "sead: unknown key. Known: store,"),
+        ("seed = 3", 'seed = "x"', "seed: Expected `int`, got `str`"),
+        ('store = "map.zarr"', "", "store: missing"),
+        ("[axes]", "[axis]", "axis: unknown key"),
+        ("to = 0.05", "till = 0.05", "axes.V.till: unknown key. Known: from, to, n, scale"),
+        ("n = 8}", "n = 8.5}", "axes.V.n: Expected `int`, got `float`"),
+        ("n = 8}", "n = 0}", "axes.V: n = 0 is not allowed: n"),
+        ("n = 8}", 'n = 8, scale = "cubic"}', "axes.V.scale: Invalid enum value 'cubic'"),
+        ("from = 0.03, ", "", "axes.V.from: missing"),
+        ("[1.1, 1.2, 1.3]", "7", "axes.alpha = 7: a table is needed"),
+        ("[1.1, 1.2, 1.3]", '[1.1, "x"]', "axes.alpha.values[1]: Expected `float`, got `str`"),
+        ("alpha = [", "alhpa = [", "axis 'alhpa': TwoBlock has no parameter 'alhpa'"),
+        ("mu = 0.22", "mu = 7.0", "[model] [friction] mu = 7.0"),
+        ('kind = "two_block"', 'kind = "one_block"', "[model] kind = 'one_block' is no kind"),
+        ('{name = "attractor", ', '{name = "atractor", ', "observables[0].name = 'atractor' is"),
+        ("transient = 40, n = 64},\n]", "trans = 40},\n]", "observables[1].trans: unknown key"),
+        ("n = 64},\n]", "n = 1},\n]", "observables[1]: n of lyapunov_exponent = 1"),
+        ("V = 4\nalpha = 1", "beta = 4", "chunks: 'beta' is no axis"),
+        ("seed = 3", "seed = = 3", "not TOML"),
+        ("[chunks]\nV = 4\nalpha = 1", "[engine]\nrtol = 2.0", "engine: rtol = 2.0"),
+        ("n = 8}", f"n = {LONG}}}", "to 100000000"),
+        ("to = 0.05", f"to = {LONG}{LONG}", "V.to: "),
+        ("[1.1, 1.2, 1.3]", LONG, "a table is needed"),
+        ("V = 4", f"V = {LONG}", "that fits into 63 bits"),
+        ("seed = 3", f"seed = {LONG}", "that fits into 63 bits"),
+        ("seed = 3", f"d = {LONG}{LONG}", "d: "),
+        ("n = 64},\n]", f"n = {LONG}}},\n]", "n of lyapunov_exponent = 9999"),
+        ("n = 64},\n]", f"transient = {LONG}}},\n]", "transient"),
+        ("n = 64},\n]", f"max_period = {LONG}}},\n]", "max_period of lyapunov_exponent = 9999"),
+        ('name = "attractor"', f"name = {LONG}", "observables[0].name = 9999"),
+        ('name = "attractor"', "name = [1]", "observables[0].name = [1]"),
+        ("seed = 3", f"seed = {LONG * 20}", "a whole number of more than 4300 digits"),
+        ("seed = 3", 'map = "m:f"', "model, map: exactly one of them"),
+    ],
+)
+def test_a_bad_plan_is_told_by_file_and_key(plan, capsys, old, new, words):
+    assert old in PLAN
+    plan.write_text(PLAN.replace(old, new))
+    code, out, err = ended(capsys, "sweep", plan)
+    assert (code, out) == (2, "")
+    assert f"{plan}: " in err
+    assert words in err, err
+    assert len(err) < len(str(plan)) + 400
+    assert not (plan.parent / "map.zarr").exists()
+
+
+def test_models_and_maps_are_named_too(plan, monkeypatch):
+    write_model(ss.examples.coulomb(), plan.parent / "model.toml")
+    begin, end = PLAN.index("[model]"), PLAN.index("[axes]")
+    plan.write_text('model = "model.toml"\n' + PLAN[:begin] + PLAN[end:])
+    assert read_plan(plan).arguments["system"] == ss.examples.coulomb()
+    plan.write_text('map = "tests.cli.test_sweeps:LOGISTIC"\n' + PLAN[:begin] + PLAN[end:])
+    assert read_plan(plan).arguments["system"] is LOGISTIC
+
+
+def _logistic(x, r):
+    return r * x * (1 - x)
+
+
+LOGISTIC = ss.PiecewiseMap(_logistic, (0, 1), parameters={"r": 3.0})
+
+
+def test_an_interrupted_sweep_says_how_to_go_on(plan, capsys, monkeypatch):
+    from stickslip.sweeps import engines
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+        yield
+
+    monkeypatch.setattr(engines, "in_threads", interrupted)
+    code, out, err = ended(capsys, "sweep", plan)
+    assert (code, out) == (130, "")
+    assert "map.zarr; --resume goes on with it" in err
+
+
+@pytest.mark.skipif(resource is None, reason="no limit of a file's size on this system")
+@pytest.mark.parametrize(
+    ("room", "file"),
+    [
+        (10, ".map.zarr.writer"),
+        (600, "map.zarr/checksum/zarr.json"),
+        (20_000, "map.zarr/orbit/c/0/0/0"),
+    ],
+)
+def test_a_file_for_which_there_is_no_room_is_named(plan, capsys, room, file):
+    more = '{name = "orbit_points", transient = 2, n = 2000, count = 2000},\n'
+    plan.write_text(PLAN.replace("observables = [\n", "observables = [\n" + more))
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (room, before[1]))
+    try:
+        code, out, err = ended(capsys, "sweep", plan, "--threads", "1")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert (code, out) == (2, "")
+    assert f"no space is left for {plan.parent}" in err
+    assert file in err
+    assert not list(plan.parent.rglob("*.partial"))
+    assert ended(capsys, "sweep", plan, "--resume")[0] == 0
+
+
+def test_a_scheduler_that_is_not_there_is_told(plan, capsys, monkeypatch):
+    from stickslip.sweeps import engines
+
+    monkeypatch.setattr(engines, "CONNECT_SECONDS", 0.2)
+    code, _, err = ended(capsys, "sweep", plan, "--scheduler", "tcp://127.0.0.1:9")
+    assert code == 2
+    assert "--scheduler tcp://127.0.0.1:9" in err
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("plots")
+    (folder / "plan.toml").write_text(PLAN)
+    assert main(["sweep", str(folder / "plan.toml")]) == 0
+    return folder / "map.zarr"
+
+
+@pytest.mark.parametrize("variable", ["kind", "period", "lyapunov_exponent", None])
+def test_a_map_is_drawn(store, tmp_path, capsys, variable):
+    out = tmp_path / "map.png"
+    chosen = [] if variable is None else ["--variable", variable]
+    assert ended(capsys, "plot", store, "--out", out, *chosen)[:2] == (0, f"{out}\n")
+    assert out.read_bytes().startswith(b"\x89PNG")
+    assert ended(capsys, "plot", store, "--out", out)[0] == 3
+    assert ended(capsys, "plot", store, "--out", out, "--force")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--variable", "perriod"], "Did you mean 'period'?"),
+        (["--at", "V=0.03"], "has the axes alpha: a map has two"),
+        (["--at", "v=0.03"], "--at v=0.03: the axes are"),
+        (["--at", "V=x"], "write NAME=VALUE with a number"),
+    ],
+)
+def test_what_cannot_be_drawn_is_told(store, tmp_path, capsys, options, words):
+    code, out, err = ended(capsys, "plot", store, "--out", tmp_path / "map.png", *options)
+    assert (code, out) == (2, "")
+    assert words in err
+    assert not os.listdir(tmp_path)
+
+
+def test_a_plan_takes_a_model_without_an_event_map(tmp_path):
+    path = tmp_path / "plan.toml"
+    path.write_text(
+        """
+        store = "x.zarr"
+        observables = [{name = "limit_cycles", n_starts = 2}]
+        [model]
+        kind = "oscillator"
+        V = 0.2
+        friction = {law = "coulomb", mu = 0.4}
+        [axes]
+        V = [0.2, 0.3]
+        """
+    )
+    system = read_plan(path).arguments["system"]
+    assert system == ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.4))
