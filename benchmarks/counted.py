@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 import stickslip as ss
-from stickslip.mechanics.eventmap import _lane_kernels, _lane_passes_kernels
+from stickslip.mechanics.eventmap import _lane_kernels
 from stickslip.mechanics.eventmap.lanes import Lanes
 from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.flow import _lane_kernels as flow
@@ -82,10 +82,10 @@ def counts(model: ss.TwoBlock) -> dict[str, float]:
     controls = Controls(rtol=1e-15, max_events=MAX_EVENTS, max_time=math.inf)
     row = Constants(Lanes(engine_for(model, "exact"), controls).row.tolist())
     kernels_math = SimpleNamespace(**{**vars(math), "sqrt": _root})
-    for module in (_lane_kernels, _lane_passes_kernels, flow, trigonometry):
+    for module in (_lane_kernels, flow, trigonometry):
         module.math = kernels_math
-    stride = _lane_passes_kernels.STRIDE
-    streams = Numbers([0.0] * (_lane_passes_kernels.N_STREAMS * stride))
+    stride = _lane_kernels.STRIDE
+    streams = Numbers([0.0] * (_lane_kernels.N_STREAMS * stride))
     lists = np.zeros(_lane_kernels.N_LISTS * stride, dtype=np.uint64)
     d = np.random.default_rng(1).uniform(*model.domain, MAPS)
     value, no_slope = Numbers(d.tolist()), Numbers()

@@ -5,7 +5,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.analysis.continuation.curve import Curve
-from stickslip.analysis.storage import save
+from stickslip.results.files import save
 
 BLOCK = ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3), damping=1.0)
 

@@ -10,7 +10,7 @@ from matplotlib.mathtext import MathTextParser
 import stickslip as ss
 from stickslip import examples
 from stickslip.mechanics.eventmap.event_map import EventMapResult
-from stickslip.vocabulary import TERMS, did_you_mean, label, symbol
+from stickslip.vocabulary import TERMS, did_you_mean, symbol
 
 
 def test_names_are_their_keys():
@@ -29,7 +29,7 @@ def test_every_field_of_a_map_result_has_a_term():
 
 @pytest.mark.parametrize("name", [name for name, term in TERMS.items() if term.symbol])
 def test_symbols_can_be_drawn(name):
-    for text in (symbol(name), symbol(name, 2), symbol(name, "n+1"), label(name)):
+    for text in (symbol(name), symbol(name, 2), symbol(name, "n+1")):
         MathTextParser("path").parse(text)
 
 

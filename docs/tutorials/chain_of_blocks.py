@@ -14,7 +14,7 @@ import stickslip as ss
 chain = ss.Chain(static=[1, 1.3, 1.1], alpha=1.2, V=0.0366, friction=ss.Coulomb(mu=0.22))
 f = ss.event_map(chain)
 print(f([0.1, -0.2]), f.itinerary([0.1, -0.2]))
-print(f.jacobian([0.1, -0.2]))
+print(f.derivative([0.1, -0.2]))
 
 # %%
 # Orbits are found by Newton's method from many random distances. The list says how many of its

@@ -42,7 +42,7 @@ from .mechanics.model.units import Units as Units
 from .proofs.certify import certify as certify
 from .proofs.certify import certify_orbits as certify_orbits
 from .proofs.certify import enclose as enclose
-from .study.storage import load as load
+from .results.files import load as load
 from .sweeps import observables as observables
 from .sweeps.axis import axis as axis
 from .sweeps.sweep import open_sweep as open_sweep

@@ -82,11 +82,6 @@ def symbol(name: str, index: int | str | None = None) -> str:
     return f"${base}_{{{index}}}$"
 
 
-def label(name: str, index: int | str | None = None) -> str:
-    r"""Axis label: the meaning in words and the symbol."""
-    return f"{TERMS[name].meaning} {symbol(name, index)}"
-
-
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """Sentence that lists what exists and names the closest, if need be in other letter case."""
     known = list(known)

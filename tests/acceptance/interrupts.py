@@ -51,7 +51,7 @@ COMMANDS = {
     "diagram": "diagram --preset coulomb --parameter V --range 0.0366 0.0372 --values 40"
     " --out fig.svg --csv points.csv",
     "simulate": "simulate --preset law9 -d 0.3812 --t-end 200 --out run.csv",
-    "cycles": "cycles --preset coulomb --V 0.5 --starts 10 --seed 1 --out cycles.csv",
+    "cycles": "cycles --preset coulomb --V 0.5 --n-starts 10 --seed 1 --out cycles.csv",
     "certify": "certify --preset coulomb --orbit 0.27739 --period 4 --out S4.json",
     "sweep": "sweep plan.toml --resume --threads 1",
     "explore": "explore --no-browser --port 0",

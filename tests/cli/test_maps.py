@@ -366,9 +366,9 @@ def test_csv_of_basins_reads_back_exactly(tmp_path, capsys, found_basins):
 
 def test_motions_that_leave_and_undecided_ones_belong_to_no_attractor(found_basins):
     partly = replace(found_basins, index=np.array([0, -1, -2, 1]))
-    table = maps._basin_rows(partly)
-    assert table["attractor"] == [1, 0, 0, 2]
-    assert table["kind"] == ["periodic", "undecided", "leaves", "periodic"]
+    table = partly.table()
+    assert list(table["attractor"]) == [1, 0, 0, 2]
+    assert list(table["kind"]) == ["periodic", "undecided", "leaves", "periodic"]
     assert np.isnan(table["d"][1:3]).all()
 
 

@@ -14,7 +14,7 @@ QUESTIONS = {
     "map": "-d 0.1",
     "simulate": "-d 0.1 --t-end 5 --samples 3",
     "orbits": "",
-    "cycles": "--starts 4",
+    "cycles": "--n-starts 4",
     "basins": "--resolution 1e-3",
     "diagram": "--parameter mu --range 0.22 0.221 --values 3 --max-period 1",
 }

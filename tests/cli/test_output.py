@@ -161,7 +161,7 @@ def test_a_file_is_no_folder(tmp_path):
         "map --grid 50 --window 0.0 0.2",
         "orbits --max-period 2",
         "simulate -d 0.1 --t-end 20",
-        "cycles --starts 3",
+        "cycles --n-starts 3",
     ],
 )
 def test_a_table_becomes_a_picture_if_its_file_is_named_so(command, tmp_path, capsys):

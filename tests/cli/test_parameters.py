@@ -14,16 +14,15 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analysis.bifurcations.bifurcation import BifurcationList
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
-from stickslip.analysis.diagrams.assemble import OrbitCurveEnd
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.analysis.diagrams.orbit_curves import OrbitCurveEnd
 from stickslip.cli import main
-from stickslip.cli.parameters import FILES, PICTURES, _diagram_rows
+from stickslip.cli.parameters import FILES, PICTURES
 from stickslip.mechanics.model.file import read_model, write_model
-from stickslip.study.storage import load
+from stickslip.results.files import load
 
 RANGE = (0.03697, 0.03698)
 BIFURCATIONS = f"--parameter V --range {RANGE[0]} {RANGE[1]}"
@@ -79,7 +78,7 @@ def test_csv_reads_back_exactly(found, report, capsys):
     printed = capsys.readouterr().out
     (row,) = csv.DictReader(io.StringIO(printed))
     (expected,) = found
-    assert tuple(row) == BifurcationList.columns
+    assert list(row) == list(found.table())
     assert float(row["value"]) == expected.value == pytest.approx(GRAZE, abs=1e-14)
     assert float(row["error"]) == expected.error
     assert [float(x) for x in row["points"].split()] == expected.points.tolist()
@@ -228,7 +227,7 @@ def by_hand():
 
 
 def test_every_point_has_a_row_and_nothing_else_does():
-    table = _diagram_rows(by_hand())
+    table = by_hand().table()
     rows = list(zip(*(column.tolist() for column in table.values()), strict=True))
     expected = [
         (1.0, "orbit", 1, "stable", 2, 1, 0.1, 0.5, NAN),
@@ -261,7 +260,7 @@ def test_picture_and_points_through_the_real_program(here, diagram):
     assert (here / "fig.svg").read_bytes().startswith(SIGNATURES["svg"])
     rows = list(csv.DictReader(io.StringIO((here / "points.csv").read_text())))
     read = [[row[name] for row in rows] for name in rows[0]]
-    assert read == exact(_diagram_rows(diagram))
+    assert read == exact(diagram.table())
 
 
 def test_json_has_a_null_where_the_table_has_nan(diagram, capsys):
@@ -269,7 +268,7 @@ def test_json_has_a_null_where_the_table_has_nan(diagram, capsys):
     document = json.loads(capsys.readouterr().out)
     asked = {"parameter": "V", "range": list(ENDS), "values": 5, "max_period": 4, "beta": 1.3}
     assert document["parameters"].items() >= asked.items()
-    table = _diagram_rows(diagram)
+    table = diagram.table()
     result = document["result"]
     assert list(result) == list(table)
     assert result["d"] == table["d"].tolist()
@@ -279,7 +278,7 @@ def test_json_has_a_null_where_the_table_has_nan(diagram, capsys):
 def test_without_files_it_prints_where_each_orbit_exists(diagram, capsys):
     assert main(f"diagram --preset coulomb {DIAGRAM}".split()) == 0
     rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
-    assert tuple(rows[0]) == Diagram.columns
+    assert list(rows[0]) == list(diagram.overview())
     assert [float(row["to"]) for row in rows] == [orbit.ends[1].value for orbit in diagram.orbits]
     (lost,) = (row for row in rows if row["period"] == "4")
     assert lost["ends"] == "border_collision"

@@ -10,9 +10,11 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stickslip.mechanics.friction import LAWS, PoppStelter, friction_law, parse_law
+from stickslip.mechanics.friction import LAWS, PoppStelter, friction_law
 from stickslip.mechanics.friction.code import law_code
-from stickslip.mechanics.friction.ranges import Choice
+from stickslip.mechanics.friction.interface import PARAMETER_COLUMN
+from stickslip.mechanics.friction.law import Choice
+from stickslip.mechanics.friction.values import parse_law
 from stickslip.numerics.expression import ELEMENTARY
 
 ORDER = 10
@@ -187,7 +189,7 @@ def test_kernels_give_the_force_and_its_derivatives(law, s):
                 )
                 assert out[j] == pytest.approx(float(derivative), rel=1e-12, abs=1e-12)
                 assert code.parameter_index(law, name) == j
-                assert p[code.parameter_column(law, name)] == law.arguments[name]
+                assert p[PARAMETER_COLUMN + code.parameter_index(law, name)] == law.arguments[name]
 
 
 # dF/ds and dF/da of the laws above, by hand.

@@ -585,6 +585,10 @@ def test_the_cache_folder_depends_on_what_kernels_are_made_of(tmp_path):
     inside = {
         p.relative_to(targets.PACKAGE).as_posix() for p in targets.kernel_sources(targets.PACKAGE)
     }
-    assert {"status.py", "mechanics/flow/onset.py", "analysis/interpolation/_kernels.py"} <= inside
+    assert {
+        "status.py",
+        "mechanics/flow/transitions.py",
+        "analysis/interpolation/_kernels.py",
+    } <= inside
     assert {"mechanics/flow/lanes/text.py", "numerics/vector.py"} <= inside
     assert not any(name.startswith(("plot", "study", "studies", "cli")) for name in inside)

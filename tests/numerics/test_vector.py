@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from llvmlite.binding import get_host_cpu_features
 
-from stickslip.mechanics.eventmap import _lane_passes_kernels as passes
-from stickslip.mechanics.flow._lane_kernels import plant_at
+from stickslip.mechanics.eventmap import _lane_kernels as passes
+from stickslip.mechanics.flow._lane_kernels import constants_at
 from stickslip.numerics.targets import config, kernel, kernel_uncached
 from stickslip.numerics.vector import (
     LANES,
@@ -134,10 +134,10 @@ def test_a_loop_over_an_array_uses_whole_vectors():
 
 @reads_code
 def test_a_pass_over_lanes_uses_whole_vectors():
-    plant = plant_at(1.2, 1.3, 0.0366, 0.22, 0.22)
-    streams = np.zeros((passes.N_STREAMS + len(passes.PLANT)) * passes.STRIDE)
+    constants = constants_at(1.2, 1.3, 0.0366, 0.22, 0.22)
+    streams = np.zeros((passes.N_STREAMS + len(passes.CONSTANTS)) * passes.STRIDE)
     assembly = assembly_of(
-        passes.landing_pass, plant, np.array(plant), streams, np.uint64(passes.LANES)
+        passes.landing_pass, constants, np.array(constants), streams, np.uint64(passes.LANES)
     )
     assert assembly.count("%zmm") > 10 * assembly.count("%ymm")
 

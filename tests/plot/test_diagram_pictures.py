@@ -7,8 +7,8 @@ import pytest
 from matplotlib.colors import to_hex
 
 from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
-from stickslip.analysis.diagrams.assemble import OrbitCurveEnd
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
+from stickslip.analysis.diagrams.orbit_curves import OrbitCurveEnd
 from stickslip.plot.bifurcations import (
     BREAK,
     MARKS,

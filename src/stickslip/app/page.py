@@ -13,7 +13,7 @@ from stickslip.app import requests
 from stickslip.app.exports import KNOWN, formats
 from stickslip.app.requests import SLIDERS
 from stickslip.mechanics.friction import LAWS
-from stickslip.mechanics.friction.ranges import Choice
+from stickslip.mechanics.friction.law import Choice
 from stickslip.mechanics.model.values import model_values
 from stickslip.vocabulary import TERMS
 

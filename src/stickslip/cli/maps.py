@@ -11,6 +11,8 @@ from stickslip.cli.options import ENGINE, Flag, TableOptions, Whole
 from stickslip.cli.progress import note, notes, tracked
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import numpy as np
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
@@ -27,9 +29,7 @@ stickslip map --preset law9 --alpha 1.209 --grid 2000 \\
     --window 0.379 0.39 --out map.csv
 """
 
-FIELDS = ("value", "derivative", "duration", "n_events", "label", "margin", "status")
 PIECE = 20_000  # points between two steps of the progress bar
-FATES = {-1: "undecided", -2: "leaves"}
 
 
 def map_(
@@ -69,7 +69,7 @@ def map_(
     f = table.event_map(threads=threads, **asked)
     points = _points_to_map(f, d, grid, window)
 
-    def compute() -> dict[str, Any]:
+    def compute() -> Mapping[str, Any]:
         return _evaluated(f, points, itinerary=itinerary, quiet=table.quiet)
 
     def plot(ax: Axes) -> Axes:
@@ -101,15 +101,13 @@ def _evaluated(
 ) -> dict[str, Any]:
     import numpy as np
 
-    from stickslip import status
-
     pieces = np.array_split(points, max(1, -(-points.size // PIECE)))
     bar = tracked(pieces, len(pieces), "mapping", quiet=quiet)
     results = [f.evaluate(piece) for piece in bar]
-    table: dict[str, Any] = {"d": points}
-    for field in FIELDS:
-        table[field] = np.concatenate([getattr(result, field) for result in results])
-    table["status_name"] = [status.NAMES[code] for code in table["status"]]
+    tables = [result.table() for result in results]
+    table: dict[str, Any] = {
+        name: np.concatenate([part[name] for part in tables]) for name in tables[0]
+    }
     if itinerary:
         table["itinerary"] = [f.itinerary(point) for point in points]
     return table
@@ -132,7 +130,7 @@ def _plot_map(
     return ax
 
 
-def _map_ending(table: dict[str, Any], *, quiet: bool) -> int:
+def _map_ending(table: Mapping[str, Any], *, quiet: bool) -> int:
     """Tell how many points have no value and why; fail if none has an answer."""
     import numpy as np
 
@@ -187,7 +185,7 @@ def orbits(
     f = table.event_map()
     answer: list[OrbitList] = []
 
-    def compute() -> dict[str, Any]:
+    def compute() -> Mapping[str, Any]:
         found = ss.periodic_orbits(
             f,
             highest,
@@ -196,29 +194,12 @@ def orbits(
             resolution=resolution,
         )
         answer.append(found)
-        return _orbit_rows(found)
+        return found.table()
 
     asked: dict[str, Any] = {"max_period": highest} if period is None else {"period": period}
     asked |= {"infinitely_unstable": infinitely_unstable, "resolution": resolution}
     table.deliver("orbits", f.model, asked, compute, lambda ax: _plot_orbits(f, answer[0], ax))
     return _orbit_ending(answer[0], quiet=table.quiet)
-
-
-def _orbit_rows(found: OrbitList) -> dict[str, Any]:
-    """Lay out an orbit over as many rows as it has points."""
-    table: dict[str, list[Any]] = {
-        name: []
-        for name in ("orbit", "period", "kind", "multiplier", "point", "d", "error", "itinerary")
-    }
-    for number, orbit in enumerate(found, start=1):
-        errors = 0.5 * (orbit.interval[:, 1] - orbit.interval[:, 0])
-        for point, (d, error, itinerary) in enumerate(
-            zip(orbit.points.tolist(), errors.tolist(), orbit.itinerary, strict=True), start=1
-        ):
-            row = (number, orbit.period, orbit.kind, orbit.multiplier, point, d, error, itinerary)
-            for column, cell in zip(table.values(), row, strict=True):
-                column.append(cell)
-    return table
 
 
 def _plot_orbits(f: EventMap, found: OrbitList, ax: Axes) -> Axes:
@@ -267,45 +248,14 @@ def basins(*, table: TableOptions = TableOptions(), resolution: float = 1e-5) ->
     f = table.event_map()
     answer: list[Basins] = []
 
-    def compute() -> dict[str, Any]:
+    def compute() -> Mapping[str, Any]:
         answer.append(ss.basins(f, resolution=resolution))
-        return _basin_rows(answer[0])
+        return answer[0].table()
 
     table.deliver(
         "basins", f.model, {"resolution": resolution}, compute, lambda ax: answer[0].plot(ax)
     )
     return _basin_ending(answer[0], quiet=table.quiet)
-
-
-def _basin_rows(found: Basins) -> dict[str, Any]:
-    """Lay out the intervals; attractors are numbered from 1, 0 is none."""
-    import numpy as np
-
-    widths = np.diff(found.edges)
-    fates = [_fate(found, int(k)) for k in found.index]
-    names = ("attractor", "kind", "period", "d", "lyapunov")
-    causes = [str(cause) for cause in found.causes]
-    return {
-        "left": found.edges[:-1],
-        "right": found.edges[1:],
-        "share": widths / widths.sum(),
-        **dict(zip(names, map(list, zip(*fates, strict=True)), strict=True)),
-        "left_cause": causes[:-1],
-        "right_cause": causes[1:],
-    }
-
-
-def _fate(found: Basins, k: int) -> tuple[int, str, int, float, float]:
-    if k in FATES:
-        return 0, FATES[k], 0, float("nan"), float("nan")
-    attractor = found.attractors[k]
-    return (
-        k + 1,
-        attractor.kind if attractor.kind != "undecided" else "undecided attractor",
-        attractor.period,
-        float(attractor.bands[0, 0]),
-        attractor.lyapunov.value,
-    )
 
 
 def _basin_ending(found: Basins, *, quiet: bool) -> int:

@@ -13,6 +13,7 @@ from stickslip.cli.progress import note
 if TYPE_CHECKING:
     from stickslip.mechanics.cycle.limit_cycles import CycleList
     from stickslip.mechanics.flow.trajectory import Trajectory
+    from stickslip.results.table import Table
 
 SIMULATE_EXAMPLES = """\
 stickslip simulate --preset law9 -d 0.3812 --t-end 200 --out run.csv
@@ -59,6 +60,8 @@ def simulate(
     energy
         Add kinetic and elastic energy, work of the belt and dissipation since the start.
     """
+    import numpy as np
+
     import stickslip as ss
     from stickslip import status
 
@@ -71,10 +74,12 @@ def simulate(
         start = {"d": d[0] if len(d) == 1 and isinstance(model, ss.TwoBlock) else d}
     answer: list[Trajectory] = []
 
-    def compute() -> dict[str, Any]:
+    def compute() -> Table:
         motion = ss.simulate(model, **start, t_end=t_end, **table.engine.settings())
         answer.append(motion)
-        return _events(motion) if events else _samples(motion, samples, energy=energy)
+        if events:
+            return motion.table()
+        return motion.table(np.linspace(motion.t[0], motion.t[-1], samples), energy=energy)
 
     asked = start | {"t_end": t_end}
     table.deliver("simulate", model, asked, compute, lambda ax: answer[0].plot(ax))
@@ -85,35 +90,9 @@ def simulate(
     return COMPUTATION_FAILED
 
 
-def _samples(motion: Trajectory, samples: int, *, energy: bool) -> dict[str, Any]:
-    """Sample a motion at equally spaced times, a column for each block."""
-    import numpy as np
-
-    t = np.linspace(motion.t[0], motion.t[-1], samples)
-    phase = np.searchsorted(motion.t, t, side="right") - 1
-    mode = motion.modes[np.minimum(phase, len(motion.modes) - 1)]
-    quantities = {"x": motion.x(t), "v": motion.v(t), "mode": mode, "friction": motion.friction(t)}
-    table = {"t": t}
-    for name, values in quantities.items():
-        table |= {f"{name}_{block + 1}": column for block, column in enumerate(values.T)}
-    if energy:
-        parts = motion.energy(t)
-        names = ("kinetic", "elastic", "belt_work", "dissipation")
-        table |= {name: getattr(parts, name) for name in names}
-    return table
-
-
-def _events(motion: Trajectory) -> dict[str, Any]:
-    """List the changes of mode."""
-    return {
-        name: [getattr(event, name) for event in motion.events]
-        for name in ("time", "block", "kind")
-    }
-
-
 CYCLES_EXAMPLES = """\
 stickslip cycles --preset law9
-stickslip cycles --preset coulomb --V 0.5 --starts 100 --seed 1 --json
+stickslip cycles --preset coulomb --V 0.5 --n-starts 100 --seed 1 --json
 stickslip cycles --model mine.toml --out cycles.csv
 """
 
@@ -121,7 +100,7 @@ stickslip cycles --model mine.toml --out cycles.csv
 def cycles(
     *,
     table: TableOptions = TableOptions(),
-    starts: Whole = 50,
+    n_starts: Whole = 50,
     max_period: Whole = 1,
     seed: Whole = 0,
 ) -> int:
@@ -134,7 +113,7 @@ def cycles(
 
     Parameters
     ----------
-    starts
+    n_starts
         States that motions start from.
     max_period
         Orbits of the event map up to this period are looked up as well.
@@ -149,12 +128,14 @@ def cycles(
     model = table.model()
     answer: list[CycleList] = []
 
-    def compute() -> dict[str, Any]:
-        found = ss.limit_cycles(model, n_starts=starts, max_period=max_period, rng=seed, **settings)
+    def compute() -> Table:
+        found = ss.limit_cycles(
+            model, n_starts=n_starts, max_period=max_period, rng=seed, **settings
+        )
         answer.append(found)
-        return {"cycle": list(range(1, len(found) + 1)), **found.table()}
+        return found.table()
 
-    asked = {"starts": starts, "max_period": max_period, "seed": seed}
+    asked = {"n_starts": n_starts, "max_period": max_period, "seed": seed}
     table.deliver("cycles", model, asked, compute, lambda ax: answer[0].plot(ax))
     (found,) = answer
     told = f"{found.n_sliding} starts slide for ever, {found.n_undecided} undecided; "

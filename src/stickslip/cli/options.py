@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -12,7 +12,8 @@ from cyclopts import Group, Parameter, Token
 
 from stickslip.cli.failure import UsageError
 from stickslip.cli.output import PICTURE_SUFFIXES, document, draw_pictures, new_files, show_table
-from stickslip.files import checked_suffix, write_table
+from stickslip.files import checked_suffix
+from stickslip.results.table import write_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -191,7 +192,7 @@ class FileOptions:
 
 
 def _friction(specifications: tuple[str, ...]) -> Any:
-    from stickslip.mechanics.friction import parse_law
+    from stickslip.mechanics.friction.values import parse_law
 
     laws = tuple(map(parse_law, specifications))
     return laws[0] if len(laws) == 1 else laws
@@ -244,9 +245,9 @@ class TableOptions(SystemOptions):
         command: str,
         model: Model,
         asked: dict[str, Any],
-        compute: Callable[[], dict[str, Any]],
+        compute: Callable[[], Mapping[str, Any]],
         plot: Callable[[Axes], Axes],
-    ) -> dict[str, Any]:
+    ) -> Mapping[str, Any]:
         """Compute the table and send it where the options say: a file, stdout, as JSON or CSV."""
         # The file is opened before the computation: one that cannot be written is said at once.
         # What was `asked`, the command's own options, stands in the document beside the options

@@ -29,16 +29,11 @@ from stickslip.cli.output import (
     show_table,
 )
 from stickslip.cli.progress import notes, shares
-from stickslip.files import checked_suffix, columns_of, write_csv, write_table, write_text
+from stickslip.files import checked_suffix, write_text
+from stickslip.results.table import write_csv, write_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    import numpy as np
-    from numpy.typing import NDArray
-
     from stickslip.analysis.bifurcations.bifurcation import BifurcationList
-    from stickslip.analysis.diagrams.diagram import Diagram
     from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.cli.report import Report
     from stickslip.mechanics.eventmap.event_map import EventMap
@@ -119,7 +114,7 @@ def bifurcations(
         asked = system.described(f.model) | sweep.asked()
         print(document("bifurcations", asked, _result(report)), end="")
     elif csv:
-        write_csv(sys.stdout, columns_of(found))
+        write_csv(sys.stdout, found.table())
     else:
         if out is not None:
             print("\n".join(str(out / name) for name in FILES), end="\n\n")
@@ -244,74 +239,12 @@ def diagram(
         if out is not None:
             draw_pictures(diagram.plot, [temporary[out]])
         if csv is not None:
-            write_table(temporary[csv], _diagram_rows(diagram))
+            write_table(temporary[csv], diagram.table())
     notes(diagram.unresolved, "places that could not be settled", quiet=output.quiet)
     asked = system.described(f.model) | sweep.asked() | {"values": values}
     if output.json:
-        print(document("diagram", asked, _diagram_rows(diagram)), end="")
+        print(document("diagram", asked, diagram.table()), end="")
     elif files:
         print("\n".join(map(str, files)))
     else:
-        show_table(columns_of(diagram))
-
-
-def _diagram_rows(diagram: Diagram) -> dict[str, Any]:
-    """Lay out the diagram, a row for each point: orbits, then attractors, then breakpoints."""
-    import numpy as np
-
-    parts = [*_orbits(diagram), _attractors(diagram), *_breakpoints(diagram)]
-    names = ("what", "number", "kind", "period", "point", "d", "multiplier", "lyapunov")
-    table = {name: np.concatenate([part[name] for part in parts]) for name in names}
-    return {diagram.parameter: np.concatenate([part["value"] for part in parts]), **table}
-
-
-def _part(d: NDArray[np.float64], **facts: Any) -> dict[str, Any]:
-    """Rows for points of shape (n, p); facts hold for all rows, or have shape (n, 1) or (p,)."""
-    import numpy as np
-
-    there = np.isfinite(d)
-    point = np.arange(d.shape[1]) + 1
-    facts = {"multiplier": np.nan, "lyapunov": np.nan, "point": point, **facts}
-    spread = {name: np.broadcast_to(fact, d.shape)[there] for name, fact in facts.items()}
-    return {"d": d[there], **spread}
-
-
-def _orbits(diagram: Diagram) -> Iterator[dict[str, Any]]:
-    import numpy as np
-
-    for number, orbit in enumerate(diagram.orbits, start=1):
-        yield _part(
-            orbit.points,
-            value=diagram.values[:, np.newaxis],
-            what="orbit",
-            number=number,
-            kind=np.where(orbit.stable, "stable", "unstable")[:, np.newaxis],
-            period=orbit.period,
-            multiplier=orbit.multipliers[:, np.newaxis],
-        )
-
-
-def _attractors(diagram: Diagram) -> dict[str, Any]:
-    """Attractors, numbered at each value."""
-    import numpy as np
-
-    table = diagram.attractors
-    number = np.arange(table.where.size) - np.searchsorted(table.where, table.where) + 1
-    facts = {"kind": table.kind, "period": table.period, "lyapunov": table.lyapunov}
-    facts |= {"value": diagram.values[table.where], "number": number}
-    columns = {name: fact[:, np.newaxis] for name, fact in facts.items()}
-    return _part(table.points, what="attractor", **columns)
-
-
-def _breakpoints(diagram: Diagram) -> Iterator[dict[str, Any]]:
-    import numpy as np
-
-    for number, line in enumerate(diagram.breakpoints, start=1):
-        yield _part(
-            line.d[:, np.newaxis],
-            value=diagram.values[:, np.newaxis],
-            what="breakpoint",
-            number=number,
-            kind=line.kind,
-            period=0,
-        )
+        show_table(diagram.overview())

@@ -179,7 +179,7 @@ def plot(
         Replace the picture if it exists.
     """
     from stickslip.plot.sweep_map import SweepMap
-    from stickslip.study.storage import load
+    from stickslip.results.files import load
     from stickslip.sweeps.sweep import open_sweep
 
     checked_suffix(out, PICTURE_SUFFIXES, "--out")

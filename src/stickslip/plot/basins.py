@@ -43,6 +43,11 @@ def draw_bands(attractors: Sequence[Any], ax: Axes | None = None) -> Axes:
     return _as_strip(ax, top=max(len(attractors), 1))
 
 
+def draw_attractor(attractor: Any, ax: Axes | None = None) -> Axes:
+    """Draw the bands of one attractor; as `draw_bands`."""
+    return draw_bands([attractor], ax)
+
+
 def draw_density(density: Any, ax: Axes | None = None) -> Axes:
     """Draw an invariant density over its bands."""
     # The highest half per cent of the density may reach above the axes: inverse square roots have

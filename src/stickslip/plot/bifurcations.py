@@ -45,12 +45,11 @@ def draw_orbit_curve(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
 
 
 def draw_orbit_curve_nd(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
-    """Draw the first coordinate of an orbit in R^n along a parameter, likewise."""
+    """Draw first coordinates of an orbit in R^n along a parameter: dashed where it is unstable."""
     ax = axes_or_new(ax)
-    largest = np.abs(curve.multipliers).max(axis=1)
-    draw_stretches(ax, curve.values, curve.points[:, :, 0], largest, **style)
-    for item in curve.bifurcations:
-        mark(ax, item.kind, np.full(len(item.points), item.value), item.points[:, 0])
+    for wanted, look in ((True, "-"), (False, "--")):
+        shown = np.where((curve.stable == wanted)[:, np.newaxis], curve.points[:, :, 0], np.nan)
+        ax.plot(curve.values, shown, **{"ls": look, "color": PALETTE["blue"], **style})
     _name_axes(ax, curve.parameter, "$d_1$")
     return ax
 

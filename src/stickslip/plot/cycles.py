@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip.plot.motion import plot_trajectory
 from stickslip.plot.style import PALETTE, axes_or_new
 from stickslip.vocabulary import symbol
 
@@ -21,10 +22,10 @@ COLORS: Final = tuple(PALETTE[name] for name in ("blue", "orange", "green", "ver
 MARKERS = {"fold": "o", "flip": "s", "neimark_sacker": "^", "branch_point": "x", "hopf": "*"}
 
 
-def draw_cycle_curve(curve: Any, ax: Axes | None = None) -> Axes:
+def draw_cycle_curve(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
     """Draw periods along the parameter: solid where the cycle attracts, dashed where not."""
     ax = axes_or_new(ax)
-    _solid_where_stable(ax, curve, curve.data["period"])
+    _solid_where_stable(ax, curve, curve.data["period"], style)
     for item in curve.bifurcations:
         marker = MARKERS.get(item.kind, "D")
         ax.plot(item.value, item.solution.period, marker, color=PALETTE["orange"], ms=5)
@@ -33,10 +34,10 @@ def draw_cycle_curve(curve: Any, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def draw_equilibrium_curve(curve: Any, ax: Axes | None = None) -> Axes:
+def draw_equilibrium_curve(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
     """Draw the largest growth rate along the parameter, with a mark at each Hopf point."""
     ax = axes_or_new(ax)
-    _solid_where_stable(ax, curve, curve.multipliers.real.max(axis=1))
+    _solid_where_stable(ax, curve, curve.multipliers.real.max(axis=1), style)
     for item in curve.bifurcations:
         ax.plot(item.value, 0.0, MARKERS["hopf"], color=PALETTE["orange"], ms=7)
     ax.axhline(0.0, color=PALETTE["grey"], lw=0.7, zorder=1)
@@ -45,12 +46,20 @@ def draw_equilibrium_curve(curve: Any, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def _solid_where_stable(ax: Axes, curve: Any, y: NDArray[np.float64]) -> None:
+def _solid_where_stable(
+    ax: Axes, curve: Any, y: NDArray[np.float64], style: dict[str, Any]
+) -> None:
     for wanted, look in ((True, "-"), (False, "--")):
         # A piece ends with the first solution of the next, so that the line has no holes.
         shown = curve.stable == wanted
         shown[1:] |= (curve.stable == wanted)[:-1]
-        ax.plot(curve.values, np.where(shown, y, np.nan), look, color=PALETTE["blue"])
+        looks = {"ls": look, "color": PALETTE["blue"], **style}
+        ax.plot(curve.values, np.where(shown, y, np.nan), **looks)
+
+
+def plot_cycle(cycle: Any, ax: Axes | None = None) -> Axes:
+    """Draw displacements over one period of a cycle; as `plot_trajectory`."""
+    return plot_trajectory(cycle.trajectory, ax)
 
 
 def plot_cycles(cycles: Iterable[Any], ax: Axes | None = None) -> Axes:
@@ -64,6 +73,25 @@ def plot_cycles(cycles: Iterable[Any], ax: Axes | None = None) -> Axes:
             look = "-" if cycle.stable else "--"
             ax.plot(x[:, block], v[:, block], look, color=color, label=label)
     ax.set(xlabel=symbol("x"), ylabel=symbol("v"))
+    return ax
+
+
+def plot_trapping_ball(ball: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Draw by how much each return shrinks balls of smaller radius; as `plot_cycles`."""
+    ax = axes_or_new(ax)
+    radii = np.linspace(0.0, 1.2 * ball.radius, 2)
+    ax.plot(radii, ball.rate + ball.curvature * radii, **{"color": PALETTE["blue"], **style})
+    ax.plot(ball.radius, ball.contraction, "o", color=PALETTE["blue"])
+    ax.axhline(1.0, color=PALETTE["grey"], lw=0.5)
+    ax.set(xlabel="radius", ylabel="contraction")
+    return ax
+
+
+def plot_gap(gap: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Draw a gap of the event map as an interval of d; as `plot_return_region`."""
+    ax = axes_or_new(ax)
+    ax.plot(gap.d, (gap.value, gap.value), **{"color": PALETTE["vermillion"], "lw": 3.0, **style})
+    ax.set(xlabel="$d$", ylabel="parameter")
     return ax
 
 

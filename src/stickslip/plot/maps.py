@@ -175,6 +175,11 @@ def draw_steps(ax: Axes, d: ArrayLike, **line: Any) -> None:
     ax.plot(steps[:-1], steps[1:], **{"color": PALETTE["sky"], "lw": 0.6, "zorder": 1.5, **line})
 
 
+def draw_branch_table(table: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Draw the map of a table of branches over its domain; as `event_map`."""
+    return event_map(table.f, ax, **style)
+
+
 COLORS: Final = tuple(PALETTE[name] for name in ("sky", "orange", "green", "purple", "vermillion"))
 
 

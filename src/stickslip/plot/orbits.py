@@ -42,3 +42,36 @@ def draw_orbits(orbits: Sequence[Any], ax: Axes | None = None, **style: Any) -> 
             ax.set_xlim(ends.min() - pad, ends.max() + pad)
             ax.set_ylim(ax.get_xlim())
     return ax
+
+
+def draw_orbit_nd(orbit: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Mark the points of a periodic orbit of a map of R^n; as `draw_orbits_nd`."""
+    return draw_orbits_nd([orbit], ax, **style)
+
+
+def draw_orbits_nd(orbits: Sequence[Any], ax: Axes | None = None, **style: Any) -> Axes:
+    """Mark periodic orbits of a map of R^n in the plane of the first two coordinates.
+
+    Parameters
+    ----------
+    orbits : sequence of PeriodicOrbitND
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+    **style
+        Passed on to ``Axes.plot``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Of one coordinate, its values over the points' numbers.
+    """
+    ax = axes_or_new(ax)
+    for orbit in orbits:
+        points, flat = orbit.points, orbit.points.shape[1] == 1
+        x, y = (np.arange(len(points)) + 1, points[:, 0]) if flat else points.T[:2]
+        fill = {} if orbit.stable else {"mfc": "white"}
+        ax.plot(x, y, "o", **{**fill, **style})
+    ax.set(xlabel="point", ylabel="$d_1$")
+    if any(orbit.points.shape[1] > 1 for orbit in orbits):
+        ax.set(xlabel="$d_1$", ylabel="$d_2$")
+    return ax

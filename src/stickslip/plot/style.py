@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import base64
+import importlib
+import io
+import os
 import sys
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,12 +19,14 @@ from matplotlib.figure import Figure
 from stickslip.files import PICTURE_FORMATS, whole_file
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from matplotlib.axes import Axes
 
 WIDTHS: Final = MappingProxyType({"one": 3.46, "two": 7.09})
 """Widths in inches of a figure over one and over two columns (88 and 180 mm)."""
+
+NOTEBOOK_DPI: Final = 130.0
 
 PALETTE: Final = MappingProxyType(
     {
@@ -110,13 +116,31 @@ def new_figure(columns: str = "one", *, height: float | None = None) -> Figure:
 def axes_or_new(ax: Axes | None) -> Axes:
     """Return the axes given, or those of a new figure."""
     # Registered with pyplot only if the caller has imported pyplot: ``plt.show()`` works there, and
-    # no window system is touched elsewhere.
+    # no window system is touched elsewhere; and in a notebook, which shows pyplot's figures.
     if ax is not None:
         return ax
+    if _in_notebook():
+        importlib.import_module("matplotlib.pyplot")
     if pyplot := sys.modules.get("matplotlib.pyplot"):
         axes: Axes = pyplot.figure(layout="constrained").add_subplot()
         return axes
     return new_figure().add_subplot()
+
+
+def _in_notebook() -> bool:
+    """Whether a kernel of Jupyter runs, which chooses a backend that shows figures in cells."""
+    backend = os.environ.get("MPLBACKEND", "")
+    return "IPython" in sys.modules and ("inline" in backend or backend.startswith("module://"))
+
+
+def png_text(draw: Callable[[Axes], object]) -> str:
+    """Draw on axes of a new figure, apart from pyplot's state; return its PNG in base 64."""
+    with style():
+        figure = new_figure()
+        draw(figure.add_subplot())
+        stream = io.BytesIO()
+        figure.savefig(stream, format="png", dpi=NOTEBOOK_DPI, metadata=_METADATA["png"])
+    return base64.b64encode(stream.getvalue()).decode()
 
 
 def panel_letter(ax: Axes, letter: str) -> None:

@@ -5,14 +5,20 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, field
 from os import PathLike
-from typing import Any
+from typing import Any, ClassVar, Final
+
+import numpy as np
 
 from stickslip.files import checked_path, checked_suffix, write_text
 from stickslip.proofs.verify.words import SCHEMA, read
+from stickslip.results.files import register_document
+from stickslip.results.result import SUFFIXES, Result
+
+HEAD: Final = ("schema", "claim", "system", "digits", "statement")
 
 
-@dataclass(frozen=True)
-class Certificate:
+@dataclass(frozen=True, eq=False, repr=False)
+class Certificate(Result):
     """What was proven about an event map.
 
     Attributes
@@ -34,6 +40,8 @@ class Certificate:
     enclosures: dict[str, str]
     digits: int
     document: dict[str, Any] = field(repr=False)
+    _plot: ClassVar = "columns.draw_enclosures"
+    _has_picture: ClassVar = False
 
     def __bool__(self) -> bool:
         """Whether it is proven."""
@@ -47,13 +55,24 @@ class Certificate:
             lines.append(f"  mechanism (by this program alone): {self.document['mechanism']}")
         return "\n".join(lines)
 
+    def _columns(self) -> dict[str, Any]:
+        """Lay out the enclosures: as texts, because doubles hold fewer digits, and as doubles."""
+        pairs = [text.split(" +/- ") for text in self.enclosures.values()]
+        return {
+            "name": np.array(list(self.enclosures), dtype=np.str_),
+            "enclosure": np.array(list(self.enclosures.values()), dtype=np.str_),
+            "middle": np.array([float(middle) for middle, _ in pairs]),
+            "radius": np.array([float(radius) for _, radius in pairs]),
+        }
+
     def save(self, path: str | PathLike[str]) -> None:
         """Write the certificate as JSON, which ``stickslip verify`` checks again.
 
         Parameters
         ----------
         path : str or path
-            Ends in ``.json`` or has no suffix; a file of that name is replaced.
+            Ends in ``.json`` or has no suffix: the certificate, which `stickslip.load` reads too;
+            ``.csv`` and ``.nc`` as of any result. A file of that name is replaced.
 
         Raises
         ------
@@ -62,8 +81,11 @@ class Certificate:
         OSError
             The file cannot be written.
         """
-        checked_suffix(checked_path(path), ("", ".json"))
-        write_text(path, self.text())
+        # Not the format of other results: a program that shares nothing with this one reads it.
+        if checked_suffix(checked_path(path), SUFFIXES) in (".csv", ".nc"):
+            super().save(path)
+        else:
+            write_text(path, self.text())
 
     def text(self) -> str:
         """Return what `save` writes.
@@ -84,7 +106,24 @@ def certificate(
     """Make the certificate of a proven claim; `Refused` if a certificate cannot hold its data."""
     document = {"schema": SCHEMA, "claim": claim, "system": system, "digits": digits, **entries}
     document["statement"] = read(document).statement()
-    return Certificate(True, document["statement"], _enclosures(entries), digits, document)
+    return certificate_of(document)
+
+
+def certificate_of(document: dict[str, Any]) -> Certificate:
+    """Make a certificate from what `Certificate.save` has written.
+
+    Raises
+    ------
+    Refused
+        The document says something that no certificate does.
+    """
+    read(document)
+    entries = {name: value for name, value in document.items() if name not in HEAD}
+    found = _enclosures(entries)
+    return Certificate(True, document["statement"], found, document["digits"], document)
+
+
+register_document(SCHEMA, certificate_of)
 
 
 def refusal(reason: object, digits: int) -> Certificate:

@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from math import nan
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
 
+import numpy as np
 from flint import arb
 
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation
@@ -24,6 +25,7 @@ from stickslip.proofs.power import Setting, step
 from stickslip.proofs.system import Exact, exact_parameters, fraction, number
 from stickslip.proofs.verify.words import LONGEST_LISTED, LONGEST_PERIOD
 from stickslip.proofs.wave import Undecided
+from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -204,8 +206,8 @@ def certify_orbits(
     return _proof("list", prove, values, digits)
 
 
-@dataclass(frozen=True)
-class Enclosure:
+@dataclass(frozen=True, eq=False, repr=False)
+class Enclosure(Result):
     """What f does on a box of d and parameters.
 
     Attributes
@@ -228,6 +230,22 @@ class Enclosure:
     derivative: tuple[float, float]
     parameter_derivatives: dict[str, tuple[float, float]]
     reason: str = ""
+    _plot: ClassVar = "columns.draw_enclosure"
+    _has_picture: ClassVar = False
+
+    def _columns(self) -> dict[str, Any]:
+        derivatives = {f"df/d({name})": pair for name, pair in self.parameter_derivatives.items()}
+        bounds = {"f": self.value, "df/d(d)": self.derivative, **derivatives}
+        return {
+            "quantity": list(bounds),
+            "low": np.array([low for low, _ in bounds.values()]),
+            "high": np.array([high for _, high in bounds.values()]),
+        }
+
+    def __repr__(self) -> str:
+        """Itinerary, or why there is none; then the bounds."""
+        told = f"itinerary {self.itinerary}" if self.proven else f"not proven: {self.reason}"
+        return f"Enclosure: {told}\n{self.table()!r}"
 
 
 def enclose(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
-from stickslip.mechanics.eventmap.follow_records import new_followed
+from stickslip.mechanics.eventmap.records import new_followed
 from stickslip.numerics.long_run import (
     PERIODIC,
     RECURRENCE,
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stickslip.mechanics.eventmap.follow_records import Followed
+    from stickslip.mechanics.eventmap.records import Followed
     from stickslip.mechanics.model.belt_model import BeltModel
     from stickslip.numerics.long_run import LongRun
     from stickslip.sweeps.job import Points

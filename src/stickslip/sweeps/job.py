@@ -23,7 +23,7 @@ from stickslip.sweeps.target import target
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.mechanics.eventmap.follow_records import Followed
+    from stickslip.mechanics.eventmap.records import Followed
     from stickslip.numerics.long_run import LongRun
     from stickslip.sweeps.axis import Axis
     from stickslip.sweeps.observable import Observable, Output

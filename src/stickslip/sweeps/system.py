@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 
 from stickslip.analysis.maps.protocol import OUTSIDE, clip_to_domain, mix_labels
-from stickslip.mechanics.eventmap.follow_records import Followed, new_followed
+from stickslip.mechanics.eventmap.records import Followed, new_followed
 from stickslip.numerics.long_run import LongRun, Path, new_long_run, read_off
 from stickslip.status import OK
 

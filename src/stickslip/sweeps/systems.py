@@ -13,12 +13,11 @@ from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.checks import shown
 from stickslip.mechanics.eventmap import event_map as mechanics
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
-from stickslip.mechanics.eventmap.cuda_carrier import check_damping, check_traced
+from stickslip.mechanics.eventmap.cuda import check_damping, check_traced
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.eventmap.follow import follow
-from stickslip.mechanics.eventmap.follow_records import ModelTable, new_followed
 from stickslip.mechanics.eventmap.of_model import event_map
-from stickslip.mechanics.eventmap.records import Controls
+from stickslip.mechanics.eventmap.records import Controls, ModelTable, new_followed
 from stickslip.mechanics.flow.engine import engine_for
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
@@ -30,7 +29,7 @@ from stickslip.sweeps.system import Run, System, follow_map, joined
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.mechanics.eventmap.follow_records import Followed
+    from stickslip.mechanics.eventmap.records import Followed
     from stickslip.mechanics.flow.engine import Engine, EngineName
     from stickslip.numerics.long_run import LongRun
     from stickslip.sweeps.system import Columns, Floats

@@ -8,7 +8,7 @@ from stickslip.analysis import examples
 from stickslip.analysis.bifurcations.bifurcation import BIFURCATION_KINDS, BifurcationList
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.bifurcations.cascades import accumulation
-from stickslip.analysis.storage import load
+from stickslip.results.files import load
 
 SHARP = 1e-12  # of located values
 
@@ -158,9 +158,9 @@ def test_lists_are_sequences_with_tables(doubling_logistic):
     assert isinstance(found, BifurcationList)
     assert list(found) == list(found.bifurcations)
     assert list(found) == sorted(found, key=lambda b: b.value)
-    rows = found.table()
-    assert [row["value"] for row in rows] == [b.value for b in found]
-    assert rows[0]["kind"] == "flip"
+    table = found.table()
+    assert list(table["value"]) == [b.value for b in found]
+    assert table["kind"][0] == "flip"
     assert found.of_kind(*BIFURCATION_KINDS) == found.bifurcations
     with pytest.raises(ValueError, match=r"kind = .*\['fold'\]"):
         found.of_kind(np.array(["fold"]))

@@ -13,10 +13,10 @@ from stickslip.analysis.continuation.continuation import follow_on, follow_orbit
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
-from stickslip.analysis.storage import load
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.friction import Coulomb
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.results.files import load
 
 ROUNDING = 1e-13
 LOCATED = 1e-12

@@ -8,7 +8,7 @@ import pytest
 from stickslip.analysis.continuation.continuation_nd import follow_orbit_nd
 from stickslip.analysis.examples_nd import SmoothMap, delayed_logistic, henon, kinked
 from stickslip.analysis.orbits.periodic import periodic_orbits
-from stickslip.analysis.storage import load, save
+from stickslip.results.files import load, save
 
 EXACT = 1e-11
 

@@ -9,8 +9,8 @@ from stickslip.analysis.diagrams.diagram import Diagram
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram as of_a_system
 from stickslip.analysis.examples import border_collision, logistic, tent
-from stickslip.analysis.storage import load
 from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.results.files import load
 
 FLIP_OF_2 = 1 + np.sqrt(6)  # where the logistic map's 2-cycle doubles
 FOLD_OF_3 = 1 + np.sqrt(8)
@@ -224,7 +224,7 @@ def _breakpoints(f):
 
 class TestResult:
     def test_table_and_text_tell_where_orbits_are(self, doubling):
-        rows = doubling.table()
+        rows = list(doubling.overview().rows())
         assert [row["period"] for row in rows] == [orbit.period for orbit in doubling.orbits]
         two = next(row for row in rows if row["period"] == 2)
         assert (two["begins"], two["ends"]) == ("flip", "end of range")

@@ -9,7 +9,7 @@ from stickslip.analysis.examples_nd import delayed_logistic, henon, kinked
 from stickslip.analysis.orbits.newton_nd import monodromy, shooting_matrix, solve_orbits
 from stickslip.analysis.orbits.orbits_nd import Unseen
 from stickslip.analysis.orbits.periodic import periodic_orbits
-from stickslip.analysis.storage import load, save
+from stickslip.results.files import load, save
 
 # Orbits of the Hénon map (1.4, 0.3) by period: Galias (1998), and the fixed point off the
 # attractor.

@@ -71,7 +71,7 @@ def test_multipliers_are_those_of_the_event_map() -> None:
     np.testing.assert_allclose(f(cycle.d), np.roll(cycle.d, -1, axis=0), rtol=0, atol=1e-12)
     jacobian = np.eye(2)
     for d in cycle.d:
-        jacobian = f.jacobian(d) @ jacobian
+        jacobian = f.derivative(d) @ jacobian
     values = np.linalg.eigvals(jacobian)
     values = values[np.argsort(-np.abs(values), kind="stable")]
     assert cycle.stable

@@ -42,7 +42,7 @@ def test_the_jacobian_without_events_is_that_of_the_linear_motion() -> None:
     with mp.workdps(30):  # scipy's expm errs by 1.6e-14 here
         expected = mp.expm(mp.matrix([[0.0, 1.0], [-1.0, -0.2]]) * 2 * mp.pi / mp.mpf(1.7))
     expected = np.array(expected.tolist(), dtype=float)
-    np.testing.assert_allclose(f.jacobian([0.4, 0.2]), expected, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(f.derivative([0.4, 0.2]), expected, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -51,13 +51,13 @@ def test_the_jacobian_through_events_is_the_slope_of_the_map(seed: int) -> None:
     state = np.concatenate(f.model.sample_state(seed))
     h = 1e-6
     ahead, behind = (f(state + sign * h * np.eye(2)) for sign in (1, -1))
-    np.testing.assert_allclose(f.jacobian(state), (ahead - behind).T / (2 * h), rtol=0, atol=2e-8)
+    np.testing.assert_allclose(f.derivative(state), (ahead - behind).T / (2 * h), rtol=0, atol=2e-8)
 
 
 def test_sticking_forgets_exactly() -> None:
     """At rest on the belt a push of the velocity changes nothing; a stick leaves rank one."""
     f = ss.stroboscopic_map(BLOCK.replace(forcing=ss.Harmonic(1.2, 0.7, math.pi / 2)))
-    jacobian = f.jacobian([0.1, 0.0])
+    jacobian = f.derivative([0.1, 0.0])
     np.testing.assert_array_equal(jacobian[:, 1], 0.0)
     assert np.isneginf(f.lyapunov_exponents([0.1, 0.0], 50)[-1])
 

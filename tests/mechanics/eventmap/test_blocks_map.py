@@ -89,7 +89,7 @@ def test_derivatives_agree_with_differences(name: str) -> None:
     ahead, behind = f(d + steps), f(d - steps)
     wide = (f(d + 2 * steps) - f(d - 2 * steps)) / (4 * h)
     quotient = (4 * (ahead - behind) / (2 * h) - wide) / 3
-    np.testing.assert_allclose(f.jacobian(d), quotient.T, rtol=1e-8, atol=1e-9)
+    np.testing.assert_allclose(f.derivative(d), quotient.T, rtol=1e-8, atol=1e-9)
     for parameter, value in model.parameters.items():
         values = [
             ss.event_map(model.replace(**{parameter: value + k * h}))(d) for k in (-2, -1, 1, 2)
@@ -106,7 +106,7 @@ def test_shapes_labels_and_itineraries() -> None:
     d = model.sample_domain(6, 1).reshape(2, 3, 2)
     found = f.evaluate(d)
     assert found.value.shape == (2, 3, 2)
-    assert found.derivative.shape == f.jacobian(d).shape == (2, 3, 2, 2)
+    assert found.derivative.shape == f.derivative(d).shape == (2, 3, 2, 2)
     assert found.label.shape == found.status.shape == (2, 3)
     np.testing.assert_array_equal(f(d), found.value)
     texts = f.itinerary(d)
@@ -139,7 +139,7 @@ def test_two_damped_blocks_are_a_map_of_the_line(damping: float) -> None:
     f, g = ss.event_map(model), ss.event_map(model.chain)
     d = model.sample_domain(30, 3)
     np.testing.assert_array_equal(f(d), g(d[:, None])[:, 0])
-    np.testing.assert_array_equal(f.derivative(d), g.jacobian(d[:, None])[:, 0, 0])
+    np.testing.assert_array_equal(f.derivative(d), g.derivative(d[:, None])[:, 0, 0])
     np.testing.assert_array_equal(f.iterate(d, 2), g.iterate(d[:, None], 2)[..., 0])
     beta = g.parameter_derivative(d[:, None], "static_2")[:, 0]
     np.testing.assert_array_equal(f.parameter_derivative(d, "beta"), beta)

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from stickslip.mechanics.eventmap import _kernels
-from stickslip.mechanics.eventmap._label_kernels import hashed
+from stickslip.mechanics.eventmap.itinerary import hashed
 from stickslip.mechanics.eventmap.records import Controls, Scratch
 from stickslip.mechanics.flow import _exact_kernels
-from stickslip.mechanics.flow.settings import MAX_INSTANT
 from stickslip.mechanics.flow.system import (
     ALPHA,
     AT_LOWER_LIMIT,
@@ -23,6 +22,7 @@ from stickslip.mechanics.flow.system import (
     BETA,
     FORWARD,
     LANDING,
+    MAX_INSTANT,
     STICK,
     System,
     new_motion,

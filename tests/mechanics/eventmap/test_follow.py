@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 import stickslip as ss
 from stickslip.mechanics.eventmap import follow as following
 from stickslip.mechanics.eventmap.follow import follow
-from stickslip.mechanics.eventmap.follow_records import ModelTable
-from stickslip.mechanics.eventmap.records import Controls
+from stickslip.mechanics.eventmap.records import Controls, ModelTable
 from stickslip.mechanics.flow.engine import engine_for
 
 ROUNDING = 1e-14  # relative to how much the motion's events magnify it
@@ -53,8 +52,8 @@ def of_some(models, chosen):
 @pytest.mark.parametrize("seed", range(3))
 def test_lanes_say_what_the_map_of_each_model_says(seed, monkeypatch):
     held = []
-    make = following._abreast
-    monkeypatch.setattr(following, "_abreast", lambda *sizes: held.append(make(*sizes)) or held[0])
+    make = following._batch
+    monkeypatch.setattr(following, "_batch", lambda *sizes: held.append(make(*sizes)) or held[0])
     models, starts = random_models(seed, 100)
     verdicts, found = followed(models, starts, transient=0, n=1, tail=1)
     mu = models.laws[:, :, 1]

@@ -11,10 +11,10 @@ import pytest
 from tests.mechanics.flow.systems import random_model
 
 import stickslip as ss
-from stickslip.mechanics.eventmap.carrier import PlainCarrier
-from stickslip.mechanics.eventmap.pool_carrier import PoolCarrier
-from stickslip.mechanics.flow.lanes.kernels import lane_kernels
+from stickslip.mechanics.eventmap.backend import ScalarBackend
+from stickslip.mechanics.eventmap.pools import PoolBackend
 from stickslip.mechanics.flow.lanes.layout import KEPT, MOTIONS, PLACES
+from stickslip.mechanics.flow.lanes.text import lane_kernels
 from stickslip.mechanics.friction.series import law_series
 from stickslip.numerics.targets import kernel_uncached
 from stickslip.numerics.vector import LANES
@@ -42,7 +42,7 @@ def law_of(kind, rng):
 
 def one_at_a_time(f, d):
     """The same by the scalar engine."""
-    return PlainCarrier.evidence(f._carrier, d)
+    return ScalarBackend.carry(f._backend, d, slope=True, watch=True)
 
 
 def assert_agreement(f, d):
@@ -68,7 +68,7 @@ def test_random_systems_with_law_9(seed):
     returned = 0
     for _ in range(5):
         f = ss.event_map(random_model(rng, "law9"), threads=1, max_events=300)
-        assert isinstance(f._carrier, PoolCarrier)
+        assert isinstance(f._backend, PoolBackend)
         returned += assert_agreement(f, rng.uniform(-1, 1, 70) * f.domain[1]).sum()
     assert returned > 200
 
@@ -80,14 +80,14 @@ def test_random_systems_with_other_formulas(kind):
     for _ in range(6):
         model = random_model(rng, "law9").replace(friction=law_of(kind, rng))
         f = ss.event_map(model, threads=1, max_events=300)
-        assert isinstance(f._carrier, PoolCarrier)
+        assert isinstance(f._backend, PoolBackend)
         assert_agreement(f, rng.uniform(-1, 1, 50) * f.domain[1])
 
 
 def test_two_laws_of_one_formula():
     laws = (ss.PoppStelter(3.0, 0.1, 0.05), ss.PoppStelter(1.0, 0.3, 0.02))
     f = ss.event_map(ss.TwoBlock(alpha=1.0, beta=1.4, V=0.1, friction=laws), threads=1)
-    assert isinstance(f._carrier, PoolCarrier)
+    assert isinstance(f._backend, PoolBackend)
     assert assert_agreement(f, np.linspace(*f.domain, 80)).any()
 
 
@@ -100,7 +100,7 @@ def test_two_laws_of_one_formula():
 )
 def test_laws_that_are_no_single_formula_are_carried_one_at_a_time(friction):
     model = ss.TwoBlock(alpha=1.0, beta=1.4, V=0.1, friction=friction)
-    assert not isinstance(ss.event_map(model)._carrier, PoolCarrier)
+    assert not isinstance(ss.event_map(model)._backend, PoolBackend)
 
 
 def test_both_sides_of_breakpoints():
@@ -188,7 +188,7 @@ def test_a_second_process_compiles_nothing():
 import stickslip as ss
 f = ss.event_map(ss.TwoBlock(1.208, 1.301, 0.15, ss.PoppStelter(3.0, 0.1, 0.05)), threads=1)
 print(repr(f(0.1)))
-stats = f._carrier._moved._kernels.advance_orbits.stats
+stats = f._backend._moved._kernels.advance_orbits.stats
 print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -8,9 +8,8 @@ import pytest
 
 import stickslip as ss
 from stickslip.mechanics.flow.engine import engine_for
-from stickslip.mechanics.flow.mode import settle
-from stickslip.mechanics.flow.onset import onset
 from stickslip.mechanics.flow.system import AT_UPPER_LIMIT, LANDING, new_motion
+from stickslip.mechanics.flow.transitions import onset, settle
 
 ORDER = 45
 ROUNDING = 2.0**-53

@@ -17,8 +17,8 @@ from stickslip.mechanics.friction import (
     PoppStelter,
     Stribeck,
     TabulatedFriction,
-    parse_law,
 )
+from stickslip.mechanics.friction.values import parse_law
 
 SPEEDS = st.floats(0, 10)
 

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
 from stickslip.analysis.attractors.bands import inside
+from stickslip.results.result import Result, ResultList
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.attractors.lyapunov import LyapunovExponent
@@ -23,7 +21,7 @@ AttractorKind: TypeAlias = Literal["periodic", "chaotic", "undecided"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Attractor:
+class Attractor(Result):
     """A set that orbits of a map settle on.
 
     Attributes
@@ -63,21 +61,22 @@ class Attractor:
     edges: tuple[str, ...] = ()
     reason: str = ""
     sources: tuple[tuple[float, int, int], ...] = ()
+    _column_names: ClassVar = (
+        *("kind", "period", "lyapunov", "lyapunov_error", "basin_share"),
+        *("bands", "point", "reason"),
+    )
+    _plot: ClassVar = "basins.draw_attractor"
+    _has_picture: ClassVar = False
 
     def contains(self, x: ArrayLike, slack: float = 0.0) -> Any:
         """Tell which points lie in the bands, within `slack`."""
         return inside(self.bands, np.asarray(x, dtype=np.float64), slack)
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the bands as a strip."""
-        axes: Axes = _plot("basins").draw_bands([self], ax)
-        return axes
-
     def __repr__(self) -> str:
         """Short table."""
-        return f"Attractor({self._row()})"
+        return f"Attractor({self._line()})"
 
-    def _row(self) -> str:
+    def _line(self) -> str:
         where = ", ".join(f"[{low:.8g}, {high:.8g}]" for low, high in self.bands[:4])
         if self.kind == "periodic" and self.orbit is not None:
             where = ", ".join(f"{x:.10g}" for x in self.orbit.points[:4])
@@ -87,9 +86,16 @@ class Attractor:
         text += f"  share {self.basin_share:.3f}  {where}{more}"
         return f"{text}  ({self.reason})" if self.reason else text
 
+    def _columns(self) -> dict[str, Any]:
+        facts = (
+            *(self.kind, self.period, *self.lyapunov, self.basin_share),
+            *(self.bands.tolist(), self.point, self.reason),
+        )
+        return {name: [fact] for name, fact in zip(self._column_names, facts, strict=True)}
+
 
 @dataclass(frozen=True, eq=False, repr=False)
-class AttractorList(Sequence[Attractor]):
+class AttractorList(ResultList[Attractor]):
     """Attractors of a map, largest basin first, and the seeds that reached none.
 
     Attributes
@@ -111,29 +117,15 @@ class AttractorList(Sequence[Attractor]):
     statuses: dict[int, int]
     n_starts: int
     resolution: str
+    _number: ClassVar = "attractor"
+    _column_names: ClassVar = Attractor._column_names
+    _plot: ClassVar = "basins.draw_bands"
 
-    def __len__(self) -> int:
-        """Count."""
-        return len(self.attractors)
-
-    @overload
-    def __getitem__(self, index: int) -> Attractor: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Attractor, ...]: ...
-    def __getitem__(self, index: int | slice) -> Attractor | tuple[Attractor, ...]:
-        """One attractor, or several."""
-        return self.attractors[index]
+    @property
+    def _items(self) -> tuple[Attractor, ...]:
+        return self.attractors
 
     def __repr__(self) -> str:
         """Short table."""
         rows = [f"AttractorList: {len(self)} from {self.n_starts} seeds, {self.left:.3f} left"]
-        return "\n".join([*rows, *(f"  {a._row()}" for a in self)])
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the bands of all attractors as strips."""
-        axes: Axes = _plot("basins").draw_bands(self.attractors, ax)
-        return axes
-
-
-def _plot(name: str) -> Any:
-    return importlib.import_module(f"stickslip.plot.{name}")
+        return "\n".join([*rows, *(f"  {a._line()}" for a in self)])

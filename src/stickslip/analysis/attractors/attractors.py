@@ -135,10 +135,7 @@ def attractors_of(
     max_steps: int = MAX_STEPS,
     fast: InterpolatedMap | None = None,
 ) -> AttractorList:
-    """Find the attractors of a map whose table is at hand; see `attractors`.
-
-    The stable ones of the given ``orbits`` are attractors even if no seed reaches them.
-    """
+    """Find the attractors of a map whose table is at hand, stable known ``orbits`` included."""
     n_starts, max_period, max_steps = _checked_counts(n_starts, max_period, max_steps)
     spread, start = _seeds(f, table.laps, n_starts, None)
     task = _Task(f, table, start, len(spread), max_period, max_steps, tuple(orbits))

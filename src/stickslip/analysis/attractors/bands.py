@@ -71,10 +71,7 @@ def merged(intervals: Floats, slack: float) -> Floats:
 
 
 def image(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> tuple[Floats, bool]:
-    """Map a union of intervals forward; tell also whether part of it has no image.
-
-    Parts narrower than `slack` are dropped: they are one point of contact with a lap.
-    """
+    """Map a union of intervals, but for contacts below `slack`, and tell if part has no image."""
     which, lap = np.nonzero(
         (np.minimum(intervals[:, 1:], laps.right) - np.maximum(intervals[:, :1], laps.left)) > slack
     )

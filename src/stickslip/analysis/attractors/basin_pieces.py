@@ -18,6 +18,7 @@ from stickslip.analysis.attractors.bands import image, inside, merged
 from stickslip.analysis.attractors.lyapunov import advance
 from stickslip.analysis.attractors.recurrence import Cycle, capture_radius, confirmed
 from stickslip.analysis.maps.protocol import domain_width, values_and_slopes
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -274,6 +275,7 @@ def _with_parts(pieces: Pieces, todo: Integers, fresh: tuple[Any, ...]) -> Piece
     ).joined()
 
 
+@part
 @dataclass(frozen=True)
 class EdgeCause:
     """What a basin edge is a preimage of.

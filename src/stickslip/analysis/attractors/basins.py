@@ -8,9 +8,9 @@ and their preimages, which a Newton step turns into edges; interwoven basins sta
 
 from __future__ import annotations
 
-import importlib
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
@@ -29,10 +29,10 @@ from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import checked_points, domain_width
 from stickslip.checks import finite_number, instance, whole_number
+from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
@@ -47,7 +47,7 @@ MAX_ROUNDS: Final = 5000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Basins:
+class Basins(Result):
     """Who is attracted where: consecutive intervals of a map's domain.
 
     Attributes
@@ -89,6 +89,7 @@ class Basins:
     rounds: int
     resolution: float
     reason: str = ""
+    _plot: ClassVar = "basins.draw_basins"
 
     def share(self, attractor: int) -> float:
         """Part of the domain that belongs to an attractor (or to -1, -2)."""
@@ -100,11 +101,6 @@ class Basins:
         points = checked_points((float(self.edges[0]), float(self.edges[-1])), x)
         k = np.searchsorted(self.edges, points, side="right") - 1
         return self.index[np.clip(k, 0, len(self.index) - 1)]
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the basins as a strip, one colour per attractor."""
-        axes: Axes = importlib.import_module("stickslip.plot.basins").draw_basins(self, ax)
-        return axes
 
     def __repr__(self) -> str:
         """Shares and intervals."""
@@ -119,6 +115,28 @@ class Basins:
         ]
         more = [f"  ... {len(self.index) - 20} more"] if len(self.index) > 20 else []
         return "\n".join([head, *rows, *more, *([self.reason] if self.reason else [])])
+
+    def _columns(self) -> dict[str, Any]:
+        """Lay out the intervals; attractors are numbered from 1, 0 is none."""
+        widths = np.diff(self.edges)
+        fates = [self._fate(k) for k in self.index.tolist()]
+        names = ("attractor", "kind", "period", "d", "lyapunov")
+        causes = [str(cause) for cause in self.causes]
+        return {
+            "left": self.edges[:-1],
+            "right": self.edges[1:],
+            "share": widths / widths.sum(),
+            **dict(zip(names, map(list, zip(*fates, strict=True)), strict=True)),
+            "left_cause": causes[:-1],
+            "right_cause": causes[1:],
+        }
+
+    def _fate(self, k: int) -> tuple[int, str, int, float, float]:
+        if k < 0:
+            return 0, "undecided" if k == UNDECIDED else "leaves", 0, math.nan, math.nan
+        found = self.attractors[k]
+        kind = found.kind if found.kind != "undecided" else "undecided attractor"
+        return k + 1, kind, found.period, float(found.bands[0, 0]), found.lyapunov.value
 
 
 @suggests

@@ -10,9 +10,8 @@ early images are cell edges, and cells get narrow towards the edges of bands.
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 from scipy import sparse
@@ -25,12 +24,12 @@ from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.checks import instance, whole_number
+from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from matplotlib.axes import Axes
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.branches.laps import Laps
@@ -44,7 +43,7 @@ APART: Final = 1e-9  # of the domain's width: edges closer than this are one
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class InvariantDensity:
+class InvariantDensity(Result):
     """How often a chaotic orbit visits each place, and averages over that.
 
     Attributes
@@ -65,6 +64,8 @@ class InvariantDensity:
     density: Floats
     lyapunov: LyapunovExponent
     error: float
+    _column_names: ClassVar = ("left", "right", "density", "mass")
+    _plot: ClassVar = "basins.draw_density"
 
     @property
     def mass(self) -> Floats:
@@ -90,11 +91,6 @@ class InvariantDensity:
         middle = 0.5 * (self.left + self.right)
         value = (func(self.left) + 4 * func(middle) + func(self.right)) / 6
         return float(np.sum(value * self.mass))
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the density over the bands."""
-        axes: Axes = importlib.import_module("stickslip.plot.basins").draw_density(self, ax)
-        return axes
 
     def __repr__(self) -> str:
         """Short table."""

@@ -10,7 +10,7 @@ the automatic test of Jonsson (Phys. Rev. E 98, 043304, 2018).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 from scipy import special
@@ -25,6 +25,7 @@ from stickslip.analysis.maps.protocol import (
     values_and_slopes,
 )
 from stickslip.checks import MOST_STEPS, whole_number
+from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ SHORT: Final = 1e-10  # of the domain's width: intervals to grow are longer than
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LyapunovExponent:
+class LyapunovExponent(Result):
     """Mean of log |f'| along orbits, per step of the map.
 
     Attributes
@@ -72,6 +73,8 @@ class LyapunovExponent:
     value: Any
     error: Any
     n: int
+    _drawn: ClassVar = ("start", "value")
+    _has_picture: ClassVar = False
 
     def __float__(self) -> float:
         """Return the value alone."""
@@ -88,6 +91,10 @@ class LyapunovExponent:
         pairs = zip(self.value.flat, self.error.flat, strict=True)
         rows = [f"  {value: .10f} ± {error:.2g}" for value, error in pairs]
         return "\n".join([f"LyapunovExponent, n={self.n}", *rows])
+
+    def _columns(self) -> dict[str, Any]:
+        value, error = np.ravel(self.value), np.ravel(self.error)
+        return {"start": np.arange(value.size) + 1, "value": value, "error": error}
 
 
 @suggests

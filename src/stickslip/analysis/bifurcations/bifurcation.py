@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
-import importlib
 import logging
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import (
-    TYPE_CHECKING,
-    Any,
-    ClassVar,
-    Final,
-    Literal,
-    TypeAlias,
-    TypeVar,
-    get_args,
-    overload,
-)
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, TypeVar, get_args
+
+import numpy as np
 
 from stickslip.checks import one_of
+from stickslip.results.parts import part
+from stickslip.results.result import Result, ResultList
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Callable
-
-    from matplotlib.axes import Axes
 
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.bifurcations.outcome import Outcome
@@ -54,7 +43,7 @@ POINTS_SHOWN: Final = 2  # of an orbit, in a line of a table
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Bifurcation:
+class Bifurcation(Result):
     """A parameter value at which orbits or attractors of a map are born, lost or changed.
 
     Attributes
@@ -127,6 +116,7 @@ class Bifurcation:
     in_cascade: bool = False
     note: str = ""
     system: Any = field(default=None, repr=False, compare=False)
+    _plot: ClassVar = "bifurcations.draw_bifurcation"
 
     @property
     def born(self) -> int:
@@ -183,17 +173,11 @@ class Bifurcation:
             "note": self.note,
         }
 
-    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Mark the bifurcation on a plane of parameter and orbit points."""
-        module = importlib.import_module("stickslip.plot.bifurcations")
-        axes: Axes = module.draw_bifurcation(self, ax, **style)
-        return axes
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file that `stickslip.load` reads."""
-        importlib.import_module("stickslip.analysis.storage").save(self, path)
+    def _columns(self) -> dict[str, Any]:
+        return {name: [cell] for name, cell in self.row().items()}
 
 
+@part
 @dataclass(frozen=True)
 class UnresolvedChange:
     """A change between two parameter values that no located bifurcation explains.
@@ -224,7 +208,7 @@ class UnresolvedChange:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Cascade:
+class Cascade(Result):
     """Flips that double an orbit's period again and again.
 
     Attributes
@@ -244,6 +228,7 @@ class Cascade:
     accumulation: float
     error: float
     ratios: Floats
+    _drawn: ClassVar = ("period", "value")
 
     @property
     def values(self) -> tuple[float, ...]:
@@ -270,13 +255,17 @@ class Cascade:
             lines.append(f"  {flip.period:6d}  {flip.value:<19.15g}  {ratio}".rstrip())
         return "\n".join(lines)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file that `stickslip.load` reads."""
-        importlib.import_module("stickslip.analysis.storage").save(self, path)
+    def _columns(self) -> dict[str, Any]:
+        missing = np.full(len(self.flips) - len(self.ratios), np.nan)
+        return {
+            "period": [flip.period for flip in self.flips],
+            "value": np.array(self.values),
+            "ratio": np.append(missing, self.ratios),
+        }
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BifurcationList(Sequence[Bifurcation]):
+class BifurcationList(ResultList[Bifurcation]):
     """All bifurcations over a range of a parameter, by value, and what lies between them.
 
     Attributes
@@ -311,24 +300,17 @@ class BifurcationList(Sequence[Bifurcation]):
     cascades: tuple[Cascade, ...] = ()
     unresolved: tuple[UnresolvedChange, ...] = ()
     n_lists: int = 0
-    columns: ClassVar = (
-        *("kind", "criticality", "value", "error", "period", "points", "multipliers"),
-        *("orbits_before", "orbits_after", "attractors_before", "attractors_after"),
-        *("outcome", "predicted_outcome", "mechanism", "block", "quality", "note"),
+    _column_names: ClassVar = (
+        *("kind", "criticality", "parameter", "value", "error", "period", "points"),
+        *("multipliers", "orbits_before", "orbits_after", "attractors_before"),
+        *("attractors_after", "outcome", "predicted_outcome", "mechanism", "block"),
+        *("quality", "in_cascade", "note"),
     )
-    """Of the table in a CSV file."""
+    _plot: ClassVar = "bifurcations.draw_bifurcations"
 
-    def __len__(self) -> int:
-        """Return the number of bifurcations."""
-        return len(self.bifurcations)
-
-    @overload
-    def __getitem__(self, index: int) -> Bifurcation: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Bifurcation, ...]: ...
-    def __getitem__(self, index: int | slice) -> Bifurcation | tuple[Bifurcation, ...]:
-        """Return one bifurcation, or several as a tuple."""
-        return self.bifurcations[index]
+    @property
+    def _items(self) -> tuple[Bifurcation, ...]:
+        return self.bifurcations
 
     def of_kind(self, *kinds: str) -> tuple[Bifurcation, ...]:
         """Those of one of the kinds.
@@ -341,10 +323,6 @@ class BifurcationList(Sequence[Bifurcation]):
         for kind in kinds:
             one_of("kind", kind, BIFURCATION_KINDS)
         return tuple(item for item in self.bifurcations if item.kind in kinds)
-
-    def table(self) -> list[dict[str, Any]]:
-        """Return a row of plain values per bifurcation."""
-        return [item.row() for item in self.bifurcations]
 
     def __repr__(self) -> str:
         """Table of the bifurcations, at most 120 characters wide, then what stayed open."""
@@ -366,16 +344,6 @@ class BifurcationList(Sequence[Bifurcation]):
             )
         lines += [f"  unresolved: {item}" for item in self.unresolved]
         return "\n".join(lines)
-
-    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Draw the branches and mark the bifurcations; see `stickslip.plot.bifurcations`."""
-        module = importlib.import_module("stickslip.plot.bifurcations")
-        axes: Axes = module.draw_bifurcations(self, ax, **style)
-        return axes
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file that `stickslip.load` reads, or the table as .csv."""
-        importlib.import_module("stickslip.analysis.storage").save(self, path)
 
 
 def _line(item: Bifurcation) -> str:

@@ -75,7 +75,7 @@ def bifurcations(
     max_period : int
         Longest period of the orbits that are searched for; cascades are followed beyond.
     window : pair of float, optional
-        Part of the domain that is searched: orbits that leave it have left.
+        Part of the domain that is searched: orbits that leave it end there.
     n_lists : int, optional
         Complete lists of orbits over the range to begin with (24 by default); more are added
         where something happens.
@@ -146,15 +146,7 @@ def _with_mechanisms(found: BifurcationList, f: MapFamily) -> BifurcationList:
 
 
 def explain_border(item: Bifurcation, f: MapFamily) -> Bifurcation:
-    """Add to a bifurcation what the motions on both sides of its border tell.
-
-    Parameters
-    ----------
-    item : Bifurcation
-        Unchanged if no break of the map takes part in it.
-    f : EventMap
-        Of the system, whatever the value of the bifurcation's parameter.
-    """
+    """Add the mechanism of the break of f, at any parameter value, that takes part, if one does."""
     condition = item.condition
     if isinstance(condition, Collision):
         border = condition.border

@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
+from stickslip.results.parts import part
+
 OrbitOutcome: TypeAlias = Literal[
     "persist",
     "born in pairs",
@@ -32,6 +34,7 @@ AttractorOutcome: TypeAlias = Literal[
 FAMILIES: Final = ("period-adding", "period-incrementing")
 
 
+@part
 @dataclass(frozen=True)
 class LocalAttractor:
     """The attractor that takes part in a border collision, on one side of it.
@@ -68,6 +71,7 @@ class LocalAttractor:
         return "no attractor" if self.kind == "none" else "undecided"
 
 
+@part
 @dataclass(frozen=True)
 class Outcome:
     """What happens to orbits and attractors as a parameter grows through a bifurcation.

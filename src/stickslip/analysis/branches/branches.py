@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, overload
+from typing import TYPE_CHECKING, ClassVar, Final
 
-from stickslip.analysis.branches.breakpoints import Breakpoint
+from stickslip.analysis.branches.breakpoints import BREAKPOINT_COLUMNS, Breakpoint
 from stickslip.analysis.branches.table import RESOLUTION, branch_table
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import explanation
+from stickslip.results.result import ResultList
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ SHOWN: Final = 40  # rows of a list in its repr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BreakpointList(Sequence[Breakpoint]):
+class BreakpointList(ResultList[Breakpoint]):
     """Breakpoints of a map from left to right: a sequence with what stayed open.
 
     Attributes
@@ -36,18 +36,12 @@ class BreakpointList(Sequence[Breakpoint]):
     items: tuple[Breakpoint, ...]
     resolution: float
     unresolved: tuple[Unresolved, ...]
+    _column_names: ClassVar = BREAKPOINT_COLUMNS
+    _drawn: ClassVar = ("d", "left", "right")
 
-    def __len__(self) -> int:
-        """Return the number of breakpoints, the harmless ones included."""
-        return len(self.items)
-
-    @overload
-    def __getitem__(self, index: int) -> Breakpoint: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Breakpoint, ...]: ...
-    def __getitem__(self, index: int | slice) -> Breakpoint | tuple[Breakpoint, ...]:
-        """Return one breakpoint, or several as a tuple."""
-        return self.items[index]
+    @property
+    def _items(self) -> tuple[Breakpoint, ...]:
+        return self.items
 
     def of_kind(self, *kinds: Kind) -> tuple[Breakpoint, ...]:
         """Return those that are a ``jump``, ``corner``, ``edge`` or ``smooth``."""

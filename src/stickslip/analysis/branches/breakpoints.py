@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 
 import numpy as np
+
+from stickslip.results.result import Result
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -51,7 +53,7 @@ class Limits:
 
 
 def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Limits:
-    """Extrapolate value and slope to the last points of branches of width ``room``."""
+    """Extrapolate value and slope to ends of branches, ``inward`` +1 for a branch right of it."""
     if not ends.ok.all():
         return _beside_gaps(mesh, ends, inward, room)
     n = len(ends)
@@ -105,8 +107,14 @@ def _root_value(near: Nodes, far: Nodes, h: Floats) -> Floats:
     return (4 * first - second) / 3
 
 
-@dataclass(frozen=True)
-class Breakpoint:
+BREAKPOINT_COLUMNS: Final = (
+    *("d", "left", "right", "left_slope", "right_slope", "kind", "mechanism", "block"),
+    *("quality", "residual"),
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Breakpoint(Result):
     """End of a branch.
 
     Attributes
@@ -148,6 +156,8 @@ class Breakpoint:
     interval: tuple[float, float] = field(default=(math.nan, math.nan), repr=False)
     quality: str = field(default="located", repr=False)
     system: Any = field(default=None, repr=False, compare=False)
+    _drawn: ClassVar = ("d", "left", "right")
+    _has_picture: ClassVar = False
 
     @property
     def residual(self) -> float:
@@ -158,6 +168,9 @@ class Breakpoint:
     def jump(self) -> float:
         """Step of the value from left to right."""
         return self.right - self.left
+
+    def _columns(self) -> dict[str, Any]:
+        return {name: [getattr(self, name)] for name in BREAKPOINT_COLUMNS}
 
 
 def limits_at_discontinuities(mesh: Mesh, cuts: Discontinuities) -> tuple[Limits, Limits]:

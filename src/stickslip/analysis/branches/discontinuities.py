@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.branches.mesh import Mesh, Nodes
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -167,6 +168,7 @@ def midpoint(lower: Floats, upper: Floats) -> Floats:
     return np.where((lower < 0) & (upper > 0), 0.0, 0.5 * (lower + upper))
 
 
+@part
 @dataclass(frozen=True)
 class Unresolved:
     """Something that could not be decided, and where.

@@ -15,6 +15,7 @@ import numpy as np
 
 from stickslip.analysis.maps.protocol import values_and_slopes
 from stickslip.numerics.slope_zeros import slope_zeros
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -36,6 +37,7 @@ EPS: Final = float(np.finfo(np.float64).eps)
 GUARD: Final = 1 / 64  # of the resolution: closer to a break the map is continued linearly
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class Cells:
     """Intervals between neighbouring nodes with values and slopes at both, shapes (n,)."""
@@ -72,6 +74,7 @@ class Cells:
         return least, np.where(regular, slopes.max(axis=0), np.inf)
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class Laps:
     """All laps (Milnor and Thurston 1988) of a map, ascending; arrays of shape (n,).

@@ -139,11 +139,13 @@ def _pulled_back(pieces: Pieces, images: _EndImages) -> Pieces:
     laps = pieces.laps
     images.extend()
     lap, piece = _overlaps(pieces)
-    at_bottom, at_top = _image_ends(laps, lap)
+    falls = laps.direction[lap] < 0
+    # Rows of `_EndImages` of the lower and the upper end of each lap's image.
+    at_bottom = np.where(falls, len(laps) + lap, lap)
+    at_top = np.where(falls, lap, len(laps) + lap)
     lower, upper = pieces.left.take(piece), pieces.right.take(piece)
     lower = _meet(laps, lap, lower, images, at_bottom, laps.value_min[lap] - lower.orbit[:, 0])
     upper = _meet(laps, lap, upper, images, at_top, upper.orbit[:, 0] - laps.value_max[lap])
-    falls = laps.direction[lap] < 0
     left, right = lower.replaced(falls, upper), upper.replaced(falls, lower)
     word = np.column_stack([lap, pieces.word[piece]])
     order = np.lexsort((left.orbit[:, 0], lap))
@@ -174,13 +176,6 @@ def _overlaps(pieces: Pieces) -> tuple[Indices, Indices]:
     before = np.repeat(np.cumsum(counts) - counts, counts)
     piece = np.arange(counts.sum()) - before + np.repeat(first, counts)
     return lap, piece
-
-
-def _image_ends(laps: Laps, lap: Indices) -> tuple[Indices, Indices]:
-    """Rows of `_EndImages` of the lower and the upper end of each lap's image."""
-    n = len(laps)
-    falls = laps.direction[lap] < 0
-    return np.where(falls, n + lap, lap), np.where(falls, lap, n + lap)
 
 
 def _meet(

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final, cast, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Final, cast
 
 import numpy as np
 
@@ -22,9 +21,9 @@ from stickslip.analysis.branches.mesh import Mesh
 from stickslip.analysis.branches.pieces import Hints, TooManyPiecesError, hints_of, pieces_of_powers
 from stickslip.analysis.maps.protocol import base_and_exponent
 from stickslip.checks import finite_number
+from stickslip.results.result import Result, ResultList
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from stickslip.analysis.branches.breakpoints import Kind
@@ -39,8 +38,8 @@ LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels 
 SAME: Final = 8 * float(np.finfo(np.float64).eps)  # of the scale: points that coincide
 
 
-@dataclass(frozen=True)
-class Branch:
+@dataclass(frozen=True, eq=False, repr=False)
+class Branch(Result):
     """Maximal interval of one label.
 
     Attributes
@@ -57,10 +56,16 @@ class Branch:
     value_left: float
     value_right: float
     label: int = field(repr=False)
+    _column_names: ClassVar = ("left", "right", "value_left", "value_right", "label")
+    _plot: ClassVar = "columns.draw_branch"
+    _has_picture: ClassVar = False
+
+    def _columns(self) -> dict[str, Any]:
+        return {name: [getattr(self, name)] for name in self._column_names}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BranchTable(Sequence[Branch]):
+class BranchTable(ResultList[Branch]):
     """Branches of a map of the line, complete for everything wider than ``resolution``.
 
     A sequence of `Branch`, with the rest of the map's shape.
@@ -99,19 +104,13 @@ class BranchTable(Sequence[Branch]):
     pieces: Laps
     unresolved: tuple[Unresolved, ...]
     n_evaluations: int
-    _texts: dict[int, str] = field(default_factory=dict)
+    _texts: dict[int, str] = field(default_factory=dict, init=False, compare=False)
+    _column_names: ClassVar = Branch._column_names
+    _plot: ClassVar = "maps.draw_branch_table"
 
-    def __len__(self) -> int:
-        """Return the number of branches."""
-        return len(self.branches)
-
-    @overload
-    def __getitem__(self, index: int) -> Branch: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Branch, ...]: ...
-    def __getitem__(self, index: int | slice) -> Branch | tuple[Branch, ...]:
-        """Return one branch, or several as a tuple, from left to right."""
-        return self.branches[index]
+    @property
+    def _items(self) -> tuple[Branch, ...]:
+        return self.branches
 
     def __repr__(self) -> str:
         """Branches with their values, gaps, and what stayed open."""
@@ -130,12 +129,6 @@ class BranchTable(Sequence[Branch]):
         lines += [f"  gap: no value in ({lo:.12g}, {hi:.12g})" for lo, hi in self.gaps[:SHOWN]]
         lines += [f"  unresolved: {item}" for item in self.unresolved[:SHOWN]]
         return "\n".join(lines)
-
-    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Draw the map over its domain; see `stickslip.plot.maps`."""
-        draw = importlib.import_module("stickslip.plot.maps").event_map
-        axes: Axes = draw(self.f, ax, **style)
-        return axes
 
     def matters(self, number: int) -> bool:
         """Tell whether the end of a lap, by its number in `Laps`, is a break of the map."""
@@ -159,6 +152,9 @@ class BranchTable(Sequence[Branch]):
             else:
                 self._texts[label] = str(describe(0.5 * (branch.left + branch.right)))
         return self._texts[label]
+
+    def _columns(self) -> Mapping[str, Any]:
+        return {**super()._columns(), "itinerary": [self.text(b.label) for b in self]}
 
 
 def branch_table(f: Map1D, resolution: float = RESOLUTION) -> BranchTable:
@@ -228,18 +224,13 @@ def _classify(mesh: Mesh, cuts: Discontinuities, hints: Hints) -> tuple[list[Bre
     false = (kinds == "smooth") & (cuts.left.label == cuts.right.label)
     if false.any():
         return _classify(mesh, cuts.take(~false), hints)
-    where = _positions(cuts)
+    # One float per break, the first one right of it that has a value; beside 0 it is 0.
+    where = np.where((cuts.left.x == 0) | ~cuts.right.ok, cuts.left.x, cuts.right.x)
     at_first = at_first.moved(np.concatenate([first.x[:1], where]) - first.x)
     at_last = at_last.moved(np.concatenate([where, last.x[-1:]]) - last.x)
     segments = Segments(first, last, at_first, at_last, where, kinds == "smooth")
     scale = max(abs(end) for end in mesh.f.domain)
     return [_breakpoint(cuts, segments, kinds, scale, i) for i in range(len(cuts))], segments
-
-
-def _positions(cuts: Discontinuities) -> Floats:
-    """One float per break, the first one right of it that has a value; beside 0 it is 0."""
-    use_left = (cuts.left.x == 0) | ~cuts.right.ok
-    return np.where(use_left, cuts.left.x, cuts.right.x)
 
 
 def _breakpoint(

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
 from stickslip.checks import finite_number
+from stickslip.results.parts import part
+from stickslip.results.result import Result
+from stickslip.results.table import numbered
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Iterator
 
-    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
@@ -23,6 +23,7 @@ SHOWN: Final = 8  # rows of a curve in its repr
 POINTS_SHOWN: Final = 4  # of a solution, in a line of it
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class CurveEnd:
     """Why a curve ends, and where.
@@ -77,6 +78,7 @@ class CurveEnd:
         return _critical(self.multipliers)
 
 
+@part
 @dataclass(frozen=True, eq=False, repr=False)
 class CurveEvent:
     """A bifurcation on the way along a curve.
@@ -186,7 +188,7 @@ class Problem:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Curve:
+class Curve(Result):
     """A solution followed along a parameter; `stickslip.follow` makes it.
 
     Short for *solution curve*; the word branch is reserved for the branches of a map. A sequence:
@@ -215,7 +217,7 @@ class Curve:
     data : dict
         Further columns: ``labels`` and ``residual`` of orbits, ``period`` and ``events`` (their
         number) of cycles, ``left``, ``right``, ``left_slope``, ``right_slope`` and ``kind`` of
-        breakpoints, ``left_multiplier`` and ``right_multiplier`` of border collisions.
+        breakpoints, ``multiplier_left`` and ``multiplier_right`` of border collisions.
     problem : Problem
         What is solved, and how to solve it anew.
     period : int or None
@@ -411,31 +413,28 @@ class Curve:
             lines.append(f"{text}  {shown}{', ...' if points.size > POINTS_SHOWN else ''}")
         return "\n".join(lines)
 
-    def table(self) -> dict[str, Any]:
-        """Columns: parameters, the largest multiplier, stable, points, and `data` of one number."""
+    def _columns(self) -> dict[str, Any]:
         columns: dict[str, Any] = dict(self.parameters)
-        if self.multipliers.ndim == 1:
-            columns["multiplier"] = self.multipliers
-        elif self.kind == "equilibrium":
+        if self.kind == "equilibrium":
             columns["growth_rate"] = self.multipliers.real.max(axis=1)
+        elif self.multipliers.ndim == 1:
+            columns["multiplier"] = self.multipliers
         elif self.multipliers.size:
             columns["multiplier"] = np.abs(self.multipliers).max(axis=1)
         columns["stable"] = self.stable
-        points = self.points.reshape(len(self), -1).T
-        columns |= {f"point_{k}": column for k, column in enumerate(points, 1)}
-        flat = {name: item for name, item in self.data.items() if np.ndim(item) == 1}
-        return {**columns, **flat}
+        columns |= {name: item for name, item in self.data.items() if np.ndim(item) == 1}
+        if self.points.ndim > 2:
+            return {**columns, "points": list(self.points)}
+        name = "x" if self.kind in ("cycle", "equilibrium") else "d"
+        return {**columns, **numbered(name, self.points)}
 
-    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Draw the curve: solid or heavy where it is stable, with its bifurcations marked."""
-        module, _, name = self.problem.picture.partition(".")
-        draw = getattr(importlib.import_module(f"stickslip.plot.{module}"), name)
-        axes: Axes = draw(self, ax, **style)
-        return axes
+    def _coordinates(self) -> tuple[str, ...]:
+        return (self.parameter,)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file that `stickslip.load` reads, or the table as .csv."""
-        importlib.import_module("stickslip.analysis.storage").save(self, path)
+    @property
+    def _plot(self) -> str:  # type: ignore[override]
+        picture: str = self.problem.picture
+        return picture
 
 
 def _between(rows: Floats, row: int, share: float) -> Floats:

@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.analysis.continuation.curve import Problem
 from stickslip.analysis.orbits.newton import itinerary_of, solve_orbit
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from stickslip.analysis.continuation.curve import Curve
@@ -19,6 +20,7 @@ APPROACHES: Final = 16  # steps towards an orbit that a straight line does not l
 SAME: Final = 1e-13  # of the points: orbits that coincide
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class OrbitProblem(Problem):
     """The equations of a periodic orbit; `system` is restricted to the window if one was given."""

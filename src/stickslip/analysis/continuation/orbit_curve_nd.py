@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.analysis.continuation.curve import Problem
 from stickslip.analysis.orbits.newton_nd import solve_orbits
 from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, make_orbit
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from stickslip.analysis.continuation.curve import Curve
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol_nd import FamilyND
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class OrbitProblemND(Problem):
     """The equations of a periodic orbit in R^n."""

@@ -32,7 +32,7 @@ class Linearized:
 
 @dataclass(frozen=True, eq=False)
 class Departure:
-    """Points that have left their smooth pieces: the cause of a `LeavesRegion`."""
+    """Points outside their pieces (a virtual orbit): the cause of a `LeavesRegion`."""
 
     value: float
     points: Floats
@@ -41,7 +41,7 @@ class Departure:
 
 @dataclass(eq=False)
 class OrbitEquations:
-    """F(x_1 ... x_p, q)_i = f(x_i; q) - x_(i+1), the points in their pieces of the map."""
+    """F(x_1 ... x_p, q)_i = f(x_i; q) - x_(i+1) of an admissible orbit, points in their pieces."""
 
     f: MapFamily
     name: str

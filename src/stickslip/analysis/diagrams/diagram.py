@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import itertools
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
@@ -11,19 +13,22 @@ import numpy as np
 from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
 from stickslip.checks import whole_number
 from stickslip.extras import require_extra
+from stickslip.results.parts import part
+from stickslip.results.result import Result
+from stickslip.results.table import Table
 
 if TYPE_CHECKING:
-    import os
+    from collections.abc import Iterator
 
-    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from stickslip.analysis.diagrams.assemble import OrbitCurveEnd
+    from stickslip.analysis.diagrams.orbit_curves import OrbitCurveEnd
     from stickslip.analysis.maps.protocol import Floats
 
 SHOWN: Final = 40  # orbits in a diagram's table
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class OrbitCurve:
     """One periodic orbit over the values at which it exists.
@@ -56,6 +61,7 @@ class OrbitCurve:
         return np.asarray(np.isfinite(self.multipliers))
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class AttractorTable:
     """Attractors, one row for each at each value; arrays of shape (m,) unless said otherwise.
@@ -86,7 +92,7 @@ class AttractorTable:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Diagram:
+class Diagram(Result):
     """What a map of the line does over a range of one parameter.
 
     Attributes
@@ -119,44 +125,73 @@ class Diagram:
     attractors: AttractorTable
     breakpoints: tuple[BreakpointLine, ...]
     unresolved: tuple[str, ...] = ()
-    columns: ClassVar = (
-        *("period", "from", "begins", "to", "ends"),
-        *("first_points", "last_points", "stable_share"),
-    )
-    """Of the table in a CSV file."""
+    _plot: ClassVar = "diagram.draw_diagram"
 
     def of_period(self, p: int) -> tuple[OrbitCurve, ...]:
         """Return the orbits of minimal period p."""
         p = whole_number("p", p)
         return tuple(orbit for orbit in self.orbits if orbit.period == p)
 
-    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Draw the diagram; see `stickslip.plot.diagram.draw_diagram`."""
-        module = importlib.import_module("stickslip.plot.diagram")
-        axes: Axes = module.draw_diagram(self, ax, **style)
-        return axes
+    def overview(self) -> Table:
+        """Return a row per orbit: where it exists, how it begins and ends."""
+        ends = [orbit.ends for orbit in self.orbits]
+        stable = [self.values[orbit.stable] for orbit in self.orbits]
+        return Table(
+            {
+                "period": [orbit.period for orbit in self.orbits],
+                "from": [low.value for low, _ in ends],
+                "begins": [low.reason for low, _ in ends],
+                "to": [high.value for _, high in ends],
+                "ends": [high.reason for _, high in ends],
+                "first_points": [low.points for low, _ in ends],
+                "last_points": [high.points for _, high in ends],
+                "stable_share": [
+                    values.size / max(1, int(orbit.exists.sum()))
+                    for values, orbit in zip(stable, self.orbits, strict=True)
+                ],
+                "stable_from": [values[0] if values.size else math.nan for values in stable],
+                "stable_to": [values[-1] if values.size else math.nan for values in stable],
+            }
+        )
 
-    def table(self) -> list[dict[str, Any]]:
-        """Return a row of plain values per orbit: where it exists, how it begins and ends."""
-        rows = []
-        for orbit in self.orbits:
-            low, high = orbit.ends
-            stable = self.values[orbit.stable]
-            rows.append(
-                {
-                    "period": orbit.period,
-                    "from": low.value,
-                    "begins": low.reason,
-                    "to": high.value,
-                    "ends": high.reason,
-                    "first_points": low.points.tolist(),
-                    "last_points": high.points.tolist(),
-                    "stable_share": float(orbit.stable.sum() / max(1, orbit.exists.sum())),
-                    "stable_from": float(stable[0]) if stable.size else None,
-                    "stable_to": float(stable[-1]) if stable.size else None,
-                }
+    def _columns(self) -> dict[str, Any]:
+        """Lay out orbits, then attractors, then breakpoints, a row for each point."""
+        parts = [*self._orbit_points(), self._attractor_points(), *self._break_points()]
+        names = ("what", "number", "kind", "period", "point", "d", "multiplier", "lyapunov")
+        columns = {name: np.concatenate([part[name] for part in parts]) for name in names}
+        return {self.parameter: np.concatenate([part["value"] for part in parts]), **columns}
+
+    def _orbit_points(self) -> Iterator[dict[str, Any]]:
+        for number, orbit in enumerate(self.orbits, start=1):
+            yield _points(
+                orbit.points,
+                value=self.values[:, np.newaxis],
+                what="orbit",
+                number=number,
+                kind=np.where(orbit.stable, "stable", "unstable")[:, np.newaxis],
+                period=orbit.period,
+                multiplier=orbit.multipliers[:, np.newaxis],
             )
-        return rows
+
+    def _attractor_points(self) -> dict[str, Any]:
+        """Points of the attractors, which are numbered at each value."""
+        found = self.attractors
+        number = np.arange(found.where.size) - np.searchsorted(found.where, found.where) + 1
+        facts = {"kind": found.kind, "period": found.period, "lyapunov": found.lyapunov}
+        facts |= {"value": self.values[found.where], "number": number}
+        columns = {name: fact[:, np.newaxis] for name, fact in facts.items()}
+        return _points(found.points, what="attractor", **columns)
+
+    def _break_points(self) -> Iterator[dict[str, Any]]:
+        for number, line in enumerate(self.breakpoints, start=1):
+            yield _points(
+                line.d[:, np.newaxis],
+                value=self.values[:, np.newaxis],
+                what="breakpoint",
+                number=number,
+                kind=line.kind,
+                period=0,
+            )
 
     def __repr__(self) -> str:
         """Table of the orbits, and how many attractors of which kind there are."""
@@ -166,7 +201,7 @@ class Diagram:
             f"{len(self.orbits)} orbits up to period {self.max_period}",
             f"  period  {'from':15s}  {'begins':16s}  {'to':15s}  {'ends':16s}  stable",
         ]
-        for row in self.table()[:SHOWN]:
+        for row in itertools.islice(self.overview().rows(), SHOWN):
             lines.append(
                 f"  {row['period']:6d}  {row['from']:<15.11g}  {row['begins']:16s}  "
                 f"{row['to']:<15.11g}  {row['ends']:16s}  {row['stable_share']:.0%}"
@@ -218,6 +253,11 @@ class Diagram:
             attributes["window"] = list(self.window)
         return xarray.Dataset(variables, coords={name: self.values}, attrs=attributes)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file that `stickslip.load` reads, or the table as .csv."""
-        importlib.import_module("stickslip.analysis.storage").save(self, path)
+
+def _points(d: Floats, **facts: Any) -> dict[str, Any]:
+    """Rows for points of shape (n, p); facts hold for all rows, or have shape (n, 1) or (p,)."""
+    there = np.isfinite(d)
+    point = np.arange(d.shape[1]) + 1
+    facts = {"multiplier": np.nan, "lyapunov": np.nan, "point": point, **facts}
+    spread = {name: np.broadcast_to(fact, d.shape)[there] for name, fact in facts.items()}
+    return {"d": d[there], **spread}

@@ -12,9 +12,8 @@ from stickslip.analysis.attractors.along import Motion, Settler
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.branches.along.breakpoint_lines import follow_breakpoints
-from stickslip.analysis.diagrams.assemble import trace_orbits
-from stickslip.analysis.diagrams.at_values import fill
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
+from stickslip.analysis.diagrams.orbit_curves import fill, trace_orbits
 from stickslip.analysis.maps.arguments import checked_range, line_family
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.threads import in_threads
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.bifurcations.scan.nodes import Node
     from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
-    from stickslip.analysis.diagrams.assemble import Traced
+    from stickslip.analysis.diagrams.orbit_curves import Traced
     from stickslip.analysis.maps.protocol import Floats, MapFamily, Modelled
 
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
@@ -72,7 +71,7 @@ def bifurcation_diagram(
     max_period : int
         All orbits up to this period are followed, stable or not.
     window : tuple of float, optional
-        Part of the map's domain to look at; orbits that leave it have left.
+        Part of the map's domain to look at; orbits that leave it end there.
     iterates : int
         Points kept of an attractor that is no cycle.
     attractors : bool
@@ -134,7 +133,9 @@ def bifurcation_diagram(
     survey.run(n_lists)
     traced = trace_orbits(survey)
     maps = [survey.family.at(q) for q in values]
-    anchors = _anchors(survey)
+    # All values at which the survey has a complete list.
+    nodes = {node.q: node for span in survey.spans for node in (span.left, span.right)}
+    anchors = [nodes[q] for q in sorted(nodes)]
     breaks = follow_breakpoints(maps, values, [(node.q, node.table) for node in anchors])
     report(0.5)
     orbits = _orbit_curves(maps, values, traced)
@@ -153,12 +154,6 @@ def bifurcation_diagram(
         breakpoints=breaks,
         unresolved=tuple(map(str, survey.unresolved)) + _missing(values, traced, orbits),
     )
-
-
-def _anchors(survey: Survey) -> list[Node]:
-    """All values at which the survey has a complete list, ascending."""
-    nodes = {node.q: node for span in survey.spans for node in (span.left, span.right)}
-    return [nodes[q] for q in sorted(nodes)]
 
 
 class _Steps:

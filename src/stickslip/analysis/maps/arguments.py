@@ -18,13 +18,7 @@ def map_of(f: object) -> Any:
 
 
 def line_map(f: object, role: str = "f") -> Map1D:
-    """Return a map of the line, or a model's.
-
-    Raises
-    ------
-    ValueError
-        Neither a map of the line nor a model that has one.
-    """
+    """Return a map of the line, or a model's; refuse anything else."""
     found = map_of(f)
     if isinstance(found, Map1D):
         return found
@@ -35,13 +29,7 @@ def line_map(f: object, role: str = "f") -> Map1D:
 
 
 def line_family(system: object) -> MapFamily:
-    """Return a map of the line with parameters, or a model's.
-
-    Raises
-    ------
-    ValueError
-        No map of the line, or one without parameters.
-    """
+    """Return a map of the line with parameters, or a model's; refuse anything else."""
     f = line_map(system, "system")
     if isinstance(f, MapFamily):
         return f

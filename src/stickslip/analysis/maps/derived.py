@@ -21,6 +21,7 @@ from stickslip.analysis.maps.protocol import (
     values_and_slopes,
 )
 from stickslip.checks import MOST_KEPT, checked_interval, whole_number
+from stickslip.results.files import register_part
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -310,3 +311,11 @@ class WindowMap(EvaluatedMap):
 def windowed(f: Any, window: tuple[float, float] | None) -> Any:
     """Return a map restricted to a window, or as it is for None."""
     return f if window is None else WindowMap(f, window)
+
+
+def _window_map(values: dict[str, Any]) -> WindowMap | None:
+    f, window = values["of"], values["window"]
+    return None if f is None else WindowMap(f, tuple(window))
+
+
+register_part("window", WindowMap, lambda f: {"of": f.f, "window": list(f.window)}, _window_map)

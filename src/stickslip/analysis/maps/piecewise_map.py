@@ -26,6 +26,7 @@ from stickslip.analysis.maps.user_function import (
     takes_arrays,
 )
 from stickslip.checks import checked_interval, parameter_name, real_numbers, shown
+from stickslip.results.parts import equal
 from stickslip.status import OK
 from stickslip.vocabulary import suggests
 
@@ -177,6 +178,20 @@ class PiecewiseMap(EvaluatedMap):
         if not other._still_callable():
             other._learn_how_to_call()
         return other
+
+    def __eq__(self, other: object) -> bool:
+        """Whether another map has the same functions, domain and parameters."""
+        return isinstance(other, PiecewiseMap) and equal(self._given, other._given)
+
+    def __hash__(self) -> int:
+        return hash((id(self._func), self._domain, *self._parameters.values()))
+
+    @property
+    def _given(self) -> tuple[Any, ...]:
+        return (
+            *(self._func, self._domain, self._parameters, self._given_derivative),
+            *(self._given_parameter_derivative, self._given_label, self._given_breakpoints),
+        )
 
     def __repr__(self) -> str:
         """Name of the function, domain and parameters."""

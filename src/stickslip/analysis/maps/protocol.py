@@ -9,12 +9,24 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple, Protocol, Self, TypeAlias, TypeVar, runtime_checkable
+from typing import (
+    Any,
+    ClassVar,
+    Final,
+    NamedTuple,
+    Protocol,
+    Self,
+    TypeAlias,
+    TypeVar,
+    runtime_checkable,
+)
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.checks import MOST_STEPS, real_numbers, whole_number
+from stickslip.results.result import Result
+from stickslip.results.table import numbered
 from stickslip.status import OK
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -111,8 +123,8 @@ class MapFamily(Map1D, Protocol):
         """Return df/d(name) at fixed ``x``."""
 
 
-@dataclass(frozen=True)
-class PointValues:
+@dataclass(frozen=True, eq=False, repr=False)
+class PointValues(Result):
     """Values of a map at many points: the plain container of `MapValues`.
 
     ``margin`` is NaN for a map that knows none.
@@ -123,6 +135,16 @@ class PointValues:
     label: Labels
     status: NDArray[np.int64]
     margin: Floats
+    _drawn: ClassVar = ("point", "value")
+
+    def _columns(self) -> dict[str, Any]:
+        n = self.status.size
+        return {
+            "point": np.arange(n) + 1,
+            **numbered("value", self.value.reshape(n, -1)),
+            **numbered("derivative", self.derivative.reshape(n, -1)),
+            **{name: getattr(self, name).ravel() for name in ("label", "status", "margin")},
+        }
 
 
 def clip_to_domain(domain: tuple[float, float], x: Floats) -> tuple[Floats, NDArray[np.bool_]]:

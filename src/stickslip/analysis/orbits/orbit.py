@@ -2,33 +2,26 @@
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar
+
+import numpy as np
 
 from stickslip.checks import whole_number
+from stickslip.results.parts import part
+from stickslip.results.result import Result, ResultList
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from stickslip.analysis.branches.discontinuities import Unresolved
     from stickslip.analysis.maps.protocol import Floats, Labels
 
 SHOWN: Final = 24  # orbits in a list's repr
 
 
-class _AnyOrbit(Protocol):
-    @property
-    def period(self) -> int: ...
-
-    @property
-    def stable(self) -> bool: ...
+Orbit = TypeVar("Orbit", bound="AnyOrbit")
 
 
-Orbit = TypeVar("Orbit", bound=_AnyOrbit)
-
-
+@part
 @dataclass(frozen=True)
 class JumpCrossing:
     """Where an infinitely unstable orbit crosses a jump of the map.
@@ -52,8 +45,15 @@ class JumpCrossing:
     rising: bool
 
 
-@dataclass(frozen=True, eq=False)
-class PeriodicOrbit:
+class AnyOrbit(Result):
+    """What orbits of maps of any dimension have in common."""
+
+    period: int
+    stable: bool
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PeriodicOrbit(AnyOrbit):
     """A periodic orbit of a map.
 
     Attributes
@@ -94,6 +94,7 @@ class PeriodicOrbit:
     residual: float
     jump: JumpCrossing | None = None
     system: Any = field(default=None, repr=False, compare=False)
+    _plot: ClassVar = "orbits.draw_orbit"
 
     @property
     def infinitely_unstable(self) -> bool:
@@ -117,12 +118,19 @@ class PeriodicOrbit:
             return "infinitely unstable"
         return "stable" if self.stable else "unstable"
 
-    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Draw the orbit on the plane (d, f(d)); see `stickslip.plot.orbits`."""
-        axes: Axes = importlib.import_module("stickslip.plot.orbits").draw_orbit(self, ax, **style)
-        return axes
+    def _columns(self) -> dict[str, Any]:
+        return {
+            "period": np.repeat(self.period, self.period),
+            "kind": np.repeat(self.kind, self.period),
+            "multiplier": np.repeat(self.multiplier, self.period),
+            "point": np.arange(self.period) + 1,
+            "d": self.points,
+            "error": 0.5 * (self.interval[:, 1] - self.interval[:, 0]),
+            "itinerary": np.array(self.itinerary),
+        }
 
 
+@part
 @dataclass(frozen=True)
 class NearFold:
     """A piece of f^p that all but touches the diagonal: two orbits about to be born, or lost.
@@ -146,22 +154,14 @@ class NearFold:
     resolved: bool
 
 
-class OrbitSequence(Sequence[Orbit]):
+class OrbitSequence(ResultList[Orbit]):
     """Periodic orbits, a sequence: its ``orbits``."""
 
     orbits: tuple[Orbit, ...]
 
-    def __len__(self) -> int:
-        """Return the number of orbits."""
-        return len(self.orbits)
-
-    @overload
-    def __getitem__(self, index: int) -> Orbit: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Orbit, ...]: ...
-    def __getitem__(self, index: int | slice) -> Orbit | tuple[Orbit, ...]:
-        """Return one orbit, or several as a tuple."""
-        return self.orbits[index]
+    @property
+    def _items(self) -> tuple[Orbit, ...]:
+        return self.orbits
 
     @property
     def stable(self) -> tuple[Orbit, ...]:
@@ -201,6 +201,12 @@ class OrbitList(OrbitSequence[PeriodicOrbit]):
     unresolved: tuple[Unresolved, ...]
     complete: int
     n_evaluations: int
+    _number: ClassVar = "orbit"
+    _column_names: ClassVar = (
+        *("period", "kind", "multiplier", "point"),
+        *("d", "error", "itinerary"),
+    )
+    _plot: ClassVar = "orbits.draw_orbits"
 
     def __repr__(self) -> str:
         """Table of the orbits, then what stayed open."""
@@ -224,8 +230,3 @@ class OrbitList(OrbitSequence[PeriodicOrbit]):
             )
         lines += [f"  unresolved: {item}" for item in self.unresolved]
         return "\n".join(lines)
-
-    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Draw all orbits on the plane (d, f(d)); see `stickslip.plot.orbits`."""
-        axes: Axes = importlib.import_module("stickslip.plot.orbits").draw_orbits(self, ax, **style)
-        return axes

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
 from stickslip.analysis.orbits.newton_nd import monodromy
-from stickslip.analysis.orbits.orbit import OrbitSequence
+from stickslip.analysis.orbits.orbit import AnyOrbit, OrbitSequence
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
-    import os
-
     from numpy.typing import NDArray
 
     from stickslip.analysis.maps.protocol import Floats, Labels
@@ -23,8 +21,8 @@ SHOWN: Final = 24  # orbits in a list's repr
 MULTIPLIERS_SHOWN: Final = 3
 
 
-@dataclass(frozen=True, eq=False)
-class PeriodicOrbitND:
+@dataclass(frozen=True, eq=False, repr=False)
+class PeriodicOrbitND(AnyOrbit):
     """A periodic orbit of a map of R^n.
 
     Attributes
@@ -57,6 +55,7 @@ class PeriodicOrbitND:
     residual: float
     hits: int = 0
     system: Any = field(default=None, repr=False, compare=False)
+    _plot: ClassVar = "orbits.draw_orbit_nd"
 
     @property
     def kind(self) -> str:
@@ -70,9 +69,16 @@ class PeriodicOrbitND:
         lines += [f"  {', '.join(f'{x:.12g}' for x in point)}" for point in self.points]
         return "\n".join(lines)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file that `stickslip.load` reads."""
-        importlib.import_module("stickslip.analysis.storage").save(self, path)
+    def _columns(self) -> dict[str, Any]:
+        return {
+            "period": np.repeat(self.period, self.period),
+            "kind": np.repeat(self.kind, self.period),
+            "multipliers": [self.multipliers] * self.period,
+            "hits": np.repeat(self.hits, self.period),
+            "point": np.arange(self.period) + 1,
+            "d": list(self.points),
+            "itinerary": np.array(self.itinerary),
+        }
 
 
 def multipliers_text(multipliers: NDArray[np.complex128], shown: int = MULTIPLIERS_SHOWN) -> str:
@@ -115,6 +121,7 @@ def make_orbit(
     )
 
 
+@part
 @dataclass(frozen=True)
 class Unseen:
     """An estimate, from how often each orbit of a period was found, of what was not found.
@@ -182,6 +189,12 @@ class OrbitListND(OrbitSequence[PeriodicOrbitND]):
     unseen: tuple[Unseen, ...]
     n_starts: int
     n_evaluations: int
+    _number: ClassVar = "orbit"
+    _column_names: ClassVar = (
+        *("period", "kind", "multipliers", "hits", "point"),
+        *("d", "itinerary"),
+    )
+    _plot: ClassVar = "orbits.draw_orbits_nd"
 
     def __repr__(self) -> str:
         """Table of the orbits, then the estimates."""
@@ -198,7 +211,3 @@ class OrbitListND(OrbitSequence[PeriodicOrbitND]):
             lines.append(f"  ... {len(self) - SHOWN} more")
         lines += [f"  {item}" for item in self.unseen]
         return "\n".join(lines)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file that `stickslip.load` reads."""
-        importlib.import_module("stickslip.analysis.storage").save(self, path)

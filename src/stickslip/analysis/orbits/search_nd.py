@@ -27,10 +27,7 @@ SAME: Final = 1e-8  # of an orbit's size: points of one orbit, reached from diff
 def search_orbits(
     f: MapND, max_period: int, period: int | None, n_starts: int = N_STARTS
 ) -> OrbitListND:
-    """Search for periodic orbits of a map of R^n; see `periodic_orbits`.
-
-    Seeds whose iterates leave the domain are dropped.
-    """
+    """Search for orbits of a map of R^n as `periodic_orbits` does, from seeds in the domain."""
     highest = whole_number("max_period", max_period, at_most=MOST_KEPT)
     if period is not None:
         highest = period = whole_number("period", period, at_most=MOST_KEPT)

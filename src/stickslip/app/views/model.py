@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, MapFamily
     from stickslip.app import requests
     from stickslip.app.requests import Diagram, Request
-    from stickslip.mechanics.eventmap.carrier import Carrier
+    from stickslip.mechanics.eventmap.backend import Backend
     from stickslip.mechanics.eventmap.records import Controls
 
 SLOW: Final = 0.05  # seconds between two checks: from then on fewer motions are followed at once
@@ -31,12 +31,12 @@ FIRST: Final = 16  # motions before the second check
 MOST: Final = 4096  # between any two
 
 
-class WatchedCarrier:
-    """A carrier that passes a checkpoint before each piece of its work."""
+class WatchedBackend:
+    """A backend that passes a checkpoint before each piece of its work."""
 
-    def __init__(self, carrier: Carrier) -> None:
-        self._carrier = carrier
-        self.name = carrier.name
+    def __init__(self, backend: Backend) -> None:
+        self._backend = backend
+        self.name = backend.name
         self._piece = FIRST
 
     def _pieces(self, d: Floats) -> Iterator[Floats]:
@@ -58,30 +58,16 @@ class WatchedCarrier:
     def value(self, d: float) -> float:
         """Value at one d."""
         checkpoint()
-        return self._carrier.value(d)
+        return self._backend.value(d)
 
-    def values(self, d: Floats) -> Floats:
-        """Value at each d."""
-        return np.concatenate([self._carrier.values(some) for some in self._pieces(d)])
-
-    def slopes(self, d: Floats) -> Floats:
-        """Slope at each d."""
-        return np.concatenate([self._carrier.slopes(some) for some in self._pieces(d)])
-
-    def values_and_slopes(self, d: Floats) -> tuple[Floats, Floats]:
-        """Value and slope at each d."""
-        found = [self._carrier.values_and_slopes(some) for some in self._pieces(d)]
-        value, slope = np.concatenate(found, axis=1)
-        return value, slope
-
-    def evidence(self, d: Floats) -> Outputs:
-        """Everything of each d."""
-        found = [self._carrier.evidence(some) for some in self._pieces(d)]
+    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
+        """Values at each d, and slopes."""
+        found = [self._backend.carry(some, slope=slope, watch=watch) for some in self._pieces(d)]
         return Outputs(*map(np.concatenate, zip(*found, strict=True)))
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
-        found = [self._carrier.parameter_slope(some, name) for some in self._pieces(d)]
+        found = [self._backend.parameter_slope(some, name) for some in self._pieces(d)]
         return np.concatenate(found)
 
     def iterate(self, orbits: Floats) -> None:
@@ -91,7 +77,7 @@ class WatchedCarrier:
             checkpoint()
             stop, since = start + max(1, self._piece // max(1, len(orbits))), time.monotonic()
             part = np.ascontiguousarray(orbits[:, start : stop + 1])
-            self._carrier.iterate(part)
+            self._backend.iterate(part)
             orbits[:, start : stop + 1] = part
             start = stop
             self._adapt(time.monotonic() - since)
@@ -99,14 +85,14 @@ class WatchedCarrier:
     def itinerary(self, d: float) -> str:
         """Modes of each phase, as text."""
         checkpoint()
-        return self._carrier.itinerary(d)
+        return self._backend.itinerary(d)
 
 
 class WatchedMap(EventMap):
     """An event map whose evaluations end when the answer is no longer wanted."""
 
-    def _carrier_of(self, controls: Controls) -> Carrier:
-        return WatchedCarrier(super()._carrier_of(controls))
+    def _backend_of(self, controls: Controls) -> Backend:
+        return WatchedBackend(super()._backend_of(controls))
 
 
 def watched_map(model: TwoBlock, **settings: Any) -> WatchedMap:

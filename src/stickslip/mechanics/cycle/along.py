@@ -13,6 +13,7 @@ from stickslip.mechanics.cycle.equilibria import Equilibrium, equilibria
 from stickslip.mechanics.cycle.hopf import NEUTRAL, crossings
 from stickslip.mechanics.cycle.sliding import Model, modes, steady_displacements
 from stickslip.mechanics.model.arguments import checked_parameter
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,6 +23,7 @@ BESIDE: Final = 1e-6  # of the range: where stability is looked at beside a Hopf
 ROUNDING: Final = 4e-16  # of a value
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class EquilibriumProblem(Problem):
     """Steady sliding of a model, in closed form."""

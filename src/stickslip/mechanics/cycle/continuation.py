@@ -11,12 +11,11 @@ from scipy.optimize import brentq
 
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem
 from stickslip.checks import checked_interval, whole_number
-from stickslip.mechanics.cycle.crossing import on_section, partners
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_of
+from stickslip.mechanics.cycle.mode_changes import Touch, on_section, partners, touches
 from stickslip.mechanics.cycle.section import Shot
 from stickslip.mechanics.cycle.shooting import Shooter
 from stickslip.mechanics.cycle.sliding import modes
-from stickslip.mechanics.cycle.touches import Touch, touches
 from stickslip.mechanics.model.arguments import checked_model, checked_parameter
 from stickslip.numerics.continuation import (
     ArclengthCurve,
@@ -27,6 +26,7 @@ from stickslip.numerics.continuation import (
     WalkEnd,
     turns_back,
 )
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,6 +46,7 @@ DECISIVE: Final = 1e-5  # room that a touch may have left where a walk could go 
 AWAY: Final = 1e-6  # least half-width of the interval in which a Hopf point is solved for
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class CycleProblem(Problem):
     """A limit cycle, known at each row."""

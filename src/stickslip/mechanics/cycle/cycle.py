@@ -2,32 +2,29 @@
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
 from stickslip.mechanics.cycle.section import Shot
-from stickslip.mechanics.cycle.shooting import Leg
+from stickslip.mechanics.cycle.shooting import Leg, State
 from stickslip.mechanics.flow.trajectory import EVENT_KINDS, Event, Trajectory, simulate
+from stickslip.results.result import Result
 
 if TYPE_CHECKING:
-    import os
-
-    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.sliding import Model
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 SAME: Final = 1e-9  # relative: periods that rounding tells apart
 NEUTRAL: Final = 1e-7  # multipliers this close to the unit circle neither attract nor repel
 
 
-@dataclass(frozen=True, eq=False)
-class Cycle:
+@dataclass(frozen=True, eq=False, repr=False)
+class Cycle(Result):
     """A periodic motion in continuous time.
 
     Attributes
@@ -60,7 +57,9 @@ class Cycle:
     v: Floats
     events: tuple[Event, ...]
     residual: float
-    _trajectory: list[Trajectory] = field(default_factory=list, init=False, repr=False)
+    _trajectory: list[Trajectory] = field(default_factory=list, init=False, compare=False)
+    _column_names: ClassVar = (*("period", "multiplier", "stable", "events", "global_sticks"),)
+    _plot: ClassVar = "cycles.plot_cycle"
 
     @property
     def trajectory(self) -> Trajectory:
@@ -74,14 +73,6 @@ class Cycle:
         """Differences of the displacements in its global stick phases."""
         return self.trajectory.d
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw displacements over one period; returns the Axes."""
-        return self.trajectory.plot(ax)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file that `stickslip.load` reads; built-in friction laws only."""
-        importlib.import_module("stickslip.study.storage").save(self, path)
-
     def __repr__(self) -> str:
         """Period, multipliers and events."""
         word = "stable" if self.stable else "not stable"
@@ -93,6 +84,11 @@ class Cycle:
             lines.append(f"  ... {len(self.events) - 8} more")
         return "\n".join(lines)
 
+    def _columns(self) -> dict[str, Any]:
+        size = np.abs(self.multipliers).max(initial=0.0)
+        facts = (self.period, size, self.stable, len(self.events), len(self.d))
+        return {name: [fact] for name, fact in zip(self._column_names, facts, strict=True)}
+
 
 def _text(value: complex) -> str:
     return f"{value.real:.8g}" if value.imag == 0.0 else f"{value.real:.6g}{value.imag:+.6g}i"
@@ -100,23 +96,21 @@ def _text(value: complex) -> str:
 
 def cycle_of(shot: Shot) -> Cycle:
     """Cycle that a converged shot from a section is."""
-    found = shot.multipliers
-    leg = shot.leg
+    return cycle_along(shot.model, shot.state, shot.leg, shot.multipliers)
+
+
+def cycle_along(model: Model, state: State, leg: Leg, multipliers: NDArray[np.complex128]) -> Cycle:
+    """Cycle that a leg is, which leads from a state back to the state."""
     return Cycle(
-        model=shot.model,
+        model=model,
         period=leg.duration,
-        multipliers=found,
-        stable=bool((np.abs(found) < 1.0 - NEUTRAL).all()),
-        x=shot.state.x,
-        v=shot.state.w + shot.model.V,
-        events=events_of(leg),
-        residual=float(np.abs(leg.state.vector - shot.state.vector).max()),
+        multipliers=multipliers,
+        stable=bool((np.abs(multipliers) < 1.0 - NEUTRAL).all()),
+        x=state.x,
+        v=state.w + model.V,
+        events=tuple(Event(t, block + 1, EVENT_KINDS[mode]) for t, block, mode in leg.events),
+        residual=float(np.abs(leg.state.vector - state.vector).max()),
     )
-
-
-def events_of(leg: Leg) -> tuple[Event, ...]:
-    """Return the changes of mode along a leg, blocks counted from 1."""
-    return tuple(Event(time, block + 1, EVENT_KINDS[mode]) for time, block, mode in leg.events)
 
 
 def same_cycle(a: Cycle, b: Cycle) -> bool:

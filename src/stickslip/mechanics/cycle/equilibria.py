@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -12,16 +12,17 @@ from stickslip.mechanics.cycle.hopf import NEUTRAL, HopfPoint, hopf_points
 from stickslip.mechanics.cycle.neutral import NeutralFamily, neutral_family
 from stickslip.mechanics.cycle.sliding import Model, modes, steady_displacements
 from stickslip.mechanics.model.arguments import checked_model
+from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
 
 
-@dataclass(frozen=True, eq=False)
-class Equilibrium:
+@dataclass(frozen=True, eq=False, repr=False)
+class Equilibrium(Result):
     """Steady sliding: all blocks rest in space while the belt moves on beneath them.
 
     Attributes
@@ -52,6 +53,7 @@ class Equilibrium:
     neutral_family: NeutralFamily | None
     hopf_points: tuple[HopfPoint, ...]
     model: Model = field(repr=False)
+    _drawn: ClassVar = ("growth_rate", "frequency")
 
     @property
     def critical_speeds(self) -> Floats:
@@ -72,6 +74,9 @@ class Equilibrium:
             if value.imag >= 0
         ]
         return "\n".join(lines)
+
+    def _columns(self) -> dict[str, Any]:
+        return {"growth_rate": self.eigenvalues.real, "frequency": self.eigenvalues.imag}
 
 
 @suggests

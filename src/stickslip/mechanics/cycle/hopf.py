@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
@@ -16,14 +16,13 @@ from stickslip.mechanics.cycle.sliding import (
     modes,
     steady_displacements,
 )
+from stickslip.results.result import Result
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from numpy.typing import NDArray
+    from stickslip.numerics.arrays import Complexes, Floats
 
-    Floats = NDArray[np.float64]
-    Complexes = NDArray[np.complex128]
 
 N_SPEEDS: Final = 400
 NEUTRAL: Final = 1e-12  # of the largest frequency: growth rates this small are rounding
@@ -33,8 +32,8 @@ DEGENERATE: Final = 1e-9  # of the sizes that cancel in it: a Lyapunov coefficie
 SPEED_STEP: Final = 1e-5  # relative, of the central difference of the growth rate
 
 
-@dataclass(frozen=True, eq=False)
-class HopfPoint:
+@dataclass(frozen=True, eq=False, repr=False)
+class HopfPoint(Result):
     """A belt speed at which a pair of modes about steady sliding begins or ceases to grow.
 
     Near it the amplitude a of the motion (largest displacement of a block from steady sliding)
@@ -70,6 +69,11 @@ class HopfPoint:
     lyapunov: float | None
     criticality: Literal["super", "sub"] | None
     mode: Complexes
+    _column_names: ClassVar = (
+        *("V", "frequency", "period", "crossing", "changes_stability", "lyapunov", "criticality"),
+    )
+    _drawn: ClassVar = ("V", "frequency")
+    _has_picture: ClassVar = False
 
     @property
     def period(self) -> float:
@@ -104,6 +108,9 @@ class HopfPoint:
             f"HopfPoint: V = {self.V:.12g}, frequency {self.frequency:.10g}, "
             f"{kind[self.criticality]}, {way} as V grows"
         )
+
+    def _columns(self) -> dict[str, Any]:
+        return {name: [getattr(self, name)] for name in self._column_names}
 
 
 def hopf_points(model: Model, speeds: tuple[float, float]) -> tuple[HopfPoint, ...]:

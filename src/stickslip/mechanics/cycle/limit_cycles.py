@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
@@ -18,12 +17,10 @@ from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.model.arguments import checked_model
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.unseen import unseen_share
+from stickslip.results.result import ResultList
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    import os
-
-    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.neutral import NeutralFamily
@@ -33,7 +30,7 @@ SHOWN: Final = 12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CycleList(Sequence[Cycle]):
+class CycleList(ResultList[Cycle]):
     """Distinct limit cycles of a model, those that most starts led to first.
 
     Attributes
@@ -59,47 +56,21 @@ class CycleList(Sequence[Cycle]):
     n_sliding: int
     n_undecided: int
     neutral_family: NeutralFamily | None = field(default=None)
+    _number: ClassVar = "cycle"
+    _column_names: ClassVar = Cycle._column_names
+    _plot: ClassVar = "cycles.plot_cycles"
+
+    @property
+    def _items(self) -> tuple[Cycle, ...]:
+        return self.cycles
 
     @property
     def unseen(self) -> float:
         """Estimated share of the starts that lead to cycles not found."""
         return unseen_share(self.hits.tolist())
 
-    @overload
-    def __getitem__(self, index: int) -> Cycle: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Cycle, ...]: ...
-    def __getitem__(self, index: int | slice) -> Cycle | tuple[Cycle, ...]:
-        """Return one cycle, or some."""
-        return self.cycles[index]
-
-    def __len__(self) -> int:
-        """Return the number of cycles."""
-        return len(self.cycles)
-
-    def __iter__(self) -> Iterator[Cycle]:
-        """Iterate over the cycles in order."""
-        return iter(self.cycles)
-
-    def table(self) -> dict[str, Any]:
-        """Columns: period, size of the largest multiplier, stable, events, sticks, hits."""
-        return {
-            "period": np.array([cycle.period for cycle in self]),
-            "multiplier": np.array([np.abs(cycle.multipliers).max(initial=0.0) for cycle in self]),
-            "stable": np.array([cycle.stable for cycle in self]),
-            "events": np.array([len(cycle.events) for cycle in self]),
-            "global_sticks": np.array([len(cycle.d) for cycle in self]),
-            "hits": self.hits,
-        }
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the cycles in the phase plane of each block; returns the Axes."""
-        axes: Axes = importlib.import_module("stickslip.plot.cycles").plot_cycles(self, ax)
-        return axes
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file for `stickslip.load` (built-in laws only), or the table as .csv."""
-        importlib.import_module("stickslip.study.storage").save(self, path)
+    def _columns(self) -> Mapping[str, Any]:
+        return {**super()._columns(), "hits": self.hits}
 
     def __repr__(self) -> str:
         """Return one line a cycle, then what else the starts led to."""

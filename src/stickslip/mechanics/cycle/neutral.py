@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 from scipy.linalg import eigh
 
 from stickslip.checks import real_numbers, shown
 from stickslip.mechanics.cycle.sliding import Model, steady_displacements
+from stickslip.results.result import Result
+from stickslip.results.table import numbered
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
+
 
 N_SPEEDS: Final = 65  # at which a law is asked whether it is constant
 
 
-@dataclass(frozen=True, eq=False)
-class NeutralFamily:
+@dataclass(frozen=True, eq=False, repr=False)
+class NeutralFamily(Result):
     """Motions about steady sliding that neither grow nor decay: sums of harmonic modes.
 
     Every choice of amplitudes and phases is a motion of its own, up to those that graze the
@@ -41,6 +44,7 @@ class NeutralFamily:
     V: float
     frequencies: Floats
     modes: Floats
+    _drawn: ClassVar = ("frequency", "boundary")
 
     @property
     def boundary(self) -> Floats:
@@ -79,6 +83,10 @@ class NeutralFamily:
             for w, a in zip(self.frequencies, self.boundary, strict=True)
         ]
         return "\n".join([f"NeutralFamily: {len(rows)} modes about steady sliding", *rows])
+
+    def _columns(self) -> dict[str, Any]:
+        columns = {"frequency": self.frequencies, "boundary": self.boundary}
+        return {**columns, **numbered("mode", self.modes.T)}
 
 
 def neutral_family(model: Model) -> NeutralFamily | None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
 import itertools
+import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
@@ -19,26 +19,21 @@ from stickslip.mechanics.cycle.trapping import TrappingBall, trapping_ball
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.model.arguments import checked_parameter, two_blocks
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    import os
-
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
-
     from stickslip.mechanics.cycle.cycle import Cycle
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
-    Ints = NDArray[np.int64]
 
 HALVINGS: Final = 44  # of a cell of the grid: its edges are found to rounding
 SAME_PERIOD: Final = 1e-3  # relative, between a cycle and the branch that it is compared with
 UNDECIDED: Final = (status_codes.EVENT_LIMIT, status_codes.TIME_LIMIT)
 
 
-@dataclass(frozen=True, eq=False)
-class Gap:
+@dataclass(frozen=True, eq=False, repr=False)
+class Gap(Result):
     """An interval of differences from which motions do not return to global stick.
 
     Attributes
@@ -60,15 +55,31 @@ class Gap:
     status: int
     branch: int | None
     ball: TrappingBall | None
+    _column_names: ClassVar = (
+        *("value", "d_low", "d_high", "status", "period", "multiplier", "shown"),
+    )
+    _plot: ClassVar = "cycles.plot_gap"
+    _has_picture: ClassVar = False
 
     @property
     def shown(self) -> bool:
         """The motion from its middle has been seen to enter a ball that holds it."""
         return self.ball is not None
 
+    def _columns(self) -> dict[str, Any]:
+        period, multiplier = math.nan, math.nan
+        if self.ball is not None:
+            cycle = self.ball.cycle
+            period, multiplier = cycle.period, float(np.abs(cycle.multipliers).max())
+        facts = (
+            *(self.value, *self.d, status_codes.NAMES[self.status]),
+            *(period, multiplier, self.shown),
+        )
+        return {name: [fact] for name, fact in zip(self._column_names, facts, strict=True)}
+
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ReturnRegion:
+class ReturnRegion(Result):
     """Where the event map of two blocks is defined, in the plane of d and a parameter.
 
     Attributes
@@ -95,6 +106,7 @@ class ReturnRegion:
     branches: tuple[Curve, ...]
     n_points: int
     model: TwoBlock = field(repr=False)
+    _plot: ClassVar = "cycles.plot_return_region"
 
     def attracting(self, branch: int) -> tuple[tuple[float, float], ...]:
         """Intervals of the parameter in which a branch attracts without global stick.
@@ -116,30 +128,11 @@ class ReturnRegion:
                 start = None
         return tuple(intervals)
 
-    def table(self) -> dict[str, Any]:
-        """Columns, a row for each gap: value, ends, status, period, multiplier, shown."""
-        rows = [gap for gaps in self.gaps for gap in gaps]
-        cycles = [gap.ball.cycle if gap.ball else None for gap in rows]
-        return {
-            self.parameter: np.array([gap.value for gap in rows]),
-            "d_low": np.array([gap.d[0] for gap in rows]),
-            "d_high": np.array([gap.d[1] for gap in rows]),
-            "status": [status_codes.NAMES[gap.status] for gap in rows],
-            "period": np.array([np.nan if c is None else c.period for c in cycles]),
-            "multiplier": np.array(
-                [np.nan if c is None else np.abs(c.multipliers).max() for c in cycles]
-            ),
-            "shown": np.array([gap.shown for gap in rows]),
-        }
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Shade the plane of d and the parameter where the map is undefined; returns the Axes."""
-        axes: Axes = importlib.import_module("stickslip.plot.cycles").plot_return_region(self, ax)
-        return axes
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a .json file for `stickslip.load` (built-in laws only), or the table as .csv."""
-        importlib.import_module("stickslip.study.storage").save(self, path)
+    def _columns(self) -> dict[str, Any]:
+        """Lay out the gaps, a row each."""
+        rows = [next(gap.table().rows()) for gaps in self.gaps for gap in gaps]
+        names = {self.parameter: "value"} | {name: name for name in Gap._column_names[1:]}
+        return {name: [row[own] for row in rows] for name, own in names.items()}
 
     def __repr__(self) -> str:
         """Return a line a value, then the cycles that attract."""

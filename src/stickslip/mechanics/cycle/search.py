@@ -11,12 +11,12 @@ import numpy as np
 from stickslip import status as status_codes
 from stickslip.checks import whole_number
 from stickslip.errors import NoCycleError
-from stickslip.mechanics.cycle.cycle import NEUTRAL, Cycle, cycle_of, events_of
+from stickslip.mechanics.cycle.cycle import Cycle, cycle_along, cycle_of
 from stickslip.mechanics.cycle.section import Shot
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
 from stickslip.mechanics.cycle.sliding import modes
 from stickslip.mechanics.cycle.slip_cycle import slip_cycle
-from stickslip.mechanics.flow.settings import tolerance
+from stickslip.mechanics.flow.engine import tolerance
 from stickslip.mechanics.model.arguments import checked_model, state_vector
 from stickslip.vocabulary import suggests
 
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.mechanics.cycle.sliding import Model
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 CLOSE: Final = 1e-3  # of the state's size: a return this close is worth an attempt
 SETTLED: Final = 1e-9  # ... and this close is a cycle that attracts
@@ -288,17 +288,7 @@ class _Search:
     # --- as a result ---------------------------------------------------------------------------
 
     def _cycle(self, state: State, leg: Leg) -> Cycle:
-        multipliers = self._multipliers(state, leg.tangent)
-        return Cycle(
-            model=self.model,
-            period=leg.duration,
-            multipliers=multipliers,
-            stable=bool((np.abs(multipliers) < 1.0 - NEUTRAL).all()),
-            x=state.x,
-            v=state.w + self.model.V,
-            events=events_of(leg),
-            residual=float(np.abs(leg.state.vector - state.vector).max()),
-        )
+        return cycle_along(self.model, state, leg, self._multipliers(state, leg.tangent))
 
     def _multipliers(self, state: State, tangent: Floats) -> NDArray[np.complex128]:
         """Eigenvalues of the return, over the directions that are free at its start."""

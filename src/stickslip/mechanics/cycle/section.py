@@ -16,9 +16,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.sliding import Model
+    from stickslip.numerics.arrays import Floats, Ints
 
-    Floats = NDArray[np.float64]
-    Ints = NDArray[np.int64]
 
 Word: TypeAlias = tuple[tuple[int, int], ...]
 """Changes of mode in one period: block (from 0) and its new mode."""

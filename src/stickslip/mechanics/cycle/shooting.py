@@ -10,23 +10,18 @@ import numpy as np
 
 from stickslip import status as status_codes
 from stickslip.mechanics.flow.blocks.engine import BlockEngine, block_engine
-from stickslip.mechanics.flow.blocks.forces import update_needed
-from stickslip.mechanics.flow.blocks.mode import settle
 from stickslip.mechanics.flow.blocks.system import block_directions, new_block_motion
-from stickslip.mechanics.flow.settings import MAX_INSTANT
-from stickslip.mechanics.flow.system import LANDING
+from stickslip.mechanics.flow.blocks.transitions import settle, update_needed
+from stickslip.mechanics.flow.system import LANDING, MAX_INSTANT
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.roots import EPSILON
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stickslip.mechanics.cycle.sliding import Model
     from stickslip.mechanics.flow.blocks.system import BlockMotion
     from stickslip.mechanics.model.structure import Structure
+    from stickslip.numerics.arrays import Floats, Ints
 
-    Floats = NDArray[np.float64]
-    Ints = NDArray[np.int64]
 
 ALIASES = {"beta": "static_2"}
 """Parameters of `TwoBlock` that a chain calls otherwise."""

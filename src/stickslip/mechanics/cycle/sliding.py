@@ -12,10 +12,8 @@ from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from stickslip.numerics.arrays import Complexes, Floats
 
-    Floats = NDArray[np.float64]
-    Complexes = NDArray[np.complex128]
 
 Model: TypeAlias = TwoBlock | BeltModel
 

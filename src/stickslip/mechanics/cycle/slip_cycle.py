@@ -8,15 +8,12 @@ import numpy as np
 
 from stickslip.mechanics.cycle.section import Section, Shooting, Shot
 from stickslip.mechanics.cycle.shooting import Shooter, State
-from stickslip.mechanics.cycle.sliding import modes
+from stickslip.mechanics.cycle.sliding import modes, steady_displacements
 from stickslip.numerics.continuation import ArclengthCurve, LeavesRegion, StepTooLong
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stickslip.mechanics.cycle.sliding import Model
 
-    Floats = NDArray[np.float64]
 
 PATIENCE: Final = 2.5  # periods of the slowest mode in which two extremes of a kind must come
 STEP: Final = 1 / 64  # of the fastest mode's period: where extremes are looked for
@@ -59,9 +56,7 @@ def slip_cycle(
 
 def _size(model: Model, state: State) -> float:
     """Amplitude of a motion at rest in space: how far the blocks are from steady sliding."""
-    friction = model.structure.static * [float(law.force(model.V)) for law in model.laws]
-    rest = np.linalg.solve(model.structure.stiffness, friction)
-    return float(np.abs(state.x - rest).max())
+    return float(np.abs(state.x - steady_displacements(model, model.V)).max())
 
 
 def _two_extremes(

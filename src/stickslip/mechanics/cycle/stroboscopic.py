@@ -11,16 +11,15 @@ from stickslip.checks import MOST_KEPT, MOST_STEPS, grid, real_numbers, shown, w
 from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.cycle.shooting import Leg, Shooter
-from stickslip.mechanics.flow.settings import tolerance
+from stickslip.mechanics.flow.engine import tolerance
 from stickslip.mechanics.model.arguments import checked_model, checked_parameter
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from stickslip.mechanics.cycle.sliding import Model
-
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
 
 
 FORGOTTEN: Final = 64 * np.finfo(np.float64).eps
@@ -92,7 +91,7 @@ class StroboscopicMap:
         rows = [self._value(self._leg(shooter, row)) for row in states.reshape(-1, self.n_states)]
         return np.array(rows).reshape(states.shape)
 
-    def jacobian(self, state: ArrayLike) -> Floats:
+    def derivative(self, state: ArrayLike) -> Floats:
         """Jacobian of the map, exact, shape (..., 2 N, 2 N); errors as for calling.
 
         Columns of the velocities of riding blocks are zero: a rider that is pushed is back on

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
@@ -17,12 +17,14 @@ from stickslip.mechanics.cycle.section import Word, word_of
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
 from stickslip.mechanics.flow.system import STICK
 from stickslip.mechanics.model.arguments import state_vector
+from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
+
 
 N_SAMPLES: Final = 48  # states of a ball in which the derivative of the return is computed
 SAFETY: Final = 2.0  # times the largest second difference among them
@@ -31,8 +33,8 @@ FIRST: Final = 0.1  # of the static limits: the first radius tried
 SEED: Final = 1998
 
 
-@dataclass(frozen=True, eq=False)
-class TrappingBall:
+@dataclass(frozen=True, eq=False, repr=False)
+class TrappingBall(Result):
     """A ball about a cycle that its return map P takes into itself.
 
     In the norm ``|z|_Q = sqrt(z' Q z)`` and for all z within `radius`,
@@ -60,6 +62,9 @@ class TrappingBall:
     curvature: float
     n_samples: int
     norm: Floats = field(repr=False)
+    _column_names: ClassVar = ("radius", "rate", "curvature", "contraction", "n_samples")
+    _plot: ClassVar = "cycles.plot_trapping_ball"
+    _has_picture: ClassVar = False
 
     @cached_property
     def _map(self) -> _Return:
@@ -99,6 +104,10 @@ class TrappingBall:
                 return None
             state = leg.state
         return None
+
+    def _columns(self) -> dict[str, Any]:
+        names = self._column_names
+        return {"period": [self.cycle.period], **{name: [getattr(self, name)] for name in names}}
 
 
 class _Return:

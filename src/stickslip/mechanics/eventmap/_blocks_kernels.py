@@ -13,13 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.mechanics.eventmap.records import BlockScratch, Controls, Outputs
-from stickslip.mechanics.flow.blocks.forces import loading_rate
-from stickslip.mechanics.flow.blocks.mode import settle
-from stickslip.mechanics.flow.blocks.onset import onset
-from stickslip.mechanics.flow.blocks.system import BlockMotion, BlockSystem, Floats
-from stickslip.mechanics.flow.blocks.work import BlockWork
-from stickslip.mechanics.flow.settings import MAX_INSTANT
-from stickslip.mechanics.flow.system import LANDING, STICK
+from stickslip.mechanics.flow.blocks.system import BlockMotion, BlockSystem, BlockWork, Floats
+from stickslip.mechanics.flow.blocks.transitions import loading_rate, onset, settle
+from stickslip.mechanics.flow.system import LANDING, MAX_INSTANT, STICK
 from stickslip.numerics.targets import kernel
 from stickslip.status import (
     EVENT_LIMIT,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from numba import cuda as _cuda
 
-from stickslip.mechanics.eventmap.follow_records import Followed, ModelTable
+from stickslip.mechanics.eventmap.records import Followed, ModelTable
 from stickslip.mechanics.flow.system import START
 from stickslip.numerics.long_run import LongRun, Path
 

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.eventmap.follow_records import Followed, ModelTable
-from stickslip.mechanics.eventmap.records import Controls, Scratch
+from stickslip.mechanics.eventmap.records import Controls, Followed, ModelTable, Scratch
 from stickslip.mechanics.flow.system import Floats, System
 from stickslip.numerics.long_run import LongRun, Path, read_off
 from stickslip.numerics.targets import kernel

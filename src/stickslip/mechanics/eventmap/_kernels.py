@@ -12,16 +12,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.eventmap._label_kernels import hashed
+from stickslip.mechanics.eventmap.itinerary import hashed
 from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch
-from stickslip.mechanics.flow.mode import settle
-from stickslip.mechanics.flow.onset import onset
-from stickslip.mechanics.flow.settings import MAX_INSTANT
 from stickslip.mechanics.flow.system import (
     ALPHA,
     BETA,
     FORWARD,
     LANDING,
+    MAX_INSTANT,
     START,
     STICK,
     Floats,
@@ -30,6 +28,7 @@ from stickslip.mechanics.flow.system import (
     limit,
     loading_rate,
 )
+from stickslip.mechanics.flow.transitions import onset, settle
 from stickslip.numerics.rounding import two_sum
 from stickslip.numerics.targets import kernel
 from stickslip.status import (
@@ -43,11 +42,7 @@ from stickslip.status import (
 )
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.flow._exact_kernels import (
-        advance,
-        landing_rate,
-        slides_for_ever,
-    )
+    from stickslip.mechanics.flow._exact_kernels import advance, landing_rate, slides_for_ever
 
 # From this many events on a motion is watched for a cycle without global stick.
 LONG = 64

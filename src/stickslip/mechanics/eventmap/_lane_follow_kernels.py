@@ -1,4 +1,4 @@
-"""Orbits of many event maps side by side: each step by lanes, each lane with its own model.
+"""Orbits of one event map or of many side by side: each step by lanes.
 
 A template (`numerics.targets.instantiate`): the exact engine's map of one motion, which is asked
 where lanes pass, is bound to the names imported below for the type checker.
@@ -12,13 +12,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.eventmap._lane_kernels import COUNT, LABEL, carry_block
-from stickslip.mechanics.eventmap._lane_passes_kernels import ELAPSED
-from stickslip.mechanics.eventmap.follow_records import Abreast, Followed, ModelTable
-from stickslip.mechanics.eventmap.records import Controls, Scratch
-from stickslip.mechanics.flow._lane_kernels import plant_at
-from stickslip.mechanics.flow.system import System
-from stickslip.mechanics.friction.columns import STATIC_COLUMN
+from stickslip.mechanics.eventmap._lane_kernels import (
+    BLOCK,
+    COUNT,
+    ELAPSED,
+    LABEL,
+    Indices,
+    carry_block,
+    carry_lanes,
+)
+from stickslip.mechanics.eventmap.records import Batch, Controls, Followed, ModelTable, Scratch
+from stickslip.mechanics.flow._lane_kernels import constants_at
+from stickslip.mechanics.flow.system import Floats, System
+from stickslip.mechanics.friction.interface import STATIC_COLUMN
 from stickslip.numerics.long_run import LongRun, Path, read_off
 from stickslip.numerics.targets import kernel
 from stickslip.status import OK
@@ -28,31 +34,33 @@ if TYPE_CHECKING:
 
 
 @kernel
-def line_up(models: ModelTable, starts: NDArray[np.float64], at: int, abreast: Abreast) -> int:
-    """Put the starts from ``starts[at]`` on into slots with their plants; NaN are passed over."""
+def line_up(models: ModelTable, starts: NDArray[np.float64], at: int, batch: Batch) -> int:
+    """Put starts from ``starts[at]`` on into slots with their constants; NaN are passed over."""
     m = 0
-    for i in range(at, min(at + abreast.orbit.shape[0], starts.shape[0])):
+    for i in range(at, min(at + batch.orbit.shape[0], starts.shape[0])):
         if math.isnan(starts[i]):
             continue
         model = models.of_start[i]
         laws = models.laws[models.law_row[model]]
         mu_1, mu_2 = laws[0, STATIC_COLUMN], laws[1, STATIC_COLUMN]
-        plant = plant_at(models.alpha[model], models.beta[model], models.V[model], mu_1, mu_2)
-        for field in range(len(plant)):
-            abreast.rows[field, m] = plant[field]
-        abreast.x[m] = starts[i]
-        abreast.orbit[m] = i
+        constants = constants_at(
+            models.alpha[model], models.beta[model], models.V[model], mu_1, mu_2
+        )
+        for field in range(len(constants)):
+            batch.rows[field, m] = constants[field]
+        batch.x[m] = starts[i]
+        batch.orbit[m] = i
         m += 1
     return m
 
 
 @kernel
-def move_up(abreast: Abreast, source: int, target: int) -> None:
+def move_up(batch: Batch, source: int, target: int) -> None:
     """Move an orbit to another slot."""
-    abreast.x[target] = abreast.x[source]
-    abreast.orbit[target] = abreast.orbit[source]
-    for field in range(abreast.rows.shape[0]):
-        abreast.rows[field, target] = abreast.rows[field, source]
+    batch.x[target] = batch.x[source]
+    batch.orbit[target] = batch.orbit[source]
+    for field in range(batch.rows.shape[0]):
+        batch.rows[field, target] = batch.rows[field, source]
 
 
 @kernel
@@ -78,11 +86,11 @@ def ask(
 
 
 @kernel
-def settle_abreast(
+def settle_batch(
     models: ModelTable,
     m: int,
     steps: int,
-    abreast: Abreast,
+    batch: Batch,
     scratch: Scratch,
     controls: Controls,
     itinerary: NDArray[np.int8],
@@ -90,20 +98,20 @@ def settle_abreast(
 ) -> int:
     """Apply the maps `steps` times to the first m slots; return how many orbits are left."""
     x, orbit, value, b, index = (
-        abreast.x,
-        abreast.orbit,
-        abreast.value,
-        abreast.streams,
-        abreast.lists,
+        batch.x,
+        batch.orbit,
+        batch.value,
+        batch.streams,
+        batch.lists,
     )
-    few, common = x.shape[0], plant_at(1.0, 1.0, 1.0, 0.0, 0.0)
+    few, common = x.shape[0], constants_at(1.0, 1.0, 1.0, 0.0, 0.0)
     zero, no_slope = np.uint64(0), x[:0]
     for k in range(steps):
         for s in range(m):
             value[s] = x[s]
         carry_block(
             common,
-            abreast.rows,
+            batch.rows,
             b,
             index,
             np.uint64(m),
@@ -125,18 +133,18 @@ def settle_abreast(
             followed.steps[i] = k + 1 if status == OK else k
             if status == OK:
                 if left != s:
-                    move_up(abreast, s, left)
+                    move_up(batch, s, left)
                 left += 1
         m = left
     return m
 
 
 @kernel
-def record_abreast(
+def record_batch(
     models: ModelTable,
     m: int,
     at: int,
-    abreast: Abreast,
+    batch: Batch,
     scratch: Scratch,
     controls: Controls,
     itinerary: NDArray[np.int8],
@@ -144,29 +152,29 @@ def record_abreast(
 ) -> int:
     """Apply the maps to the first m slots and record the paths; return how many are left."""
     x, orbit, value, b, index = (
-        abreast.x,
-        abreast.orbit,
-        abreast.value,
-        abreast.streams,
-        abreast.lists,
+        batch.x,
+        batch.orbit,
+        batch.value,
+        batch.streams,
+        batch.lists,
     )
-    few, common, zero = x.shape[0], plant_at(1.0, 1.0, 1.0, 0.0, 0.0), np.uint64(0)
+    few, common, zero = x.shape[0], constants_at(1.0, 1.0, 1.0, 0.0, 0.0), np.uint64(0)
     for s in range(m):
         i = orbit[s]
-        abreast.point[i - at, 0] = x[s]
+        batch.point[i - at, 0] = x[s]
         followed.mean_duration[i] = followed.mean_events[i] = 0.0
-    n = abreast.log_slope.shape[1]
+    n = batch.log_slope.shape[1]
     for k in range(n):
         for s in range(m):
             value[s] = x[s]
         carry_block(
             common,
-            abreast.rows,
+            batch.rows,
             b,
             index,
             np.uint64(m),
             value,
-            abreast.slope,
+            batch.slope,
             zero,
             controls.max_events,
             few,
@@ -175,7 +183,7 @@ def record_abreast(
         left = 0
         for s in range(m):
             i, slot, status = orbit[s], np.uint64(s), OK
-            d, slope, duration = value[s], abreast.slope[s], b[ELAPSED + slot]
+            d, slope, duration = value[s], batch.slope[s], b[ELAPSED + slot]
             label, n_events = index[LABEL + slot], int(index[COUNT + slot])
             if not math.isfinite(d):
                 d, slope, label, n_events, duration, status = ask(
@@ -186,28 +194,28 @@ def record_abreast(
                 followed.mean_duration[i] = followed.mean_events[i] = math.nan
                 followed.most_events[i] = 0
                 continue
-            abreast.point[i - at, k + 1] = d
-            abreast.label[i - at, k] = label
-            abreast.log_slope[i - at, k] = math.log(abs(slope)) if slope != 0.0 else -math.inf
+            batch.point[i - at, k + 1] = d
+            batch.label[i - at, k] = label
+            batch.log_slope[i - at, k] = math.log(abs(slope)) if slope != 0.0 else -math.inf
             followed.mean_duration[i] += duration
             followed.mean_events[i] += n_events
             followed.most_events[i] = max(followed.most_events[i], n_events)
             followed.steps[i] += 1
             x[s] = d
             if left != s:
-                move_up(abreast, s, left)
+                move_up(batch, s, left)
             left += 1
         m = left
     return m
 
 
 @kernel
-def follow_abreast(
+def follow_batch(
     models: ModelTable,
     starts: NDArray[np.float64],
     transient: int,
     max_period: int,
-    abreast: Abreast,
+    batch: Batch,
     scratch: Scratch,
     tangent_scratch: Scratch,
     controls: Controls,
@@ -216,19 +224,51 @@ def follow_abreast(
     followed: Followed,
 ) -> None:
     """Follow the orbits of `starts`; a start that is NaN is left as it is."""
-    n = abreast.log_slope.shape[1]
+    n = batch.log_slope.shape[1]
     tail = followed.tail.shape[1]
-    for at in range(0, starts.shape[0], abreast.orbit.shape[0]):
-        m = line_up(models, starts, at, abreast)
-        m = settle_abreast(models, m, transient, abreast, scratch, controls, itinerary, followed)
-        m = record_abreast(models, m, at, abreast, tangent_scratch, controls, itinerary, followed)
+    for at in range(0, starts.shape[0], batch.orbit.shape[0]):
+        m = line_up(models, starts, at, batch)
+        m = settle_batch(models, m, transient, batch, scratch, controls, itinerary, followed)
+        m = record_batch(models, m, at, batch, tangent_scratch, controls, itinerary, followed)
         for s in range(m):
-            i = abreast.orbit[s]
+            i = batch.orbit[s]
             model = models.of_start[i]
             followed.mean_duration[i] /= n
             followed.mean_events[i] /= n
             for k in range(tail):
-                followed.tail[i, k] = abreast.point[i - at, n - tail + 1 + k]
+                followed.tail[i, k] = batch.point[i - at, n - tail + 1 + k]
             end = (1.0 + models.beta[model]) / (1.0 + 2.0 * models.alpha[model])
-            path = Path(abreast.point[i - at], abreast.label[i - at], abreast.log_slope[i - at])
+            path = Path(batch.point[i - at], batch.label[i - at], batch.log_slope[i - at])
             read_off(path, -end, end, max_period, verdicts, i)
+
+
+@kernel
+def iterate_lanes(
+    row: Floats,
+    streams: Floats,
+    index: Indices,
+    column: Floats,
+    no_slope: Floats,
+    orbits: NDArray[np.float64],
+    start: int,
+    stop: int,
+    system: System,
+    laws: NDArray[np.float64],
+    scratch: Scratch,
+    controls: Controls,
+    itinerary: NDArray[np.int8],
+) -> None:
+    """Fill rows ``start..stop`` of `orbits` (starts, n + 1) from their first entries on."""
+    for at in range(start, stop, BLOCK):
+        n = min(BLOCK, stop - at)
+        for k in range(orbits.shape[1] - 1):
+            for i in range(n):
+                column[i] = orbits[at + i, k]
+            carry_lanes(row, streams, index, column, no_slope, 0, n, controls.max_events)
+            for i in range(n):
+                d, value = orbits[at + i, k], column[i]
+                if math.isnan(d) or math.isinf(value):
+                    value = math.nan
+                elif math.isnan(value):
+                    value, _, _, _, _, _ = carry(system, laws, d, scratch, controls, itinerary)
+                orbits[at + i, k + 1] = value

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.eventmap._label_kernels import hashed
+from stickslip.mechanics.eventmap.itinerary import hashed
 from stickslip.mechanics.eventmap.records import Clock, Controls, Outputs, Pools, Tags
 from stickslip.mechanics.flow.dense import FORCE_ROUNDING, SLACK, keep_first, watch_step
 from stickslip.mechanics.flow.lanes.layout import (
@@ -56,9 +56,6 @@ from stickslip.mechanics.flow.lanes.layout import (
     TIME,
     TIME_BEFORE,
 )
-from stickslip.mechanics.flow.mode import round_landings, settle
-from stickslip.mechanics.flow.onset import onset
-from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.system import (
     AT_LOWER_LIMIT,
     AT_UPPER_LIMIT,
@@ -68,6 +65,7 @@ from stickslip.mechanics.flow.system import (
     System,
     limit,
 )
+from stickslip.mechanics.flow.transitions import onset, round_landings, saltation, settle
 from stickslip.numerics.polynomial import search, signal_rounding
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
@@ -82,13 +80,8 @@ if TYPE_CHECKING:
         value_tangent,
     )
     from stickslip.mechanics.flow._taylor_kernels import rate
-    from stickslip.mechanics.flow.lanes.stub import (
-        step_both,
-        step_one,
-        tangent_both,
-        tangent_one,
-    )
-    from stickslip.mechanics.friction.stub import force
+    from stickslip.mechanics.flow.lanes.stub import step_both, step_one, tangent_both, tangent_one
+    from stickslip.mechanics.friction.interface import force
 
 # From this many events on the scalar engine follows a motion: it may be on a cycle, and errors of
 # steps, which are smaller there, grow more than those of the start.

@@ -19,7 +19,7 @@ from stickslip.mechanics.flow.blocks.system import (
     block_directions,
     new_block_motion,
 )
-from stickslip.mechanics.flow.settings import time_limit, tolerance
+from stickslip.mechanics.flow.engine import time_limit, tolerance
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.numerics.targets import available_threads, instantiate, launch
 
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.mechanics.model.structure import Structure
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 SMALLEST_TILE = 64  # fewer motions are not worth a thread
 MODES = np.array(["-", ".", "+"])
@@ -140,7 +140,7 @@ class BlocksEventMap:
         points = self.model.admit(d)
         return self.carry(points).value.reshape(points.shape)
 
-    def jacobian(self, d: ArrayLike) -> Floats:
+    def derivative(self, d: ArrayLike) -> Floats:
         """Jacobian of the map, exact, one-sided at a breakpoint.
 
         Parameters
@@ -192,6 +192,7 @@ class BlocksEventMap:
             label=outputs.label.reshape(shape)[()],
             margin=outputs.margin.reshape(shape)[()],
             status=outputs.status.reshape(shape)[()],
+            d=points,
         )
 
     def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.analysis.maps.derived import LineMap
 from stickslip.checks import MOST_STEPS, Many, parameter_name, shown, whole_number
-from stickslip.mechanics.eventmap.carrier import Carrier
-from stickslip.mechanics.eventmap.carriers import carrier_for
+from stickslip.mechanics.eventmap.backend import Backend
+from stickslip.mechanics.eventmap.backend_choice import backend_for
 from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.eventmap.result import EventMapResult
-from stickslip.mechanics.flow.engine import EngineName
-from stickslip.mechanics.flow.settings import time_limit, tolerance
+from stickslip.mechanics.flow.engine import EngineName, time_limit, tolerance
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.arrays import Floats
 from stickslip.numerics.targets import available_threads
 
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Mechanism
     from stickslip.mechanics.flow.trajectory import Trajectory
-
-Floats: TypeAlias = NDArray[np.float64]
 
 
 class EventMap(LineMap):
@@ -65,11 +63,11 @@ class EventMap(LineMap):
             else whole_number("threads", threads, what="processor cores used")
         )
         controls = Controls(self.rtol, self.max_events, self.max_time)
-        self._carrier = self._carrier_of(controls)
+        self._backend = self._backend_of(controls)
         self._end = model.domain[1]
 
-    def _carrier_of(self, controls: Controls) -> Carrier:
-        return carrier_for(self.model, self.engine, controls, self.device, self.threads)
+    def _backend_of(self, controls: Controls) -> Backend:
+        return backend_for(self.model, self.engine, controls, self.device, self.threads)
 
     # --- what it is -----------------------------------------------------------------------
 
@@ -105,7 +103,7 @@ class EventMap(LineMap):
 
     def __repr__(self) -> str:
         """One line."""
-        return f"EventMap({self.model!r}, engine={self._carrier.name!r})"
+        return f"EventMap({self.model!r}, engine={self._backend.name!r})"
 
     def slip_from(self, d: float, max_events: int) -> Trajectory:
         """Follow the motion from one global stick phase to the next.
@@ -149,9 +147,9 @@ class EventMap(LineMap):
             Some ``d`` is NaN or outside the locus of eq. (6a).
         """
         if isinstance(d, float) and -self._end <= d <= self._end:
-            return self._carrier.value(d)
+            return self._backend.value(d)
         points = self.model.admit(d)
-        return _shaped(self._carrier.values(points.ravel()), points.shape)
+        return _shaped(self._backend.carry(points.ravel()).value, points.shape)
 
     @overload
     def derivative(self, d: float) -> float: ...
@@ -165,7 +163,8 @@ class EventMap(LineMap):
         Arguments, shape and errors as for calling the map.
         """
         points = self.model.admit(d)
-        return _shaped(self._carrier.slopes(points.ravel()), points.shape)
+        slopes = self._backend.carry(points.ravel(), slope=True).derivative[:, 0]
+        return _shaped(slopes, points.shape)
 
     @overload
     def value_and_derivative(self, d: float) -> tuple[float, float]: ...
@@ -179,8 +178,9 @@ class EventMap(LineMap):
         Arguments, shape and errors as for calling the map.
         """
         points = self.model.admit(d)
-        values, slopes = self._carrier.values_and_slopes(points.ravel())
-        return _shaped(values, points.shape), _shaped(slopes, points.shape)
+        found = self._backend.carry(points.ravel(), slope=True)
+        slopes = found.derivative[:, 0]
+        return _shaped(found.value, points.shape), _shaped(slopes, points.shape)
 
     @overload
     def parameter_derivative(self, d: float, name: str) -> float: ...
@@ -195,7 +195,7 @@ class EventMap(LineMap):
         """
         points = self.model.admit(d)
         parameter_name("name", name, self.parameters, of="the model")
-        return _shaped(self._carrier.parameter_slope(points.ravel(), name), points.shape)
+        return _shaped(self._backend.parameter_slope(points.ravel(), name), points.shape)
 
     def evaluate(self, d: ArrayLike) -> EventMapResult:
         """Carry relative displacements to the next global stick phase, and tell how.
@@ -228,7 +228,7 @@ class EventMap(LineMap):
         (2,)
         """
         points = self.model.admit(d)
-        outputs = self._carrier.evidence(points.ravel())
+        outputs = self._backend.carry(points.ravel(), slope=True, watch=True)
         shape = points.shape
         return EventMapResult(
             value=_shaped_array(outputs.value, shape),
@@ -238,6 +238,7 @@ class EventMap(LineMap):
             label=_shaped_array(outputs.label, shape),
             margin=_shaped_array(outputs.margin, shape),
             status=_shaped_array(outputs.status, shape),
+            d=points,
         )
 
     @overload
@@ -256,7 +257,7 @@ class EventMap(LineMap):
             ``+`` forward). A motion without return ends with its last phase.
         """
         points = self.model.admit(d)
-        texts = [self._carrier.itinerary(value) for value in points.ravel().tolist()]
+        texts = [self._backend.itinerary(value) for value in points.ravel().tolist()]
         if points.ndim == 0:
             return texts[0]
         return np.array(texts).reshape(points.shape)
@@ -285,7 +286,7 @@ class EventMap(LineMap):
         points = self.model.admit(d)
         orbits = np.empty((points.size, n + 1))
         orbits[:, 0] = points.ravel()
-        self._carrier.iterate(orbits)
+        self._backend.iterate(orbits)
         return orbits.reshape(*points.shape, n + 1)
 
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stickslip.mechanics.eventmap.carrier import NO_ITINERARY, new_scratch
-from stickslip.mechanics.eventmap.follow_records import ModelTable, new_abreast, new_followed
+from stickslip.mechanics.eventmap.backend import NO_ITINERARY, new_scratch
 from stickslip.mechanics.eventmap.lanes import lanes_serve, new_lane_scratch
+from stickslip.mechanics.eventmap.records import ModelTable, new_batch, new_followed
 from stickslip.mechanics.flow.engine import bind_engine, start_direction
 from stickslip.numerics.long_run import new_long_run, new_path
 from stickslip.numerics.targets import instantiate
@@ -18,8 +18,7 @@ from stickslip.numerics.targets import instantiate
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from stickslip.mechanics.eventmap.follow_records import Abreast, Followed
-    from stickslip.mechanics.eventmap.records import Controls, Scratch
+    from stickslip.mechanics.eventmap.records import Batch, Controls, Followed, Scratch
     from stickslip.mechanics.flow.engine import Engine
     from stickslip.mechanics.flow.system import Floats
     from stickslip.numerics.long_run import LongRun
@@ -49,7 +48,7 @@ def follow(
     """
     verdicts, followed = new_long_run(starts.size), new_followed(starts.size, tail)
     if device == "cuda":
-        from stickslip.mechanics.eventmap.cuda_follow import follow_on_gpu  # needs numba-cuda
+        from stickslip.mechanics.eventmap.cuda import follow_on_gpu  # needs numba-cuda
 
         follow_on_gpu(
             engine,
@@ -66,12 +65,12 @@ def follow(
         return verdicts, followed
     scratch = _scratch(engine, 0), _scratch(engine, 1)
     if lanes_serve(engine, controls):
-        _kernels(engine, "_lane_follow_kernels").follow_abreast(
+        _kernels(engine, "_lane_follow_kernels").follow_batch(
             models,
             starts,
             transient,
             max_period,
-            _abreast(starts.size, n),
+            _batch(starts.size, n),
             *scratch,
             controls,
             NO_ITINERARY,
@@ -96,11 +95,11 @@ def follow(
     return verdicts, followed
 
 
-def _abreast(m: int, n: int) -> Abreast:
+def _batch(m: int, n: int) -> Batch:
     """Room for some orbits: as many as lanes carry at once, fewer if their paths are long."""
     streams, lists, column = new_lane_scratch()
     slots = min(m, column.size, max(LEAST_SLOTS, PATH_POINTS // (n + 1)))
-    return new_abreast(slots, n, streams, lists)
+    return new_batch(slots, n, streams, lists)
 
 
 def _kernels(engine: Engine, template: str) -> ModuleType:

@@ -37,16 +37,7 @@ TOO_LATE = Mechanism(f"the motions on both sides make the same first {MAX_EVENTS
 def mechanism_between(f: EventMap, left: float, right: float) -> Mechanism:
     """Explain why the itinerary changes between two adjacent starting points.
 
-    Parameters
-    ----------
-    f : EventMap
-    left, right : float
-        Starting points on either side of a breakpoint, as close as floats can be.
-
-    Returns
-    -------
-    Mechanism
-        ``text``, such as "block 2 grazes its stick interval near X_2 = 0.00185".
+    ``text``, such as "block 2 grazes its stick interval near X_2 = 0.00185".
     """
     found = UNKNOWN
     for ulps in APART:
@@ -85,10 +76,9 @@ def _explain(first: Trajectory, second: Trajectory, number: int) -> Mechanism:
 
 
 def _alone(trajectory: Trajectory, number: int) -> Mechanism:
-    """Name an event without counterpart: a touch, unless it comes together with the last one.
+    """Name an event without counterpart: a touch, or the one that comes with the last event.
 
-    On the tie itself a motion makes both events at once, and the order in which they are listed
-    may be that of the other motion.
+    On the tie itself a motion makes both events at once, in either order.
     """
     event = trajectory.events[number]
     if number > 0:

@@ -1,31 +1,33 @@
-"""Pools of motions that step together: their kernels, and their arrays for each thread."""
+"""Motions under nonlinear friction that step together in pools; a scalar engine has the rest."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from types import ModuleType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.mechanics.eventmap.records import Controls, Outputs, Pools
-from stickslip.mechanics.flow.engine import Engine
-from stickslip.mechanics.flow.lanes.kernels import lane_kernels
-from stickslip.mechanics.flow.lanes.layout import ALIGNMENT, KEPT, ORDER, PLACES
+from stickslip.mechanics.eventmap.backend import ScalarBackend
+from stickslip.mechanics.eventmap.records import Controls, Outputs, Pools, new_outputs
+from stickslip.mechanics.flow.engine import Engine, start_direction
+from stickslip.mechanics.flow.lanes.layout import ALIGNMENT, HANDED_OVER, KEPT, ORDER, PLACES
+from stickslip.mechanics.flow.lanes.text import lane_kernels
 from stickslip.mechanics.flow.system import new_motion
 from stickslip.mechanics.friction.series import LawSeries
-from stickslip.numerics.targets import instantiate
+from stickslip.numerics.targets import instantiate, launch
 from stickslip.numerics.vector import LANES
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stickslip.mechanics.friction.law import FrictionLaw
     from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 STEPS = ("step_one", "step_both", "tangent_one", "tangent_both")
 DECISIONS = ("blocks_of_event", "event_margin", "mode_code", "value_tangent")
@@ -119,3 +121,67 @@ def aligned(size: int) -> Floats:
     store = np.zeros(size + ALIGNMENT // 8)
     start = -store.ctypes.data % ALIGNMENT // 8
     return store[start : start + size]
+
+
+SMALLEST_TILE = 512
+
+
+class PoolBackend(ScalarBackend):
+    """Two undamped blocks with one formula for both: many motions at once, in pools.
+
+    The scalar engine carries what pools hand over. Which of them does depends on the motion alone.
+    """
+
+    def __init__(
+        self,
+        model: TwoBlock,
+        engine: Engine,
+        controls: Controls,
+        threads: int,
+        series: LawSeries,
+    ) -> None:
+        super().__init__(model, engine, controls, threads)
+        self.series = series
+
+    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
+        """Values at each d, and slopes."""
+        orbits = np.full((d.size, 2), np.nan)
+        orbits[:, 0] = d
+        outputs = self._advanced(orbits, slope=slope, watch=watch)
+        return outputs._replace(value=orbits[:, 1])
+
+    def iterate(self, orbits: Floats) -> None:
+        """Fill rows (n, steps + 1) from their first entries on."""
+        self._advanced(orbits)
+
+    def _advanced(self, orbits: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
+        """Fill the rows of `orbits`; return what is known of their last motions."""
+        directions = (start_direction(self.engine),) if slope else ()
+        outputs = new_outputs((len(orbits),), len(directions))
+        filled = np.zeros(len(orbits), dtype=np.int64)
+
+        def task(start: int, stop: int) -> None:
+            self._moved.advance(orbits, filled, start, stop, directions, watch, outputs)
+
+        steps = max(1, orbits.shape[1] - 1)
+        while True:
+            launch(task, len(orbits), self.threads, max(1, SMALLEST_TILE // steps))
+            rows = np.flatnonzero(outputs.status == HANDED_OVER)
+            if rows.size == 0:
+                return outputs
+            carried = self._carried(orbits[rows, filled[rows]], directions, watch)
+            for kept, found in zip(outputs, carried, strict=True):
+                kept[rows] = found
+            filled[rows] += 1
+            orbits[rows, filled[rows]] = carried.value
+
+    @cached_property
+    def _moved(self) -> MovingPools:
+        pools = _pools_of(self.series.key, self.model.laws)
+        return MovingPools(self.engine, self.kernels, self.series, self.model, self.controls, pools)
+
+
+@lru_cache(maxsize=16)
+def _pools_of(series: str, laws: tuple[FrictionLaw, FrictionLaw]) -> threading.local:
+    """Pools of each thread, a quarter of a megabyte: models of the same laws use the same."""
+    return threading.local()

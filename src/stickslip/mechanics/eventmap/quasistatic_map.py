@@ -2,33 +2,112 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from stickslip.analysis.storage import register_map
 from stickslip.checks import finite_number, shown, whole_number
+from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend
 from stickslip.mechanics.eventmap.event_map import EventMap
-from stickslip.mechanics.eventmap.quasistatic import QuasistaticCarrier
+from stickslip.mechanics.flow.engine import engine_for
+from stickslip.mechanics.flow.recorder import TwoBlockRecorder
+from stickslip.mechanics.flow.system import BETA, START
 from stickslip.mechanics.flow.trajectory import Trajectory
 from stickslip.mechanics.model.arguments import two_blocks
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.values import model_of_values, model_values
+from stickslip.results.files import register_map
+from stickslip.results.result import Result
+from stickslip.results.table import numbered
+from stickslip.status import OK
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from collections.abc import Sequence
 
-    from stickslip.mechanics.eventmap.records import Controls
+    from numpy.typing import ArrayLike
+
+    from stickslip.mechanics.eventmap.records import Controls, Outputs
     from stickslip.mechanics.flow.engine import EngineName
+    from stickslip.mechanics.flow.recorder import Recorder
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
+
+class QuasistaticBackend(ScalarBackend):
+    """Carries motions with the belt at rest: the kernels of the moving belt, V = 0 in them.
+
+    A block leaves its limit L with the acceleration -L (1 - F(0)), which must not be zero.
+    """
+
+    def __init__(
+        self, model: TwoBlock, engine: EngineName, controls: Controls, threads: int
+    ) -> None:
+        super().__init__(model, engine_for(model, engine), controls, threads)
+        system = self.engine.system._replace(V=0.0)
+        self.engine = dataclasses.replace(self.engine, system=system)
+
+    def last_forces(self, d: Floats) -> tuple[Floats, Floats]:
+        """Needed forces (n, 2) as the slip from each d begins, and as it has ended (or NaN)."""
+        first, last = np.full((d.size, 2), np.nan), np.full((d.size, 2), np.nan)
+        scratch, engine = self.scratch(()), self.engine
+        alpha, beta, _ = engine.system
+        for k, start in enumerate(d.tolist()):
+            lead = min(1.0 + (1.0 + 2.0 * alpha) * start, beta)
+            first[k] = lead - (1.0 + 2.0 * alpha) * start, lead
+            value, *_, status = self.kernels.carry(
+                engine.system, engine.laws, start, scratch, self.controls, NO_ITINERARY
+            )
+            if status != OK:
+                continue
+            # A motion of very many events ends in the twin that watches for a loop.
+            ends = [motion.e for motion in (scratch.motion, scratch.long_motion)]
+            last[k] = min(ends, key=lambda e: abs((e[1] - e[0]) / (1.0 + 2.0 * alpha) - value))
+        return first, last
+
+    def recorder(self, d: float) -> Recorder:
+        """Motion on the resting belt as the slip from `d` begins, to be followed step by step."""
+        recorder = TwoBlockRecorder(self.engine, rtol=self.controls.rtol, dense=True)
+        recorder.start_on_belt(np.array([d]))
+        return recorder
+
+    def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
+        outputs = super()._carried(d, directions, watch)
+        tied = np.isclose(self._lead(d), 0.0, atol=1e-14, rtol=0.0)
+        for column, direction in enumerate(directions):
+            outputs.derivative[tied, column] = self._slopes_of_tie(
+                d[tied], outputs.value[tied], direction
+            )
+        return outputs
+
+    def _lead(self, d: Floats) -> Floats:
+        """How far block 2 is past its limit as block 1 leaves; 0 where both leave together."""
+        alpha, beta, _ = self.engine.system
+        return 1.0 + (1.0 + 2.0 * alpha) * d - beta
+
+    def _slopes_of_tie(self, d: Floats, value: Floats, direction: Floats) -> Floats:
+        """One-sided slopes where both leave together: infinite, from the side of smaller d.
+
+        There block 1 frees block 2 after a time that grows as the square root of the distance.
+        """
+        alpha = self.engine.system.alpha
+        if alpha == 0.0 or direction[BETA] != 0.0 or direction[START] == 0.0:
+            return np.full(d.size, np.nan)
+        step = 1e-6 / (1.0 + 2.0 * alpha)
+        beside = super()._carried(d - step, ()).value
+        return np.copysign(np.inf, value - beside)
+
+    def parameter_slope(self, d: Floats, name: str) -> Floats:
+        """df/d(name) at each d; the speed of the belt is no parameter of the limit."""
+        if name == "V":
+            raise ValueError("'V' is no parameter of the quasi-static map: it is the limit V -> 0")
+        return super().parameter_slope(d, name)
 
 
-@dataclass(frozen=True)
-class QuasistaticSlips:
+@dataclass(frozen=True, eq=False, repr=False)
+class QuasistaticSlips(Result):
     """Sizes of the slips that follow global stick phases; NaN where a slip never ends.
 
     Attributes
@@ -50,6 +129,16 @@ class QuasistaticSlips:
     displacement: Floats
     moment: Floats
     wait: Floats
+    _drawn: ClassVar = ("d", "moment")
+
+    def _columns(self) -> dict[str, Any]:
+        return {
+            "d": self.d.ravel(),
+            "value": self.value.ravel(),
+            **numbered("displacement", self.displacement.reshape(-1, 2)),
+            "moment": self.moment.ravel(),
+            "wait": self.wait.ravel(),
+        }
 
 
 class QuasistaticMap(EventMap):
@@ -59,16 +148,16 @@ class QuasistaticMap(EventMap):
     ``duration`` is its own.
     """
 
-    def _carrier_of(self, controls: Controls) -> QuasistaticCarrier:
-        return QuasistaticCarrier(self.model, self.engine, controls, self.threads)
+    def _backend_of(self, controls: Controls) -> QuasistaticBackend:
+        return QuasistaticBackend(self.model, self.engine, controls, self.threads)
 
     def slip_from(self, d: float, max_events: int) -> Trajectory:
         """Follow the slip after a global stick phase to its end, on the resting belt.
 
         Displacements, modes and needed forces count; velocities are those of a moving belt.
         """
-        assert isinstance(self._carrier, QuasistaticCarrier)
-        recorder = self._carrier.recorder(finite_number("d", d))
+        assert isinstance(self._backend, QuasistaticBackend)
+        recorder = self._backend.recorder(finite_number("d", d))
         max_events = whole_number("max_events", max_events)
         status = recorder.run(math.inf, max_events, until_stick=True)
         return Trajectory(self.model, recorder.finish(), np.array(recorder.d), status)
@@ -122,9 +211,9 @@ class QuasistaticMap(EventMap):
         [0.0, 0.921818181818]
         """
         points = self.model.admit(d)
-        carrier = self._carrier
-        assert isinstance(carrier, QuasistaticCarrier)
-        first, last = carrier.last_forces(points.ravel())
+        backend = self._backend
+        assert isinstance(backend, QuasistaticBackend)
+        first, last = backend.last_forces(points.ravel())
         total, spread = (first - last).sum(-1), np.diff(first - last)[:, 0]
         change = spread / (1.0 + 2.0 * self.model.alpha)
         back = np.stack((0.5 * (total - change), 0.5 * (total + change)), axis=-1)
@@ -141,7 +230,7 @@ class QuasistaticMap(EventMap):
 
     def __repr__(self) -> str:
         """One line."""
-        return f"QuasistaticMap({self.model!r}, V -> 0, engine={self._carrier.name!r})"
+        return f"QuasistaticMap({self.model!r}, V -> 0, engine={self._backend.name!r})"
 
 
 @suggests

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import status as status_codes
+from stickslip.numerics.arrays import Floats
+from stickslip.results.result import Result
+from stickslip.results.table import numbered
 
-Floats: TypeAlias = NDArray[np.float64]
 
-
-@dataclass(frozen=True)
-class EventMapResult:
-    """What `EventMap.evaluate` knows of each motion; every field is shaped like ``d``.
+@dataclass(frozen=True, eq=False, repr=False)
+class EventMapResult(Result):
+    """What `EventMap.evaluate` knows of each motion; every field is shaped like `d`.
 
     Attributes
     ----------
@@ -35,6 +36,8 @@ class EventMapResult:
         and from a touch (w'), and between consecutive events of different blocks.
     status : ndarray of int
         `stickslip.status`; anything but OK goes with a NaN value.
+    d : ndarray of float
+        What was asked for: `value` is its image.
     """
 
     value: Floats
@@ -44,6 +47,8 @@ class EventMapResult:
     label: NDArray[np.uint64]
     margin: Floats
     status: NDArray[np.int64]
+    d: Floats
+    _drawn: ClassVar = ("d", "value")
 
     @property
     def message(self) -> NDArray[np.str_]:
@@ -82,3 +87,14 @@ class EventMapResult:
             more = ", ..." if value.shape[1] > 4 else ""
             lines = [f"{line}  {text}{more}" for line, text in zip(lines, shown, strict=True)]
         return [head, *lines]
+
+    def _columns(self) -> dict[str, Any]:
+        facts = ("duration", "n_events", "label", "margin", "status")
+        n = np.size(self.status)
+        return {
+            **numbered("d", np.reshape(self.d, (n, -1))),
+            **numbered("value", np.reshape(self.value, (n, -1))),
+            **numbered("derivative", np.reshape(self.derivative, (n, -1))),
+            **{name: np.ravel(getattr(self, name)) for name in facts},
+            "status_name": np.asarray(status_codes.NAMES)[np.ravel(self.status)],
+        }

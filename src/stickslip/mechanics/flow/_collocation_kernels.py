@@ -18,24 +18,23 @@ from numpy.typing import NDArray
 from stickslip.mechanics.flow.dense import (
     FORCE_ROUNDING,
     find_events,
+    piece_row,
     stay_on_pieces,
     watch_step,
 )
-from stickslip.mechanics.flow.mode import round_landings
-from stickslip.mechanics.flow.pieces import piece_row
-from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.system import (
     ALPHA,
     BETA,
     LAWS,
     VELOCITY,
+    CollocationWork,
     Floats,
     Motion,
     System,
     law_parameters,
     limit,
 )
-from stickslip.mechanics.flow.work import CollocationWork
+from stickslip.mechanics.flow.transitions import round_landings, saltation
 from stickslip.numerics import collocation
 from stickslip.numerics.polynomial import value
 from stickslip.numerics.roots import EPSILON
@@ -43,7 +42,7 @@ from stickslip.numerics.targets import kernel
 from stickslip.status import LAW_FAILED, OK, STEP_FAILED
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.friction.stub import (
+    from stickslip.mechanics.friction.interface import (
         N_PARAMETERS,
         force,
         force_continued,

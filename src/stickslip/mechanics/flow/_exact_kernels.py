@@ -12,10 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.flow.mode import excess_force, round_landings, round_to_limit
+from stickslip.mechanics.flow._sliding_kernels import CLEARANCE
 from stickslip.mechanics.flow.oscillator import oscillator, oscillator_sharp, oscillator_tangent
-from stickslip.mechanics.flow.saltation import saltation
-from stickslip.mechanics.flow.sliding import CLEARANCE
 from stickslip.mechanics.flow.system import (
     ALPHA,
     AT_LOWER_LIMIT,
@@ -32,7 +30,13 @@ from stickslip.mechanics.flow.system import (
     limit,
     loading_rate,
 )
-from stickslip.mechanics.friction.columns import STATIC_COLUMN
+from stickslip.mechanics.flow.transitions import (
+    excess_force,
+    round_landings,
+    round_to_limit,
+    saltation,
+)
+from stickslip.mechanics.friction.interface import STATIC_COLUMN
 from stickslip.numerics.roots import (
     EPSILON,
     all_but_touches,

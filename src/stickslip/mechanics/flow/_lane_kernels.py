@@ -25,7 +25,7 @@ CAP = 0.85
 TURN, TURNS = 2.0 * math.pi, 0.5 / math.pi
 
 
-class Plant(NamedTuple):
+class CoulombConstants(NamedTuple):
     """Two blocks with constant kinetic friction, and what follows from their parameters.
 
     What steps of two slipping blocks need comes first, what only an onset needs last. The rider
@@ -63,8 +63,8 @@ class Plant(NamedTuple):
 
 
 @kernel
-def plant_at(alpha: float, beta: float, V: float, mu_1: float, mu_2: float) -> Plant:
-    """Make the numbers of a `Plant`; `mu`: kinetic friction of each block."""
+def constants_at(alpha: float, beta: float, V: float, mu_1: float, mu_2: float) -> CoulombConstants:
+    """Make the numbers of a `CoulombConstants`; `mu`: kinetic friction of each block."""
     stiffness, spread = 1.0 + alpha, 1.0 + 2.0 * alpha
     frequency, beat = math.sqrt(stiffness), math.sqrt(spread)
     limit_1, limit_2, friction_1, friction_2 = 1.0, beta, mu_1, mu_2 * beta
@@ -85,7 +85,7 @@ def plant_at(alpha: float, beta: float, V: float, mu_1: float, mu_2: float) -> P
     whole, whole_low = two_product(stiffness, compliance)
     compliance_low = compliance * ((1.0 - whole) - whole_low - stiffness_low * compliance)
     # fmt: off
-    return Plant(
+    return CoulombConstants(
         V, spread, 2.0 * alpha, cap, friction_1, friction_2, narrow,
         limit_1, limit_2, near, alpha, stiffness, beat,
         frequency, frequency_low, unit, unit_low, compliance, compliance_low,
@@ -96,10 +96,10 @@ def plant_at(alpha: float, beta: float, V: float, mu_1: float, mu_2: float) -> P
 
 
 @kernel(inline=True)
-def plant_of_row(row: Floats) -> Plant:
-    """Read a `Plant` from an array."""
+def constants_of_row(row: Floats) -> CoulombConstants:
+    """Read a `CoulombConstants` from an array."""
     # fmt: off
-    return Plant(
+    return CoulombConstants(
         row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7],
         row[8], row[9], row[10], row[11], row[12], row[13], row[14], row[15],
         row[16], row[17], row[18], row[19], row[20], row[21], row[22], row[23],
@@ -112,31 +112,31 @@ def plant_of_row(row: Floats) -> Plant:
 
 
 @kernel(inline=True, fused=True)
-def drawn(plant: Plant, sign: float, gap: float) -> float:
+def drawn(constants: CoulombConstants, sign: float, gap: float) -> float:
     """Give ``stiffness gap - 2 v`` of a slip, gap = |w|, v = sign V (1 backward, -1 forward).
 
     ``gap'^2 + gap (stiffness gap - 2 v)`` stays: the square of the rate at the return.
     """
-    return (gap + plant.alpha * gap) - 2.0 * sign * plant.V
+    return (gap + constants.alpha * gap) - 2.0 * sign * constants.V
 
 
 @kernel(inline=True, fused=True)
 def half_angle(
-    plant: Plant, gap: float, rate: float, pull: float, end: float
+    constants: CoulombConstants, gap: float, rate: float, pull: float, end: float
 ) -> tuple[float, float]:
     """Give y, x of half the angle in which a slip returns at a rate `end`; `pull`: `drawn`."""
     leaves = rate > 0.0
     y = end + rate if leaves else gap
-    return plant.frequency * y + plant.frequency_low * y, pull if leaves else end - rate
+    return constants.frequency * y + constants.frequency_low * y, pull if leaves else end - rate
 
 
 @kernel(inline=True, fused=True)
-def slip_turned(plant: Plant, t: float) -> tuple[float, float]:
+def slip_turned(constants: CoulombConstants, t: float) -> tuple[float, float]:
     """Return sine and versed sine of ``W t`` over W and W^2, from half the angle: W is rounded."""
-    k = (t * plant.frequency * TURNS + ROUNDER) - ROUNDER
-    half = 0.5 * ((t - k * (TURN * plant.unit)) - k * (TURN * plant.unit_low))
+    k = (t * constants.frequency * TURNS + ROUNDER) - ROUNDER
+    half = 0.5 * ((t - k * (TURN * constants.unit)) - k * (TURN * constants.unit_low))
     square = half * half
-    turned = square + plant.alpha * square
+    turned = square + constants.alpha * square
     sine, versed = turn_squared(turned)
     s = half + half * turned * sine
     return 2.0 * s * (1.0 - versed), 2.0 * s * s
@@ -153,26 +153,26 @@ def smooth_share(share: float) -> float:
 
 @kernel(inline=True, fused=True)
 def dip(
-    plant: Plant, gap: float, rate: float, end: float, time: float, gain: float
+    constants: CoulombConstants, gap: float, rate: float, end: float, time: float, gain: float
 ) -> tuple[float, float, float, float]:
     """Fall of the rider's force in a forward slip: (begin, its gain there, end, gain there).
 
     Both times are 0 where the slip is never faster than V / alpha.
     """
-    fast = plant.turning
-    square = rate * rate + (gap - fast) * (plant.stiffness * (gap + fast) + 2.0 * plant.V)
+    fast = constants.turning
+    square = rate * rate + (gap - fast) * (constants.stiffness * (gap + fast) + 2.0 * constants.V)
     bound = math.sqrt(square if square > 0.0 else 0.0)
-    swing = plant.frequency * gap + plant.level
-    top = plant.frequency * fast + plant.level
+    swing = constants.frequency * gap + constants.level
+    top = constants.frequency * fast + constants.level
     rise = top * rate - bound * swing
-    first = upper_angle(rise if rise > 0.0 else 0.0, top * swing + bound * rate) * plant.unit
+    first = upper_angle(rise if rise > 0.0 else 0.0, top * swing + bound * rate) * constants.unit
     first = first if gap < fast else 0.0
     leaving = rate if gap >= fast else bound
-    sink = end * top - plant.level * bound
-    rest = upper_angle(sink if sink > 0.0 else 0.0, top * plant.level + bound * end)
-    last = time - rest * plant.unit
-    high = plant.ride_time * first - plant.ride_force * (rate - leaving)
-    low = gain - (plant.ride_time * (time - last) - plant.ride_force * (end - bound))
+    sink = end * top - constants.level * bound
+    rest = upper_angle(sink if sink > 0.0 else 0.0, top * constants.level + bound * end)
+    last = time - rest * constants.unit
+    high = constants.ride_time * first - constants.ride_force * (rate - leaving)
+    low = gain - (constants.ride_time * (time - last) - constants.ride_force * (end - bound))
     falls = square > 0.0
     return (
         first if falls else 0.0,
@@ -187,23 +187,28 @@ def dip(
 
 @kernel(inline=True, fused=True)
 def modes_turned(
-    plant: Plant, t: float, sum_w: float, sum_pull: float, gap_w: float, gap_pull: float
+    constants: CoulombConstants,
+    t: float,
+    sum_w: float,
+    sum_pull: float,
+    gap_w: float,
+    gap_pull: float,
 ) -> tuple[float, float, float, float]:
-    """Carry sum and difference of both blocks through a time of at most `Plant.cap`.
+    """Carry sum and difference of both blocks through a time of at most `CoulombConstants.cap`.
 
     ``sum_w = w_1 + w_2 + 2 V``, ``gap_w = w_2 - w_1``; the pulls are their rates.
     """
     square = t * t
-    wide = square + plant.twice * square
+    wide = square + constants.twice * square
     s, v = turn_squared(square)
     z, u = turn_squared(wide)
     s, z = t + t * square * s, t + t * wide * z
-    return modes_moved(plant, s, v, z, u, sum_w, sum_pull, gap_w, gap_pull)
+    return modes_moved(constants, s, v, z, u, sum_w, sum_pull, gap_w, gap_pull)
 
 
 @kernel(inline=True, fused=True)
 def modes_moved(
-    plant: Plant,
+    constants: CoulombConstants,
     s: float,
     v: float,
     z: float,
@@ -219,25 +224,30 @@ def modes_moved(
         sum_w + (sum_pull * s - sum_w * v),
         sum_pull - (sum_w * s + sum_pull * v),
         gap_w + (gap_pull * z - gap_w * u),
-        gap_pull - (moved + (plant.twice * moved + gap_pull * u)),
+        gap_pull - (moved + (constants.twice * moved + gap_pull * u)),
     )
 
 
 @kernel(inline=True, fused=True)
 def modes_polished(
-    plant: Plant, t: float, sum_w: float, sum_pull: float, gap_w: float, gap_pull: float
+    constants: CoulombConstants,
+    t: float,
+    sum_w: float,
+    sum_pull: float,
+    gap_w: float,
+    gap_pull: float,
 ) -> tuple[float, float, float, float]:
     """As `modes_turned`, for a time so short that five terms of a series are exact."""
     v = t * t
-    u = plant.spread * v
+    u = constants.spread * v
     s, z = t - t * v * (1.0 / 6.0), t - t * u * (1.0 / 6.0)
     v, u = v * (0.5 - v * (1.0 / 24.0)), u * (0.5 - u * (1.0 / 24.0))
-    return modes_moved(plant, s, v, z, u, sum_w, sum_pull, gap_w, gap_pull)
+    return modes_moved(constants, s, v, z, u, sum_w, sum_pull, gap_w, gap_pull)
 
 
 @kernel(inline=True, fused=True)
 def clearance(
-    plant: Plant,
+    constants: CoulombConstants,
     mode: float,
     side: float,
     sum_w: float,
@@ -249,29 +259,31 @@ def clearance(
     half = 0.5 * mode
     gap_rate = side * gap_pull
     return (
-        half * (sum_w + side * gap_w) - mode * plant.V,
+        half * (sum_w + side * gap_w) - mode * constants.V,
         half * (sum_pull + gap_rate),
-        -half * (sum_w + side * plant.spread * gap_w),
-        -half * (sum_pull + plant.spread * gap_rate),
+        -half * (sum_w + side * constants.spread * gap_w),
+        -half * (sum_pull + constants.spread * gap_rate),
     )
 
 
 @kernel(inline=True, fused=True)
-def fall(plant: Plant, f_2: float, f_3: float, bound_2: float, bound_4: float) -> float:
+def fall(
+    constants: CoulombConstants, f_2: float, f_3: float, bound_2: float, bound_4: float
+) -> float:
     """Sharpest m with ``f(h) >= f + f' h - m h^2 / 2`` for every h up to the cap."""
     sinking = -f_3 if f_3 < 0.0 else 0.0
-    m = plant.cap * (sinking * (1.0 / 3.0) + bound_4 * plant.cap * (1.0 / 12.0)) - f_2
+    m = constants.cap * (sinking * (1.0 / 3.0) + bound_4 * constants.cap * (1.0 / 12.0)) - f_2
     m = m if m < bound_2 else bound_2
     return m if m > 1e-6 else 1e-6
 
 
 @kernel(inline=True, fused=True)
-def safe_reach(plant: Plant, f: float, f_1: float, m: float) -> float:
+def safe_reach(constants: CoulombConstants, f: float, f_1: float, m: float) -> float:
     """Time, at most the cap, in which ``f > 0`` provably stays positive."""
     root = math.sqrt(f_1 * f_1 + 2.0 * m * f)
     rises = f_1 > 0.0
     h = (f_1 + root if rises else 2.0 * f) / (m if rises else root - f_1)
-    return h if h < plant.cap else plant.cap
+    return h if h < constants.cap else constants.cap
 
 
 @kernel(inline=True, fused=True)

@@ -5,16 +5,49 @@ A template, like the steppers of the adaptive engine, which offer these kernels 
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
-from stickslip.mechanics.flow.pieces import piece_row
-from stickslip.mechanics.flow.sliding import CLEARANCE, energy_reach
+from stickslip.mechanics.flow.dense import piece_row
 from stickslip.mechanics.flow.system import Floats, Motion, System, limit
+from stickslip.mechanics.friction.interface import NEXT_PIECE_COLUMN, PIECE_END_COLUMN
 from stickslip.numerics.targets import kernel
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.flow._least_slope_kernels import least_slope
-    from stickslip.mechanics.friction.stub import force, static_value
+    from stickslip.mechanics.friction.interface import force, slope, static_value
+
+# What has to be left of V for a proof: more than rounding adds up to in a million steps. (Just
+# after a release the bounds are V or more, and without damping they would stay so.)
+CLEARANCE = 1e-6
+
+
+@kernel
+def energy_reach(system: System, motion: Motion, force_1: float, force_2: float) -> float:
+    """Largest deviation from steady sliding that the energy of two slipping blocks allows.
+
+    ``(y.y + r.K^-1 r) / 2``, y = w + V, r = e - limit F(V), cannot grow while F rises with speed.
+    """
+    y_1 = motion.w[0] + system.V
+    y_2 = motion.w[1] + system.V
+    r_1 = motion.e[0] - force_1
+    r_2 = motion.e[1] - system.beta * force_2
+    spread = (r_2 - r_1) * (r_2 - r_1) / (1.0 + 2.0 * system.alpha)
+    return math.sqrt(y_1 * y_1 + y_2 * y_2 + 0.5 * ((r_1 + r_2) * (r_1 + r_2) + spread))
+
+
+@kernel
+def least_slope(laws: Floats, block: int, low: float, high: float) -> float:
+    """Least slope of a block's law between two speeds, of 33 on each of its pieces."""
+    row = piece_row(laws, block, low)
+    least = math.inf
+    while True:
+        end = min(high, laws[row, PIECE_END_COLUMN])
+        for k in range(33):
+            least = min(least, slope(laws[row], -1, low + (end - low) * k / 32.0))
+        if end == high:
+            return least
+        low = end
+        row = int(laws[row, NEXT_PIECE_COLUMN])
 
 
 @kernel

@@ -15,12 +15,10 @@ import numpy as np
 from stickslip.mechanics.flow.dense import (
     FORCE_ROUNDING,
     find_events,
+    piece_row,
     stay_on_pieces,
     watch_step,
 )
-from stickslip.mechanics.flow.mode import excess_force, round_landings
-from stickslip.mechanics.flow.pieces import piece_row
-from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.system import (
     ALPHA,
     BETA,
@@ -30,11 +28,12 @@ from stickslip.mechanics.flow.system import (
     Floats,
     Motion,
     System,
+    TaylorWork,
     law_parameters,
     limit,
     loading_rate,
 )
-from stickslip.mechanics.flow.work import TaylorWork
+from stickslip.mechanics.flow.transitions import excess_force, round_landings, saltation
 from stickslip.numerics.polynomial import value, value_sharp
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.rounding import two_product, two_sum
@@ -42,7 +41,7 @@ from stickslip.numerics.targets import kernel
 from stickslip.status import LAW_FAILED, OK, STEP_FAILED
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.friction.stub import (
+    from stickslip.mechanics.friction.interface import (
         FORCE_ROW,
         GRADIENT_ROW,
         N_ROWS,

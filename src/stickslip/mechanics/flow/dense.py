@@ -1,6 +1,8 @@
-"""Events and margins on one step of the adaptive engine, given as polynomials in time.
+"""Events, margins and ends of smooth pieces of laws on one step, given as polynomials in time.
 
-The same for every stepper: rows of `w` and `e` hold the coefficients of each block.
+The same for every stepper: rows of `w` and `e` hold the coefficients of each block. A step stays on
+the pieces of the laws on which it starts, each continued beyond its ends, and ends where a slip
+speed is `OVERLAP` beyond one: a step never starts on its own end.
 """
 
 from __future__ import annotations
@@ -10,7 +12,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.flow.pieces import leaving_time
 from stickslip.mechanics.flow.system import (
     AT_LOWER_LIMIT,
     AT_UPPER_LIMIT,
@@ -20,15 +21,47 @@ from stickslip.mechanics.flow.system import (
     System,
     limit,
 )
-from stickslip.numerics.polynomial import (
-    NO_ROOT,
-    UNFINISHED,
-    first_contact,
-    lowest_minimum,
-    value,
-)
+from stickslip.mechanics.friction.interface import NEXT_PIECE_COLUMN, PIECE_END_COLUMN
+from stickslip.numerics.polynomial import NO_ROOT, UNFINISHED, first_contact, lowest_minimum, value
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
+
+# Of 1 + the speed of a knot: well above the rounding of a speed, well below what a law feels.
+OVERLAP = 1e-12
+
+
+@kernel(inline=True)
+def piece_row(laws: Floats, block: int, s: float) -> int:
+    """Row of the piece on which the law of a block is at the speed `s`."""
+    row = block
+    while s > laws[row, PIECE_END_COLUMN]:
+        row = int(laws[row, NEXT_PIECE_COLUMN])
+    return row
+
+
+@kernel
+def leaving_time(laws: Floats, block: int, speed: Floats, h: float) -> float:
+    """Time at which a slip speed, a series, leaves its piece, at most `h`; <= 0 if that failed."""
+    start = speed[0]
+    low = 0.0
+    row = block
+    while start > laws[row, PIECE_END_COLUMN]:
+        low = laws[row, PIECE_END_COLUMN]
+        row = int(laws[row, NEXT_PIECE_COLUMN])
+    high = laws[row, PIECE_END_COLUMN]
+    if low > 0.0:
+        speed[0] = start - low + OVERLAP * (1.0 + low)
+        t = first_contact(speed, h, False, 0.0)
+        h = h if t == NO_ROOT else t
+        speed[0] = start
+    if high < math.inf and h > 0.0:
+        for k in range(speed.shape[0]):
+            speed[k] = -speed[k]
+        speed[0] = high - start + OVERLAP * (1.0 + high)
+        t = first_contact(speed, h, False, 0.0)
+        h = h if t == NO_ROOT else t
+    return h
+
 
 Rows = NDArray[np.float64]
 

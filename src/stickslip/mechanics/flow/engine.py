@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,7 +12,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import one_of, shown
+from stickslip.checks import finite_number, one_of, shown
 from stickslip.mechanics.flow.system import ALPHA, BETA, LAWS, START, VELOCITY, System
 from stickslip.mechanics.friction import Coulomb
 from stickslip.mechanics.friction.code import LawCode, law_code
@@ -98,6 +99,20 @@ def _stepper(code: LawCode) -> str:
     return "taylor" if code.traceable else "collocation"
 
 
+def tolerance(rtol: object) -> float:
+    """Return the local truncation error of the adaptive engine, in (0, 1e-3], at least 1e-16."""
+    why = "rtol is the local truncation error of the adaptive engine."
+    number = finite_number("rtol", rtol, above=0.0, at_most=1e-3, why=why)
+    return max(number, 1e-16)
+
+
+def time_limit(value: object) -> float:
+    """Return the longest time of one motion, which may be infinite."""
+    if isinstance(value, float) and value == math.inf:
+        return value
+    return finite_number("max_time", value, above=0.0, why="max_time limits one motion's time.")
+
+
 @lru_cache(maxsize=64)
 def _kernels(name: str, code: LawCode) -> ModuleType:
     if name == "exact":
@@ -105,18 +120,16 @@ def _kernels(name: str, code: LawCode) -> ModuleType:
 
         return _exact_kernels
     bindings = {role: getattr(code, role) for role in LAW_KERNELS}
-    bindings["least_slope"] = least_slope_kernel(code)
-    sliding = instantiate(f"{FLOW}._sliding_kernels", code.key, cached=code.traceable, **bindings)
+    sliding = sliding_kernels(code)
     bindings |= {role: getattr(sliding, role) for role in ("landing_rate", "slides_for_ever")}
     template = f"{FLOW}._{name}_kernels"
     return instantiate(template, code.key, cached=code.traceable, **bindings)
 
 
-@lru_cache(maxsize=64)
-def least_slope_kernel(code: LawCode) -> Any:
-    """Return ``least_slope`` for some laws."""
-    template = f"{FLOW}._least_slope_kernels"
-    return instantiate(template, code.key, cached=code.traceable, slope=code.slope).least_slope
+def sliding_kernels(code: LawCode) -> ModuleType:
+    """Return ``least_slope`` of some laws, and what two blocks make of it."""
+    bindings = {role: getattr(code, role) for role in ("force", "slope", "static_value")}
+    return instantiate(f"{FLOW}._sliding_kernels", code.key, cached=code.traceable, **bindings)
 
 
 def bind_engine(template: str, engine: Engine) -> ModuleType:

@@ -7,16 +7,28 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stickslip import status as status_codes
-from stickslip.mechanics.flow.settings import MAX_INSTANT
+from stickslip.mechanics.flow.dense import FORCE_ROUNDING
+from stickslip.mechanics.flow.engine import Engine
+from stickslip.mechanics.flow.system import (
+    BACKWARD,
+    LANDING,
+    MAX_INSTANT,
+    Phases,
+    System,
+    limit,
+    new_motion,
+)
+from stickslip.mechanics.flow.transitions import onset, round_landings, settle
+from stickslip.numerics.arrays import Floats, Ints
+from stickslip.numerics.roots import EPSILON
+from stickslip.results.parts import part, register
 
-Floats: TypeAlias = NDArray[np.float64]
-Ints: TypeAlias = NDArray[np.int64]
+register(System)
 
 # Longer steps of closed forms are cut: quadrature over a step must be accurate.
 LONGEST_STEP = 1.5
@@ -26,6 +38,7 @@ STEPS_PER_EVENT = 10
 StatesInside: TypeAlias = Callable[[Ints, Floats], tuple[Floats, Floats, Floats]]
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class Recorded:
     """A motion as it was followed: n steps of N blocks; entries of all but `inside`: n + 1."""
@@ -38,40 +51,14 @@ class Recorded:
     inside: StatesInside | None  # (step, t since its start) -> x, w, e; None: events only
 
 
-class Record:
-    """Steps of a motion while it is followed, or the `last` of them: start times, states, modes."""
+class Step(NamedTuple):
+    """State at the start of a step of a motion, and its modes."""
 
-    def __init__(self, last: int | None = None) -> None:
-        self.t: deque[float] = deque(maxlen=last)
-        self.x: deque[Floats] = deque(maxlen=last)
-        self.w: deque[Floats] = deque(maxlen=last)
-        self.e: deque[Floats] = deque(maxlen=last)
-        self.mode: deque[Ints] = deque(maxlen=last)
-
-    def add(self, t: float, x: Floats, w: Floats, e: Floats, mode: Ints) -> None:
-        """Keep the state at the start of a step."""
-        self.t.append(t)
-        self.x.append(x.copy())
-        self.w.append(w.copy())
-        self.e.append(e.copy())
-        self.mode.append(mode.copy())
-
-    def drop(self) -> None:
-        """Forget the last step: it could not be taken."""
-        self.t.pop()
-        for values in (self.x, self.w, self.e, self.mode):
-            values.pop()
-
-    def recorded(self, inside: StatesInside | None) -> Recorded:
-        """All of it as arrays."""
-        return Recorded(
-            np.array(self.t),
-            np.array(self.x),
-            np.array(self.w),
-            np.array(self.e),
-            np.array(self.mode),
-            inside,
-        )
+    t: float
+    x: Floats
+    w: Floats
+    e: Floats
+    mode: Ints
 
 
 class Recorder(ABC):
@@ -83,7 +70,7 @@ class Recorder(ABC):
     def __init__(self, *, rtol: float, dense: bool, last: int | None = None) -> None:
         self.rtol = rtol
         self.dense = dense
-        self.record = Record(last)
+        self.record: deque[Step] = deque(maxlen=last)
         self.t = 0.0
         self.n_events = 0
         self.status = status_codes.OK  # why it ended
@@ -105,8 +92,13 @@ class Recorder(ABC):
         """Start from any state; a block at belt velocity rides if its force is in the limits."""
 
     @abstractmethod
+    def _state(self) -> tuple[Floats, Floats, Floats]:
+        """Displacements, relative velocities and needed forces at present."""
+
     def keep(self) -> None:
         """Add the present state to the record."""
+        x, w, e = self._state()
+        self.record.append(Step(self.t, x.copy(), w.copy(), e.copy(), self.mode.copy()))
 
     @abstractmethod
     def _advance(self, cap: float) -> tuple[float, int]:
@@ -134,7 +126,7 @@ class Recorder(ABC):
         for n, status in enumerate(self._steps(t_end)):
             self.status = status
             if status != status_codes.OK:
-                self.record.drop()
+                self.record.pop()  # it could not be taken
                 return
             if endless and self._slides_for_ever():
                 self.status = status_codes.NEVER_SLIPPING
@@ -161,6 +153,180 @@ class Recorder(ABC):
 
     def finish(self) -> Recorded:
         """Return the record, closed by the last state."""
-        dense = self.dense and bool(self.record.t)
+        dense = self.dense and bool(self.record)
         self.keep()
-        return self.record.recorded(self._inside() if dense else None)
+        t, x, w, e, mode = (np.array(values) for values in zip(*self.record, strict=True))
+        return Recorded(t, x, w, e, mode, self._inside() if dense else None)
+
+
+@part
+@dataclass(frozen=True, eq=False)
+class ClosedForms:
+    """Motion within recorded steps of the exact engine."""
+
+    system: System
+    laws: Floats
+    n_law_parameters: int
+    w: Floats
+    e: Floats
+    mode: Ints
+
+    def __call__(self, step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
+        """Displacements, relative velocities and needed forces, as `StatesInside` says."""
+        from stickslip.mechanics.flow import _exact_kernels as kernels
+
+        w, e = np.empty((t.size, 2)), np.empty((t.size, 2))
+        kernels.states(
+            self.system,
+            self.laws,
+            new_motion(0, self.n_law_parameters),
+            kernels.new_work(),
+            Phases(self.w, self.e, self.mode),
+            step.astype(np.int64),
+            t,
+            w,
+            e,
+        )
+        return displacements(self.system.alpha, e), w, e
+
+
+@part
+@dataclass(frozen=True, eq=False)
+class Sums:
+    """Motion within recorded steps of the adaptive engine: polynomials of w and e."""
+
+    alpha: float
+    w: Floats
+    e: Floats
+
+    def __call__(self, step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
+        """As `ClosedForms`."""
+        w, e = horner(self.w, step, t), horner(self.e, step, t)
+        return displacements(self.alpha, e), w, e
+
+
+class TwoBlockRecorder(Recorder):
+    """A motion of a `TwoBlock`."""
+
+    def __init__(
+        self, engine: Engine, *, rtol: float, dense: bool, last: int | None = None
+    ) -> None:
+        super().__init__(rtol=rtol, dense=dense, last=last)
+        self.engine = engine
+        self.motion = new_motion(0, engine.n_law_parameters)
+        self.work = engine.new_work()
+        self.polynomials: list[tuple[Floats, Floats]] = []
+
+    @property
+    def mode(self) -> Ints:
+        """Present modes of the blocks."""
+        return self.motion.mode
+
+    def start_on_belt(self, d: Floats) -> None:
+        """Start at the end of the global stick phase `d`: there the first slip begins."""
+        self.d.append(float(d[0]))
+        self._leave_belt()
+
+    def start(self, x: Floats, v: Floats) -> None:
+        """Start from any state; a block at belt velocity rides if its force is in the limits."""
+        alpha, _, V = self.engine.system
+        motion = self.motion
+        motion.e[:] = x + alpha * (x - x[::-1])
+        motion.w[:] = v - V
+        motion.w_low[:] = motion.e_low[:] = 0.0
+        motion.w[np.abs(motion.w) <= 2.0 * EPSILON * np.maximum(np.abs(v), V)] = 0.0
+        motion.mode[:] = np.sign(motion.w)
+        motion.event[:] = np.where(motion.w == 0.0, LANDING, 0)
+        round_landings(self.engine.system, motion, FORCE_ROUNDING)
+        settle(self.engine.system, motion)
+        self._note_global_stick()
+
+    def _state(self) -> tuple[Floats, Floats, Floats]:
+        motion = self.motion
+        return displacements(self.engine.system.alpha, motion.e), motion.w, motion.e
+
+    def _slides_for_ever(self) -> bool:
+        engine, motion = self.engine, self.motion
+        if not (motion.mode == BACKWARD).all():
+            return False
+        return bool(engine.kernels.slides_for_ever(engine.system, engine.laws, motion, self.work))
+
+    def _advance(self, cap: float) -> tuple[float, int]:
+        return self._slip(cap) if self.motion.mode.any() else (self._ride(cap), status_codes.OK)
+
+    def _slip(self, cap: float) -> tuple[float, int]:
+        """Take one step of the engine; blocks change modes at its end if there is an event."""
+        engine, motion = self.engine, self.motion
+        t, status = engine.kernels.advance(
+            engine.system, engine.laws, motion, self.work, self.rtol, cap
+        )
+        if status != status_codes.OK:
+            return 0.0, int(status)
+        if self._keeps_polynomials:
+            self.polynomials.append((self.work.w.copy(), self.work.e.copy()))
+        if motion.event.any():
+            before = motion.mode.copy()
+            settle(engine.system, motion)
+            self.n_events += bool((motion.mode != before).any())
+            self._note_global_stick()
+        return t, status_codes.OK
+
+    def _ride(self, cap: float) -> float:
+        """Global stick: the needed forces grow with the belt until one reaches its limit."""
+        V = self.engine.system.V
+        room = min(limit(self.engine.system, block) - self.motion.e[block] for block in range(2))
+        t = max(room, 0.0) / V
+        if self._keeps_polynomials:
+            self.polynomials.append(self._riding_polynomials())
+        if t > cap:
+            self.motion.e[:] += V * cap
+            return cap
+        self._leave_belt()
+        return t
+
+    @property
+    def _keeps_polynomials(self) -> bool:
+        return self.dense and self.engine.name != "exact"
+
+    def _riding_polynomials(self) -> tuple[Floats, Floats]:
+        w = np.zeros_like(self.work.w)
+        e = np.zeros_like(self.work.e)
+        e[:, 0] = self.motion.e
+        e[:, 1] = self.engine.system.V
+        return w, e
+
+    def _leave_belt(self) -> None:
+        """End the present global stick phase."""
+        onset(self.engine.system, self.motion, float(self.d[-1]))
+        self.n_events += 1
+
+    def _note_global_stick(self) -> None:
+        if not self.motion.mode.any():
+            spread = self.motion.e[1] - self.motion.e[0]
+            self.d.append(float(spread / (1.0 + 2.0 * self.engine.system.alpha)))
+
+    # --- afterwards --------------------------------------------------------------------------
+
+    def _inside(self) -> StatesInside:
+        system = self.engine.system
+        if self.engine.name == "exact":
+            _, _, w, e, mode = (np.array(values) for values in zip(*self.record, strict=True))
+            laws, n = self.engine.laws, self.engine.n_law_parameters
+            return ClosedForms(system, laws, n, w, e, mode)
+        w_rows, e_rows = (np.array(rows) for rows in zip(*self.polynomials, strict=True))
+        return Sums(system.alpha, w_rows, e_rows)
+
+
+def displacements(alpha: float, e: Floats) -> Floats:
+    """Displacements from needed forces, both (..., 2)."""
+    total = e[..., 0] + e[..., 1]
+    d = (e[..., 1] - e[..., 0]) / (1.0 + 2.0 * alpha)
+    return np.stack((0.5 * (total - d), 0.5 * (total + d)), axis=-1)
+
+
+def horner(rows: Floats, step: Ints, t: Floats) -> Floats:
+    """Values (m, N) of polynomials ``rows`` (steps, N, degree + 1) of given steps at times t."""
+    total = np.zeros((t.size, rows.shape[1]))
+    for k in range(rows.shape[-1] - 1, -1, -1):
+        total = total * t[:, None] + rows[step, :, k]
+    return total

@@ -5,17 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stickslip.mechanics.model.structure import Structure
+from stickslip.numerics.arrays import Floats, Ints
+from stickslip.results.parts import part
 
-Floats: TypeAlias = NDArray[np.float64]
-Ints: TypeAlias = NDArray[np.int64]
 
-
+@part
 class Slip(NamedTuple):
     """Blocks that slip together: coupled ones, at times that overlap.
 

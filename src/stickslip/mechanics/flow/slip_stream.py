@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from stickslip.checks import whole_number
-from stickslip.mechanics.flow.settings import tolerance
+from stickslip.mechanics.flow.engine import tolerance
 from stickslip.mechanics.flow.slip import Slip, SlipTracker
 from stickslip.mechanics.flow.trajectory import (
     Model,
@@ -52,8 +52,8 @@ class SlipStream(Iterator[Slip]):
     @property
     def state(self) -> State:
         """Start of the last step taken; when the slips have ended, the end of it."""
-        record = self._recorder.record
-        return State(record.t[-1], record.x[-1].copy(), record.w[-1] + self.model.V)
+        last = self._recorder.record[-1]
+        return State(last.t, last.x.copy(), last.w + self.model.V)
 
     def __next__(self) -> Slip:
         """Follow the motion to the end of its next slip."""
@@ -61,12 +61,12 @@ class SlipStream(Iterator[Slip]):
 
     def _follow(self, t_end: float, max_events: int) -> Iterator[Slip]:
         recorder, record = self._recorder, self._recorder.record
-        from_belt = leaves_belt(self.model, record.w[-1], record.e[-1])
+        from_belt = leaves_belt(self.model, record[-1].w, record[-1].e)
         tracker = SlipTracker(self.model.structure, from_belt=from_belt)
         for _ in recorder.follow(t_end, max_events, until_stick=False):
-            yield from tracker.see(record.t[-1], record.x[-1], record.mode[-1])
+            yield from tracker.see(record[-1].t, record[-1].x, record[-1].mode)
         recorder.keep()
-        yield from tracker.see(record.t[-1], record.x[-1], record.mode[-1])
+        yield from tracker.see(record[-1].t, record[-1].x, record[-1].mode)
 
 
 @suggests

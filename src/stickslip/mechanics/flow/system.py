@@ -26,6 +26,9 @@ Ints = NDArray[np.int64]
 
 BACKWARD, STICK, FORWARD = -1, 0, 1
 
+# Steps or events in zero time, for each block, after which the modes count as undecidable (rule 5).
+MAX_INSTANT = 4
+
 # What the end of a step brings to a block, besides nothing (0):
 LANDING, AT_UPPER_LIMIT, AT_LOWER_LIMIT = 1, 2, 3
 
@@ -102,3 +105,43 @@ def loading_rate(system: System, w: Floats, block: int) -> float:
 def law_parameters(motion: Motion) -> int:
     """Count the friction parameters of one block in a row of `directions`."""
     return (motion.directions.shape[1] - LAWS) // 2
+
+
+Rows = NDArray[np.float64]
+
+
+class TaylorWork(NamedTuple):
+    """Scratch of the engine."""
+
+    w: Floats  # (2, ORDER + 1): series of the step, as e
+    e: Floats
+    rows: Rows  # series of each block's law
+    signal: Floats  # the polynomial that is searched
+    w_low: Floats  # what the first coefficients leave out
+    e_low: Floats
+    d_w: Floats  # of one tangent
+    d_e: Floats
+    margin: Floats
+    watch: Floats
+    sliding: Floats
+
+
+class CollocationWork(NamedTuple):
+    """Scratch of the engine."""
+
+    w: Rows  # polynomials of the step in powers of time, as e
+    e: Rows
+    node_w: Rows  # values at the nodes
+    node_e: Rows
+    node_a: Rows
+    d_node_w: Rows  # d_...: of one tangent
+    d_node_e: Rows
+    d_node_a: Rows
+    d_w: Rows
+    d_e: Rows
+    signal: Floats
+    gradient: Floats  # of a law
+    length: Floats  # proposed, of the next step
+    margin: Floats
+    watch: Floats
+    sliding: Floats  # time since the motion began, 0 for a new one

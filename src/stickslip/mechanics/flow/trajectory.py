@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
 import itertools
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,20 +15,18 @@ from stickslip import status as status_codes
 from stickslip.checks import finite_number, one_of, real_numbers, whole_number
 from stickslip.mechanics.flow.blocks.engine import block_engine
 from stickslip.mechanics.flow.blocks.recorder import BlocksRecorder
-from stickslip.mechanics.flow.engine import ENGINES, EngineName, engine_for
-from stickslip.mechanics.flow.recorder import Recorded, Recorder
-from stickslip.mechanics.flow.settings import tolerance
+from stickslip.mechanics.flow.engine import ENGINES, EngineName, engine_for, tolerance
+from stickslip.mechanics.flow.recorder import Recorded, Recorder, TwoBlockRecorder
 from stickslip.mechanics.flow.slip import Slip, SlipTracker
-from stickslip.mechanics.flow.two_block_recorder import TwoBlockRecorder
 from stickslip.mechanics.model.arguments import checked_model, state_vector
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.arrays import Floats
+from stickslip.results.parts import part
+from stickslip.results.result import Result
+from stickslip.results.table import Table
 from stickslip.vocabulary import suggests
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-Floats = NDArray[np.float64]
 Model = TwoBlock | BeltModel
 
 EVENT_KINDS = {-1: "slip backward", 0: "stick", 1: "slip forward"}
@@ -37,6 +34,7 @@ EVENT_KINDS = {-1: "slip backward", 0: "stick", 1: "slip forward"}
 QUADRATURE = np.polynomial.legendre.leggauss(20)
 
 
+@part
 class Event(NamedTuple):
     """A block (counted from 1) takes another mode: "stick", "slip backward", "slip forward"."""
 
@@ -45,6 +43,7 @@ class Event(NamedTuple):
     kind: str
 
 
+@part
 class State(NamedTuple):
     """Time, displacements and velocities, (N,) each: ``simulate(model, x, v)`` goes on there."""
 
@@ -53,9 +52,9 @@ class State(NamedTuple):
     v: Floats
 
 
-@dataclass(frozen=True)
-class Energy:
-    """Energy of a motion, units of f_s1^2 / k, every field shaped like the times asked for.
+@dataclass(frozen=True, eq=False, repr=False)
+class Energy(Result):
+    """Energy of a motion, units of f_s1^2 / k, every field shaped like ``t``, the times asked for.
 
     ``belt_work``, ``forcing_work`` and ``dissipation`` (by friction and dampers) count from
     the start of the trajectory, so that `balance` stays as it was there.
@@ -66,6 +65,12 @@ class Energy:
     belt_work: Floats
     forcing_work: Floats
     dissipation: Floats
+    t: Floats
+    _column_names: ClassVar = (
+        *("t", "kinetic", "elastic", "belt_work", "forcing_work"),
+        *("dissipation", "balance"),
+    )
+    _drawn: ClassVar = _column_names
 
     @property
     def balance(self) -> Floats:
@@ -73,8 +78,12 @@ class Energy:
         put_in = self.belt_work + self.forcing_work
         return self.kinetic + self.elastic - put_in + self.dissipation
 
+    def _columns(self) -> dict[str, Any]:
+        return {name: np.ravel(getattr(self, name)) for name in self._column_names}
 
-class Trajectory:
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(Result):
     """A motion in time; `simulate` makes it.
 
     Attributes
@@ -94,11 +103,11 @@ class Trajectory:
         `stickslip.status`: OK where the end asked for was reached.
     """
 
-    def __init__(self, model: Model, record: Recorded, d: Floats, status: int) -> None:
-        self.model = model
-        self.status = status
-        self.d = d
-        self._record = record
+    model: Model
+    _record: Recorded
+    d: Floats
+    status: int
+    _plot: ClassVar = "motion.plot_trajectory"
 
     @property
     def message(self) -> str:
@@ -152,15 +161,11 @@ class Trajectory:
     def slips(self) -> tuple[Slip, ...]:
         """Slips that both begin and end within this trajectory, in the order of their ends."""
         record = self._record
-        tracker = SlipTracker(self.model.structure, from_belt=self._from_belt)
+        from_belt = leaves_belt(self.model, record.w[0], record.e[0])
+        tracker = SlipTracker(self.model.structure, from_belt=from_belt)
         steps = np.append(self._changes, len(record.t) - 1)
         seen = (tracker.see(float(record.t[k]), record.x[k], record.mode[k]) for k in steps)
         return tuple(itertools.chain.from_iterable(seen))
-
-    @property
-    def _from_belt(self) -> bool:
-        """Whether the trajectory starts as a global stick phase ends."""
-        return leaves_belt(self.model, self._record.w[0], self._record.e[0])
 
     # --- state at any time --------------------------------------------------------------------
 
@@ -215,18 +220,45 @@ class Trajectory:
             belt_work=belt,
             forcing_work=forcing,
             dissipation=dissipation,
+            t=times,
         )
+
+    def table(self, t: ArrayLike | None = None, *, energy: bool = False) -> Table:
+        """Return the events by time, block and kind, or the motion at given times.
+
+        Parameters
+        ----------
+        t : array_like of float, optional
+            Times as in `x`; the columns are ``t``, and ``x_1``, ``v_1``, ``mode_1``,
+            ``friction_1`` and so on.
+        energy : bool
+            Add the columns of `Energy`.
+        """
+        if t is None:
+            return super().table()
+        times = self._checked(t).ravel()
+        quantities = {
+            "x": self.x(times),
+            "v": self.v(times),
+            "mode": self._mode(times),
+            "friction": self.friction(times),
+        }
+        columns = {"t": times}
+        for name, values in quantities.items():
+            columns |= {f"{name}_{k}": column for k, column in enumerate(values.T, start=1)}
+        return Table(columns | dict(self.energy(times).table()) if energy else columns)
+
+    def _columns(self) -> dict[str, Any]:
+        return {
+            name: [getattr(event, name) for event in self.events]
+            for name in ("time", "block", "kind")
+        }
 
     @property
     def final_state(self) -> State:
         """Where the trajectory ends."""
         record = self._record
         return State(float(record.t[-1]), record.x[-1], record.w[-1] + self.model.V)
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw displacements against time; returns the Axes."""
-        axes: Axes = importlib.import_module("stickslip.plot.motion").plot_trajectory(self, ax)
-        return axes
 
     # --- inside -------------------------------------------------------------------------------
 

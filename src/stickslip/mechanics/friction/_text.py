@@ -1,6 +1,6 @@
 """The text of a module of friction kernels, generated from the laws' formulas.
 
-What a parameter row p holds: `friction.columns`. The rows of a series hold: 0 the speed s, 1 the
+What a parameter row p holds: `friction.interface`. The rows of a series hold: 0 the speed s, 1 the
 force, 2 dF/ds, then dF/d(parameter), then whatever the recurrences look back at.
 """
 
@@ -11,17 +11,17 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from stickslip.mechanics.friction.columns import (
-    FORWARD_STATIC_COLUMN,
-    LAW_COLUMN,
-    PARAMETER_COLUMN,
-    STATIC_COLUMN,
-)
 from stickslip.mechanics.friction.formula import (
     CallableFormula,
     Formula,
     TracedFormula,
     UserFunction,
+)
+from stickslip.mechanics.friction.interface import (
+    FORWARD_STATIC_COLUMN,
+    LAW_COLUMN,
+    PARAMETER_COLUMN,
+    STATIC_COLUMN,
 )
 from stickslip.numerics.calculus import derivative
 from stickslip.numerics.series import Lines, Scalars, SeriesText, indented, value_lines

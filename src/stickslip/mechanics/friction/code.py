@@ -19,13 +19,8 @@ from numpy.typing import NDArray
 
 from stickslip.checks import shown
 from stickslip.mechanics.friction import _text
-from stickslip.mechanics.friction.columns import NEXT_PIECE_COLUMN, PARAMETER_COLUMN
-from stickslip.mechanics.friction.formula import (
-    CallableFormula,
-    Formula,
-    TracedFormula,
-    quietly,
-)
+from stickslip.mechanics.friction.formula import CallableFormula, Formula, TracedFormula, quietly
+from stickslip.mechanics.friction.interface import NEXT_PIECE_COLUMN, PARAMETER_COLUMN
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.numerics.calculus import evaluate
 from stickslip.numerics.series import Scalars
@@ -104,10 +99,6 @@ class LawCode:
             known = did_you_mean(name, names)
             raise ValueError(f"friction law {law.title} has no parameter {shown(name)}. {known}")
         return names.index(name)
-
-    def parameter_column(self, law: FrictionLaw, name: str) -> int:
-        """Return the column of a parameter in a parameter row."""
-        return PARAMETER_COLUMN + self.parameter_index(law, name)
 
 
 _codes: dict[tuple[Formula, ...], LawCode] = {}

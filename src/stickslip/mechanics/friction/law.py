@@ -7,32 +7,37 @@ import math
 from collections.abc import Mapping
 from functools import cached_property
 from numbers import Real
-from typing import (
-    Annotated,
-    Any,
-    ClassVar,
-    Self,
-    TypeAlias,
-    get_args,
-    get_origin,
-    get_type_hints,
-    overload,
-)
+from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from stickslip.checks import Many, finite_number, flag, instance, real_numbers, shown
-from stickslip.mechanics.friction.formula import (
-    Formula,
-    TracedFormula,
-    builtin_formula,
-    quietly,
-)
-from stickslip.mechanics.friction.ranges import Choice, Range
+from stickslip.mechanics.friction.formula import Formula, TracedFormula, builtin_formula, quietly
+from stickslip.numerics.arrays import Floats
 from stickslip.vocabulary import did_you_mean
 
-Floats: TypeAlias = NDArray[np.float64]
+
+@dataclasses.dataclass(frozen=True)
+class Range:
+    """Values that a parameter may have; stands in the annotation of its field."""
+
+    low: float
+    high: float = math.inf
+    above: bool = False
+
+
+@dataclasses.dataclass(frozen=True)
+class Choice:
+    """A field that selects between formulas and takes one of a few values."""
+
+    values: tuple[int, ...]
+
+
+NonNegative = Annotated[float, Range(0.0)]
+Positive = Annotated[float, Range(0.0, above=True)]
+Share = Annotated[float, Range(0.0, 1.0)]
+
 
 # F(0) this close to 0 or 1 is taken for it: (1 - delta) / 1 + delta rounds.
 AT_LIMIT = 4 * np.finfo(float).eps

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from stickslip.mechanics.friction.law import FrictionLaw
-from stickslip.mechanics.friction.ranges import NonNegative, Share
+from stickslip.mechanics.friction.law import FrictionLaw, NonNegative, Share
 from stickslip.vocabulary import suggests
 
 

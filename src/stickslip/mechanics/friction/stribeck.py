@@ -7,8 +7,7 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from stickslip.mechanics.friction.law import FrictionLaw
-from stickslip.mechanics.friction.ranges import Choice, NonNegative, Positive, Share
+from stickslip.mechanics.friction.law import Choice, FrictionLaw, NonNegative, Positive, Share
 from stickslip.vocabulary import suggests
 
 

@@ -9,14 +9,13 @@ from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from stickslip.checks import dimensions, finite_number, shown
 from stickslip.mechanics.friction.formula import TracedFormula, builtin_formula
 from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.numerics.arrays import Floats
 from stickslip.vocabulary import suggests
-
-Floats = NDArray[np.float64]
 
 NUMBERS = ("knot", "constant", "linear", "square", "cube")
 # Of the largest speed: points closer together are no two measurements.

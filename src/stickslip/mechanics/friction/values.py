@@ -1,4 +1,4 @@
-"""Friction laws as plain values, checked key by key."""
+"""Friction laws as text and as plain values, checked key by key."""
 
 from __future__ import annotations
 
@@ -7,8 +7,37 @@ from contextlib import contextmanager
 from typing import Any, Final
 
 from stickslip.checks import shown
-from stickslip.mechanics.friction import LAWS, FrictionLaw, TabulatedFriction
+from stickslip.mechanics.friction import LAWS, TabulatedFriction
+from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.vocabulary import did_you_mean
+
+
+def parse_law(text: str) -> FrictionLaw:
+    """Read a built-in law, ``"coulomb:mu=0.22"``; the opposite of ``str(law)``."""
+    name, _, rest = text.strip().partition(":")
+    name = name.strip().lower().replace("_", "-")
+    if name not in LAWS:
+        raise ValueError(f"there is no friction law {shown(name)}. {did_you_mean(name, LAWS)}")
+    law = LAWS[name]
+    values: dict[str, float] = {}
+    for item in filter(None, (part.strip() for part in rest.split(","))):
+        key, equals, number = (part.strip() for part in item.partition("="))
+        if not equals:
+            raise ValueError(f"{shown(item)} in {shown(text)} is not of the form parameter=value")
+        if key in values:
+            raise ValueError(f"{shown(key)} is given twice in {shown(text)}")
+        values[key] = _number(key, number, law)
+    return law.from_values(values)
+
+
+def _number(key: str, text: str, law: type[FrictionLaw]) -> float:
+    try:
+        return int(text) if text.lstrip("+-").isdigit() else float(text)
+    except ValueError:
+        raise ValueError(
+            f"{key} = {shown(text)} of the friction law {law.name} is not a number"
+        ) from None
+
 
 TABLE: Final = ("speed", "force")
 ABOVE_TABLES: Final = (
@@ -20,13 +49,7 @@ LAWS_IN_FILES: Final = (*LAWS, TabulatedFriction.name)
 
 
 def law_values(law: FrictionLaw) -> dict[str, Any]:
-    """Return a law as plain values.
-
-    Raises
-    ------
-    ValueError
-        It is a Python function, which a file cannot hold.
-    """
+    """Return a law as plain values; ValueError for a Python function, which a file cannot hold."""
     if isinstance(law, TabulatedFriction):
         return {"law": law.name, "speed": list(law.speeds), "force": list(law.forces)}
     if LAWS.get(law.name) is not type(law):
@@ -38,13 +61,7 @@ def law_values(law: FrictionLaw) -> dict[str, Any]:
 
 
 def friction_of(given: Any, n_blocks: int | None) -> FrictionLaw | tuple[FrictionLaw, ...]:
-    """Read ``[friction]``, or ``[[friction]]`` once for each block (of any number if None).
-
-    Raises
-    ------
-    ValueError
-        Neither, or a law with an unknown or missing key or a value out of range.
-    """
+    """Read ``[friction]``, or ``[[friction]]`` once for each block (of any number if None)."""
     match given:
         case dict():
             with within("[friction] "):

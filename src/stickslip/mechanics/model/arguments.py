@@ -11,9 +11,8 @@ from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 Model: TypeAlias = TwoBlock | BeltModel
 

@@ -9,9 +9,8 @@ import numpy as np
 from stickslip.checks import dimensions, finite_number, real_numbers, shown, whole_number
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 MOST_BLOCKS: Final = 2000
 """Springs and modes of so many fill a small memory, and take a minute."""

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, ...]
 
@@ -328,8 +328,8 @@ def laws_of(friction: object, n_blocks: int) -> Friction:
         if len(friction) == n_blocks:
             return tuple(friction)
         raise ValueError(
-            f"friction has {len(friction)} laws for {n_blocks} blocks: give one law for all, or "
-            "one per block."
+            f"friction = {shown(friction)}: {len(friction)} laws for {n_blocks} blocks. Give one "
+            "law for all, or one per block."
         )
     remedy = (
         "Wrap a function of the slip speed in friction_law(...)."

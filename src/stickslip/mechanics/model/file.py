@@ -75,23 +75,7 @@ def write_model(model: Model, path: str | PathLike[str]) -> None:
 
 
 def model_text(model: Model) -> str:
-    """Return what `write_model` writes.
-
-    Parameters
-    ----------
-    model : TwoBlock, Blocks, Chain or Oscillator
-        With built-in friction laws.
-
-    Returns
-    -------
-    str
-        A TOML document.
-
-    Raises
-    ------
-    ValueError
-        A friction law is a Python function, which a file cannot hold.
-    """
+    """Return what `write_model` writes, a TOML document."""
     lines = []
     for key, value in model_values(model).items():  # numbers come before tables
         if isinstance(value, dict):
@@ -112,15 +96,7 @@ def _lines(values: Mapping[str, Any]) -> list[str]:
 
 
 def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
-    """Read a TOML file.
-
-    Raises
-    ------
-    ValueError
-        It is none; the message names file and line.
-    OSError
-        It cannot be read.
-    """
+    """Read a TOML file; ValueError names file and line of what is wrong."""
     text = read_text(path)
     with within(f"{path}: "):
         if found := LONG_KEY.search(text):

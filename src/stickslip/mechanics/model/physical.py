@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+
+from stickslip.results.result import Result
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -13,8 +15,8 @@ if TYPE_CHECKING:
     from stickslip.mechanics.model.units import Quantity, Units
 
 
-@dataclass(frozen=True)
-class PhysicalTrajectory:
+@dataclass(frozen=True, eq=False, repr=False)
+class PhysicalTrajectory(Result):
     """A trajectory whose times, displacements, forces and energies are physical.
 
     ``TwoBlock.to_physical`` makes it; the names are those of `Trajectory`.
@@ -29,6 +31,7 @@ class PhysicalTrajectory:
 
     trajectory: Any
     units: Units
+    _plot: ClassVar = "motion.plot_trajectory"
 
     @property
     def t(self) -> NDArray[np.float64]:
@@ -96,9 +99,9 @@ class PhysicalTrajectory:
     def energy(self, t: ArrayLike) -> Any:
         """Energies of the motion, every field shaped like the times; as `x`."""
         energy = self.trajectory.energy(self._times(t))
-        names = (field.name for field in fields(energy))
+        names = (field.name for field in fields(energy) if field.name != "t")
         scaled = {name: self.units.to_physical("energy", getattr(energy, name)) for name in names}
-        return replace(energy, **scaled)
+        return replace(energy, **scaled, t=self.units.to_physical("time", energy.t))
 
     def _at(self, name: str, quantity: Quantity, t: ArrayLike) -> NDArray[np.float64]:
         return self.units.to_physical(quantity, getattr(self.trajectory, name)(self._times(t)))
@@ -113,3 +116,7 @@ class PhysicalTrajectory:
     def __repr__(self) -> str:
         """Units, then the dimensionless motion."""
         return f"PhysicalTrajectory in {self.units!r}\n{self.trajectory!r}"
+
+    def _columns(self) -> dict[str, Any]:
+        columns = dict(self.trajectory.table())
+        return {**columns, "time": self.units.to_physical("time", columns["time"])}

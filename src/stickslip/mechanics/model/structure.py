@@ -14,16 +14,19 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from stickslip.checks import flag, random_generator, whole_number
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
+
 
 MOST_STATES = 10**8
 """That may be drawn at once."""
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class Structure:
     """Numbers of a model with n blocks, dimensionless."""

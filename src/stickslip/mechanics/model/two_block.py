@@ -11,6 +11,7 @@ from stickslip.checks import finite_number, instance, real_numbers, shown
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.arrays import belt_velocity
+from stickslip.mechanics.model.belt_model import laws_of
 from stickslip.mechanics.model.chain import Chain
 from stickslip.mechanics.model.physical import PhysicalTrajectory
 from stickslip.mechanics.model.structure import Structure
@@ -21,8 +22,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.mechanics.eventmap.event_map import EventMap
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, FrictionLaw]
 
@@ -99,7 +100,7 @@ class TwoBlock:
             "damping": finite_number(
                 "damping", self.damping, at_least=0.0, why="A damper takes energy."
             ),
-            "friction": _one_law_or_pair(self.friction),
+            "friction": laws_of(self.friction, 2),
         }
         if self.units is not None and not isinstance(self.units, Units):
             raise ValueError(f"units = {shown(self.units)} must be a Units(m=, k=, fs1=) or None.")
@@ -259,7 +260,7 @@ class TwoBlock:
         own = {field.name for field in fields(self)}
         mine = {name: value for name, value in changes.items() if name in own}
         for_laws = {name: value for name, value in changes.items() if name not in own}
-        friction = _one_law_or_pair(mine.pop("friction", self.friction))
+        friction: Any = laws_of(mine.pop("friction", self.friction), 2)
         return replace(self, friction=self._changed(friction, for_laws), **mine)
 
     def _changed(self, friction: Friction, changes: dict[str, Any]) -> Friction:
@@ -413,23 +414,3 @@ class TwoBlock:
         units = "" if self.units is None else f", units={self.units!r}"
         damping = f", damping={self.damping!r}" if self.damping else ""
         return f"TwoBlock({numbers}, friction={self.friction!r}{units}{damping})"
-
-
-def _one_law_or_pair(friction: object) -> Friction:
-    """Return a law or a tuple of two; anything else is an error that says what to do."""
-    if isinstance(friction, FrictionLaw):
-        return friction
-    if isinstance(friction, tuple | list):
-        match friction:
-            case [FrictionLaw() as first, FrictionLaw() as second]:
-                return (first, second)
-        raise ValueError(
-            f"friction = {shown(friction)} must be one law or a pair of laws, one per block: "
-            "friction=(law_1, law_2)."
-        )
-    remedy = (
-        "Wrap a function of the slip speed in friction_law(...)."
-        if callable(friction) and not isinstance(friction, type)
-        else "Take Coulomb(mu=), PoppStelter(gamma=) or friction_law(...)."
-    )
-    raise ValueError(f"friction = {shown(friction)} is not a friction law. {remedy}")

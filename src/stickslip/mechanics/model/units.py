@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 
 from stickslip.checks import finite_number, one_of, real_numbers
+from stickslip.results.parts import part
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ Quantity = Literal[
 ]
 
 
+@part
 @suggests
 @dataclass(frozen=True)
 class Units:

@@ -25,6 +25,7 @@ from stickslip.mechanics.model.chain import Chain, Oscillator
 from stickslip.mechanics.model.harmonic import Harmonic
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.units import Units
+from stickslip.results.files import register_part
 from stickslip.vocabulary import did_you_mean
 
 Model: TypeAlias = TwoBlock | BeltModel
@@ -38,15 +39,12 @@ TWO_BLOCK_KEYS: Final = ("kind", *NUMBERS, "damping", "friction", "units", "phys
 
 @dataclass(frozen=True)
 class FamilyKind:
-    """Keys of a kind of the family: needed ones, and optional ones with their defaults.
-
-    ``per_block``: a needed one that is a list with an entry for each block.
-    """
+    """Keys of a kind of the family: needed ones, and optional ones with their defaults."""
 
     cls: type[Blocks | Chain | Oscillator]
     needed: tuple[str, ...]
     optional: Mapping[str, Any]
-    per_block: str | None
+    per_block: str | None  # a needed one: a list with an entry for each block
 
 
 FAMILY: Final = {
@@ -65,23 +63,7 @@ FAMILY: Final = {
 
 
 def model_values(model: Model) -> dict[str, Any]:
-    """Return a model as plain values, keyed as in a file; `model_of_values` makes it again.
-
-    Parameters
-    ----------
-    model : TwoBlock, Blocks, Chain or Oscillator
-        With built-in friction laws.
-
-    Returns
-    -------
-    dict
-        Numbers, lists and texts, then tables of such, or a list of tables.
-
-    Raises
-    ------
-    ValueError
-        A friction law is a Python function, which a file cannot hold.
-    """
+    """Return a model as plain values, keyed as in a file; `model_of_values` makes it again."""
     checked_model(model)
     values = _two_block_values(model) if isinstance(model, TwoBlock) else _family_values(model)
     laws = [law_values(law) for law in model.laws]
@@ -122,22 +104,7 @@ def _plain(value: Any) -> Any:
 
 
 def model_of_values(table: dict[str, Any]) -> Model:
-    """Make the model of a file's content.
-
-    Parameters
-    ----------
-    table : dict
-        As `model_values` returns it, or in any other form that a file may have.
-
-    Returns
-    -------
-    TwoBlock, Blocks, Chain or Oscillator
-
-    Raises
-    ------
-    ValueError
-        A key is unknown or missing, a value of the wrong type or out of its range.
-    """
+    """Make the model of a file's content; ValueError names the key that is wrong."""
     if "kind" not in table:
         close = get_close_matches("kind", table, n=1)
         instead = f" in place of {shown(close[0])}" if close else ""
@@ -213,3 +180,6 @@ def _numbers(
         refuse_unknown(table, (*names, *optional))
         refuse_missing(table, names)
     return table
+
+
+register_part("model", (TwoBlock, BeltModel), model_values, model_of_values)

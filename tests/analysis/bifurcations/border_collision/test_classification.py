@@ -315,7 +315,7 @@ def test_what_follows_the_coulomb_cycle_of_period_4():
     predicted = predicted_at_jump(f, jump, -1, 1, period=4)
     assert predicted.orbits == "lost at a jump"
     assert predicted.attractors == "period-incrementing"
-    assert predicted.text.endswith("alone: no attractor: orbits thrown away")
+    assert predicted.text.endswith("alone: no attractor: orbits leave")
     for velocity, period in ((0.0370, 83), (0.0371, 63), (0.0372, 55)):
         g, moved = _breakpoint(model.replace(V=velocity), "jump", 0.2794)
         mu = float(g.iterate(moved.left, 3)[-1]) - moved.d

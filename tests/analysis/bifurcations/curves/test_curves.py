@@ -152,8 +152,8 @@ def test_multipliers_at_a_border_pass_one_minus_one_and_zero():
     )
     a = curve.parameters["a"]
     assert curve.parameters["mu"] == pytest.approx(np.zeros(len(a)), abs=ON_CURVE)
-    assert curve.data["left_multiplier"] == pytest.approx(a)
-    assert curve.data["right_multiplier"] == pytest.approx(np.full(len(a), -2.0))
+    assert curve.data["multiplier_left"] == pytest.approx(a)
+    assert curve.data["multiplier_right"] == pytest.approx(np.full(len(a), -2.0))
     assert curve.multipliers == pytest.approx(a)
     # Equal slopes of the two sides, at a = b = -2, are outside the range.
     marks = {mark.kind: mark.parameters["a"] for mark in curve.bifurcations}
@@ -284,7 +284,7 @@ def test_arguments_are_checked():
 
 
 def test_curve_and_its_loaded_copy_are_the_same(tmp_path):
-    from stickslip.analysis.storage import load
+    from stickslip.results.files import load
 
     f = quadratic(0.75)
     curve = follow(f, Flip(1, (0.5,)), "a", 0.75, along="b", range=(-0.5, 0.9), solve_for="a")

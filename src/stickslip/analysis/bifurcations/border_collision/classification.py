@@ -1,6 +1,7 @@
 """Border collisions classified: predicted (Feigin and others), and as observed on both sides.
 
-Types: `analysis.bifurcations.outcome`. Derivations: ``docs/theory/bifurcations.md``.
+The side is -1 for an orbit left of the border c, 1 for one right; the direction is the sign of the
+change of f^p(c) - c as the parameter grows. Derivations: ``docs/theory/bifurcations.md``.
 """
 
 from __future__ import annotations
@@ -163,7 +164,7 @@ def _by_slopes_alone(far: FarImage) -> str:
     elif b < -1:
         fate = "period adding, over two steps on the far side"
     else:
-        fate = "orbits on a far fixed point" if b < 1 else "no attractor: orbits thrown away"
+        fate = "orbits on a far fixed point" if b < 1 else "no attractor: orbits leave"
     return f"Slopes {a:.6g}, {b:.6g} of f^{far.period} and the step {step:.6g} alone: {fate}"
 
 

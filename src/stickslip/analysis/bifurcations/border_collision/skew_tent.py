@@ -102,10 +102,7 @@ def paired_side(a: float, b: float) -> int:
 
 
 def doubled_side(a: float, b: float) -> int:
-    """Return the sign of mu with a cycle of period 2 (Feigin), 0 for neither.
-
-    Its points are mu (1 + b) / (1 - a b) < 0 and mu (1 + a) / (1 - a b) > 0.
-    """
+    """Return the sign of mu with a cycle of period 2, mu (1 + b) / (1 - a b) < 0 (Feigin), or 0."""
     if not (1.0 + a) * (1.0 + b) < 0.0:
         return 0
     product = 0.0 if 0.0 in (a, b) else a * b

@@ -34,6 +34,7 @@ from stickslip.analysis.bifurcations.conditions.orbit_paths import (
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import MapFamily, domain_width, sample
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import Critical, CriticalReading
@@ -100,6 +101,7 @@ def _images(f: MapFamily, p: int, points: Floats, name: str) -> tuple[Path, Floa
     return Path(tuple(centre), tuple(centre_slopes), tuple(labels), True), slopes, rates, size
 
 
+@part
 @dataclass(frozen=True)
 class Reading:
     """What a condition finds in one map."""
@@ -121,6 +123,7 @@ class Reading:
     mixed: float = math.nan  # of a `Crossing`: derivative of (f^p)' with respect to the parameter
 
 
+@part
 @dataclass(frozen=True)
 class Fold:
     """An orbit with multiplier 1: f^p(x) - x where (f^p)'(x) = 1."""
@@ -143,6 +146,7 @@ class Fold:
         )
 
 
+@part
 @dataclass(frozen=True)
 class Flip:
     """An orbit with multiplier -1: multiplier + 1 along the orbit."""
@@ -164,6 +168,7 @@ class Flip:
         )
 
 
+@part
 @dataclass(frozen=True)
 class Crossing:
     """Two curves of orbits that cross: transcritical, or a pitchfork.
@@ -196,12 +201,13 @@ class Crossing:
         )
 
 
+@part
 @dataclass(frozen=True)
 class Collision:
-    """An orbit with a point on a border, f^p(c±) - c; superstable at a turning point."""
+    """An orbit with a point on a border, f^p(c±) - c, beyond which the orbit is virtual."""
 
     period: int
-    border: Critical
+    border: Critical  # at a turning point the orbit is superstable
     side: int  # -1: c is approached from the left, 1: from the right
 
     def at(self, f: Map1D) -> Reading:
@@ -223,12 +229,10 @@ class Collision:
         )
 
 
+@part
 @dataclass(frozen=True)
 class Connection:
-    """An image of a critical point on an unstable orbit u (homoclinic): f^k(c±) - u.
-
-    Crises and band mergings are of this kind.
-    """
+    """An image of a critical point on an unstable orbit u, f^k(c±) - u: crises, band mergings."""
 
     critical: Critical
     side: int  # of the border, -1 or 1; of no account at a turning point

@@ -14,6 +14,7 @@ from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem
 from stickslip.analysis.maps.arguments import checked_parameter
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.checks import checked_interval
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import CriticalReading
@@ -28,6 +29,7 @@ SUDDEN: Final = 1e-3  # of the domain: a value that changes with a label by more
 JUMPED: Final = 0.1  # of a step's own way, likewise: no break bends so much in so little
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class BreakpointProblem(Problem):
     """A breakpoint, known at each row by its labels."""

@@ -31,6 +31,7 @@ from stickslip.analysis.maps.arguments import checked_parameter
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.checks import checked_interval
 from stickslip.numerics.continuation import ArclengthCurve, LeavesRegion, StepControl, StepTooLong
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
@@ -53,6 +54,7 @@ AT_STEP: Final = 1e-4  # of a parameter: least error of an interpolated guess
 MARGINAL: Final = 1e-9  # multipliers this close to the unit circle do not attract
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class BifurcationProblem(Problem):
     """A bifurcation, known at each row by its condition."""
@@ -280,7 +282,7 @@ def _assembled(
         stable=np.abs(multipliers) < 1 - MARGINAL,
         ends=(ends[0], ends[1]),
         bifurcations=tuple(sorted(marks, key=lambda mark: mark.position)),
-        data={"left_multiplier": one_sided[:, 0], "right_multiplier": one_sided[:, 1]},
+        data={"multiplier_left": one_sided[:, 0], "multiplier_right": one_sided[:, 1]},
         problem=BifurcationProblem(plane.system, tuple(r.condition for r in readings)),
     )
 

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import domain_width, is_ok, sample
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,6 +41,7 @@ REMAINS: Final = 0.5  # of the difference between the sides, from one value to t
 MET: Final = 1e-6  # of the domain's width: how well a line must meet an anchor
 
 
+@part
 @dataclass(frozen=True, eq=False)
 class BreakpointLine:
     """A breakpoint of a map over the parameter values at which it exists."""

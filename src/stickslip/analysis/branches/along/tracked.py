@@ -22,6 +22,7 @@ from stickslip.analysis.branches.table import RESOLUTION, branch_table
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
 from stickslip.numerics.slope_zeros import slope_zeros
+from stickslip.results.parts import part
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ class ConditionLost(Exception):
         self.reason = reason
 
 
+@part
 @dataclass(frozen=True)
 class CriticalReading:
     """A critical point of one map: where it is and what the map does on either side."""
@@ -85,9 +87,10 @@ class CriticalReading:
         return self.left_slope if side < 0 else self.right_slope
 
 
+@part
 @dataclass(frozen=True)
 class TrackedDiscontinuity:
-    """A break of a map between two branches, plain data: finds itself in a changed map."""
+    """A switching boundary between two branches, plain data: finds itself in a changed map."""
 
     left_label: int | None  # None in a gap
     right_label: int | None
@@ -127,6 +130,7 @@ class TrackedDiscontinuity:
         return reading
 
 
+@part
 @dataclass(frozen=True)
 class TurningPoint:
     """A smooth extremum of a map: f'(x) = 0 inside a branch."""

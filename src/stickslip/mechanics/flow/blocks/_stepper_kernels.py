@@ -12,22 +12,21 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from stickslip.mechanics.flow.blocks.forces import (
-    force_tolerance,
-    loading_rate,
-    update_needed,
-)
-from stickslip.mechanics.flow.blocks.saltation import saltation
+from stickslip.mechanics.flow._sliding_kernels import CLEARANCE
 from stickslip.mechanics.flow.blocks.system import (
     BlockDirections,
     BlockMotion,
     BlockSystem,
+    BlockWork,
     Floats,
 )
-from stickslip.mechanics.flow.blocks.work import BlockWork
-from stickslip.mechanics.flow.dense import clearance
-from stickslip.mechanics.flow.pieces import leaving_time, piece_row
-from stickslip.mechanics.flow.sliding import CLEARANCE
+from stickslip.mechanics.flow.blocks.transitions import (
+    force_tolerance,
+    loading_rate,
+    saltation,
+    update_needed,
+)
+from stickslip.mechanics.flow.dense import clearance, leaving_time, piece_row
 from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING
 from stickslip.numerics.polynomial import NO_ROOT, UNFINISHED, first_contact, value
 from stickslip.numerics.roots import EPSILON
@@ -36,8 +35,8 @@ from stickslip.numerics.trigonometry import sincos
 from stickslip.status import LAW_FAILED, OK, STEP_FAILED
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.flow._least_slope_kernels import least_slope
-    from stickslip.mechanics.friction.stub import (
+    from stickslip.mechanics.flow._sliding_kernels import least_slope
+    from stickslip.mechanics.friction.interface import (
         FORCE_ROW,
         GRADIENT_ROW,
         SLOPE_ROW,

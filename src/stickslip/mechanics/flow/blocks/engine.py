@@ -9,9 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.mechanics.flow.blocks.system import BlockSystem, block_system
-from stickslip.mechanics.flow.blocks.work import BlockWork, new_block_work
-from stickslip.mechanics.flow.engine import LAW_KERNELS, least_slope_kernel
+from stickslip.mechanics.flow.blocks.system import (
+    BlockSystem,
+    BlockWork,
+    block_system,
+    new_block_work,
+)
+from stickslip.mechanics.flow.engine import LAW_KERNELS, sliding_kernels
 from stickslip.mechanics.friction.code import LawCode, law_code
 from stickslip.numerics.targets import instantiate
 
@@ -59,5 +63,5 @@ def block_engine(model: BeltModel | TwoBlock) -> BlockEngine:
 @lru_cache(maxsize=64)
 def _kernels(code: LawCode) -> ModuleType:
     bindings = {role: getattr(code, role) for role in LAW_KERNELS}
-    bindings["least_slope"] = least_slope_kernel(code)
+    bindings["least_slope"] = sliding_kernels(code).least_slope
     return instantiate(STEPPER, f"blocks-{code.key}", **bindings)

@@ -2,19 +2,40 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from stickslip import status as status_codes
 from stickslip.mechanics.flow.blocks.engine import BlockEngine
-from stickslip.mechanics.flow.blocks.forces import update_needed
-from stickslip.mechanics.flow.blocks.mode import settle
-from stickslip.mechanics.flow.blocks.onset import onset
 from stickslip.mechanics.flow.blocks.system import block_directions, new_block_motion
-from stickslip.mechanics.flow.recorder import Floats, Ints, Recorder, StatesInside
+from stickslip.mechanics.flow.blocks.transitions import onset, settle, update_needed
+from stickslip.mechanics.flow.recorder import Recorder, StatesInside, horner
 from stickslip.mechanics.flow.system import LANDING
-from stickslip.mechanics.flow.two_block_recorder import horner
 from stickslip.mechanics.model.structure import Structure
+from stickslip.numerics.arrays import Floats, Ints
 from stickslip.numerics.roots import EPSILON
+from stickslip.results.parts import part
+
+
+@part
+@dataclass(frozen=True, eq=False)
+class BlockSums:
+    """Motion within recorded steps: polynomials of x and w, times of the steps' starts."""
+
+    structure: Structure
+    start: Floats
+    x: Floats
+    w: Floats
+
+    def __call__(self, step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
+        """Displacements, relative velocities and needed forces, as `StatesInside` says."""
+        structure = self.structure
+        x, w = horner(self.x, step, t), horner(self.w, step, t)
+        time = (self.start[step] + t)[:, None]
+        forcing = structure.amplitude * np.cos(structure.frequency * time + structure.phase)
+        e = x @ structure.stiffness + (w + structure.V) @ structure.damping - forcing
+        return x, w, e
 
 
 class BlocksRecorder(Recorder):
@@ -62,10 +83,8 @@ class BlocksRecorder(Recorder):
         settle(self.engine.system, motion, self.work.rates)
         self._note_global_stick()
 
-    def keep(self) -> None:
-        """Add the present state to the record."""
-        motion = self.motion
-        self.record.add(self.t, motion.x, motion.w, motion.e, motion.mode)
+    def _state(self) -> tuple[Floats, Floats, Floats]:
+        return self.motion.x, self.motion.w, self.motion.e
 
     def _slides_for_ever(self) -> bool:
         engine = self.engine
@@ -91,15 +110,5 @@ class BlocksRecorder(Recorder):
             self.d.append(np.diff(self.motion.x))
 
     def _inside(self) -> StatesInside:
-        x_rows, w_rows = (np.array(rows) for rows in zip(*self.polynomials, strict=True))
-        starts = np.array(self.record.t)
-        structure = self.structure
-
-        def inside(step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
-            x, w = horner(x_rows, step, t), horner(w_rows, step, t)
-            time = (starts[step] + t)[:, None]
-            forcing = structure.amplitude * np.cos(structure.frequency * time + structure.phase)
-            e = x @ structure.stiffness + (w + structure.V) @ structure.damping - forcing
-            return x, w, e
-
-        return inside
+        x, w = (np.array(rows) for rows in zip(*self.polynomials, strict=True))
+        return BlockSums(self.structure, np.array([step.t for step in self.record]), x, w)

@@ -12,10 +12,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from textwrap import dedent, indent
+from types import ModuleType
 
 from stickslip.mechanics.flow.lanes import layout
-from stickslip.mechanics.friction.series import STATIC_COLUMN
+from stickslip.mechanics.friction.series import STATIC_COLUMN, LawSeries
 from stickslip.numerics.series import Lines, SeriesText, indented
+from stickslip.numerics.targets import generated_module
 from stickslip.numerics.unrolling import unrolled
 from stickslip.numerics.vector import LANES
 
@@ -440,3 +442,8 @@ def _joined(parts: Iterable[str]) -> str:
 def _written_out(body: str) -> Lines:
     local = [f"{name}{i}" for name in ("rows", "y", "d", "z") for i in range(2)]
     return unrolled(body, NUMBERS, local, fixed=("p", "q"))
+
+
+def lane_kernels(series: LawSeries) -> ModuleType:
+    """Make ``step_one``, ``step_both``, ``tangent_one``, ``tangent_both`` and ``SIZE``."""
+    return generated_module("lanes", series.key, lambda: lanes_text(series.force, series.slope))

@@ -1,0 +1,264 @@
+"""How close a motion comes to a change of modes, and the cycle with other modes beside one."""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+from scipy.optimize import brentq
+
+from stickslip.mechanics.cycle.section import Section, Shooting, Word, word_of
+from stickslip.mechanics.cycle.shooting import Shooter, State
+from stickslip.mechanics.flow.blocks.transitions import settle
+from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING
+from stickslip.numerics.continuation import ArclengthCurve, CurvePoint, LeavesRegion, StepTooLong
+from stickslip.numerics.polynomial import NO_ROOT, jet, lowest_minimum, value
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from stickslip.mechanics.cycle.cycle import Cycle
+    from stickslip.mechanics.cycle.shooting import Shooter, State
+    from stickslip.numerics.arrays import Floats
+
+TouchKind: TypeAlias = Literal["grazing", "limit", "landing", "tie"]
+
+SIDES: Final = ((AT_UPPER_LIMIT, -1.0), (AT_LOWER_LIMIT, 1.0))
+
+
+class Touch(NamedTuple):
+    """A place of a motion that is about to change its modes."""
+
+    # grazing: a slip turns back `room` (of velocity) before the belt, or beyond it (negative).
+    # limit: a rider's needed force turns back. landing: static limit to spare; negative: no stick.
+    # tie: two blocks have events `room` apart in time.
+    kind: TouchKind
+    time: float
+    block: int  # from 0
+    room: float
+
+
+def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
+    """Collect them along a motion, by ascending size of the room."""
+    motion, system = shooter.motion, shooter.system
+    shooter.place(state)
+    found: list[Touch] = []
+    t, last = 0.0, (-np.inf, -1)
+    while t < duration:
+        mode, needed = motion.mode.copy(), motion.e.copy()
+        h, status = shooter.advance(duration - t)
+        if status or h <= 0.0:
+            break
+        for block in range(shooter.n):
+            found += _inside(shooter, block, int(mode[block]), needed, t, h)
+        t += h
+        if motion.event.any():
+            for i in map(int, np.flatnonzero(motion.event == LANDING)):
+                spare = float(system.static[i] - abs(motion.e[i]))
+                found.append(Touch("landing", t, i, spare))
+                found += _barely_landed(mode[i] * shooter.work.w[i], t, i, h)
+            settle(system, motion, shooter.work.rates)
+            changed = np.flatnonzero(motion.mode != mode)
+            for i in changed[:1]:
+                if i != last[1] and last[1] >= 0:
+                    found.append(Touch("tie", t, int(i), t - last[0]))
+                last = (t, int(i))
+    return sorted(found, key=lambda touch: abs(touch.room))
+
+
+def _barely_landed(signal: Floats, time: float, block: int, h: float) -> list[Touch]:
+    """How far beyond the belt a landing slip would have turned back, its series cut at t^2."""
+    _, slope, curvature = jet(signal, h)
+    if curvature <= 0.0:
+        return []
+    return [Touch("grazing", time, block, -(slope**2) / (2.0 * curvature))]
+
+
+def _inside(
+    shooter: Shooter, block: int, mode: int, needed: Floats, start: float, h: float
+) -> list[Touch]:
+    """List turning points of one block's signals inside a step."""
+    work, kernels, system = shooter.work, shooter.engine.kernels, shooter.system
+    signals: list[tuple[TouchKind, Floats]]
+    if mode != 0:
+        signals = [("grazing", mode * work.w[block])]
+    else:
+        growth = np.array(
+            [
+                0.0 if k == 0 else kernels.needed_coefficient(system, work, block, k)
+                for k in range(kernels.ORDER + 1)
+            ]
+        )
+        signals = []
+        for _, sign in SIDES:
+            signal = sign * growth
+            signal[0] = system.static[block] + sign * needed[block]
+            signals.append(("limit", signal))
+    found = []
+    for kind, signal in signals:
+        at = lowest_minimum(signal, h)
+        if at != NO_ROOT:
+            found.append(Touch(kind, start + at, block, float(value(signal, at))))
+    return found
+
+
+SAMPLES: Final = 48  # per unit of time, when a block's rest in space is looked for
+FAR: Final = 0.1  # of the period: an event this far from the section is far
+BESIDE: Final = 1e-6  # of the range: how far beside a change of modes cycles are sought
+SCALES: Final = (1e-8, 1e-6, 1e-4, 1e-2)  # of displacements from the cycle there
+N_DIRECTIONS: Final = 3
+SEED: Final = 1998
+CLOSER: Final = 1 / 16  # of that: where the cycle found must be nearer to the one at the change,
+SHRINKS: Final = 0.6  # at this share of the distance (a square root: a quarter)
+ROUNDING: Final = 1e-10
+SOLVED: Final = 1e-11  # residual of a cycle, units of the state
+
+
+def on_section(cycle: Cycle, name: str, *, rtol: float = 1e-15) -> tuple[Shooting, Floats]:
+    """Equations of a cycle along a parameter, with its sequence of modes, and its unknowns.
+
+    The section is the rest in space, of any block, that is sharpest and farthest from events.
+    """
+    model = cycle.model
+    shooter = Shooter(model, rtol=rtol, tangents=False)
+    state = shooter.start(cycle.x, cycle.v)
+    value = model.parameters[name]
+    if model.structure.is_forced:
+        rounds = round(cycle.period * model.structure.frequency / (2 * np.pi))
+        section = Section(None, state.mode)
+        leg = shooter.leg(state, 10**9, max_time=cycle.period)
+        shooting = Shooting(model, name, section, word=word_of(leg), rounds=rounds, rtol=rtol)
+        return shooting, shooting.unknowns(state, cycle.period, value)
+    time, block = _rest_in_space(cycle)
+    start = shooter.leg(state, 10**9, max_time=time).state if time > 0.0 else state
+    start.w[block] = -model.V
+    start = start._replace(phase=model.structure.phase)
+    leg = shooter.leg(start, 10**9, max_time=cycle.period)
+    shooting = Shooting(model, name, Section(block, start.mode), word=word_of(leg), rtol=rtol)
+    return shooting, shooting.unknowns(start, cycle.period, value)
+
+
+def _rest_in_space(cycle: Cycle) -> tuple[float, int]:
+    """Time and block of an extreme of a displacement: sharp, and far from events."""
+    trajectory = cycle.trajectory
+    t = np.linspace(0.0, cycle.period, max(400, int(SAMPLES * cycle.period)))
+    v = trajectory.v(t)
+    events = np.array([event.time for event in cycle.events])
+    best = (-1.0, 0.0, 0)
+    for block in range(v.shape[1]):
+        for i in np.flatnonzero(v[:-1, block] * v[1:, block] <= 0.0):
+            sharpness = abs(v[i + 1, block] - v[i, block]) / (t[i + 1] - t[i])
+            apart = np.abs((t[i] - events + 0.5 * cycle.period) % cycle.period - 0.5 * cycle.period)
+            room = min(float(apart.min(initial=np.inf)), FAR * cycle.period)
+            best = max(best, (float(sharpness) * room, float(t[i]), block))
+    _, near, block = best
+
+    def speed(time: float) -> float:
+        return float(trajectory.v(time)[block])
+
+    after = min(near + t[1], cycle.period)
+    if speed(near) * speed(after) >= 0.0:
+        return (near if abs(speed(near)) < abs(speed(after)) else after), block
+    return float(brentq(speed, near, after, xtol=1e-14)), block
+
+
+class Partner(NamedTuple):
+    """A cycle with other modes beside a change of modes: its equations, unknowns, way on."""
+
+    shooting: Shooting
+    y: Floats
+    outcome: Literal["persists", "fold"]
+    rising: bool
+
+
+def partners(shooting: Shooting, point: CurvePoint, ends: tuple[float, float]) -> Partner | None:
+    """Look for the cycle with other modes that a cycle meets or becomes.
+
+    Newton's method starts just beyond the change, then just before: there both may meet and vanish.
+    """
+    ahead = 1.0 if point.tangent[-1] > 0.0 else -1.0
+    free = _with_word(shooting, None)
+    width = ends[1] - ends[0]
+    sides: tuple[tuple[Literal["persists", "fold"], float], ...] = (
+        ("persists", ahead),
+        ("fold", -ahead),
+    )
+    for outcome, way in sides:
+        value = point.parameter + way * BESIDE * width
+        if not ends[0] <= value <= ends[1]:
+            continue
+        y = _beside(free, shooting.word, point, value, width)
+        if y is not None:
+            found = _with_word(shooting, free.shot(y).word)
+            return Partner(found, y, outcome, way > 0.0)
+    return None
+
+
+def _with_word(shooting: Shooting, word: Word | None) -> Shooting:
+    return Shooting(
+        shooting.model,
+        shooting.name,
+        shooting.section,
+        word=word,
+        rounds=shooting.rounds,
+        rtol=shooting.rtol,
+    )
+
+
+def _beside(
+    free: Shooting, word: Word | None, point: CurvePoint, value: float, width: float
+) -> Floats | None:
+    """Cycle with other modes at a parameter beside a change, which tends to the one there."""
+    for guess in _guesses(free, point, value):
+        y = _converged(free, guess, width)
+        if y is None or free.shot(y).word == word:
+            continue
+        nearer = y.copy()
+        nearer[-1] += (1.0 - CLOSER) * (point.parameter - value)
+        limit = _converged(free, nearer, width)
+        far, near = (
+            np.inf if z is None else float(np.abs(z - point.y)[:-1].max()) for z in (y, limit)
+        )
+        if near <= SHRINKS * far + ROUNDING:
+            return y
+    return None
+
+
+def _guesses(free: Shooting, point: CurvePoint, value: float) -> Iterator[Floats]:
+    """Yield starts about the cycle at a change, near ones first, each also a period later."""
+    n_states = int(np.count_nonzero(free.section.unknown))
+    plain = np.append(point.y[:-1], value)
+    directions = np.random.default_rng(SEED).normal(size=(N_DIRECTIONS, n_states))
+    for scale, direction, sign in itertools.product(SCALES, directions, (1.0, -1.0)):
+        guess = plain.copy()
+        guess[:n_states] += sign * scale * direction
+        yield guess
+        try:
+            yield _once_around(free, guess)
+        except ValueError:
+            continue
+
+
+def _converged(shooting: Shooting, guess: Floats, width: float) -> Floats | None:
+    """Cycle at the parameter of a guess, of whatever modes."""
+    try:
+        period = float(guess[-2]) if shooting.section.block is not None else 1.0
+        y = ArclengthCurve(shooting, shooting.scale(width, period)).point(guess).y
+        residual = float(np.abs(shooting(y)[0]).max())
+    except (LeavesRegion, StepTooLong, ValueError):
+        return None
+    # Where the curve turns back just there the point found has another parameter; steps to and
+    # fro across a change of modes may look like rounding, but leave a residual.
+    there = abs(y[-1] - guess[-1]) <= 1e-12 * width
+    return y if there and residual <= SOLVED else None
+
+
+def _once_around(shooting: Shooting, guess: Floats) -> Floats:
+    """Replace a guess by where its motion is one period later: sticking leads onto the cycle."""
+    model, state, period = shooting.start(guess)
+    shooter = Shooter(model, rtol=shooting.rtol, tangents=False)
+    end: State = shooter.leg(state, 10**6, max_time=period).state
+    if (end.mode != state.mode).any():
+        return guess
+    return shooting.unknowns(end, period, float(guess[-1]))

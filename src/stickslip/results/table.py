@@ -1,0 +1,188 @@
+"""Columns of equal length by name: what a result is as a table, and how tables are written."""
+
+from __future__ import annotations
+
+import csv
+import html
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Final, TextIO, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.files import whole_file
+from stickslip.results.parts import equal
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+Column: TypeAlias = NDArray[Any]
+
+SHOWN: Final = 40  # rows of a table as text or in a notebook
+
+
+class Table(Mapping[str, Column]):
+    """Columns by name, in order, each an array of one dimension; all are equally long.
+
+    Cells that are several numbers, or None, stand in an array of objects.
+
+    Parameters
+    ----------
+    columns : mapping of str to array_like
+
+    Raises
+    ------
+    ValueError
+        The columns are not equally long.
+    """
+
+    def __init__(self, columns: Mapping[str, Any]) -> None:
+        self._columns = {name: _column(values) for name, values in columns.items()}
+        lengths = {name: len(column) for name, column in self._columns.items()}
+        if len(set(lengths.values())) > 1:
+            raise ValueError(f"columns of a table are equally long; these are {lengths}")
+
+    def __getitem__(self, name: str) -> Column:
+        """Return a column."""
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        """Return the number of columns."""
+        return len(self._columns)
+
+    @property
+    def n_rows(self) -> int:
+        """Number of rows."""
+        return len(next(iter(self._columns.values()), ()))
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """Iterate over the rows: Python's own numbers and texts by name."""
+        cells = (as_list(column) for column in self._columns.values())
+        for row in zip(*cells, strict=True):
+            yield dict(zip(self._columns, row, strict=True))
+
+    def __eq__(self, other: object) -> bool:
+        """Whether names, their order and cells are the same; NaN equals NaN."""
+        if not isinstance(other, Table):
+            return NotImplemented
+        same_names = list(self) == list(other)
+        return same_names and all(_same(self[name], other[name]) for name in self)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        """Return the first rows."""
+        cells = [[name, *self._texts(name)] for name in self]
+        numbers = [self[name].dtype.kind in "fiu" for name in self]
+        widths = [max(map(len, column)) for column in cells]
+        lines = [
+            "  ".join(
+                cell.rjust(width) if number else cell.ljust(width)
+                for cell, width, number in zip(row, widths, numbers, strict=True)
+            ).rstrip()
+            for row in zip(*cells, strict=True)
+        ]
+        return "\n".join([*lines, *self._more])
+
+    def _repr_html_(self) -> str:
+        return self.as_html()
+
+    def as_html(self, caption: str = "") -> str:
+        """Return the first rows as a table of HTML."""
+        columns = [list(map(html.escape, self._texts(name))) for name in self]
+        head = "".join(f"<th>{html.escape(name)}</th>" for name in self)
+        rows = (
+            "<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>"
+            for row in zip(*columns, strict=True)
+        )
+        told = f"<caption>{html.escape(caption)}</caption>" if caption else ""
+        more = "".join(f"<p>{line}</p>" for line in self._more)
+        body = "".join(rows)
+        return f"<table>{told}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}"
+
+    def _texts(self, name: str) -> list[str]:
+        return [str(flat(cell, _short)) for cell in as_list(self[name][:SHOWN])]
+
+    @property
+    def _more(self) -> list[str]:
+        hidden = self.n_rows - SHOWN
+        return [f"... {hidden} more rows"] if hidden > 0 else []
+
+
+def numbered(name: str, values: NDArray[Any]) -> dict[str, Column]:
+    """Columns ``name_1``, ``name_2``, ... of an array of shape (n, k); ``name`` if k = 1."""
+    if values.shape[1] == 1:
+        return {name: values[:, 0]}
+    return {f"{name}_{k}": column for k, column in enumerate(values.T, start=1)}
+
+
+def _column(values: Any) -> Column:
+    if isinstance(values, np.ndarray) and values.ndim == 1:
+        return values
+    cells = list(values)
+    kinds = {bool if isinstance(cell, np.bool_) else type(cell) for cell in cells}
+    for kinds_of_one, dtype in ((bool, np.bool_), (str, np.str_)):
+        if kinds == {kinds_of_one}:
+            return np.array(cells, dtype=dtype)
+    if all(isinstance(cell, int | float | np.number) for cell in cells) and bool not in kinds:
+        return np.array(cells, dtype=None if cells else np.float64)
+    column = np.empty(len(cells), dtype=object)
+    column[:] = [tuple(as_list(cell)) if _is_several(cell) else cell for cell in cells]
+    return column
+
+
+def _is_several(cell: Any) -> bool:
+    return isinstance(cell, list | tuple | np.ndarray)
+
+
+def _same(a: Column, b: Column) -> bool:
+    return equal(a, b) if a.dtype.kind != "O" else equal(a.tolist(), b.tolist())
+
+
+# ------------------------------------------------------------------ CSV
+
+
+def write_table(path: Path, columns: Mapping[str, Any]) -> None:
+    """Write columns as a CSV file; see `whole_file` and `write_csv`."""
+    with whole_file(path) as temporary:
+        with temporary.open("w", encoding="utf-8", newline="") as stream:
+            write_csv(stream, columns)
+
+
+def write_csv(stream: TextIO, columns: Mapping[str, Any]) -> None:
+    """Write a header and one line per row.
+
+    Floats keep every digit, NaN is ``nan``; numbers of a list stand in one cell with spaces
+    between them; None is an empty cell.
+    """
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(columns)
+    cells = ([flat(cell, _exact) for cell in as_list(column)] for column in columns.values())
+    writer.writerows(zip(*cells, strict=True))
+
+
+def as_list(column: Any) -> list[Any]:
+    """Turn an array or any sequence into a list of Python's own numbers and strings."""
+    return list(column.tolist() if hasattr(column, "tolist") else column)
+
+
+def flat(cell: Any, text: Callable[[float], str]) -> Any:
+    """Write floats and lists of them by `text`; leave anything else as it is."""
+    if isinstance(cell, list | tuple):
+        return " ".join(str(flat(item, text)) for item in cell)
+    if cell is None:
+        return ""
+    return text(cell) if isinstance(cell, float) else cell
+
+
+def _exact(number: float) -> str:
+    """Write every digit, of a NumPy float as of Python's."""
+    return repr(float(number))
+
+
+def _short(number: float) -> str:
+    return f"{number:.10g}"
