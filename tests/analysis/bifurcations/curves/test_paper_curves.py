@@ -272,7 +272,7 @@ def test_crisis_over_belt_velocity(law9, corner):
     assert curve.end_reasons == ("end of range", "end of range")
     point = curve.at(V=0.2955)
     f = law9.replace(V=0.2955)
-    u, c = point.points[0], point.reading.critical.x
+    u, c = point.points[0], point.condition.critical.x
 
     def above(alpha):
         g = f.replace(alpha=alpha)
