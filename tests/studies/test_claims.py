@@ -12,11 +12,10 @@ import numpy as np
 import pytest
 
 from stickslip.studies import figures
-from stickslip.studies.claim import VERDICTS, Claim, Finding
+from stickslip.studies.claim import VERDICTS, Claim, Finding, Value
 from stickslip.studies.galvanetto2001 import claims, printed
 from stickslip.studies.report import Report
 from stickslip.studies.sources import GALVANETTO, source_named
-from stickslip.studies.values import Value
 
 PACKAGE = source_named(GALVANETTO).package
 

@@ -7,10 +7,9 @@ import msgspec
 import pytest
 
 from stickslip import studies
-from stickslip.studies.claim import Claim, Finding
+from stickslip.studies.claim import Claim, Finding, Value
 from stickslip.studies.galvanetto2001 import SOURCE, TITLE
 from stickslip.studies.report import Report
-from stickslip.studies.values import Value
 
 pytestmark = pytest.mark.paper
 

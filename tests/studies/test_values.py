@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from stickslip.studies.values import Value, as_json, as_markdown
+from stickslip.studies.claim import Value, as_json, as_markdown
 
 SOURCE = "Author (2000)"
 

@@ -34,6 +34,17 @@ class Result:
     are. They define `_columns`, or list fields and properties in ``_column_names``; and name in
     ``_drawn`` the columns that a picture shows, the abscissa first, or in ``_plot`` a function of
     `stickslip.plot` of their own.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.3})
+    >>> ss.periodic_orbits(f, 2).table()
+    orbit  period  kind      multiplier  point             d            error  itinerary
+        1       1  unstable         3.3      1             0  3.861645303e-16  0
+        2       1  unstable        -1.3      1   0.696969697  4.440892099e-16  0
+        3       2  stable         -0.29      1  0.4794270198  2.664535259e-15  0
+        3       2  stable         -0.29      2  0.8236032832  9.992007222e-16  0
     """
 
     _column_names: ClassVar[tuple[str, ...]] = ()

@@ -1,10 +1,9 @@
 """Studies: figures, printed numbers and claims of the literature, computed anew."""
 
-from stickslip.studies.claim import Claim
+from stickslip.studies.claim import Claim, Value
 from stickslip.studies.report import Report
 from stickslip.studies.reproduction import Reproduction, check, reproduce
 from stickslip.studies.sources import Source, source_named, sources
-from stickslip.studies.values import Value
 
 __all__ = [
     "Claim",

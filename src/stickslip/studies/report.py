@@ -9,8 +9,7 @@ from importlib.metadata import version
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Final
 
-from stickslip.studies.claim import VERDICTS, Claim
-from stickslip.studies.values import Value, value_rows, value_table
+from stickslip.studies.claim import VERDICTS, Claim, Value, value_rows, value_table
 
 if TYPE_CHECKING:
     from stickslip.studies.claim import Finding, Verdict

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from stickslip.files import PICTURE_FORMATS, write_text
 from stickslip.plot.style import check_formats, new_figure, save, style
 from stickslip.studies import figures
+from stickslip.studies.claim import Value, as_json, as_markdown
 from stickslip.studies.report import Report
 from stickslip.studies.sources import GALVANETTO, source_named
-from stickslip.studies.values import Value, as_json, as_markdown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
-    from stickslip.studies.claim import Claim
-    from stickslip.studies.values import Value
+    from stickslip.studies.claim import Claim, Value
 
 GALVANETTO: Final = "galvanetto2001"
 FOLDER: Final = "stickslip.studies"

@@ -279,7 +279,7 @@ class TestErrors:
         [[3.0], [3.2, 3.1], [3.0, np.nan], 3.0, [[3.0, 3.1]], (3.2, 3.1, 2), (3.0, 3.1), (3, 4, 1)],
     )
     def test_values_are_a_grid_or_ascending_numbers(self, values):
-        with pytest.raises(ValueError, match="values"):
+        with pytest.raises(ValueError, match="grid"):
             bifurcation_diagram(logistic(), "r", values)
 
     def test_a_tuple_is_a_grid_as_in_a_sweep(self):
@@ -303,8 +303,8 @@ class TestErrors:
 
     @pytest.mark.parametrize(
         "wrong",
-        [{"max_period": 0}, {"iterates": 0}, {"lists": 1}, {"max_period": 1.5}]
-        + [{name: 1e16} for name in ("max_period", "iterates", "lists")],
+        [{"max_period": 0}, {"iterates": 0}, {"n_lists": 1}, {"max_period": 1.5}]
+        + [{name: 1e16} for name in ("max_period", "iterates", "n_lists")],
     )
     def test_counts_are_checked(self, wrong):
         with pytest.raises(ValueError, match=next(iter(wrong))):

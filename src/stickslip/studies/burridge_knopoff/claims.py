@@ -19,8 +19,7 @@ from stickslip.studies.burridge_knopoff.facts import (
     lone_moment,
 )
 from stickslip.studies.burridge_knopoff.power_law import fit_power_law
-from stickslip.studies.claim import Claim, Finding, claims_by_figure
-from stickslip.studies.values import Value
+from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

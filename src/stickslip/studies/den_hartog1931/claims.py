@@ -13,13 +13,12 @@ from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.chain import Oscillator
 from stickslip.mechanics.model.harmonic import Harmonic
-from stickslip.studies.claim import Claim, Finding, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
 from stickslip.studies.den_hartog1931.closed_forms import (
     amplitude,
     one_stop_amplitude,
     stop_boundary,
 )
-from stickslip.studies.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

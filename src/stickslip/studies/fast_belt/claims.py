@@ -9,8 +9,7 @@ import numpy as np
 
 from stickslip import examples
 from stickslip.mechanics.cycle.return_region import return_region
-from stickslip.studies.claim import Claim, Finding, claims_by_figure
-from stickslip.studies.values import Value
+from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -12,8 +12,7 @@ from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model.chain import Oscillator
 from stickslip.mechanics.model.harmonic import Harmonic
-from stickslip.studies.claim import Claim, Finding, claims_by_figure
-from stickslip.studies.values import Value
+from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

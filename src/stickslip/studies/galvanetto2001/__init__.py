@@ -12,8 +12,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from stickslip.studies.claim import Claim
-    from stickslip.studies.values import Value
+    from stickslip.studies.claim import Claim, Value
 
 SOURCE: Final = "Galvanetto (2001)"
 TITLE: Final = "Some discontinuous bifurcations in a two-block stick-slip system"

@@ -17,6 +17,7 @@ from stickslip.analysis.bifurcations.conditions.conditions import Collision, Con
 from stickslip.analysis.bifurcations.conditions.locate import solve
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.studies.claim import Value
 from stickslip.studies.galvanetto2001.orbits import (
     coulomb_orbits,
     cusp_of,
@@ -26,7 +27,6 @@ from stickslip.studies.galvanetto2001.orbits import (
     jump_of_s4,
     u4,
 )
-from stickslip.studies.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

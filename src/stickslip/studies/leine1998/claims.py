@@ -11,8 +11,7 @@ from stickslip.mechanics.cycle.equilibria import equilibria
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model.chain import Oscillator
-from stickslip.studies.claim import Claim, Finding, claims_by_figure
-from stickslip.studies.values import Value
+from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

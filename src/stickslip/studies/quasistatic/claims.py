@@ -14,8 +14,7 @@ from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.eventmap.quasistatic_map import quasistatic_map
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.studies.claim import Claim, Finding, claims_by_figure
-from stickslip.studies.values import Value
+from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.attractors.attractors import attractors
-from stickslip.studies.claim import Claim, Finding
+from stickslip.studies.claim import Claim, Finding, Value
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import Moment, cusp_of, in_window, moment
-from stickslip.studies.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.attractors.attractor import Attractor
-    from stickslip.studies.values import Value
+    from stickslip.studies.claim import Value
 
 COLLISION: Final = "V where S4 meets the jump"
 BESIDE: Final = 1e-8  # of V: just below and just above the collision

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.mechanics.eventmap.event_map import EventMap
-    from stickslip.studies.values import Value
+    from stickslip.studies.claim import Value
 
 FIGURES: Final = (5, 9, 10)
 

@@ -14,10 +14,9 @@ from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.normal_forms import flip_coefficient, fold_coefficient
 from stickslip.analysis.branches.branches import breakpoints
 from stickslip.analysis.orbits.periodic import periodic_orbits
-from stickslip.studies.claim import Claim, Finding
+from stickslip.studies.claim import Claim, Finding, Value
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import cusp_of, in_window
-from stickslip.studies.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.attractors.attractor import AttractorList
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.orbits.orbit import OrbitList
-    from stickslip.studies.values import Value
+    from stickslip.studies.claim import Value
 
 FIGURES: Final = (11, 12, 17)
 

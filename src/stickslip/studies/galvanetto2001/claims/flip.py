@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from stickslip.analysis.bifurcations.normal_forms import FlipCoefficient
-    from stickslip.studies.values import Value
+    from stickslip.studies.claim import Value
 
 FIGURES: Final = (11,)
 

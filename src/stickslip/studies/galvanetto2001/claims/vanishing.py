@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.outcome import LocalAttractor
     from stickslip.analysis.maps.derived import WindowMap
     from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
-    from stickslip.studies.values import Value
+    from stickslip.studies.claim import Value
 
 FIGURES: Final = (11, 16)
 
