@@ -14,7 +14,7 @@ from .analysis.diagrams.diagrams import bifurcation_diagram as bifurcation_diagr
 from .analysis.maps.piecewise_map import PiecewiseMap as PiecewiseMap
 from .analysis.orbits.periodic import periodic_orbits as periodic_orbits
 from .app.widget import explore as explore
-from .mechanics.cycle.continuation import continue_cycle as continue_cycle
+from .following import follow as follow
 from .mechanics.cycle.equilibria import equilibria as equilibria
 from .mechanics.cycle.limit_cycles import limit_cycles as limit_cycles
 from .mechanics.cycle.return_region import return_region as return_region
@@ -43,9 +43,6 @@ from .proofs.certify import certify as certify
 from .proofs.certify import certify_orbits as certify_orbits
 from .proofs.certify import enclose as enclose
 from .results.files import load as load
-from .study.bifurcations import continue_bifurcation as continue_bifurcation
-from .study.bifurcations import continue_breakpoint as continue_breakpoint
-from .study.bifurcations import continue_orbit as continue_orbit
 from .sweeps import observables as observables
 from .sweeps.axis import axis as axis
 from .sweeps.sweep import open_sweep as open_sweep

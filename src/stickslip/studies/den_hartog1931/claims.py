@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.mechanics.cycle.continuation import continue_cycle
+from stickslip.mechanics.cycle.continuation import follow_cycle
 from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.chain import Oscillator
@@ -71,9 +71,7 @@ def boundaries() -> tuple[Boundary, ...]:
         # The closed form says where to look, not what is found there.
         guess = stop_boundary(frequency)
         cycle = steady(frequency, 1.1 * guess)
-        branch = continue_cycle(
-            cycle, cycle.model, "forcing.amplitude", (0.97 * guess, 1.15 * guess)
-        )
+        branch = follow_cycle(cycle, "forcing.amplitude", (0.97 * guess, 1.15 * guess))
         change = max(branch.bifurcations, key=lambda item: item.value)
         found.append(Boundary(frequency, change.value, change.error, change.kind))
     return tuple(found)

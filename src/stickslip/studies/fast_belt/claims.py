@@ -88,7 +88,7 @@ def _cycles() -> Iterator[Claim]:
             ),
         ),
         values=tuple(
-            Value(f"V where cycle {number} begins to attract", start, 1e-12, 2, "continue_cycle")
+            Value(f"V where cycle {number} begins to attract", start, 1e-12, 2, "follow")
             for number, start in enumerate(starts, start=1)
         ),
     )

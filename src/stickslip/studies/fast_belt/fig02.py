@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from stickslip.plot.cycles import plot_cycle_branch
+from stickslip.plot.cycles import draw_cycle_curve
 from stickslip.studies.fast_belt.claims import region
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def draw(data: ReturnRegion, figure: Figure) -> None:
     """Draw the periods of the cycles over the speed of the belt."""
     ax = figure.add_subplot()
     for branch in data.branches:
-        plot_cycle_branch(branch, ax)
+        draw_cycle_curve(branch, ax)
 
 
 def caption(data: ReturnRegion) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
-from stickslip.mechanics.cycle.continuation import continue_cycle
+from stickslip.mechanics.cycle.continuation import follow_cycle
 from stickslip.mechanics.cycle.equilibria import equilibria
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
@@ -16,7 +16,7 @@ from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from stickslip.mechanics.cycle.branch import CycleBifurcation, CycleBranch
+    from stickslip.analysis.continuation.curve import Curve, CurveEvent
     from stickslip.mechanics.cycle.cycle import Cycle
 
 MODEL: Final = Oscillator(V=0.2, friction=PoppStelter(gamma=3.0))
@@ -32,10 +32,10 @@ CLOSE: Final = 1e-13
 class Cycles:
     """The branch of cycles over the damping, and the damping at which steady sliding changes."""
 
-    branch: CycleBranch
+    branch: Curve
     sliding: float  # from the eigenvalues of steady sliding alone
 
-    def bifurcation(self, kind: str) -> CycleBifurcation:
+    def bifurcation(self, kind: str) -> CurveEvent:
         """Return the one of a kind on the branch."""
         (found,) = (item for item in self.branch.bifurcations if item.kind == kind)
         return found
@@ -50,7 +50,7 @@ def undamped() -> Cycle:
 @cache
 def cycles() -> Cycles:
     """Follow the stick-slip cycle along the damping, through its fold, down to steady sliding."""
-    branch = continue_cycle(undamped(), MODEL, "damping", DAMPING)
+    branch = follow_cycle(undamped(), "damping", DAMPING)
     # Steady sliding is neutral where damping cancels the slope of the law, -F'(V).
     (sliding,) = equilibria(MODEL)
     return Cycles(branch, 2.0 * float(sliding.eigenvalues[0].real))
@@ -130,7 +130,7 @@ def _branch() -> Iterator[Claim]:
                 "it is 0 on the stick-slip side at each damping",
                 all(
                     abs(cycle.multipliers).max() == 0.0
-                    for cycle in found.branch.cycles[: fold.row]
+                    for cycle in found.branch[: fold.row]
                     if cycle.events
                 ),
             ),
