@@ -18,10 +18,7 @@ Result = TypeVar("Result")
 def in_threads(
     task: Callable[[Item], Result], items: Iterable[Item], threads: int = THREADS
 ) -> list[Result]:
-    """Return ``task(item)`` of each item, in their order, whatever thread worked on which.
-
-    The threads work in the caller's context: what can call it off can call them off.
-    """
+    """Return ``task(item)`` of each item, in order; what calls off the caller does the threads."""
     context = copy_context()
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(lambda item: context.copy().run(task, item), items))

@@ -1,15 +1,12 @@
 """Attractors of a family of maps at many parameter values, from a few orbits each.
 
-An attractor is handed on from value to value: a cycle by Newton's method, other motions by
-iterating their last point. Images of breaks and turning points are followed, too: they lead to the
-attractors that folds and jumps make, and tell when one is lost. As long as the orbits of all
-critical points inside a motion stay with it, it is a trap; once one escapes, so will the rest.
+As long as the orbits of all critical points inside a motion stay with the motion, it is a trap.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -22,9 +19,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from stickslip.analysis.attractors.attractor import AttractorKind
     from stickslip.analysis.maps.protocol import Floats, Map1D
-
-Kind: TypeAlias = Literal["periodic", "chaotic", "undecided"]
 
 SHORT_BLOCK: Final = 16  # steps that lead back to an attractor that has changed a little
 FIRST_BLOCKS: Final = (24, 48)  # steps after which orbits of critical points are looked at
@@ -35,9 +31,7 @@ NEAR: Final = 5e-3  # of the domain's width: an orbit this close to a cycle that
 ROUNDS: Final = 6  # ... in each of so many rounds is captured
 RECURRING: Final = 0.02  # of the domain's width: a recurrence this close proposes a period ...
 SETTLED: Final = 1e-6  # ... this close, if slopes speak against it
-SLOW_APPROACH: Final = (
-    48  # last steps of an orbit, all in one direction: it is still on its way ...
-)
+SLOW_APPROACH: Final = 48  # last steps, all in one direction: an orbit is still on its way ...
 SHORT_PERIODS: Final = 4  # ... for a period up to this
 SLOPES: Final = 48  # at least, in the mean of log |f'|
 SIGMAS: Final = 3.0  # errors by which the mean of log |f'| must exceed 0 at first
@@ -54,7 +48,7 @@ BESIDE: Final = 1e-9  # of the domain's width: where a side of a break is evalua
 class Motion:
     """Where orbits settle at one parameter value."""
 
-    kind: Kind  # "chaotic" means a positive mean of log |f'|, without proof
+    kind: AttractorKind  # "chaotic" means a positive mean of log |f'|, without proof
     points: Floats  # the cycle, or successive iterates
     lyapunov: float  # mean of log |f'| over the points
 
@@ -115,10 +109,8 @@ def _leaks(motion: Motion, number: int, critical: Floats, fates: NDArray[np.intp
 
 
 def _slow_approach(tail: Floats) -> bool:
-    """Tell whether an orbit's end moves on, every p-th point in one direction, for a small p.
-
-    So does a slow passage past a weakly unstable cycle, where slopes look like chaos.
-    """
+    """Tell whether an orbit's end moves on, every p-th point in one direction, for a small p."""
+    # So does a slow passage past a weakly unstable cycle, where slopes look like chaos.
     end = tail[-SLOW_APPROACH:]
     for p in range(1, SHORT_PERIODS + 1):
         forward = end[p:] > end[:-p]
@@ -226,7 +218,7 @@ class _Look:
                 return number if len(self.found) > number else CYCLE
             least = FLAT if was_chaotic else max(FLAT, SIGMAS * error)
             if exponent > least and not _slow_approach(tail[0]):
-                kind: Kind = "chaotic"
+                kind: AttractorKind = "chaotic"
                 break
             if more in LONG and exponent <= FLAT and self._crawls(tail[0]):
                 return CYCLE

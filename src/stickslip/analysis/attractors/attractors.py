@@ -1,9 +1,4 @@
-"""Attractors of a map of the line: found from many seeds, accepted only on evidence.
-
-Seeds are the one-sided values at breakpoints and turning points, which in a map of the line find
-every attractor that folds or jumps make, and dozens of others. What becomes of their orbits is
-decided in `search`.
-"""
+"""Attractors of a map of the line: found from many seeds, accepted only on evidence."""
 
 from __future__ import annotations
 
@@ -195,14 +190,14 @@ def _seeds(
     f: Map1D, laps: Laps, n_starts: int, rng: np.random.Generator | int | None
 ) -> tuple[Floats, Floats]:
     """Points spread over the domain; the same and the one-sided values at all ends of laps."""
-    spread = _spread(f, n_starts, rng)
+    spread = spread_points(f, n_starts, rng)
     ends = np.concatenate([laps.value_left, laps.value_right])
     low, high = f.domain
     ends = np.unique(ends[np.isfinite(ends) & (ends >= low) & (ends <= high)])
     return spread, np.concatenate([spread, ends])
 
 
-def _spread(f: Map1D, n: int, rng: np.random.Generator | int | None) -> Floats:
+def spread_points(f: Map1D, n: int, rng: np.random.Generator | int | None) -> Floats:
     """One random point in each of n equal cells: even cover without landing on special points."""
     generator = random_generator("rng", 0 if rng is None else rng)
     low, high = f.domain

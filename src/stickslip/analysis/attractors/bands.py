@@ -1,10 +1,6 @@
 """Images of intervals under a piecewise-monotone map, and the bands of chaotic attractors.
 
-On each lap the image of an interval is known exactly from its ends. A short interval inside a
-chaotic attractor grows until it fills the attractor's bands: that gives the edges, images of
-breakpoints and turning points, good to rounding; the number of bands visited in turn, the period;
-and a trapping region. A long chaotic transient fails: its interval grows across a basin boundary
-or into a gap.
+A short interval in a chaotic attractor grows until it fills the bands; in a transient it does not.
 """
 
 from __future__ import annotations
@@ -126,10 +122,7 @@ def _repeats(current: Floats, past: deque[Floats], slack: float) -> int:
 
 
 def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:
-    """Take bands of a stand-in over to the map: edges are images of the same ends of laps.
-
-    An edge without a source stays where it is; the residual is that of the map.
-    """
+    """Take bands of a stand-in over to the map, with its residual; edges of no source stay."""
     edges = bands.intervals.ravel().copy()
     for i, (x, side, order) in enumerate(bands.sources):
         if order:

@@ -1,10 +1,6 @@
 """Pieces of a domain, decided and undecided, refined by comparing each with its image.
 
-Every undecided piece lies inside one monotone lap, so its image is known from its ends. Cutting
-it at the preimages of the edges that the image crosses gives parts that share the fate of known
-pieces. Each edge remembers which first edge it is a preimage of: its orbit ends on a breakpoint,
-a gap or the domain's end, or stays on edges for ever, on an unstable orbit or, between interwoven
-basins, on none.
+Each edge remembers which first edge it is a preimage of: docs/theory/attractors.md.
 """
 
 from __future__ import annotations
@@ -48,10 +44,7 @@ Source = Literal["orbit", "breakpoint", "gap", "domain", "unresolved"]
 
 @dataclass(frozen=True)
 class Pieces:
-    """Consecutive pieces of a domain, from left to right.
-
-    A cut is the preimage of a known value: no value at an end, one-sided, is computed twice.
-    """
+    """Consecutive pieces of a domain, from left to right; no one-sided value is computed twice."""
 
     edges: Floats  # shape (n + 1,)
     index: Integers  # place of the attractor, or `UNDECIDED`, or `LEFT`
@@ -143,11 +136,9 @@ def _trap(f: Map1D, table: Laps, attractor: Attractor) -> Floats:
 
 
 def _grown(f: Map1D, table: Laps, cycle: Cycle, trap: Floats) -> Floats:
-    """Widen a trap by intervals beside the cycle that are monotonically carried into it.
-
-    An interval from a point of the cycle to an end whose orbit shares every lap with the cycle's is
-    mapped onto the interval between the two orbits, so that the last of these decides.
-    """
+    """Widen a trap by intervals beside the cycle that are monotonically carried into it."""
+    # An end whose orbit shares all laps with the cycle's: the interval between the last points
+    # decides.
     low, high = f.domain
     period, lasting = cycle.period, min(max(abs(cycle.multiplier), 0.1), 0.999)
     passes = np.log(np.diff(trap).min() / (high - low)) / np.log(lasting)
@@ -181,10 +172,8 @@ def _images(f: Map1D, table: Laps, interval: Floats, n: int) -> list[Floats] | N
 
 
 def refined(f: Map1D, table: Laps, pieces: Pieces, floor: float) -> Pieces | None:
-    """Cut undecided pieces at preimages, and take over what is known of images; None when done.
-
-    Pieces narrower than `floor` are not cut, but follow their image if all of it has one fate.
-    """
+    """Cut undecided pieces at preimages, and take over what is known of images; None when done."""
+    # Pieces narrower than `floor` are not cut, but follow their image if all of it has one fate.
     # The whole line: what leaves the domain, the pieces, what leaves the domain. What lies left
     # of an edge has the edge's position, what lies right of the last edge one more.
     fates = np.concatenate([[LEFT], pieces.index, [LEFT]])
@@ -330,12 +319,8 @@ def first_causes(f: Map1D, table: Laps, edges: Floats) -> list[EdgeCause]:
 def explain(
     f: Map1D, pieces: Pieces, first: list[EdgeCause], widest: float
 ) -> tuple[Floats, Integers, tuple[EdgeCause, ...], int]:
-    """Turn slivers into edges and name the cause of every edge, the domain's ends included.
-
-    ``pieces.source`` counts the ``first`` causes; pieces below ``widest`` of the domain are parts
-    of edges. Returns edges, index and causes of the rest, and how many decided pieces were too
-    thin.
-    """
+    """Turn slivers below ``widest`` of the domain into edges; name the cause of every edge."""
+    # Returns edges, index and causes of the rest, and how many decided pieces were too thin.
     wide = np.diff(pieces.edges) > widest * domain_width(f)
     thin = int(np.sum(~wide & (pieces.index != UNDECIDED)))
     number, index = np.flatnonzero(wide), pieces.index[wide]

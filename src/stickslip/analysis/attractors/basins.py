@@ -1,10 +1,4 @@
-"""Basins of attraction on a line: intervals with exact edges, not pixels.
-
-At first only small intervals around the attractors are decided, and the gaps. Round by round every
-undecided piece is cut at the preimages of the edges that its image crosses, and each part takes
-over what its image is known to be. The undecided rest shrinks to slivers around unstable orbits
-and their preimages, which a Newton step turns into edges; interwoven basins stay undecided.
-"""
+"""Basins of attraction on a line: intervals with exact edges, cut at preimages of known edges."""
 
 from __future__ import annotations
 

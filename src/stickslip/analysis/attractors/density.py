@@ -1,11 +1,6 @@
 """Invariant density of a chaotic attractor, by Ulam's method on its bands.
 
-The bands are cut into cells, the cells into short pieces on which the map is nearly linear. How
-much of a cell's mass one step of the map carries into each other cell follows from the exact
-images of the pieces' ends; the mass that this Markov chain leaves unchanged is the answer (Ulam
-1960; convergence: Li, J. Approx. Theory 17, 177, 1976). Densities of maps of the line jump at the
-images of breakpoints and turning points, and grow like an inverse square root at the latter: the
-early images are cell edges, and cells get narrow towards the edges of bands.
+Ulam 1960; convergence: Li, J. Approx. Theory 17, 177, 1976.
 """
 
 from __future__ import annotations

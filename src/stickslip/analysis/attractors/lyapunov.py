@@ -1,10 +1,7 @@
 """Lyapunov exponents of maps of the line: time averages of log |f'| with an error bar.
 
-The terms of a time average are correlated, sometimes strongly and sometimes negatively, so
-their plain standard error means nothing. The error here comes from *blocking* (Flyvbjerg and
-Petersen, J. Chem. Phys. 91, 461, 1989): neighbours are averaged in pairs again and again until
-what is left is no longer distinguishable from independent numbers; how far to go is decided by
-the automatic test of Jonsson (Phys. Rev. E 98, 043304, 2018).
+The error comes from blocking (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461, 1989), as far as the
+test of Jonsson (Phys. Rev. E 98, 043304, 2018) asks for.
 """
 
 from __future__ import annotations
@@ -174,11 +171,7 @@ def settled_period(values: Floats, tolerance: float) -> int:
 
 
 def blocking_error(series: Floats) -> float:
-    """Return the standard error of the mean of a correlated series.
-
-    Flyvbjerg and Petersen's blocking with Jonsson's choice of the block length, on a power of two
-    of short blocks, which loses less than an eighth of the series.
-    """
+    """Return the standard error of the mean of a correlated series, at most an eighth left out."""
     if len(series) < 2:
         return float(np.inf)
     x = _first_blocks(series)
@@ -213,11 +206,9 @@ def _first_blocks(series: Floats) -> Floats:
 
 
 def trace(f: Map1D, x: Floats, n: int, skip: int = 0) -> tuple[Floats, Floats]:
-    """Follow orbits for `skip` steps, then `n`: points left behind and slopes there, (m, n).
-
-    Floats have few bits: under x -> 2 x mod 1 every orbit ends on 0 after 53 steps. Orbits that end
-    on a repelling cycle are followed once more, moved by a few roundings every now and then.
-    """
+    """Follow orbits for `skip` steps, then `n`: points left behind and slopes there, (m, n)."""
+    # Floats have few bits: under x -> 2 x mod 1 every orbit ends on 0 after 53 steps. Orbits that
+    # end on a repelling cycle are followed once more, moved by a few roundings now and then.
     values, slopes = np.empty((len(x), n)), np.empty((len(x), n))
     f = _for_long_orbits(f, x, len(x) * (skip + n))
     on_cycle = np.any(advance(f, x, LONGEST_COLLAPSE)[:, 1:] == x[:, None], axis=1)
@@ -246,11 +237,7 @@ def _for_long_orbits(f: Map1D, x: Floats, steps: int) -> Map1D:
 
 
 def _stretch(f: Map1D, x: Floats, n: int) -> tuple[Floats, Floats]:
-    """Points (m, n + 1) and slopes (m, n) along orbits.
-
-    Many orbits are evaluated step by step, values and slopes at once; a few are iterated first,
-    which saves the overhead of calls. A map that iterates values and slopes by itself does.
-    """
+    """Points (m, n + 1) and slopes (m, n) along orbits."""
     native = getattr(f, "iterate_with_slopes", None)
     if native is not None and np.all(clip_to_domain(f.domain, x)[1]):
         values, slopes = native(x, n)
@@ -341,10 +328,7 @@ def short_interval(f: Map1D, points: Floats) -> tuple[float, float]:
 
 
 def mean_of_logs(slopes: Floats) -> LyapunovExponent:
-    """Mean over orbits (m, n); the error is the larger of two estimates.
-
-    Blocking sees correlations along orbits, the spread of orbits' means those that last longer.
-    """
+    """Mean over orbits (m, n); the larger error of blocking and of the spread of orbits' means."""
     with np.errstate(divide="ignore"):
         logs = np.log(np.maximum(np.abs(slopes), 1e-300))
     error = blocking_error(logs.ravel())

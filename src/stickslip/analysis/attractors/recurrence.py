@@ -1,9 +1,6 @@
 """Periodic orbits that other orbits settle on: recurrence of values, then Newton, then stability.
 
-Recurring labels prove nothing: doubled orbits and slow passages near a fold keep the itinerary.
-Nor do recurring values: a passage recurs as closely as it is slow. So values that recur only
-propose a period. Newton's method, applied to all points of the orbit at once, decides: it must
-start and end in the same word of labels and hardly move.
+Recurring labels or values prove nothing: a slow passage near a fold has both.
 """
 
 from __future__ import annotations
@@ -105,10 +102,7 @@ def recurrences(tails: Floats, max_period: int) -> Floats:
 
 
 def settled(f: Map1D, tail: Floats, period: int) -> Cycle | None:
-    """Confirm that the end of an orbit has settled on a cycle of this period (or a divisor).
-
-    None if labels do not repeat, Newton's method fails, leaves the word, or moves the orbit.
-    """
+    """Confirm that an orbit has settled on a cycle of this period (or a divisor): labels repeat."""
     labels = np.asarray(f.evaluate(tail[-(REPEATS + 1) * period :]).label)
     if not np.array_equal(labels[period:], labels[:-period]):
         return None
@@ -116,10 +110,9 @@ def settled(f: Map1D, tail: Floats, period: int) -> Cycle | None:
 
 
 def confirmed(f: Map1D, points: Floats, moved: float = MOVED) -> Cycle | None:
-    """Polish a cycle by Newton's method on all its points at once, and reduce its period.
-
-    None if Newton fails, ends in another word, or moves a point by `moved` of the domain's width.
-    """
+    """Polish a cycle by Newton's method on all its points at once, and reduce its period."""
+    # None if Newton fails, ends in another word, or moves a point by `moved` of the domain's
+    # width.
     width = domain_width(f)
     cycle = _newton(f, points, TRUST_RADIUS * moved * width)
     if cycle is None or np.max(np.abs(cycle.points - points)) > moved * width:
@@ -213,12 +206,6 @@ def capture_radius(f: Map1D, cycle: Cycle) -> float:
     return 0.0
 
 
-def _smallest(sizes: Floats, n: int) -> list[int]:
-    """Places of the n smallest numbers, in no order."""
-    places = np.arange(sizes.size) if sizes.size <= n else np.argpartition(sizes, n)[:n]
-    return places.tolist()
-
-
 def hidden_cycles(
     f: Map1D,
     values: Floats,
@@ -227,11 +214,8 @@ def hidden_cycles(
     tries: int = 3,
     multiples_of: int = 1,
 ) -> list[Cycle]:
-    """Search the contracting passages of seemingly chaotic orbits (m, n) for stable cycles.
-
-    Newton's method starts from the closest returns among passages of p steps whose slopes multiply
-    to less than 1. Bands visited in turn allow ``multiples_of`` their number only.
-    """
+    """Search the contracting passages of seemingly chaotic orbits (m, n) for stable cycles."""
+    # Bands visited in turn allow ``multiples_of`` their number only.
     last = max(SEARCHED // len(values), REPEATS)
     values, slopes = values[:, -last:], slopes[:, -last:]
     with np.errstate(divide="ignore"):
@@ -245,7 +229,8 @@ def hidden_cycles(
         # Passages of p steps start after a first column of zeros: climb_(i+p) - climb_i.
         rows, columns = np.nonzero(climb[:, period:-1] < climb[:, : -period - 1])
         distance = np.abs(values[rows, columns + period] - values[rows, columns])
-        for k in _smallest(distance, tries):
+        few = distance.size <= tries
+        for k in range(distance.size) if few else np.argpartition(distance, tries)[:tries]:
             row, column = int(rows[k]), int(columns[k])
             starts.append(values[row, column : column + period])
     for k in promising(f, starts, HIDDEN):

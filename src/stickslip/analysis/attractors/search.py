@@ -1,17 +1,11 @@
 """The search behind `attractors`: orbits followed until they leave, settle or are explained.
 
-After each block of steps an orbit may have left the domain, been captured by a known attractor,
-or settled on a cycle that Newton's method confirms. The rest is chaotic if its exponent exceeds
-zero by several error bars, if a short interval grows into bands that the map does not leave (no
-transient), and if no stable cycle hides behind its contracting passages; else undecided.
-
-Where a fast stand-in of the map proposes, the map decides: cycles are solved again, edges of bands
-are its images and must trap its values, slopes along a chaotic motion are compared.
+Where a fast stand-in of the map proposes, the map decides.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -59,18 +53,14 @@ COMPARED: Final = 64  # points of a chaotic motion at which a stand-in and the m
 STANDS_IN: Final = 1e-6  # of the domain's width: a stand-in may not err more on an attractor
 
 
+@dataclass(frozen=True, eq=False)
 class _Known:
     """An attractor found so far, and how to recognise orbits that it has captured."""
 
-    def __init__(
-        self,
-        attractor: Attractor,
-        cycle: Cycle | None = None,
-        radius: float = 0.0,
-        recurring: float = 0.0,
-    ) -> None:
-        self.attractor, self.cycle = attractor, cycle
-        self.radius, self.recurring = radius, recurring
+    attractor: Attractor
+    cycle: Cycle | None = None
+    radius: float = 0.0
+    recurring: float = 0.0
 
     def captures(self, tails: Floats) -> Any:
         if self.attractor.kind == "chaotic":
@@ -87,21 +77,13 @@ class _Known:
 
 
 class AttractorSearch:
-    """Seeds still moving, and what has been found; ``doubts`` are what the map did not confirm.
-
-    Orbits are followed on ``fast``, a stand-in of the map ``f``, by default ``f`` itself.
-    """
+    """Seeds still moving, and what has been found; ``doubts`` are what the map did not confirm."""
 
     def __init__(
-        self,
-        f: Map1D,
-        table: BranchTable,
-        max_period: int,
-        max_steps: int,
-        fast: Map1D | None = None,
+        self, f: Map1D, table: BranchTable, max_period: int, max_steps: int, fast: Map1D
     ) -> None:
         self.f, self.table, self.laps = f, table, table.laps
-        self.fast: Map1D = f if fast is None else fast
+        self.fast = fast  # a stand-in of f that orbits are followed on, or f itself
         self.max_period, self.max_steps = max_period, max_steps
         self.known: list[_Known] = []
         self.fate: Any = None  # index of the attractor, -1 undecided, -2 left; one per seed
@@ -240,11 +222,7 @@ class AttractorSearch:
 
     def _why_not_chaotic(self, bands: Bands, motion: ChaoticMotion) -> str:
         proposed = hidden_cycles(
-            self.fast,
-            motion.values,
-            motion.slopes,
-            self.max_period,
-            multiples_of=bands.period,
+            self.fast, motion.values, motion.slopes, self.max_period, multiples_of=bands.period
         )
         for cycle in filter(None, map(self._accepted, proposed)):
             if not cycle.stable:

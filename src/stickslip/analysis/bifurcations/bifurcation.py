@@ -389,10 +389,7 @@ def _outcome(outcome: Outcome | None) -> str | None:
 def attempted(
     part: Callable[[], T], what: str, lo: float, hi: float, unresolved: list[UnresolvedChange]
 ) -> T | None:
-    """Return what a part of a search finds between two values; None, noted, if it fails.
-
-    A fault of the program costs its own part alone, and is logged.
-    """
+    """Return what a part of a search finds; None, noted and logged, if the program fails there."""
     try:
         return part()
     except Exception as error:

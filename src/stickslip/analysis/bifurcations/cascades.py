@@ -45,10 +45,7 @@ def cascades(
     range: tuple[float, float],
     max_period: int,
 ) -> list[Cascade]:
-    """Follow the cascade from each supercritical flip of no doubled orbit.
-
-    A cascade ends at the range's ends; flips that are not in ``found`` have ``in_cascade``.
-    """
+    """Follow the cascade from each supercritical flip of no doubled orbit, to the range's ends."""
     flips = [b for b in found if b.kind == "flip" and b.criticality == "super"]
     after = {id(flip): _successor(flip, flips, branches) for flip in flips}
     followers = {id(flip) for flip in after.values()}
@@ -158,11 +155,9 @@ def _grown(
     strides: int,
     family: Family,
 ) -> tuple[MapFamily, Floats] | None:
-    """Carry a doubled orbit from where it was solved for to where its own flip is expected.
-
-    Its two halves part like the square root of the distance from the flip that it was born at, and
-    their middle moves away from the orbit that flipped in proportion to it.
-    """
+    """Carry a doubled orbit from where it was solved for to where its own flip is expected."""
+    # Its halves part like the root of the distance from its birth; their middle moves in
+    # proportion.
     f, bundle, q = start
     points = bundle.points[0]
     for value in np.linspace(q, last.value + way, strides + 1)[1:].tolist():
@@ -183,11 +178,8 @@ def _grown(
 def _doubled(
     level: _Level, way: float, family: Family
 ) -> tuple[MapFamily, OrbitBundle, float] | None:
-    """Solve for the orbit born at a flip, from the size that the normal form foretells.
-
-    On the unstable side u -> -(1 + e) u + c u^3 with e = abs(slope) abs(q - q0) has the cycle u =
-    ±sqrt(e / c).
-    """
+    """Solve for the orbit born at a flip, from the size that the normal form foretells."""
+    # On the unstable side u -> -(1 + e) u + c u^3 has the cycle u = ±sqrt(e / c).
     last, coefficient = level.flip, level.coefficient.value
     if not coefficient > 0:
         return None
@@ -281,11 +273,8 @@ def _accumulation(chain: list[Bifurcation]) -> tuple[float, float]:
 
 
 def accumulation(values: Floats, errors: Floats) -> tuple[float, float]:
-    """Extrapolate successive flips to where they accumulate, with an error, by Aitken's method.
-
-    Each three flips make an estimate, each three estimates a better one where they come closer by a
-    steady ratio; the one that differs least from the one before is taken. NaN below three flips.
-    """
+    """Extrapolate successive flips to where they accumulate, with an error, by Aitken's method."""
+    # The estimate that differs least from the one before is taken. NaN below three flips.
     if len(values) < 3:
         return math.nan, math.inf
     estimates, ratios = _extrapolated(values)

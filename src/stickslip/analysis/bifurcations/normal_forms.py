@@ -1,9 +1,4 @@
-"""Normal forms of folds and flips: what is born, on which side, and whether it is stable.
-
-Both need derivatives of f^p beyond the first. Those of f come from differences of the exact
-first derivative at each point of the orbit, extrapolated with an error estimate, and are put
-together along the orbit by the chain rule.
-"""
+"""Normal forms of folds and flips: what is born, on which side, and whether it is stable."""
 
 from __future__ import annotations
 
@@ -98,12 +93,10 @@ class CrossingCoefficients:
 
 
 def flip_coefficient(f: Map1D, points: ArrayLike) -> FlipCoefficient:
-    """Find the cubic coefficient -S / 6 of a flip; NaN for a point alone on its branch.
-
-    The Schwarzian S = g''' / g' - 3/2 (g'' / g')^2 of g = f^p is the sum of S f(x_k)
-    ((f^(k-1))'(x_1))^2 over the orbit (Kuznetsov, Elements of Applied Bifurcation Theory, section
-    4.5; de Melo and van Strien, One-Dimensional Dynamics, section II.6).
-    """
+    """Find the cubic coefficient -S / 6 of a flip; NaN for a point alone on its branch."""
+    # S, the Schwarzian of f^p, is the sum of S f(x_k) ((f^(k-1))'(x_1))^2 over the orbit
+    # (Kuznetsov, Elements of Applied Bifurcation Theory, 4.5; de Melo and van Strien, One-
+    # Dimensional Dynamics, II.6).
     x = np.asarray(points, dtype=np.float64)
     slope, (second, error_2), (third, error_3) = _derivatives(f, x)
     with np.errstate(all="ignore"):
@@ -161,10 +154,8 @@ def _after(slope: Floats) -> Floats:
 def _derivatives(
     f: Map1D, x: Floats
 ) -> tuple[Floats, tuple[Floats, Floats], tuple[Floats, Floats]]:
-    """Return f', and f'' and f''' with errors, from values of f' on the branch of each point.
-
-    Short steps are for points close to a break: most others are known well enough without.
-    """
+    """Return f', and f'' and f''' with errors, from values of f' on the branch of each point."""
+    # Short steps are for points close to a break: most others are known well enough without.
     at_x = sample(f, x)
     found = _differences(f, x, at_x, FEW_STEPS)
     with np.errstate(invalid="ignore"):

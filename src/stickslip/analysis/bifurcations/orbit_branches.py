@@ -74,10 +74,7 @@ class _Web:
 
 
 def orbit_branches(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple[Curve, ...]:
-    """Join all orbits of a survey to branches: by period, then lower end and smallest point.
-
-    ``concerned`` holds, by number of the span, the orbits that its events concern.
-    """
+    """Join all orbits of a survey to branches; ``concerned`` goes by the span's number."""
     web = _Web([*(span.left for span in survey.spans), survey.spans[-1].right])
     for number, span in enumerate(survey.spans):
         _link_pieces(web, number, span)
@@ -145,11 +142,8 @@ def _link_event(web: _Web, number: int, event: Event, share: Concerned) -> None:
 
 
 def _link_crossing(web: _Web, number: int, event: Event, share: Concerned) -> bool:
-    """Link orbits across the point where they cross; false if there are not two or four.
-
-    Crossing curves change their order: the upper orbit goes on as the lower one. Of a pitchfork's
-    three orbits the middle one goes on, and the others are two ends of one curve.
-    """
+    """Link orbits across the point where they cross; false if there are not two or four."""
+    # The upper orbit goes on as the lower one; of a pitchfork's three the middle one goes on.
     row = _Row(event.value, event.points, 1.0, event)
     below = _by_place(web, number, share.lost, event, UP)
     above = _by_place(web, number + 1, share.born, event, DOWN)

@@ -1,7 +1,4 @@
-"""What a border collision does to the orbits and to the attractors that take part in it.
-
-One vocabulary for what theory predicts and what is observed, so that the two can be compared.
-"""
+"""What a border collision does to orbits and attractors, in one vocabulary for theory and sight."""
 
 from __future__ import annotations
 
@@ -98,11 +95,7 @@ class Outcome:
 
 
 def disagreement(predicted: Outcome, observed: Outcome) -> str:
-    """Say in what a prediction and an observation differ; empty if in nothing, or undecided.
-
-    At one parameter value a family of cycles (``period-adding``, ``period-incrementing``) shows
-    itself as one ``periodic`` attractor, and agrees.
-    """
+    """Say in what a prediction and an observation differ; empty if in nothing, or undecided."""
     parts = []
     if "undecided" not in (predicted.orbits, observed.orbits) and (
         predicted.orbits != observed.orbits

@@ -1,8 +1,6 @@
 """Breakpoints: where the branches of a map end, and how; one-sided values and slopes there.
 
-At the last float before a break the derivative may belong to the other branch, and a square
-root has lost half of its digits; so limits are taken from points inside the branch, at
-distances h / 64, h, 4 h and 16 h with h the resolution (less in a narrow branch).
+Limits are taken inside the branch: at the last float a square root has lost half of its digits.
 """
 
 from __future__ import annotations

@@ -1,10 +1,6 @@
 """Where a map stops being one smooth function: label changes and breaks without one, bisected.
 
-Label changes are closed in on until two points are adjacent floats. Halving takes 45 evaluations
-per change. Where the map tells its margin (a distance to the next change of label, zero at the
-change) most of them are saved: seen from either side the margin is linear in x, or a square root;
-two values on each side foretell its zero, and the two forecasts tell how good they are by
-agreeing.
+Margins of the map, linear or square roots beside a change, foretell it and save most halvings.
 """
 
 from __future__ import annotations
@@ -227,11 +223,7 @@ class Discontinuities:
 
 
 def find_discontinuities(mesh: Mesh) -> tuple[Discontinuities, list[Unresolved]]:
-    """Refine a mesh in place until nothing is open and every break lies between adjacent floats.
-
-    Breaks closer to each other than the resolution are one cut; unresolved are the intervals with
-    more label changes than ``MAX_CHANGES`` leaves room for.
-    """
+    """Refine a mesh in place until nothing is open and every break lies between adjacent floats."""
     search = _Search(mesh)
     mesh.refine()
     while len((pairs := search.new_pairs())[0]):
@@ -373,11 +365,9 @@ class _Search:
         return Discontinuities(left, right, first, last)
 
     def _open_wide(self) -> None:
-        """Turn intervals that were not followed into gaps, with a cut where a branch ends.
-
-        Points of the mesh that came to lie inside later tell more: what is not followed ends at
-        the first of them, unless that is still of the branch on the left.
-        """
+        """Turn intervals that were not followed into gaps, with a cut where a branch ends."""
+        # A later point of the mesh inside ends one, unless that is still of the branch on the
+        # left.
         lower, nodes = self.left.take(self.wide), self.mesh.nodes
         upper = nodes.take(np.searchsorted(nodes.x, lower.x, side="right"))
         open_ = ~have_same_label(lower, upper)

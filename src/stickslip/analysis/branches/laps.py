@@ -1,8 +1,4 @@
-"""Laps: the maximal intervals on which a map is smooth and monotone, and their inverses.
-
-Made from a refined mesh: smooth stretches between breaks, cut at their turning points. The word is
-that of Milnor and Thurston, "On iterated maps of the interval" (1988).
-"""
+"""Laps: the maximal intervals on which a map is smooth and monotone, and their inverses."""
 
 from __future__ import annotations
 
@@ -77,11 +73,9 @@ class Cells:
 @part
 @dataclass(frozen=True, eq=False)
 class Laps:
-    """All laps (Milnor and Thurston 1988) of a map, ascending; arrays of shape (n,).
+    """All laps (Milnor and Thurston 1988) of a map, ascending; arrays of shape (n,)."""
 
-    A lap is closed: its values and slopes at the ends are one-sided limits. Outside its guards,
-    close to a break, the map is continued linearly: evaluation never falls on the wrong side.
-    """
+    # Closed: ends have one-sided limits. Outside its guards a lap is continued linearly.
 
     f: Map1D
     left: Floats

@@ -1,9 +1,6 @@
 """Sampling of a map until its shape is known: nodes, cells that passed a test, label changes.
 
-Values and derivatives are exact, so the cubic Hermite interpolant of a cell predicts a point
-in its inside. A cell passes if the prediction holds and leaves no doubt about the sign of the
-slope; else it is halved, down to the resolution. Jumps, corners and turning points fail the
-test at every width, so they are met even where no label tells of them.
+Jumps, corners and turning points fail the test at every width: they are met even without a label.
 """
 
 from __future__ import annotations
@@ -205,10 +202,8 @@ class Mesh:
         self.open |= cells & ~narrow
 
     def _bent(self) -> Bools:
-        """Tell which cells have a curvature, at a common node, that does not fit their neighbour's.
-
-        One test point can miss a corner by accident: at 1/6 of a cell the prediction comes true.
-        """
+        """Tell which cells' curvature, at a common node, does not fit their neighbour's."""
+        # One test point can miss a corner by accident: at 1/6 of a cell the prediction comes true.
         n = self.nodes
         same = n.same_as_next() & n.ok[1:]
         width = np.diff(n.x)

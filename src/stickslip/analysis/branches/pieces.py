@@ -1,10 +1,6 @@
 """Pieces of f^p: its smooth monotone intervals, pulled back lap by lap from those of f.
 
-f^(k+1) = f^k after f, so within one lap of f the ends of its pieces are the inverse images,
-under that lap, of the ends of the pieces of f^k. Every end carries its whole orbit, one-sided
-where it meets a break of f: nothing is ever computed by iterating across one, and ends are as
-accurate as one inversion, however much f^p stretches. They also tell f^p as a map beforehand where
-to look, and exact limits: `Hints`.
+Every end carries its whole one-sided orbit: nothing is computed by iterating across a break.
 """
 
 from __future__ import annotations
@@ -91,10 +87,8 @@ def first_pieces(laps: Laps) -> Pieces:
 
 
 def pieces_of_powers(laps: Laps, max_power: int) -> Iterator[Pieces]:
-    """Yield the pieces of f, f^2, ..., up to a power, or raise `TooManyPiecesError`.
-
-    ``laps`` are a table's ``laps``, or its ``pieces`` to have harmless breakpoints count too.
-    """
+    """Yield the pieces of f, f^2, ..., up to a power, or raise `TooManyPiecesError`."""
+    # ``laps`` are a table's ``laps``, or its ``pieces`` to have harmless breakpoints count too.
     pieces = first_pieces(laps)
     yield pieces
     images = _EndImages(laps)

@@ -9,21 +9,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.attractors.along import Motion, Settler
+from stickslip.analysis.attractors.attractors import spread_points
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.branches.along.breakpoint_lines import follow_breakpoints
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
 from stickslip.analysis.diagrams.orbit_curves import fill, trace_orbits
 from stickslip.analysis.maps.arguments import checked_range, line_family
-from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.threads import in_threads
-from stickslip.checks import (
-    MOST_KEPT,
-    check_callback,
-    flag,
-    shown,
-    whole_number,
-)
+from stickslip.checks import MOST_KEPT, check_callback, flag, shown, whole_number
 from stickslip.checks import grid as grid_values
 from stickslip.numerics.targets import available_threads
 from stickslip.vocabulary import suggests
@@ -264,7 +258,7 @@ def _attractor_table(
             if search:
                 spread = np.empty(0)
                 if k == chunk.start or k in near_lists:
-                    spread = _spread(maps[k])
+                    spread = spread_points(maps[k], SPREAD, None)
                 cycles = [motion.points for motion in known]
                 rows[-1] = known + settler.at(maps[k], cycles, critical[k], spread)
             steps.count()
@@ -285,13 +279,6 @@ def _stable_cycles(orbits: Sequence[OrbitCurve], k: int) -> list[Motion]:
                 exponent = float(np.log(multiplier)) / orbit.period
             found.append(Motion("periodic", orbit.points[k], exponent))
     return found
-
-
-def _spread(f: MapFamily) -> Floats:
-    """One random point in each of equal cells of the domain."""
-    rng = np.random.default_rng(0)
-    cells = np.arange(SPREAD) + rng.random(SPREAD)
-    return np.asarray(f.domain[0] + domain_width(f) * cells / SPREAD)
 
 
 def _as_table(rows: Sequence[Sequence[Motion]], iterates: int) -> AttractorTable:

@@ -1,9 +1,6 @@
 """Orbits of a surveyed range as curves: from where each begins to where it ends, at every value.
 
-An orbit is foretold from the values just passed and from known places ahead, all orbits of one
-value are solved for by Newton's method together, and each must come out where it was foretold.
-Near a fold, or where a doubled orbit is born, points move like the square root of the distance
-to there; in that root they are smooth, and so they are foretold in it.
+Near a fold or flip points move like a root of the distance to there, and are foretold in it.
 """
 
 from __future__ import annotations
@@ -15,7 +12,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.bifurcations.scan.events import orbit_at
-from stickslip.analysis.maps.protocol import domain_width, sample
+from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.orbits.bundles import evaluate_padded
 from stickslip.analysis.orbits.newton import solve_cyclic, turn_towards
 from stickslip.results.parts import part
 
@@ -145,7 +143,7 @@ def _newton(
     last = np.full(len(points), np.inf)
     enough, small = TINY * domain_width(f), STALLED * domain_width(f)
     for _ in range(MOST_STEPS):
-        slopes, residuals = _slopes_and_residuals(f, points[todo], periods[todo])
+        slopes, _, residuals = evaluate_padded(f, points[todo], periods[todo])
         steps = solve_cyclic(slopes, -residuals, periods[todo])
         used = np.arange(points.shape[1]) < periods[todo, None]
         with np.errstate(invalid="ignore"):
@@ -159,20 +157,6 @@ def _newton(
         if not todo.size:
             break
     return points, multipliers
-
-
-def _slopes_and_residuals(
-    f: Map1D, points: Floats, periods: NDArray[np.intp]
-) -> tuple[Floats, Floats]:
-    """Return slopes and f(x_i) - x_(i+1), padded with 1 and 0 beyond the period."""
-    used = np.arange(points.shape[1]) < periods[:, None]
-    values = sample(f, points[used])
-    slopes, residuals = np.ones(points.shape), np.zeros(points.shape)
-    following = np.roll(points, -1, axis=1)
-    following[np.arange(len(points)), periods - 1] = points[:, 0]
-    slopes[used] = values.derivative
-    residuals[used] = values.value - following[used]
-    return slopes, residuals
 
 
 def _is_the_orbit(

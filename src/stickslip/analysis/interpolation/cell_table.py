@@ -1,8 +1,6 @@
 """A map as a table of polynomials that repeat its values to rounding: for very long orbits.
 
-On dyadic cells the map's slopes at Chebyshev-Lobatto points are interpolated and the interpolant
-is integrated: one polynomial for value and slope. A cell counts where values, itineraries and
-margins at its nodes show that it may (docs/theory/many-maps.md); elsewhere the map itself is asked.
+See docs/theory/many-maps.md.
 """
 
 from __future__ import annotations
@@ -110,11 +108,8 @@ class TabulatedMap:
 
 
 def tabulated(f: Map1D, past: Floats) -> TabulatedMap | None:
-    """Make the fast map for orbits that go on where ``past``, a few thousand points, have been.
-
-    None where the fast map is of no use: the map knows no margins, and breakpoints inside a cell
-    cannot be excluded, or too few of the points lie in cells.
-    """
+    """Make the fast map for orbits that go on where ``past``, a few thousand points, have been."""
+    # None where it is of no use: no margins are known, or too few of the points lie in cells.
     points = past[np.isfinite(past)]
     if not points.size or np.isnan(sample(f, points[:1]).margin).all():
         return None

@@ -1,10 +1,6 @@
 """A map's table of laps as a very fast map: polynomials between exact values and slopes.
 
-An event map may take tens of microseconds for a value. Between neighbouring nodes of its table
-the cubic through both values and slopes errs by the fourth power of their distance: a few more
-nodes make a map that agrees to ten digits and costs nanoseconds. What is found there is a guess to
-be confirmed on the true map. Beside a graze, where the slope changes like the square root of the
-distance or its inverse, a polynomial in that root is taken if it predicts the map better.
+Cubics; beside a graze polynomials in a square root. What is found there is a guess to be confirmed.
 """
 
 from __future__ import annotations
@@ -23,12 +19,7 @@ from stickslip.analysis.interpolation._kernels import (
     evaluate_cells,
     iterate_cells,
 )
-from stickslip.analysis.maps.protocol import (
-    UNDEFINED,
-    PointValues,
-    checked_points,
-    sample,
-)
+from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, checked_points, sample
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -55,36 +46,15 @@ BETTER: Final = 0.25  # a polynomial in a square root must err by less than this
 
 @dataclass(frozen=True, eq=False)
 class InterpolatedMap:
-    """A map of the line, interpolated between the nodes of its table.
-
-    It fits `Map1D`; labels are those of the map. `interpolated_map` makes it.
-
-    Attributes
-    ----------
-    f : Map1D
-        The true map.
-    table : BranchTable
-        Of the true map.
-    polynomials : CellPolynomials
-        What is evaluated.
-    cell_labels : ndarray of uint64, shape (n,)
-        Label of the true map in each cell.
-    cell_errors : ndarray of float, shape (n,)
-        Estimated largest error of the value in each cell.
-    error : float
-        Largest error of a value: the largest estimate, or what random points showed if that
-        was more; infinite where the map has a branch that its table does not know.
-    n_evaluations : int
-        Evaluations of the true map that it took.
-    """
+    """A map of the line, fit for `Map1D`, interpolated between the nodes of its table."""
 
     f: Map1D
     table: BranchTable
     polynomials: CellPolynomials
     cell_labels: Labels
-    cell_errors: Floats
-    error: float
-    n_evaluations: int
+    cell_errors: Floats  # estimated, of values
+    error: float  # largest of a value; infinite: the map has a branch that its table does not know
+    n_evaluations: int  # of the true map
 
     @property
     def domain(self) -> tuple[float, float]:
@@ -103,13 +73,7 @@ class InterpolatedMap:
         return np.asarray(sample(self.f, gaps.mean(axis=1)).status if len(gaps) else [], np.int64)
 
     def evaluate(self, x: ArrayLike, /) -> PointValues:
-        """Return value, derivative, label and status at points of the domain.
-
-        Raises
-        ------
-        ValueError
-            A point is NaN or outside the domain.
-        """
+        """Return value, derivative, label and status at points of the domain."""
         points = checked_points(self.domain, x)
         flat = points.ravel()
         value, slope = np.empty(flat.shape), np.empty(flat.shape)
@@ -144,13 +108,7 @@ class InterpolatedMap:
         return self.iterate_with_slopes(x, n)[0]
 
     def iterate_with_slopes(self, x: ArrayLike, n: int) -> tuple[Floats, Floats]:
-        """Apply the map ``n`` times, and tell the slope at each point but the last.
-
-        Raises
-        ------
-        ValueError
-            A starting point is outside the domain, or ``n`` is negative.
-        """
+        """Apply the map ``n`` times, and tell the slope at each point but the last."""
         if n < 0:
             raise ValueError(f"n = {n} applications of a map: n must be at least 0.")
         start = checked_points(self.domain, x)
@@ -161,12 +119,7 @@ class InterpolatedMap:
 
 
 def interpolated_map(table: BranchTable, fit: float = FIT) -> InterpolatedMap:
-    """Make the fast map of a table, with as many more nodes as the fit takes.
-
-    A cell passes unseen if its two neighbours predict its nodes well enough; the others are
-    compared with the true map in the middle, and halved, until the halves are good. Then random
-    points are compared, half of them in the worst cells. `InterpolatedMap.error` says where the
-    fit, a share of the range of values, cannot be had (singularities, more than ``MAX_CELLS``).
+    """Make the fast map of a table; the fit is a share of the range of values.
 
     >>> import stickslip as ss
     >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.5})

@@ -182,29 +182,8 @@ class PowerMap(EvaluatedMap):
 
 @dataclass(frozen=True)
 class WindowMap(EvaluatedMap):
-    """A map on a part of its domain, for whoever studies only that.
+    """A map on a part of its domain, clipped to that of ``f``; values outside end the orbit.
 
-    Parameters
-    ----------
-    f : Map1D
-        An event map, a `PiecewiseMap`, a power of one, or a window of one.
-    window : pair of float
-        Ends ``lo < hi`` of the part; clipped to the domain of ``f``, which may move with
-        the parameters.
-
-    Raises
-    ------
-    ValueError
-        The window is not an interval, or does not meet the domain.
-
-    Notes
-    -----
-    Values are those of ``f``, also where they lie outside the window: there the orbit
-    leaves. What ``f`` offers besides the protocol of `Map1D` (parameters, texts of
-    itineraries) the restricted map offers too.
-
-    Examples
-    --------
     >>> import stickslip as ss
     >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.5})
     >>> upper = WindowMap(f, (0.5, 1.0))
@@ -246,13 +225,7 @@ class WindowMap(EvaluatedMap):
     # ------------------------------------------------------------------ values
 
     def evaluate(self, x: ArrayLike, /) -> MapValues:
-        """Return value, derivative, label and status at points of the window.
-
-        Raises
-        ------
-        ValueError
-            An element is NaN or outside the window.
-        """
+        """Return value, derivative, label and status at points of the window."""
         return self.f.evaluate(checked_points(self.domain, x))
 
     @property
@@ -271,10 +244,7 @@ class WindowMap(EvaluatedMap):
         return self.f.explain_break  # type: ignore[attr-defined]
 
     def iterate(self, x: ArrayLike, n: int) -> Floats:
-        """Apply the map ``n`` times; shape ``x.shape + (n + 1,)``.
-
-        After the first point outside the window NaN stays.
-        """
+        """Apply the map ``n`` times; shape ``x.shape + (n + 1,)``, NaN once outside the window."""
         points = checked_points(self.domain, x)
         inner = getattr(self.f, "iterate", None)
         if inner is None or n < 0:
@@ -293,13 +263,7 @@ class WindowMap(EvaluatedMap):
         return parameters
 
     def replace(self, **changes: Any) -> WindowMap:
-        """Return the same window of the map with other parameter values.
-
-        Raises
-        ------
-        ValueError
-            As for the whole map; or its domain has moved out of the window.
-        """
+        """Return the same window of the map with other parameter values."""
         return WindowMap(self.f.replace(**changes), self.window)  # type: ignore[attr-defined]
 
     def parameter_derivative(self, x: ArrayLike, name: str, /) -> Any:

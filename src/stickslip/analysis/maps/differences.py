@@ -38,12 +38,9 @@ def extrapolated_difference(
     usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None = None,
     n_steps: int = N_STEPS,
 ) -> tuple[Floats, Floats]:
-    """Return slopes and errors by Ridders' method: differences at halved steps, extrapolated.
-
-    ``usable(x, points)`` tells which points lie on the branch of x: central differences where both
-    neighbours do, one-sided ones elsewhere, NaN where no step stays on the branch. The entry of the
-    table whose neighbours agree best wins: steps across an unmarked jump lose by themselves.
-    """
+    """Return slopes and errors by Ridders' method: differences at halved steps, extrapolated."""
+    # ``usable(x, points)`` tells which points lie on the branch of x: differences are one-sided
+    # where one neighbour does. Steps across an unmarked jump lose by themselves.
     steps, points = _neighbours(x, scale, n_steps)
     here = np.broadcast_to(x, points.shape)
     values = func(points.ravel()).reshape(points.shape)

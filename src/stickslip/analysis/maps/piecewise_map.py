@@ -11,12 +11,7 @@ import numpy as np
 
 from stickslip.analysis.maps.derived import EvaluatedMap, plain
 from stickslip.analysis.maps.differences import FIRST_STEP, complex_step, extrapolated_difference
-from stickslip.analysis.maps.protocol import (
-    UNDEFINED,
-    PointValues,
-    checked_points,
-    iterate,
-)
+from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, checked_points, iterate
 from stickslip.analysis.maps.user_function import (
     Function,
     apply,

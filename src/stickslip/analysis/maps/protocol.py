@@ -1,8 +1,4 @@
-"""What a map of the line must offer, and the three ways in which this layer asks for values.
-
-The analysis knows a map only through this module: it never hears of blocks. An event map of
-the mechanics and a `PiecewiseMap` both fit.
-"""
+"""What a map of the line must offer, and the three ways in which this layer asks for values."""
 
 from __future__ import annotations
 
@@ -125,10 +121,7 @@ class MapFamily(Map1D, Protocol):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PointValues(Result):
-    """Values of a map at many points: the plain container of `MapValues`.
-
-    ``margin`` is NaN for a map that knows none.
-    """
+    """Values of a map at many points: the plain container of `MapValues`; margins may be NaN."""
 
     value: Floats
     derivative: Floats

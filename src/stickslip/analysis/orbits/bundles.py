@@ -1,7 +1,4 @@
-"""Many periodic orbits of one map, of any periods, moved to another parameter value at once.
-
-A few calls of the map serve all of them: what lists along a parameter and diagrams need.
-"""
+"""Many periodic orbits of one map, of any periods, moved to another parameter value at once."""
 
 from __future__ import annotations
 
@@ -19,7 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapFamily
+    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 MAX_NEWTON: Final = 12  # a guess that needs more was no guess of this orbit
@@ -49,7 +46,7 @@ class OrbitBundle:
                     "and cannot be followed: follow the jump itself."
                 )
             row[: orbit.period] = orbit.points
-        slopes, labels, _ = _evaluate(f, points, periods)
+        slopes, labels, _ = evaluate_padded(f, points, periods)
         return cls(periods, points, np.where(np.isnan(points), np.nan, slopes), labels)
 
     def __len__(self) -> int:
@@ -86,26 +83,8 @@ class Moved:
     bundle: OrbitBundle  # meaningless where not `converged`
     converged: NDArray[np.bool_]  # down to rounding
     given_up: NDArray[np.bool_]  # Newton's method led too far away, or its steps grew
-    # converged, and all points are on the branches that they were on
-    same_labels: NDArray[np.bool_]
     collapsed: NDArray[np.bool_]  # converged, but onto an orbit of which the period is a multiple
-    distance: Floats  # largest move of a point
     surprise: Floats  # largest distance of a point from its forecast
-
-
-def move_orbits(
-    bundle: OrbitBundle, f: MapFamily, name: str, value: float
-) -> tuple[MapFamily, Moved]:
-    """Move orbits of the map f to another value of a parameter, foretold to first order."""
-    change = value - f.parameters[name]
-    at_value = f.replace(**{name: value})
-    if not len(bundle):
-        none = np.zeros(0, dtype=bool)
-        return at_value, _moved(bundle, bundle, bundle.points, none, none)
-    rates = np.full(bundle.points.shape, np.nan)
-    rates[bundle.used] = f.parameter_derivative(bundle.points[bundle.used], name)
-    velocity = solve_cyclic(bundle.slopes, -rates, bundle.periods)
-    return at_value, _polish(bundle, bundle.points + change * velocity, at_value)
 
 
 def polish_orbits(
@@ -116,40 +95,10 @@ def polish_orbits(
     trust_radius: float = np.inf,
     contraction: float = np.inf,
 ) -> Moved:
-    """Solve for orbits of f from ``start`` (the bundle's points); the bundle's labels are expected.
-
-    Given up are orbits further than ``trust_radius`` from the bundle's points, and those whose
-    step is longer than ``contraction`` times the step before.
-    """
-    return _polish(bundle, bundle.points, f, start, trust_radius, contraction)
-
-
-def _evaluate(f: Map1D, points: Floats, periods: NDArray[np.intp]) -> tuple[Floats, Labels, Floats]:
-    """Return slopes, labels and f(x_i) - x_(i+1) in padded rows: 1, 0 and 0 beyond the period."""
-    used = np.arange(points.shape[1]) < periods[:, None]
-    values = sample(f, points[used])
-    ok = values.status == OK
-    slopes, residuals = np.ones(points.shape), np.zeros(points.shape)
-    labels = np.zeros(points.shape, dtype=np.uint64)
-    slopes[used] = np.where(ok, values.derivative, np.nan)
-    labels[used] = np.where(ok, values.label, np.uint64(0))
-    following = successors(points)
-    following[np.arange(len(points)), periods - 1] = points[:, 0]
-    residuals[used] = np.where(ok, values.value, np.nan) - following[used]
-    return slopes, labels, residuals
-
-
-def _polish(
-    bundle: OrbitBundle,
-    foretold: Floats,
-    f: Map1D,
-    start: Floats | None = None,
-    trust_radius: float = np.inf,
-    contraction: float = np.inf,
-) -> Moved:
-    """Newton's method on all rows at once; rows that are done are left alone."""
+    """Solve for orbits of f from ``start``, by default the bundle's points."""
+    # Given up: further than `trust_radius` from the bundle, or steps that do not contract so.
     scale = max(abs(end) for end in f.domain)
-    points = np.clip(foretold if start is None else start, *f.domain)
+    points = np.clip(bundle.points if start is None else start, *f.domain)
     slopes, residuals, steps = (np.full(points.shape, np.nan) for _ in range(3))
     labels = np.zeros(points.shape, dtype=np.uint64)
     todo = np.arange(len(points))
@@ -157,7 +106,7 @@ def _polish(
     given_up = np.zeros(len(points), dtype=bool)
     for _ in range(MAX_NEWTON):
         periods = bundle.periods[todo]
-        slope, label, residual = _evaluate(f, points[todo], periods)
+        slope, label, residual = evaluate_padded(f, points[todo], periods)
         step = solve_cyclic(slope, -residual, periods)
         slopes[todo], labels[todo], residuals[todo], steps[todo] = slope, label, residual, step
         with np.errstate(invalid="ignore"):
@@ -171,9 +120,8 @@ def _polish(
         # An orbit may lie at the very end of the domain.
         points[todo[moves]] = np.clip(points[todo[moves]] + step[moves], *f.domain)
         if np.isfinite(trust_radius):
-            lost |= moves & (
-                np.nanmax(np.abs(points[todo] - foretold[todo]), axis=1) > trust_radius
-            )
+            away = np.abs(points[todo] - bundle.points[todo])
+            lost |= moves & (np.nanmax(away, axis=1) > trust_radius)
         given_up[todo[lost]] = True
         todo = todo[moves & ~lost]
         if not todo.size:
@@ -185,33 +133,26 @@ def _polish(
     unused = ~bundle.used
     points[unused] = slopes[unused] = np.nan
     moved = OrbitBundle(bundle.periods, points, slopes, labels)
-    return _moved(bundle, moved, foretold, converged, given_up, SAME * scale)
+    collapsed = _collapsed(moved, SAME * scale) & converged
+    off = np.where(bundle.used, np.abs(points - bundle.points), 0.0)
+    return Moved(moved, converged, given_up, collapsed, off.max(axis=1, initial=0.0))
 
 
-def _moved(
-    before: OrbitBundle,
-    now: OrbitBundle,
-    foretold: Floats,
-    converged: NDArray[np.bool_],
-    given_up: NDArray[np.bool_],
-    same: float = 0.0,
-) -> Moved:
-    """Compare orbits with where they were and with where they should be."""
-    used = before.used
-    same_labels = (now.labels == before.labels).all(axis=1) & converged
-
-    def largest(difference: Floats) -> Floats:
-        return np.where(used, np.abs(difference), 0.0).max(axis=1, initial=0.0)
-
-    return Moved(
-        bundle=now,
-        converged=converged,
-        given_up=given_up,
-        same_labels=same_labels,
-        collapsed=_collapsed(now, same) & converged,
-        distance=largest(now.points - before.points),
-        surprise=largest(now.points - foretold),
-    )
+def evaluate_padded(
+    f: Map1D, points: Floats, periods: NDArray[np.intp]
+) -> tuple[Floats, Labels, Floats]:
+    """Return slopes, labels and f(x_i) - x_(i+1) in padded rows: 1, 0 and 0 beyond the period."""
+    used = np.arange(points.shape[1]) < periods[:, None]
+    values = sample(f, points[used])
+    ok = values.status == OK
+    slopes, residuals = np.ones(points.shape), np.zeros(points.shape)
+    labels = np.zeros(points.shape, dtype=np.uint64)
+    slopes[used] = np.where(ok, values.derivative, np.nan)
+    labels[used] = np.where(ok, values.label, np.uint64(0))
+    following = successors(points)
+    following[np.arange(len(points)), periods - 1] = points[:, 0]
+    residuals[used] = np.where(ok, values.value, np.nan) - following[used]
+    return slopes, labels, residuals
 
 
 def _collapsed(bundle: OrbitBundle, same: float) -> NDArray[np.bool_]:

@@ -1,9 +1,6 @@
 """Where pieces of f^p meet the diagonal: brackets with exactly one fixed point each.
 
-A rising piece may cross the diagonal twice (both orbits of a fold) or three times (an orbit and
-its double), so it is halved until the slope of f^p on a part excludes 1, or the end values and
-slopes together exclude a crossing. Slopes are bounded by products of bounds from the table of f,
-and by the cubic through values and slopes of f^p, trusted as far as it predicts the middle.
+Rising pieces are halved until bounds of the slope of f^p decide: they may cross up to three times.
 """
 
 from __future__ import annotations
@@ -79,10 +76,7 @@ class Brackets:
 
 
 def brackets_on_diagonal(pieces: Pieces, near: float) -> tuple[Brackets, list[NearFold]]:
-    """Find an interval for every fixed point of f^p, one per class of shifted words; near-folds.
-
-    On each g = f^p(x) - x is monotone and changes its sign, or vanishes at an end.
-    """
+    """Find an interval for every fixed point of f^p, one per class of shifted words; near-folds."""
     touch = TOUCH * _scale(pieces.laps)
     whole = _whole_pieces(pieces)
     candidates = whole.take(_may_cross(whole, pieces.direction, touch))
@@ -271,10 +265,8 @@ def _bounds_of_g(
 
 
 def _slope_error(parts: Brackets, value: Floats, slope: Floats) -> Floats:
-    """Error of the slope of a part's cubic, seen in the middle from the true value and slope.
-
-    The slope alone would not do: a fourth derivative bends it everywhere but in the middle.
-    """
+    """Error of the slope of a part's cubic, seen in the middle from the true value and slope."""
+    # The slope alone would not do: a fourth derivative bends it everywhere but in the middle.
     width = parts.width
     with np.errstate(all="ignore"):
         rise = parts.right[:, -1] - parts.left[:, -1]

@@ -1,7 +1,6 @@
 """Newton's method for periodic orbits, with all points of an orbit as unknowns.
 
-Shooting from one point loses as many digits as the multiplier has; here each equation
-contains one application of the map only, beside the point's successor: cyclic linear equations.
+Shooting from one point would lose as many digits as the multiplier has.
 """
 
 from __future__ import annotations
@@ -45,10 +44,9 @@ class Polished:
 def polish(
     evaluate: Evaluate, points: Floats, lower: Floats, upper: Floats, value_scale: float
 ) -> Polished:
-    """Solve f(x_i) = x_(i+1) for all points of many orbits (n, p), kept between two bounds.
-
-    ``evaluate(k, x)`` returns values and slopes at x, k their places in the flattened ``points``.
-    """
+    """Solve f(x_i) = x_(i+1) for all points of many orbits (n, p), kept between two bounds."""
+    # ``evaluate(k, x)`` returns values and slopes at x, k their places in the flattened
+    # ``points``.
     points = np.clip(points, lower, upper)
     slopes, residuals = np.empty_like(points), np.empty_like(points)
     still = np.zeros(len(points), dtype=bool)
@@ -186,11 +184,9 @@ def turned(points: Floats, near: Floats) -> Floats:
 
 
 def solve_cyclic(slopes: Floats, right: Floats, periods: NDArray[np.intp]) -> Floats:
-    """Solve s_i y_i - y_(i+1) = b_i, cyclic in each row, for many rows of their own lengths.
-
-    Forwards where the product of the slopes is within [-1, 1], backwards elsewhere: the solution is
-    never divided by what should be large. Not finite where the product is 1.
-    """
+    """Solve s_i y_i - y_(i+1) = b_i, cyclic in each row, for many rows of their own lengths."""
+    # The solution is never divided by what should be large; not finite where the slopes' product
+    # is 1.
     used = np.arange(slopes.shape[1]) < periods[:, None]
     # Beyond the period y is handed on unchanged.
     s = np.where(used, slopes, 1.0)

@@ -53,10 +53,7 @@ def monodromy(jacobians: Floats) -> Floats:
 
 
 def solve_orbits(f: MapND, guesses: Floats) -> Solutions:
-    """Solve for periodic orbits from many guesses (m, p, n), NaN none, by damped Newton steps.
-
-    A step is halved until the residual falls; where it cannot fall, the residual must be rounding.
-    """
+    """Solve for periodic orbits from many guesses (m, p, n), NaN none, by damped Newton steps."""
     iteration = _Iteration(f, guesses)
     for _ in range(MAX_STEPS):
         if not iteration.active.any():

@@ -1,8 +1,6 @@
 """Every periodic orbit of a map of the line, up to a period and a resolution.
 
-The infinitely unstable ones are those of the map with its jumps filled in: one point is a jump d,
-its image any value y between f(d-) and f(d+) with f^(p-1)(y) = d. The solutions y are known
-already: they are the ends of pieces of f^p that meet the jump after p - 1 maps.
+Infinitely unstable ones, of the map with its jumps filled in, are known from ends of pieces.
 """
 
 from __future__ import annotations
@@ -22,7 +20,7 @@ from stickslip.analysis.maps.protocol_nd import MapND
 from stickslip.analysis.orbits.diagonal import brackets_on_diagonal, forward_orbits
 from stickslip.analysis.orbits.newton import Polished, polish
 from stickslip.analysis.orbits.orbit import JumpCrossing, NearFold, OrbitList, PeriodicOrbit
-from stickslip.analysis.orbits.search_nd import N_STARTS, search_orbits
+from stickslip.analysis.orbits.orbits_nd import N_STARTS, OrbitListND, search_orbits
 from stickslip.checks import MOST_KEPT, shown, whole_number
 from stickslip.vocabulary import suggests
 
@@ -35,7 +33,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Map1D, MapValues, Modelled
     from stickslip.analysis.orbits.diagonal import Brackets
-    from stickslip.analysis.orbits.orbits_nd import OrbitListND
 
 SAME: Final = 1e-13  # of the scale, beside the points' errors: orbits that coincide
 BORDER: Final = 1e-12  # of the scale: a point this close to a break is on it

@@ -1,7 +1,6 @@
 """Border collisions classified: predicted (Feigin and others), and as observed on both sides.
 
-The side is -1 for an orbit left of the border c, 1 for one right; the direction is the sign of the
-change of f^p(c) - c as the parameter grows. Derivations: ``docs/theory/bifurcations.md``.
+Side: -1 left of the border c, 1 right. Direction: sign of the change of f^p(c) - c.
 """
 
 from __future__ import annotations
@@ -101,16 +100,11 @@ def _attractors_at_corner(a: float, b: float) -> str:
 def predicted_at_jump(
     f: Map1D, border: OneSided, side: int, direction: int, *, period: int = 1
 ) -> Outcome:
-    """Predict what follows when an orbit of period p meets a jump of f from a side.
-
-    Close to the collision a stable orbit, 0 < a < 1, leaves behind the cycles of `far_image` if the
-    far side's image comes back (period-adding after a way back of positive slope, else
-    incrementing). The slopes of f^p and the step between them decide only where the far image stays
-    where these describe the map (Jain and Banerjee, Int. J. Bifurcation Chaos 13, 3341, 2003):
-    ``f`` is asked. Adding and incrementing: Avrutin, Gardini, Sushko and Tramontana, Continuous and
-    Discontinuous Piecewise-Smooth One-Dimensional Maps (2019); Granados, Alseda, Krupa, SIAM Rev.
-    59, 225 (2017).
-    """
+    """Predict what follows when an orbit of period p meets a jump of f from a side."""
+    # The slopes of f^p and the step between them decide only where the far image stays where these
+    # describe the map (Jain and Banerjee, Int. J. Bifurcation Chaos 13, 3341, 2003): ``f`` is
+    # asked. Adding and incrementing: Avrutin, Gardini, Sushko and Tramontana (2019); Granados,
+    # Alseda, Krupa, SIAM Rev. 59, 225 (2017).
     _check_direction(direction)
     far = far_image(f, border, side, period)
     a = far.multiplier
@@ -198,11 +192,9 @@ def observed(
     gap: bool = False,
     width: float | None = None,
 ) -> Outcome:
-    """Name what happened, from orbits beside a border and all attractors, before and after.
-
-    Attractors that are no orbit concerned and are found on both sides with the same kind and
-    period, in about the same place, are bystanders. ``gap``: the border is the edge of one.
-    """
+    """Name what happened, from orbits beside a border and all attractors, before and after."""
+    # Bystanders, found on both sides in about the same place, do not count. ``gap``: its edge is
+    # the border.
     everything = (*attractors_before, *attractors_after)
     scale = width or max((float(np.abs(a.bands).max()) for a in everything), default=0.0)
     before, after = _without_bystanders(

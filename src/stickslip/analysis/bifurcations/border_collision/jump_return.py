@@ -1,11 +1,6 @@
 """Where a jump throws orbits, and how they come back to the orbit that met it.
 
-An orbit of period p meets a jump c from one side, with a multiplier a of g = f^p there. The far
-side may throw orbits out of the neighbourhood where slopes mean anything, so the far image of the
-jump is followed through the map itself. If it converges to the border on the near side, the way
-back has an offset r, and in the coordinate u in which g is exactly linear beside c (Koenigs) is
-u -> -H + b u. Past the collision by mu, g is u -> a u + mu: together the normal form of a jump,
-with the true height H and slope b instead of the local ones.
+Past the collision by mu, f^p beside the jump is u -> a u + mu, and the way back u -> -H + b u.
 """
 
 from __future__ import annotations
@@ -60,12 +55,9 @@ class OneSided(Protocol):
 
 @dataclass(frozen=True)
 class FarImage:
-    """What becomes of the far side's image of a jump, at a collision of an orbit with it.
+    """What becomes of the far side's image of a jump, at a collision of an orbit with it."""
 
-    Displacements u from the jump are positive on the far side. The image ``returns``, converging to
-    the border from the near side, ``settles`` on another cycle, ``leaves`` the domain, or
-    ``wanders``.
-    """
+    # Displacements u from the jump are positive on the far side.
 
     period: int  # p, of the orbit that meets the jump
     multiplier: float  # a, of that orbit: slope of f^p on the near side
@@ -79,21 +71,14 @@ class FarImage:
     path: tuple[float, ...] = ()  # the first images of the jump's far side
 
     def window(self, n: int) -> tuple[float, float]:
-        """Return the mu = f^p(c near) - c > 0 with a cycle of n p + r steps that crosses once.
-
-        To first order A_(n-1) + b <= H / mu < A_n with A_n = (a^-n - 1) / (1 - a); empty (lower end
-        above the upper) where A_(n-1) + b exceeds A_n. The cycle's multiplier is a^n b.
-        """
+        """Return the mu = f^p(c near) - c > 0 with a cycle of n p + r steps that crosses once."""
+        # A_(n-1) + b <= H / mu < A_n to first order; empty: the lower end is above the upper.
         low = self.height / _growth(self.multiplier, n)
         bottom = _growth(self.multiplier, n - 1) + self.slope
         return low, self.height / bottom if bottom > 0 else math.inf
 
     def periods(self, mu: float) -> tuple[int, ...]:
-        """Return the periods n p + r of all cycles that cross once, mu past the collision.
-
-        None between two windows (``slope > 0``: the cycles there mix two numbers n), two where
-        windows overlap (``slope < 0``: both cycles attract, if stable).
-        """
+        """Return the periods n p + r of cycles that cross once, mu past the collision."""
         found = []
         for n in range(1, N_WINDOWS):
             low, high = self.window(n)

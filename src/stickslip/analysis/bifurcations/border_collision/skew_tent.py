@@ -1,14 +1,10 @@
 """The attractor of the normal form of a corner: a x + mu left of 0, b x + mu right of it.
 
-Nothing, a cycle or bands of chaos; never two of them. The answer is exact, by a renormalisation
-(docs/theory/bifurcations.md): with c_2, ..., c_n the negative images of the corner, the n-th power
-is a map of this kind with slopes A = a^(n-1) b and B = a^(n-2) b^2. For mu < 0 reflect.
-
-Sources: Nusse and Yorke, Physica D 57, 39 (1992) and Int. J. Bifurcation Chaos 5, 189 (1995);
-Maistrenko, Maistrenko and Chua, Int. J. Bifurcation Chaos 3, 1557 (1993); Banerjee, Karthik,
-Yuan and Yorke, IEEE Trans. Circuits Syst. I 47, 389 (2000); Sushko, Avrutin and Gardini,
-J. Difference Equ. Appl. 22, 1040 (2016). With a square root: Nordmark, Phys. Rev. E 55, 266
-(1997); Chin, Ott, Nusse and Grebogi, Phys. Rev. E 50, 4427 (1994).
+Exact, by a renormalisation (docs/theory/bifurcations.md). Sources: Nusse and Yorke, Physica D 57,
+39 (1992) and Int. J. Bifurcation Chaos 5, 189 (1995); Maistrenko, Maistrenko and Chua, Int. J.
+Bifurcation Chaos 3, 1557 (1993); Banerjee, Karthik, Yuan and Yorke, IEEE Trans. Circuits Syst. I
+47, 389 (2000); Sushko, Avrutin and Gardini, J. Difference Equ. Appl. 22, 1040 (2016). With a square
+root: Nordmark, Phys. Rev. E 55, 266 (1997); Chin, Ott, Nusse and Grebogi, PRE 50, 4427 (1994).
 """
 
 from __future__ import annotations
@@ -25,10 +21,7 @@ ROOT_CHAOS: Final = 2 / 3  # slope opposite a square root above which there is c
 
 
 def attractor_of_skew_tent(a: float, b: float, side: int = 1) -> LocalAttractor:
-    """Return the attractor of a x + mu (x < 0), b x + mu (x > 0), side the sign of mu.
-
-    Undecided exactly on the borders between regions, where cycles are neutral or on the corner.
-    """
+    """Return the attractor of a x + mu (x < 0), b x + mu (x > 0), side the sign of mu."""
     if side < 0:
         a, b = b, a
     if math.isnan(a) or math.isnan(b) or b == -1.0:
@@ -77,11 +70,8 @@ def _of_folded_map(a: float, b: float) -> LocalAttractor:
 
 
 def _steps_to_return(a: float, b: float) -> int:
-    """Return n, the last index up to which the images c_2, c_3, ... of the corner are negative.
-
-    For a >= 1 only n = 2 can be renormalised: a longer stay left of 0 stretches so much that (|A| -
-    1) (B - 1) > 1. The answer 0 means too many steps, or an image on the corner.
-    """
+    """Return n, the last index up to which the images c_2, c_3, ... of the corner are negative."""
+    # For a >= 1 only n = 2 can be renormalised. 0: too many steps, or an image on the corner.
     if a >= 1.0:
         return 2
     c, n = 1.0 + b, 2

@@ -7,13 +7,6 @@
 | `Crossing` | x where d f^p(x) / dq = 0 | (f^p)'(x) - 1 |
 | `Collision` | the border c | f^p(c-) - c or f^p(c+) - c |
 | `Connection` | the critical point c, the unstable orbit u | f^k(c) - u |
-
-A condition is plain data. Evaluated in a map, it says where it stands and hands over the same
-condition started from there: the next map may then be a little different.
-
-A curve of periodic orbits, f^p(x) = x in the plane of x and a parameter q, crosses another one
-only where f^p(x) - x is stationary in both. Where its derivative with respect to q vanishes is
-an ordinary problem in x there, unlike f^p(x) = x itself, whose slope is zero.
 """
 
 from __future__ import annotations
@@ -171,11 +164,9 @@ class Flip:
 @part
 @dataclass(frozen=True)
 class Crossing:
-    """Two curves of orbits that cross: transcritical, or a pitchfork.
+    """Two curves of orbits that cross: transcritical, or a pitchfork."""
 
-    There g = f^p(x) - x is zero, and stationary in x and in the parameter. The two derivatives are
-    solved for, a regular problem; the caller looks whether g is zero.
-    """
+    # The caller looks whether f^p(x) - x, stationary in x and in the parameter, is zero.
 
     period: int
     points: tuple[float, ...]  # where the orbit was last

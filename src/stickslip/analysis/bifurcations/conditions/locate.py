@@ -181,10 +181,8 @@ def solve_near(
     slope: float = math.nan,
     within: tuple[float, float] = (-math.inf, math.inf),
 ) -> Located:
-    """Find the zero of a condition close to a guess, or raise `ConditionLost`; never outside.
-
-    ``step``: how far off the guess may be, and the first step where the slope is not known.
-    """
+    """Find the zero of a condition close to a guess, or raise `ConditionLost`; never outside."""
+    # ``step``: how far off the guess may be, and the first step where the slope is not known.
     g = Readings(condition, at)
     lo, hi = max(within[0], guess - WIDEST * step), min(within[1], guess + WIDEST * step)
     old = min(max(guess, lo), hi)

@@ -152,10 +152,7 @@ def follow_orbit(f: Map1D, points: tuple[float, ...]) -> Followed:
 
 
 def slope_one(f: Map1D, p: int, x: float) -> tuple[Path, float, float]:
-    """Find where f^p has slope 1 near x: path, (f^p)'' and f^p(x) - x there.
-
-    The last is stationary, so it is sharper than the point.
-    """
+    """Find where f^p has slope 1 near x: path, (f^p)'' and the sharp f^p(x) - x there."""
     scale = domain_width(getattr(f, "whole", f))
     h, last = STEP * scale, math.inf
     for _ in range(MAX_NEWTON):
@@ -182,10 +179,8 @@ def _shifted(path: Path, step: float) -> Path:
 
 
 def bend(f: Map1D, p: int, x: float, h: float) -> tuple[Path, float, float]:
-    """Path of x, slope and second derivative of f^p there: a difference of slopes ``h`` apart.
-
-    One-sided beside a break; `ConditionLost` with breaks on both sides, or without an image.
-    """
+    """Path of x, slope and second derivative of f^p there: a difference of slopes ``h`` apart."""
+    # One-sided beside a break; `ConditionLost` with breaks on both sides, or without an image.
     points = np.array([x - h, x, x + h])
     slopes, labels, centre = np.ones(3), [], [float(x)]
     centre_slopes: list[float] = []

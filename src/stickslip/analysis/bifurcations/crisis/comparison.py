@@ -86,11 +86,9 @@ def _shared(one: Attractor, other: Attractor) -> float:
 def kind_of_change(
     attractor: Attractor, near: ParameterPoint, far: ParameterPoint
 ) -> CrisisKind | Literal["hidden", "transient"] | None:
-    """Name what happens to an attractor between two close values; None for another event.
-
-    ``hidden`` if a stable cycle hides the chaos on either side, or more than one event happened;
-    ``transient`` if orbits stay where the attractor was for longer than they are followed.
-    """
+    """Name what happens to an attractor between two close values; None for another event."""
+    # ``hidden``: by a stable cycle, or by more than one event; ``transient``: a long-lived
+    # remnant.
     here = partner_of(attractor, near.attractors)
     if here is None:
         return None
@@ -138,10 +136,7 @@ def parameter_point(
     *,
     quick: bool = False,
 ) -> ParameterPoint:
-    """Find the attractors of a map at a value; stable known orbits are attractors in any case.
-
-    ``quick`` gives up sooner on orbits that do not settle, and on long periods.
-    """
+    """Find a map's attractors, stable known orbits included; ``quick`` gives up sooner."""
     fast = interpolated_map(branch_table(at(value))) if fast is None else fast
     f, table = fast.f, fast.table
     limits = {"max_steps": MAX_STEPS, "max_period": MAX_PERIOD} if quick else {}

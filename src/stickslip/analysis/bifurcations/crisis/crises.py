@@ -1,22 +1,17 @@
 """Crises and mergings of bands: where chaotic attractors end, jump in size or join their bands.
 
-The edges of a chaotic attractor are early images of breaks and turning points. At a crisis such
-an image meets an unstable orbit beside the attractor, a homoclinic or heteroclinic connection: on
-the boundary of the basin the attractor is lost, elsewhere it suddenly grows, and where the orbit
-lies between two of its bands they merge (Grebogi, Ott and Yorke, Physica D 7, 181, 1983).
-
-Where a chaotic attractor is not the same at two values of a grid, ``image = orbit`` is solved for
-each edge and each unstable orbit beside it. A zero counts if the attractors on both its sides
-confirm the change. If there is none, the interval is halved.
+There an image of a critical point meets an unstable orbit beside the attractor (Grebogi, Ott and
+Yorke, Physica D 7, 181, 1983); a zero counts if the attractors on both its sides confirm it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from heapq import heappop, heappush
 from itertools import chain, islice, pairwise
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -32,16 +27,18 @@ from stickslip.analysis.bifurcations.crisis.comparison import (
     parameter_point,
     partner_of,
 )
-from stickslip.analysis.bifurcations.crisis.memo import RememberingMap
 from stickslip.analysis.bifurcations.crisis.unstable_neighbours import Meeting, edges_of, meetings
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.threads import in_threads
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.bifurcations.conditions.conditions import Condition
     from stickslip.analysis.bifurcations.conditions.locate import Located, MapAt
+    from stickslip.analysis.maps.protocol import Map1D, MapValues
 
 
 BESIDE: Final = 2e-3  # of a grid interval: how far from an event its two sides are looked at
@@ -82,13 +79,9 @@ def crises(
     max_period: int = 4,
     finest: float = FINEST,
 ) -> list[CrisisEvent]:
-    """Find the crises and band mergings between two or more ascending values of a grid.
-
-    What changes across ``breaks``, values of known bifurcations, is their doing. Unstable orbits
-    have periods up to ``max_period``, that of the attractor's bands, or half of it. Intervals below
-    ``finest`` of one of the grid are left alone: near the end of a cascade bands merge at ever
-    closer values. A change that comes and goes between two values of the grid is not seen.
-    """
+    """Find the crises and band mergings between two or more ascending values of a grid."""
+    # What changes across ``breaks``, values of known bifurcations, is their doing. Intervals below
+    # ``finest`` of one of the grid are left alone: bands merge at ever closer values.
     values = [point.value for point in grid]
     if len(values) < 2 or any(b <= a for a, b in pairwise(values)):
         raise ValueError("grid: points at two or more ascending values are needed.")
@@ -105,6 +98,37 @@ def crises(
     search.at_end(grid[0], grid[0].value - grid[1].value)
     search.at_end(grid[-1], grid[-1].value - grid[-2].value)
     return sorted(search.events, key=lambda event: event.value)
+
+
+class RememberingMap:
+    """A map of the line whose values are kept, for a short while: nothing is ever dropped."""
+
+    def __init__(self, f: Map1D) -> None:
+        self.f = f
+        self._known: dict[tuple[bytes, tuple[int, ...]], MapValues] = {}
+
+    @cached_property
+    def domain(self) -> tuple[float, float]:
+        """Domain of the map."""
+        return self.f.domain
+
+    @cached_property
+    def whole(self) -> RememberingMap:
+        """Of a window of a map, the whole map, which remembers too."""
+        whole = getattr(self.f, "whole", self.f)
+        return self if whole is self.f else RememberingMap(whole)
+
+    def evaluate(self, x: ArrayLike, /) -> MapValues:
+        """Return what the map says at points, from memory if these very points were asked for."""
+        points = np.asarray(x, dtype=np.float64)
+        key = points.tobytes(), points.shape
+        if key not in self._known:
+            self._known[key] = self.f.evaluate(points)
+        return self._known[key]
+
+    def __getattr__(self, name: str) -> Any:
+        """Return what else the map offers."""
+        return getattr(self.f, name)
 
 
 @dataclass(frozen=True)
@@ -177,11 +201,8 @@ class _Search:
             self._wait(self._look(at + beside), right)
 
     def _worth(self, change: Change) -> float:
-        """Say how far to halve an interval in which an attractor changes: a factor of `finest`.
-
-        Chaos is dense with windows of periodicity; only those of short period are searched
-        thoroughly, and cascades, whose periods are those of the bands times powers of two.
-        """
+        """Say how far to halve an interval in which an attractor changes: a factor of `finest`."""
+        # Only windows of short period and cascades are searched thoroughly.
         if not change.certain:
             return np.inf
         if change.attractor.period > MOST_BANDS:

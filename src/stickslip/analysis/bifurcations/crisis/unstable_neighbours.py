@@ -80,10 +80,7 @@ class Meeting:
 def meetings(
     fast: InterpolatedMap, edges: Iterable[Edge], periods: tuple[int, ...]
 ) -> Iterator[Meeting]:
-    """Find the unstable orbits with a point in the gap beside an edge, that point first.
-
-    The closest first, in units of the band behind the edge; at most ``NEIGHBOURS`` for each edge.
-    """
+    """Find the closest unstable orbits beside each edge, their point there first."""
     same = SLACK * domain_width(fast)
     places = [place for edge in edges for place in _places(fast, edge, periods, same)]
     found: dict[float, list[float]] = {}

@@ -196,11 +196,8 @@ def coefficients_at(found: Located, family: Family) -> CrossingCoefficients:
 
 
 def orbit_at(event: Event, near: Floats, family: Family) -> Floats | None:
-    """Return the points at an event of an orbit that ends there, in the order of `near`.
-
-    On the two sides of a jump the ways back to it may take different numbers of steps: an orbit
-    that ends there need not have the event's own period, nor a multiple of it.
-    """
+    """Return the points at an event of an orbit that ends there, in the order of `near`."""
+    # Ways back to a jump differ: the orbit's period need not be a multiple of the event's own.
     found = [] if len(near) % event.period else [turned(event.points, near)]
     border = event.located.reading.critical
     if isinstance(event.condition, Collision) and border is not None and border.kind == "jump":

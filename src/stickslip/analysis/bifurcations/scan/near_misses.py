@@ -1,9 +1,6 @@
 """Where pairs of events may hide between two lists of orbits that agree.
 
-An orbit that is born and lost between two values shows in neither list. But the functions whose
-zeros those events are come close to zero: the distance f^p(c) - c of an image of a break from the
-break, and f^p(x) - x of an extremum. Where the parabola through three successive values reaches
-zero, or all but does, a list in between is worth while: a second look, independent of the lists.
+Where the parabola through three values of a function all but reaches 0, a list in between helps.
 """
 
 from __future__ import annotations

@@ -1,9 +1,6 @@
 """A range of a parameter surveyed: complete lists, all their orbits joined, every change explained.
 
-Each event that is located gets two lists of its own, just below and just above, so that between
-events all orbits match, and across an event those that do not are the ones that it concerns:
-nothing can be born or lost without being noticed. Where an orbit ends and no event is found, the
-interval is halved; what is still unexplained then is said.
+Each located event gets lists just below and above: nothing is born or lost without being noticed.
 """
 
 from __future__ import annotations

@@ -1,9 +1,6 @@
 """Orbits joined from one value of a parameter to the next, or followed to where they end.
 
-Most orbits of two neighbouring lists belong together, and one look between them proves it: the
-cubic through both places and both velocities foretells the orbit in the middle, and Newton's
-method, for all orbits at once, finds it there, in the same branches. The few others are followed
-one by one until they arrive or can go no further.
+One look at the middle proves most joints; few orbits are followed one by one.
 """
 
 from __future__ import annotations
@@ -29,9 +26,7 @@ FLOOR: Final = 1e-7  # of the domain's width: errors of a prediction that count 
 SURPRISE: Final = 0.25  # share of a step by which an orbit may miss where it was foretold
 EASY: Final = 0.06  # a smaller one lets the next step grow
 CONTRACTS: Final = 0.5  # a longer step of Newton's method, beside the last, mistrusts the guess
-TRUST_RADIUS: Final = (
-    1.0  # of a step: an orbit may not miss by a third of it, nor come close to this
-)
+TRUST_RADIUS: Final = 1.0  # of a step: an orbit may not come close to missing by so much
 SHORTEST: Final = 1e-3  # of the way left: steps below it mean that the orbit ends here
 FIRST: Final = 0.25  # of the way: the first step
 MANY: Final = 4.0  # of the first step: the rest of the way counts for no more
@@ -108,10 +103,7 @@ def _candidates(
 
 
 def _names(node: Node, classes: SymbolClasses) -> NDArray[np.uint64]:
-    """Name the branches of all points; by their order, where labels do not tell them apart.
-
-    An orbit may stay on a corner, and is neither left nor right of it.
-    """
+    """Name the branches of all points, none on a corner; by order where labels tell nothing."""
     names = classes.of(node.bundle.labels) if classes.telling else node.segments
     return np.where(node.on_corner, ON_CORNER, names)
 
@@ -142,9 +134,8 @@ def _proved(
         way = np.where(used, np.abs(x1 - x0), 0.0).max(axis=1) + FLOOR * domain_width(f)
         expected = moved.surprise <= TRUST * way
     free = _padded(left.on_corner[rows], width)
-    stays = np.asarray(
-        free.any(axis=1)
-    )  # on a corner: its multiplier depends on the side, and changes nothing
+    # An orbit on a corner: its multiplier depends on the side, and changes nothing.
+    stays = np.asarray(free.any(axis=1))
     same = (~used | free | (classes.of(there.labels) == classes.of(labels))).all(axis=1)
     all_three = (one, there, other)
     sides = [np.sign(bundle.multipliers - 1) for bundle in all_three]
@@ -177,12 +168,9 @@ def _padded(rows: NDArray, width: int) -> NDArray:  # type: ignore[type-arg]
 
 @dataclass(frozen=True, eq=False)
 class End:
-    """Where the way of an orbit ends, and what it looks like there.
+    """Where the way of an orbit ends, and what it looks like there."""
 
-    ``doubling``: it closes up on an orbit of half its period; ``border``: a point is about to
-    change its branch; ``outside``: to leave the domain or window; ``standstill``: neither, as at a
-    fold.
-    """
+    # ``doubling``: it closes up on an orbit of half its period; ``standstill``: as at a fold.
 
     reason: Reason
     q: float  # last value of the parameter

@@ -1,12 +1,6 @@
-"""Breakpoints of a family of maps at many parameter values.
+"""Breakpoints of a family of maps at many parameter values, bisected from forecasts, all at once.
 
-At a few values, the anchors, the breakpoints are known from complete tables. From there each is
-followed value by value, and back from the next anchor: predicted, enclosed by two points that
-differ as its sides do (in value at a jump, in slope at a corner, in having a value at an edge; a
-label may change where the map does not care), and bisected, all of one value together.
-
-`tracked` follows one break to adjacent floats, with the limits on both sides. Here places are
-enough, of all breaks at thousands of values: a few calls of the map for each must do.
+`tracked` follows one break to adjacent floats with its limits; here places are enough.
 """
 
 from __future__ import annotations
@@ -66,11 +60,7 @@ class _Breaks:
 def follow_breakpoints(
     maps: Sequence[Map1D], values: Floats, anchors: Sequence[tuple[float, BranchTable]]
 ) -> tuple[BreakpointLine, ...]:
-    """Locate the breakpoints of a family at ascending values between anchors, complete tables.
-
-    From left to right, in the order in which they appear; changes of label that the map does not
-    notice are left out.
-    """
+    """Locate the breakpoints of a family at ascending values between anchors, complete tables."""
     lines: list[tuple[str, Floats]] = []
     here = _breaks_at(*anchors[0])
     owners = _new_lines(lines, here, len(values))

@@ -1,10 +1,6 @@
 """Discontinuities and turning points of a map, followed as its parameters change.
 
-A discontinuity, of the map or of its slope, is known by the labels on either side. In a map with
-nearby parameter values it is found by looking for the end of the left branch close to its last
-place; one-sided limits are taken as for a table. Where labels do not tell branches apart, or one
-of them is gone, the table of a small window decides. The end of a piece is told by its own labels
-alone: beyond may be a branch, a gap, or branches without number that accumulate there.
+Labels on either side tell a discontinuity; where they do not, the table of a small window does.
 """
 
 from __future__ import annotations
@@ -113,11 +109,8 @@ class TrackedDiscontinuity:
         return self.left_label != self.right_label
 
     def at(self, f: Map1D, *, successors: bool = True) -> CriticalReading:
-        """Find the break in a map with other parameter values, its kind and labels those of ``f``.
-
-        If its branches no longer meet, a break that shares a branch with it takes its place, unless
-        ``successors`` is false (without labels: always). A table of a small window names it: slow.
-        """
+        """Find the break in a map with other parameter values, of the map's kind and labels."""
+        # If its branches no longer meet, a break that shares one may take its place.
         whole: Map1D = getattr(f, "whole", f)
         reading = _by_labels(whole, self) if self.labelled else None
         if reading is None:
@@ -305,10 +298,7 @@ class PieceEnd:
 
 
 def piece_end(f: Map1D, piece: Collection[int], inside: float, outside: float) -> PieceEnd | None:
-    """Find, to adjacent floats, the first end of a piece from a point on it towards one outside.
-
-    None if ``inside`` is not on the piece, or if the piece does not end before ``outside``.
-    """
+    """Find, to adjacent floats, the first end of a piece from a point on it towards one outside."""
     allowed = np.array(sorted(piece), dtype=np.uint64)
     room = found = None
     for _ in range(ROUNDS):
