@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from matplotlib.axes import Axes
-    from numpy.typing import NDArray
+
+    from stickslip.numerics.arrays import Floats
 
 DOTS: Final[dict[str, Any]] = {
     "color": PALETTE["blue"],
@@ -104,9 +105,7 @@ def draw_orbit_curve(diagram: Any, orbit: Any, ax: Axes, **style: Any) -> None:
     draw_stretches(ax, *_with_ends(diagram, orbit), **style)
 
 
-def _with_ends(
-    diagram: Any, orbit: Any
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _with_ends(diagram: Any, orbit: Any) -> tuple[Floats, Floats, Floats]:
     """Return values, points and multipliers of an orbit from its first end to its last."""
     exists = np.flatnonzero(np.isfinite(orbit.multipliers))
     low, high = orbit.ends

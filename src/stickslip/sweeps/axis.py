@@ -13,9 +13,9 @@ from stickslip.checks import finite_number, grid, instance, one_of, whole_number
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    Floats: TypeAlias = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
 
 MOST_VALUES: Final = 10**8
 SCALES: Final = ("linear", "log")

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.flow.slip import Slip
     from stickslip.mechanics.flow.trajectory import State
-
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
 
 BLOCKS: Final = 200
 STIFF: Final = 100.0  # coupling over support: l^2 of the sources, l = 10

@@ -12,9 +12,8 @@ from stickslip.studies.burridge_knopoff.facts import SPEEDS, STIFF, catalogue, l
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
 
 TITLE: Final = "The limit of a slow belt"
 COLUMNS: Final = "one"

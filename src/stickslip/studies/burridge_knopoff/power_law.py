@@ -9,9 +9,7 @@ import numpy as np
 from scipy import stats
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
 
 CUTS: Final = 100  # places tried for the lower end
 FEWEST: Final = 100  # sizes above the lower end

@@ -14,9 +14,7 @@ from scipy.optimize import brentq, minimize_scalar
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
 
 SAMPLES: Final = 2001
 XTOL: Final = 1e-15

@@ -13,9 +13,8 @@ from stickslip.studies.den_hartog1931.closed_forms import amplitude
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
 
 TITLE: Final = "Amplitude without stops"
 COLUMNS: Final = "one"

@@ -13,7 +13,8 @@ from stickslip.studies.den_hartog1931.closed_forms import stop_boundary
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
+
+    from stickslip.numerics.arrays import Floats
 
 TITLE: Final = "Where motions begin to stop"
 COLUMNS: Final = "one"
@@ -24,8 +25,8 @@ HEIGHT: Final = 2.7
 class Data:
     """Closed form f/a over the frequency, and boundaries found by continuation."""
 
-    frequency: NDArray[np.float64]
-    ratio: NDArray[np.float64]
+    frequency: Floats
+    ratio: Floats
     found: tuple[Boundary, ...]
 
 

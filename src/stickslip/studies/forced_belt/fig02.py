@@ -8,11 +8,9 @@ from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.forced_belt.claims import CHAOTIC, TRANSIENT, shaken
 
 if TYPE_CHECKING:
-    import numpy as np
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
 
 TITLE: Final = "Chaotic attractor"
 COLUMNS: Final = "two"

@@ -9,11 +9,10 @@ from stickslip import examples
 from stickslip.plot.breaks import mechanism
 
 if TYPE_CHECKING:
-    import numpy as np
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.numerics.arrays import Floats
 
 TITLE: Final = "Stick-slip model"
 COLUMNS: Final = "one"
@@ -25,7 +24,7 @@ class Data:
     """The model and the displacements (2,) at which it is shown."""
 
     model: TwoBlock
-    x: NDArray[np.float64]
+    x: Floats
 
 
 def compute() -> Data:

@@ -12,7 +12,8 @@ from stickslip.plot.law import friction_characteristic
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
+
+    from stickslip.numerics.arrays import Floats
 
 TITLE: Final = "Shapes of the friction characteristic (9)"
 COLUMNS: Final = "one"
@@ -34,8 +35,8 @@ class Data:
     """Laws, slip speeds (n,) and kinetic forces (laws, n)."""
 
     laws: tuple[PoppStelter, ...]
-    speed: NDArray[np.float64]
-    force: NDArray[np.float64]
+    speed: Floats
+    force: Floats
 
 
 def compute() -> Data:

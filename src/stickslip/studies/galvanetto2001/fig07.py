@@ -17,9 +17,9 @@ from stickslip.studies.galvanetto2001.orbits import attracting_orbits
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.numerics.arrays import Floats
 
 TITLE: Final = "Steady motions of block 2, before and after the collision"
 COLUMNS: Final = "two"
@@ -35,8 +35,8 @@ class Steady:
     """Motion of block 2 over one period of the attractor, in global stick phases."""
 
     model: TwoBlock
-    x: NDArray[np.float64]
-    v: NDArray[np.float64]
+    x: Floats
+    v: Floats
     period: int
 
 

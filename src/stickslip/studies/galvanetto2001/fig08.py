@@ -12,9 +12,9 @@ from stickslip.plot.style import panel_letter
 from stickslip.studies.galvanetto2001.orbits import coulomb_orbits, from_point_1, jump_of_s4
 
 if TYPE_CHECKING:
-    import numpy as np
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
+
+    from stickslip.numerics.arrays import Floats
 
 TITLE: Final = "Fourth iterated map of the Coulomb system"
 COLUMNS: Final = "two"
@@ -32,7 +32,7 @@ class Data:
     whole: Curve
     before: Curve
     after: Curve
-    s4: NDArray[np.float64]
+    s4: Floats
 
 
 def compute() -> Data:

@@ -18,10 +18,10 @@ from stickslip.studies.galvanetto2001.orbits import WINDOW, cusp_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.numerics.arrays import Floats
 
 TITLE: Final = "Second iterated map, alpha = 1.20915"
 COLUMNS: Final = "two"
@@ -79,7 +79,7 @@ def compute() -> Data:
     )
 
 
-def _around(points: NDArray[np.float64]) -> tuple[float, float]:
+def _around(points: Floats) -> tuple[float, float]:
     low, high = float(points.min()), float(points.max())
     return low - ROOM * (high - low), high + ROOM * (high - low)
 
@@ -103,7 +103,7 @@ def draw(data: Data, figure: Figure) -> None:
         axes[0].annotate(text, (centre, centre), offset, textcoords="offset points")
 
 
-def _magnified(curve: Curve) -> NDArray[np.float64]:
+def _magnified(curve: Curve) -> Floats:
     return np.asarray(curve.x + MAGNIFICATION * (curve.y - curve.x))
 
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.diagrams.diagram import Diagram, OrbitCurve
     from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.numerics.arrays import Floats
 
 TITLE: Final = "Collision of the chaotic attractor with U1"
 COLUMNS: Final = "one"
@@ -40,9 +41,9 @@ class Data:
     model: TwoBlock
     diagram: Diagram
     # shape (n, 2): second and first image of the cusp; an attractor fills what is between
-    edges: NDArray[np.float64]
+    edges: Floats
     # shape (n, STARTS * STEPS): from between the edges; NaN beside an attractor
-    transients: NDArray[np.float64]
+    transients: Floats
 
     @property
     def u1(self) -> OrbitCurve:
