@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterable, Iterator
+from typing import Final
 
 import numpy as np
 
@@ -18,13 +19,8 @@ from stickslip.studies.burridge_knopoff.facts import (
     fitted,
     lone_moment,
 )
-from stickslip.studies.burridge_knopoff.power_law import fit_power_law
+from stickslip.studies.burridge_knopoff.power_law import PowerLaw, fit_power_law
 from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from stickslip.studies.burridge_knopoff.power_law import PowerLaw
 
 ACCEPTED: Final = 0.1  # least p-value of a fit that is not ruled out, as the source of the method
 DECISIVE: Final = 2.0  # standard errors

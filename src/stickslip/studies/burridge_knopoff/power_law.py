@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 from scipy import stats
 
-if TYPE_CHECKING:
-    from stickslip.numerics.arrays import Floats
+from stickslip.numerics.arrays import Floats
 
 CUTS: Final = 100  # places tried for the lower end
 FEWEST: Final = 100  # sizes above the lower end

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from stickslip.mechanics.cycle.continuation import continue_cycle
+from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.chain import Oscillator
@@ -19,11 +21,6 @@ from stickslip.studies.den_hartog1931.closed_forms import (
     one_stop_amplitude,
     stop_boundary,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from stickslip.mechanics.cycle.cycle import Cycle
 
 RATIOS: Final = (0.2, 0.4, 0.6)  # of friction over forcing
 FREQUENCIES: Final = (0.55, 0.7, 0.85, 1.2, 1.5, 2.0)

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from stickslip import examples
-from stickslip.mechanics.cycle.return_region import return_region
+from stickslip.mechanics.cycle.return_region import ReturnRegion, return_region
 from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from stickslip.mechanics.cycle.return_region import ReturnRegion
 
 RANGE: Final = (0.0366, 0.5)  # from the paper's own speed on
 VALUES: Final = 41

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
-from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
+from stickslip.mechanics.cycle.stroboscopic import StroboscopicMap, stroboscopic_map
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model.chain import Oscillator
 from stickslip.mechanics.model.harmonic import Harmonic
+from stickslip.numerics.arrays import Floats
 from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from stickslip.mechanics.cycle.stroboscopic import StroboscopicMap
-    from stickslip.numerics.arrays import Floats
 
 LAW: Final = PoppStelter(gamma=1.42, delta=0.4, eta=0.01)
 SPEED: Final = 1.0

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.law import friction_characteristic
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from stickslip.numerics.arrays import Floats
 
 TITLE: Final = "Shapes of the friction characteristic (9)"
 COLUMNS: Final = "one"

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
+
+from matplotlib.figure import Figure
 
 from stickslip import examples
 from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.maps import Curve, draw_curve, mark_orbit, trace
 from stickslip.plot.style import panel_letter
 from stickslip.studies.galvanetto2001.orbits import coulomb_orbits, from_point_1, jump_of_s4
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from stickslip.numerics.arrays import Floats
 
 TITLE: Final = "Fourth iterated map of the Coulomb system"
 COLUMNS: Final = "two"

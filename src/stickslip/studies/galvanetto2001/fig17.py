@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from stickslip import examples
 from stickslip.mechanics.flow.trajectory import Trajectory, simulate
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.motion import draw_portrait, sample_times, stick_interval
 from stickslip.plot.style import PALETTE, panel_letter
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from stickslip.mechanics.model.two_block import TwoBlock
-    from stickslip.numerics.arrays import Floats
 
 TITLE: Final = "Transient motions left and right of the cusp, alpha = 1.208"
 COLUMNS: Final = "two"

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from stickslip import examples
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.maps.derived import WindowMap
+from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.eventmap.of_model import event_map
-
-if TYPE_CHECKING:
-    from stickslip.analysis.branches.breakpoints import Breakpoint
-    from stickslip.analysis.orbits.orbit import PeriodicOrbit
-    from stickslip.mechanics.eventmap.event_map import EventMap
-    from stickslip.numerics.arrays import Floats
+from stickslip.numerics.arrays import Floats
 
 WINDOW: Final = (0.379, 0.390)
 """Range of d in which section 4 studies law (9)."""

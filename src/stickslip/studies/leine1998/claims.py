@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
+from stickslip.mechanics.cycle.branch import CycleBifurcation, CycleBranch
 from stickslip.mechanics.cycle.continuation import continue_cycle
+from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.equilibria import equilibria
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model.chain import Oscillator
 from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from stickslip.mechanics.cycle.branch import CycleBifurcation, CycleBranch
-    from stickslip.mechanics.cycle.cycle import Cycle
 
 MODEL: Final = Oscillator(V=0.2, friction=PoppStelter(gamma=3.0))
 DAMPING: Final = (0.0, 1.5)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip import examples
 from stickslip.analysis.branches.branches import breakpoints
@@ -14,14 +16,8 @@ from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.eventmap.quasistatic_map import quasistatic_map
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.arrays import Floats
 from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from numpy.typing import NDArray
-
-    from stickslip.numerics.arrays import Floats
 
 MU: Final = 0.8  # kinetic over static friction; of no consequence, see docs/theory/quasistatic.md
 SPEEDS: Final = 4e-5 * np.array([1.0, 0.75, 0.5, 0.25])

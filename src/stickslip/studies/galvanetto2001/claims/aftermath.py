@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from stickslip import examples
+from stickslip.analysis.attractors.attractor import Attractor, AttractorList
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.bifurcations.border_collision.classification import predicted_at_jump
+from stickslip.analysis.bifurcations.outcome import LocalAttractor, Outcome
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.studies.claim import Claim, Finding, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.claims.collision import BESIDE, COLLISION, Side, side
 from stickslip.studies.galvanetto2001.orbits import jump_of_s4
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.analysis.attractors.attractor import Attractor, AttractorList
-    from stickslip.analysis.bifurcations.outcome import LocalAttractor, Outcome
 
 FIGURES: Final = (6, 10)
 

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from stickslip import examples
+from stickslip.analysis.attractors.attractor import Attractor
 from stickslip.analysis.attractors.basins import Basins, basins
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.of_model import event_map
-from stickslip.studies.claim import Claim, Finding, claim
+from stickslip.numerics.arrays import Floats
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import from_point_1, jump_of_s4
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.analysis.attractors.attractor import Attractor
-    from stickslip.numerics.arrays import Floats
-    from stickslip.studies.claim import Value
 
 COLLISION: Final = "V where S4 meets the jump"
 BESIDE: Final = 1e-8  # of V: just below and just above the collision

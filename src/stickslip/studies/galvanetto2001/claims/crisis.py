@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
+from stickslip.analysis.attractors.attractor import Attractor
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.bifurcations.conditions.conditions import Flip
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
-from stickslip.analysis.bifurcations.normal_forms import flip_coefficient, fold_coefficient
+from stickslip.analysis.bifurcations.normal_forms import (
+    FoldCoefficient,
+    flip_coefficient,
+    fold_coefficient,
+)
 from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import cusp_of, in_window
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.analysis.attractors.attractor import Attractor
-    from stickslip.analysis.bifurcations.normal_forms import FoldCoefficient
-    from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 FIGURES: Final = (11, 14, 15)
 

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from stickslip import examples
+from stickslip.analysis.attractors.attractor import AttractorList
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.branches.breakpoints import Breakpoint
+from stickslip.analysis.orbits.orbit import OrbitList
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import simulate
-from stickslip.studies.claim import Claim, Finding, claim
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import WINDOW, in_window
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.analysis.attractors.attractor import AttractorList
-    from stickslip.analysis.branches.breakpoints import Breakpoint
-    from stickslip.analysis.orbits.orbit import OrbitList
-    from stickslip.studies.claim import Value
 
 FIGURES: Final = (11, 12, 17)
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -11,13 +12,9 @@ from stickslip import examples, status
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model import locus
+from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.studies.claim import Claim, Finding, claim
 from stickslip.studies.galvanetto2001.orbits import WINDOW
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 FIGURES: Final = (2,)
 

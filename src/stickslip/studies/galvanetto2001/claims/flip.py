@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
-from stickslip.studies.claim import Claim, Finding, claim
+from stickslip.analysis.bifurcations.normal_forms import FlipCoefficient, flip_coefficient
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import Moment, in_window, moment
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.analysis.bifurcations.normal_forms import FlipCoefficient
-    from stickslip.studies.claim import Value
 
 FIGURES: Final = (11,)
 

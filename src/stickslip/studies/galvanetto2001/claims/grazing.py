@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from stickslip import examples
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.mechanics.eventmap.of_model import event_map
-from stickslip.mechanics.flow.trajectory import Trajectory, simulate
+from stickslip.mechanics.flow.trajectory import Event, Trajectory, simulate
+from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.studies.claim import Claim, Finding, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.claims.collision import BESIDE, COLLISION
 from stickslip.studies.galvanetto2001.orbits import jump_of_s4
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.analysis.branches.breakpoints import Breakpoint
-    from stickslip.mechanics.flow.trajectory import Event
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 FIGURES: Final = (7,)
 

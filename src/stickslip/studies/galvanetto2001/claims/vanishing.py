@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -12,18 +13,13 @@ from stickslip.analysis.bifurcations.border_collision.skew_tent import (
     attractor_of_skew_tent,
     paired_side,
 )
+from stickslip.analysis.bifurcations.outcome import LocalAttractor
+from stickslip.analysis.maps.derived import WindowMap
+from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
 from stickslip.analysis.orbits.periodic import periodic_orbits
-from stickslip.studies.claim import Claim, Finding, claim
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import cusp_of, in_window
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.analysis.bifurcations.outcome import LocalAttractor
-    from stickslip.analysis.maps.derived import WindowMap
-    from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
-    from stickslip.studies.claim import Value
 
 FIGURES: Final = (11, 16)
 
