@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
 
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.style import PALETTE, axes_or_new
 from stickslip.vocabulary import TERMS, symbol
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from stickslip.numerics.arrays import Floats
 
 MARGINAL: Final = 1e-6  # of a multiplier of a located fold or flip, from 1 or -1
 STABLE: Final[dict[str, Any]] = {"color": "black", "lw": 1.6, "zorder": 4}

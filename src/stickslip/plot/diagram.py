@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Iterable
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
 
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.bifurcations import (
     BREAK,
     MARKS,
@@ -15,13 +18,6 @@ from stickslip.plot.bifurcations import (
     parameter_label,
 )
 from stickslip.plot.style import PALETTE, axes_or_new
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from matplotlib.axes import Axes
-
-    from stickslip.numerics.arrays import Floats
 
 DOTS: Final[dict[str, Any]] = {
     "color": PALETTE["blue"],

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import Any, Final, Protocol
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike, NDArray
 
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.style import PALETTE, axes_or_new
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from matplotlib.axes import Axes
-    from numpy.typing import ArrayLike, NDArray
-
-    from stickslip.numerics.arrays import Floats
 
 _ROUNDS = 40  # bisections; enough for 1e-9 of the window, and a bound in every case
 _MOST_POINTS = 50_000
