@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
 
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.style import PALETTE, axes_or_new
 from stickslip.vocabulary import TERMS, symbol
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
 
 MARGINAL: Final = 1e-6  # of a multiplier of a located fold or flip, from 1 or -1
 STABLE: Final[dict[str, Any]] = {"color": "black", "lw": 1.6, "zorder": 4}
@@ -56,9 +54,9 @@ def draw_orbit_curve_nd(curve: Any, ax: Axes | None = None, **style: Any) -> Axe
 
 def draw_stretches(
     ax: Axes,
-    values: NDArray[np.float64],
-    points: NDArray[np.float64],
-    multipliers: NDArray[np.float64],
+    values: Floats,
+    points: Floats,
+    multipliers: Floats,
     **style: Any,
 ) -> None:
     """Draw points, shape (n, p), of an orbit over a parameter, heavy where it is stable."""
@@ -132,7 +130,7 @@ def parameter_label(name: str) -> str:
     return symbol(name) if known else name
 
 
-def mark(ax: Axes, kind: str, x: NDArray[np.float64], y: NDArray[np.float64], **style: Any) -> None:
+def mark(ax: Axes, kind: str, x: Floats, y: Floats, **style: Any) -> None:
     """Draw the mark of a kind of bifurcation; its label, for a legend, once per axes."""
     marker, color = MARKS.get(kind, _OTHER)
     label = _words(kind)

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Iterable
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from stickslip.plot.motion import plot_trajectory
 from stickslip.plot.style import PALETTE, axes_or_new
 from stickslip.vocabulary import symbol
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
 
 SAMPLES: Final = 600  # of a cycle
 COLORS: Final = tuple(PALETTE[name] for name in ("blue", "orange", "green", "vermillion", "purple"))

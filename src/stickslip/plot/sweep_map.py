@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib import colormaps
+from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from stickslip.plot.bifurcations import parameter_label
 from stickslip.plot.style import PALETTE, axes_or_new
 from stickslip.vocabulary import did_you_mean
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
 
 SCALE: Final = "viridis"  # even to the eye, and to colour-blind ones
 CLIPPED: Final = 1.0  # percent of the values at each end that may lie beyond the scale

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
+from matplotlib.figure import Figure
+
+from stickslip.mechanics.cycle.return_region import ReturnRegion
 from stickslip.plot.cycles import draw_cycle_curve
 from stickslip.studies.fast_belt.claims import region
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from stickslip.mechanics.cycle.return_region import ReturnRegion
 
 TITLE: Final = "Cycles that attract from the gaps"
 COLUMNS: Final = "one"
