@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from stickslip.mechanics.flow.slip_stream import slips
 from stickslip.mechanics.friction.user_law import friction_law
-from stickslip.mechanics.model.chain import Chain
+from stickslip.mechanics.model.blocks import Chain
 from stickslip.studies.burridge_knopoff.power_law import PowerLaw, fit_power_law
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
-from stickslip.mechanics.friction.popp_stelter import PoppStelter
-from stickslip.mechanics.model.chain import Oscillator
+from stickslip.mechanics.friction.builtin import PoppStelter
+from stickslip.mechanics.model.blocks import Oscillator
 from stickslip.mechanics.model.harmonic import Harmonic
 from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
 

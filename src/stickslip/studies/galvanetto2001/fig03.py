@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.mechanics.friction.popp_stelter import PoppStelter
+from stickslip.mechanics.friction.builtin import PoppStelter
 from stickslip.plot.law import friction_characteristic
 
 if TYPE_CHECKING:

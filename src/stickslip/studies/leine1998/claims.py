@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 from stickslip.mechanics.cycle.continuation import continue_cycle
 from stickslip.mechanics.cycle.equilibria import equilibria
 from stickslip.mechanics.cycle.search import find_cycle
-from stickslip.mechanics.friction.popp_stelter import PoppStelter
-from stickslip.mechanics.model.chain import Oscillator
+from stickslip.mechanics.friction.builtin import PoppStelter
+from stickslip.mechanics.model.blocks import Oscillator
 from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
 
 if TYPE_CHECKING:
