@@ -32,8 +32,8 @@ from .mechanics.friction import Stribeck as Stribeck
 from .mechanics.friction import TabulatedFriction as TabulatedFriction
 from .mechanics.friction import friction_law as friction_law
 from .mechanics.model.blocks import Blocks as Blocks
-from .mechanics.model.chain import Chain as Chain
-from .mechanics.model.chain import Oscillator as Oscillator
+from .mechanics.model.blocks import Chain as Chain
+from .mechanics.model.blocks import Oscillator as Oscillator
 from .mechanics.model.file import read_model as read_model
 from .mechanics.model.file import write_model as write_model
 from .mechanics.model.harmonic import Harmonic as Harmonic

@@ -14,7 +14,7 @@ from stickslip.mechanics.flow.slip import Slip
 from stickslip.mechanics.flow.slip_stream import slips
 from stickslip.mechanics.flow.trajectory import State
 from stickslip.mechanics.friction.user_law import friction_law
-from stickslip.mechanics.model.chain import Chain
+from stickslip.mechanics.model.blocks import Chain
 from stickslip.numerics.arrays import Floats
 from stickslip.studies.burridge_knopoff.power_law import PowerLaw, fit_power_law
 
