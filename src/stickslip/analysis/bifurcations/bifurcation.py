@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.bifurcations.outcome import Outcome
     from stickslip.analysis.continuation.curve import Curve
-    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.maps.protocol import Floats, MapFamily
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 T = TypeVar("T")
@@ -115,7 +115,7 @@ class Bifurcation(Result):
     multipliers: tuple[float, ...] = ()
     in_cascade: bool = False
     note: str = ""
-    system: Any = field(default=None, repr=False, compare=False)
+    system: MapFamily | None = field(default=None, repr=False, compare=False)
     _plot: ClassVar = "bifurcations.draw_bifurcation"
 
     @property

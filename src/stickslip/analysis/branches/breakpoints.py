@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.branches.discontinuities import Discontinuities
     from stickslip.analysis.branches.mesh import Mesh, Nodes, Prober
-    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.maps.protocol import Floats, Map1D
 
 CLOSEST: Final = 1 / 64  # of h: the point that the value is taken from
 ROOM: Final = 1 / 64  # h is at most this share of the branch
@@ -153,7 +153,7 @@ class Breakpoint(Result):
     right_label: int = field(default=0, repr=False)
     interval: tuple[float, float] = field(default=(math.nan, math.nan), repr=False)
     quality: str = field(default="located", repr=False)
-    system: Any = field(default=None, repr=False, compare=False)
+    system: Map1D | None = field(default=None, repr=False, compare=False)
     _drawn: ClassVar = ("d", "left", "right")
     _has_picture: ClassVar = False
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 import numpy as np
 
 from stickslip.analysis.continuation.continuation import checked_steps
-from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem
 from stickslip.analysis.continuation.equations_nd import DepartureND, LinearizedND, OrbitEquationsND
-from stickslip.analysis.continuation.orbit_curve_nd import OrbitProblemND
 from stickslip.analysis.maps.arguments import checked_range
 from stickslip.analysis.maps.protocol_nd import sample
+from stickslip.analysis.orbits.newton_nd import solve_orbits
+from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, make_orbit
 from stickslip.numerics.continuation import (
     ArclengthCurve,
     CurvePoint,
@@ -22,6 +23,7 @@ from stickslip.numerics.continuation import (
     StepTooLong,
     turns_back,
 )
+from stickslip.results.parts import part
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -31,7 +33,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats, PointValues
     from stickslip.analysis.maps.protocol_nd import FamilyND
-    from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
     from stickslip.numerics.continuation import WalkEnd
 
 BENDS: Final = 0.5  # an entry of a Jacobian changes at most so much per step, beside 1 + abs(it)
@@ -47,6 +48,46 @@ JUMPS: Final = 0.5  # ... if it does not shrink with the way as that of a root-l
 SAME_SLOPE: Final = 1e-3  # of Jacobians, beside 1 + their size: a larger difference is a corner
 HALF: Final = 1e-5  # scaled: points half a period apart that coincide at a fold
 ON_CIRCLE: Final = 1e-6  # modulus of a critical pair, and its distance from the real axis
+
+
+@part
+@dataclass(frozen=True, eq=False)
+class OrbitProblemND(Problem):
+    """The equations of a periodic orbit in R^n."""
+
+    system: FamilyND | None = None
+    picture: ClassVar = "bifurcations.draw_orbit_curve_nd"
+
+    def solve(
+        self, curve: Curve, row: int, share: float, name: str, value: float
+    ) -> PeriodicOrbitND | None:
+        """Start from a straight line between two rows; None if no orbit is found."""
+        points = curve.points[row]
+        if share:
+            points = points + share * (curve.points[row + 1] - points)
+        return self._solved(curve, value, points)
+
+    def row(self, curve: Curve, row: int) -> PeriodicOrbitND | None:
+        """Solve from a row itself."""
+        return self._solved(curve, float(curve.values[row]), curve.points[row])
+
+    def _solved(self, curve: Curve, value: float, guess: Floats) -> PeriodicOrbitND | None:
+        assert self.system is not None
+        f = self.system.replace(**{curve.parameter: value})
+        got = solve_orbits(f, guess[None])
+        if not got.found[0]:
+            return None
+        return make_orbit(f, got.points[0], got.jacobians[0], got.labels[0], got.residual[0])
+
+    def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
+        """Return the first coordinates of the points."""
+        points: Floats = curve.points[row, :, 0]
+        return points + share * (curve.points[row + 1, :, 0] - points) if share else points
+
+    def same(self, one: PeriodicOrbitND, other: PeriodicOrbitND) -> bool:
+        """Tell whether the points are equal, to rounding."""
+        apart = np.abs(one.points - other.points).max()
+        return bool(apart <= 1e-12 * (1.0 + np.abs(one.points).max()))
 
 
 def follow_orbit_nd(

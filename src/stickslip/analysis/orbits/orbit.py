@@ -13,7 +13,7 @@ from stickslip.results.result import Result, ResultList
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.discontinuities import Unresolved
-    from stickslip.analysis.maps.protocol import Floats, Labels
+    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
 
 SHOWN: Final = 24  # orbits in a list's repr
 
@@ -93,7 +93,7 @@ class PeriodicOrbit(AnyOrbit):
     interval: Floats
     residual: float
     jump: JumpCrossing | None = None
-    system: Any = field(default=None, repr=False, compare=False)
+    system: Map1D | None = field(default=None, repr=False, compare=False)
     _plot: ClassVar = "orbits.draw_orbit"
 
     @property

@@ -61,7 +61,7 @@ class PeriodicOrbitND(AnyOrbit):
     labels: Labels = field(repr=False)
     residual: float
     hits: int = 0
-    system: Any = field(default=None, repr=False, compare=False)
+    system: MapND | None = field(default=None, repr=False, compare=False)
     _plot: ClassVar = "orbits.draw_orbit_nd"
 
     @property
