@@ -9,8 +9,6 @@ import stickslip as ss
 
 model = ss.examples.coulomb()
 (collision,) = ss.bifurcations(model, "V", (0.0366, 0.0372))
-curve = ss.continue_bifurcation(
-    collision, model, along="alpha", range=(1.198, 1.204), solve_for="V"
-)
+curve = ss.follow(collision, "alpha", (1.198, 1.204), solve_for="V")
 print(curve)
 curve.plot()

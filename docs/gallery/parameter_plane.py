@@ -14,9 +14,7 @@ from stickslip.plot.sweep_map import sweep
 model = ss.examples.coulomb()
 (collision,) = ss.bifurcations(model, "V", (0.0366, 0.0372))
 plane = {"V": (0.0366, 0.0374), "alpha": (1.198, 1.204)}
-curve = ss.continue_bifurcation(
-    collision, model, along="alpha", range=plane["alpha"], solve_for="V"
-)
+curve = ss.follow(collision, "alpha", plane["alpha"], solve_for="V")
 swept = ss.sweep(
     model,
     {"V": (*plane["V"], 36), "alpha": (*plane["alpha"], 24)},

@@ -59,9 +59,9 @@ motion.plot(ax=ax)
 ends = []
 for V in (speeds := np.linspace(0.1, 0.6, 6)):
     cycle = ss.find_cycle(block.replace(V=V), [0.0], [0.0])
-    branch = ss.continue_cycle(cycle, block.replace(V=V), "damping", (0.0, 3.0))
-    ends.append(branch.bifurcations[-1].value)
-print(branch)
+    curve = ss.follow(cycle, "damping", (0.0, 3.0))
+    ends.append(curve.bifurcations[-1].value)
+print(curve)
 
 # %%
 

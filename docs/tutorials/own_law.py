@@ -44,8 +44,8 @@ motion.plot(ax=ax)
 # %%
 # And where the fixed point becomes unstable as the law changes:
 
-branch = ss.continue_orbit(orbits[0], f, "fall", (0.2, 0.6))
-print(branch)
+curve = ss.follow(orbits[0], "fall", (0.2, 0.6))
+print(curve)
 
 # %%
 # How sure is this?

@@ -67,9 +67,7 @@ ax.set(xlabel="time", ylabel="$X_2' - V$")
 # %%
 # Along a second parameter the bifurcation is a curve, along which the cause may change.
 
-curve = ss.continue_bifurcation(
-    collision, ss.examples.coulomb(), along="alpha", range=(1.198, 1.204), solve_for="V"
-)
+curve = ss.follow(collision, "alpha", (1.198, 1.204), solve_for="V")
 fig, ax = plt.subplots(figsize=(5, 3.5), layout="constrained")
 curve.plot(ax=ax)
 

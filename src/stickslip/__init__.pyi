@@ -14,7 +14,7 @@ from .analysis.diagrams.diagrams import bifurcation_diagram as bifurcation_diagr
 from .analysis.maps.piecewise_map import PiecewiseMap as PiecewiseMap
 from .analysis.orbits.periodic import periodic_orbits as periodic_orbits
 from .app.widget import explore as explore
-from .mechanics.cycle.continuation import continue_cycle as continue_cycle
+from .following import follow as follow
 from .mechanics.cycle.equilibria import equilibria as equilibria
 from .mechanics.cycle.limit_cycles import limit_cycles as limit_cycles
 from .mechanics.cycle.return_region import return_region as return_region
@@ -32,8 +32,8 @@ from .mechanics.friction import Stribeck as Stribeck
 from .mechanics.friction import TabulatedFriction as TabulatedFriction
 from .mechanics.friction import friction_law as friction_law
 from .mechanics.model.blocks import Blocks as Blocks
-from .mechanics.model.chain import Chain as Chain
-from .mechanics.model.chain import Oscillator as Oscillator
+from .mechanics.model.blocks import Chain as Chain
+from .mechanics.model.blocks import Oscillator as Oscillator
 from .mechanics.model.file import read_model as read_model
 from .mechanics.model.file import write_model as write_model
 from .mechanics.model.harmonic import Harmonic as Harmonic
@@ -43,9 +43,6 @@ from .proofs.certify import certify as certify
 from .proofs.certify import certify_orbits as certify_orbits
 from .proofs.certify import enclose as enclose
 from .results.files import load as load
-from .study.bifurcations import continue_bifurcation as continue_bifurcation
-from .study.bifurcations import continue_breakpoint as continue_breakpoint
-from .study.bifurcations import continue_orbit as continue_orbit
 from .sweeps import observables as observables
 from .sweeps.axis import axis as axis
 from .sweeps.sweep import open_sweep as open_sweep

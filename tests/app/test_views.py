@@ -15,7 +15,7 @@ from stickslip.app.requests import REQUESTS, request_of
 from stickslip.app.views import VIEWS
 from stickslip.app.views.model import watched_map
 from stickslip.mechanics.model import locus
-from stickslip.mechanics.model.values import model_of_values
+from stickslip.mechanics.model.file import model_of_values
 from stickslip.plot.motion import stick_interval
 
 MODEL = ss.examples.coulomb()

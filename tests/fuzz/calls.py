@@ -81,7 +81,7 @@ def diagram() -> Any:
 
 @cache
 def orbit_branch() -> Any:
-    return ss.continue_orbit(orbits()[0], logistic(), "r", (3.0, 3.3))
+    return ss.follow(orbits()[0], "r", (3.0, 3.3))
 
 
 @cache
@@ -101,7 +101,7 @@ def cycles() -> Any:
 
 @cache
 def cycle_branch() -> Any:
-    return ss.continue_cycle(cycle(), oscillator(), "damping", (0.99, 1.01))
+    return ss.follow(cycle(), "damping", (0.99, 1.01))
 
 
 @cache
@@ -150,7 +150,7 @@ def flip() -> Any:
 
 @cache
 def curve() -> Any:
-    return ss.continue_bifurcation(flip(), parabola(), along="b", range=(-0.1, 0.1), solve_for="a")
+    return ss.follow(flip(), "b", (-0.1, 0.1), solve_for="a")
 
 
 @cache
@@ -160,7 +160,7 @@ def chain_orbits() -> Any:
 
 @cache
 def chain_branch() -> Any:
-    return ss.continue_orbit(chain_orbits()[0], coulomb().chain, "V", (0.0366, 0.0367))
+    return ss.follow(chain_orbits()[0], "V", (0.0366, 0.0367))
 
 
 # ---------------------------------------------------------------- files
@@ -316,27 +316,6 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     "breakpoints": {"f": maps.tent},
     "certify": {"found": lambda: ss.periodic_orbits(event_map())[0], "model": coulomb, "digits": 5},
     "certify_orbits": {"model": coulomb, "digits": 5},
-    "continue_bifurcation": {
-        "b": flip,
-        "system": parabola,
-        "along": "b",
-        "range": (-0.1, 0.1),
-        "solve_for": "a",
-    },
-    "continue_breakpoint": {
-        "breakpoint_": lambda: ss.breakpoints(coulomb())[0],
-        "system": coulomb,
-        "name": "V",
-        "range": (0.0365, 0.0367),
-    },
-    "continue_cycle": {
-        "cycle": cycle,
-        "model": oscillator,
-        "parameter": "damping",
-        "range": (0.99, 1.01),
-        "max_points": 10,
-    },
-    "continue_orbit": {"orbit": lambda: orbits()[0], "system": logistic, **ALONG},
     "enclose": {"model": coulomb, "d": "0.1"},
     "equilibria": {"model": oscillator},
     "event_map": {"model": coulomb, "threads": 1},
@@ -344,6 +323,15 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     "examples.law9": {"V": 0.1},
     "explore": {"model": None},
     "find_cycle": {"model": oscillator, **STATE, "max_events": 200},
+    "follow": {
+        "thing": lambda: orbits()[0],
+        "parameter": "r",
+        "range": (2.9, 3.1),
+        "solve_for": None,
+        "window": None,
+        "max_step": 0.1,
+        "max_points": 10,
+    },
     "friction_law": {"force": lambda s, mu=0.2: mu, "parameters": {"mu": 0.3}},
     "invariant_density": {
         "f": lambda: maps.tent(1.9),
@@ -476,7 +464,7 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
     "Trajectory": (trajectory, AT_TIME),
     "Cycle": (cycle, SAVE),
     "CycleList": (cycles, SAVE),
-    "CycleBranch": (cycle_branch, SAVE),
+    "Curve of cycles": (cycle_branch, {**SAVE, "at": {"damping": 1.005}}),
     "TrappingBall": (
         trapping,
         {"entered": {"x": [0.1, 0.2], "v": [0.0, 0.0], "max_events": 10}},
@@ -504,11 +492,11 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
     ),
     "Bifurcation": (lambda: bifurcations()[0], SAVE),
     "BifurcationList": (bifurcations, {**SAVE, "of_kind": {}}),
-    "OrbitBranch": (orbit_branch, {**SAVE, "at": {"r": 3.1}, "all_at": {"r": 3.1}}),
+    "Curve": (orbit_branch, {**SAVE, "at": {"r": 3.1, "near": None}, "all_at": {"r": 3.1}}),
     "PeriodicOrbitND": (lambda: chain_orbits()[0], SAVE),
     "OrbitListND": (chain_orbits, {**SAVE, "of_period": {"p": 1}}),
-    "OrbitBranchND": (chain_branch, {**SAVE, "at": {"V": 0.03665}}),
-    "BifurcationCurve": (curve, {**SAVE, "at": {"b": 0.05, "near": None}}),
+    "Curve of orbits in R^n": (chain_branch, {**SAVE, "at": {"V": 0.03665}}),
+    "Curve of bifurcations": (curve, {**SAVE, "at": {"b": 0.05, "near": None}}),
     "Diagram": (diagram, {**SAVE, "of_period": {"p": 1}}),
 }
 """By class: an object of it, and arguments of a good call of each method."""

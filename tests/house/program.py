@@ -39,8 +39,8 @@ def orbits(model: ss.TwoBlock) -> PeriodicOrbit:
     assert_type(found, OrbitList)
     assert_type(found[0].points, Floats)
     assert_type(found[0].multiplier, float)
-    branch = ss.continue_orbit(found[0], model, "V", (0.036, 0.037))
-    assert_type(branch.multipliers, Floats)
+    branch = ss.follow(found[0], "V", (0.036, 0.037))
+    assert_type(branch.values, Floats)
     for item in ss.bifurcations(model, "V", (0.0366, 0.0372)):
         kind: str = item.kind
         print(kind)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.numerics.continuation import (
-    Curve,
+    ArclengthCurve,
     LeavesRegion,
     StepControl,
     StepTooLong,
@@ -50,7 +50,7 @@ def follow(curve, start, most=10_000):
 
 
 def test_goes_round_a_circle():
-    curve = Curve(circle, ONE)
+    curve = ArclengthCurve(circle, ONE)
     start = curve.point(np.array([1.0, 0.0]))
     points, end = follow(curve, start, 400)
     assert end is None
@@ -64,7 +64,7 @@ def test_goes_round_a_circle():
 
 
 def test_turning_points_are_found_to_rounding():
-    curve = Curve(circle, ONE)
+    curve = ArclengthCurve(circle, ONE)
     points, _ = follow(curve, curve.point(np.array([1.0, 0.0])), 400)
     pairs = [(a, b) for a, b in pairwise(points) if turns_back(a, b)]
     first, second = (curve.turning_point(a, b) for a, b in pairs[:2])
@@ -74,7 +74,7 @@ def test_turning_points_are_found_to_rounding():
 
 def test_both_directions_and_landing_on_the_ends_of_the_range():
     low, high = -0.3, 1.7
-    curve = Curve(helix, np.ones(3), low, high)
+    curve = ArclengthCurve(helix, np.ones(3), low, high)
     start = curve.point(np.array([0.9, 0.1, 0.2]))
     assert start.parameter == 0.2
     assert start.tangent[-1] > 0
@@ -95,7 +95,7 @@ def test_nothing_is_evaluated_outside_the_range():
         seen.append(y[-1])
         return parabola(y)
 
-    curve = Curve(equations, ONE, 0.25, 1.0)
+    curve = ArclengthCurve(equations, ONE, 0.25, 1.0)
     start = curve.point(np.array([0.8, 0.64]))
     for ahead in (start, start.reversed()):
         points, end = follow(curve, ahead)
@@ -106,7 +106,7 @@ def test_nothing_is_evaluated_outside_the_range():
 
 
 def test_through_a_fold_and_out_of_the_range_again():
-    curve = Curve(parabola, ONE, -1.0, 1.0)
+    curve = ArclengthCurve(parabola, ONE, -1.0, 1.0)
     points, end = follow(curve, curve.point(np.array([1.0, 1.0])).reversed())
     assert end.reason == "end of range"
     assert points[-1].y == pytest.approx([-1.0, 1.0], abs=ROUNDING)
@@ -115,7 +115,7 @@ def test_through_a_fold_and_out_of_the_range_again():
 
 
 def test_a_start_at_a_fold():
-    curve = Curve(parabola, ONE, -1.0, 1.0)
+    curve = ArclengthCurve(parabola, ONE, -1.0, 1.0)
     start = curve.point(np.array([1e-3, 0.0]))
     assert np.abs(parabola(start.y)[0]) < ROUNDING
     ends = {follow(curve, s)[0][-1].y[0] for s in (start, start.reversed())}
@@ -123,7 +123,7 @@ def test_a_start_at_a_fold():
 
 
 def test_a_start_at_the_end_of_the_range_that_leads_out():
-    curve = Curve(parabola, ONE, 0.0, 1.0)
+    curve = ArclengthCurve(parabola, ONE, 0.0, 1.0)
     points, end = follow(curve, curve.point(np.array([1.0, 1.0])))
     assert len(points) == 1
     assert end.reason == "end of range"
@@ -135,7 +135,7 @@ def test_leaving_the_region_ends_the_walk_with_the_cause():
             raise LeavesRegion(("x", y[0]))
         return parabola(y)
 
-    curve = Curve(equations, ONE, 0.0, 1.0)
+    curve = ArclengthCurve(equations, ONE, 0.0, 1.0)
     points, end = follow(curve, curve.point(np.array([0.1, 0.01])))
     assert end.reason == "region"
     assert end.cause[0] == "x"
@@ -151,7 +151,7 @@ def test_a_region_that_only_newton_oversteps_is_no_end():
             raise LeavesRegion
         return parabola(y)
 
-    curve = Curve(equations, ONE, 0.0, 1.0)
+    curve = ArclengthCurve(equations, ONE, 0.0, 1.0)
     points, end = follow(curve, curve.point(np.array([0.1, 0.01])))
     while end.reason == "region":
         more, end = follow(curve, end.last)
@@ -165,7 +165,7 @@ def test_a_corner_ends_at_the_smallest_step():
         return np.array([abs(x) - q]), np.array([[np.sign(x), -1.0]]), None
 
     control = StepControl(smallest=1e-6)
-    curve = Curve(equations, ONE, -1, 1, control)
+    curve = ArclengthCurve(equations, ONE, -1, 1, control)
     points, end = follow(curve, curve.point(np.array([0.7, 0.7])).reversed())
     assert end.reason == "step limit"
     assert abs(points[-1].y[0]) < 1e-5
@@ -177,7 +177,7 @@ def test_steps_grow_where_the_curve_is_straight_and_shrink_where_it_bends():
         return np.array([math.tanh(20 * q) - x]), np.array([[-1, 20 / math.cosh(20 * q) ** 2]]), 0
 
     control = StepControl(largest=0.2)
-    curve = Curve(equations, ONE, -2, 2, control)
+    curve = ArclengthCurve(equations, ONE, -2, 2, control)
     points, _ = follow(curve, curve.point(np.array([-1.0, -2.0])))
     y = np.array([p.y for p in points])
     steps = np.hypot(*np.diff(y, axis=0).T)
@@ -192,7 +192,7 @@ def test_the_caller_may_refuse_a_step():
         if abs(b.y[0] - a.y[0]) > 0.01:
             raise StepTooLong
 
-    curve = Curve(parabola, ONE, 0.0, 1.0, accept=accept)
+    curve = ArclengthCurve(parabola, ONE, 0.0, 1.0, accept=accept)
     points, _ = follow(curve, curve.point(np.array([0.1, 0.01])))
     assert np.abs(np.diff([p.y[0] for p in points])).max() <= 0.01
     assert points[-1].parameter == 1.0
@@ -206,15 +206,15 @@ def test_the_scale_decides_what_is_far():
         f, jacobian, note = parabola(y / units)
         return f, jacobian / units, note
 
-    plain = Curve(parabola, ONE, 0.0, 1.0)
-    scaled = Curve(equations, units, 0.0, 1e3)
+    plain = ArclengthCurve(parabola, ONE, 0.0, 1.0)
+    scaled = ArclengthCurve(equations, units, 0.0, 1e3)
     there = [p.y for p in follow(plain, plain.point(np.array([0.1, 0.01])))[0]]
     here = [p.y / units for p in follow(scaled, scaled.point(np.array([0.1, 0.01]) * units))[0]]
     assert np.array(here) == pytest.approx(np.array(there), abs=1e-12)
 
 
 def test_notes_stay_with_their_points():
-    curve = Curve(helix, np.ones(3), 0, 1)
+    curve = ArclengthCurve(helix, np.ones(3), 0, 1)
     for p in follow(curve, curve.point(np.array([1.0, 0.0, 0.0])))[0]:
         assert p.note == pytest.approx(tuple(p.y[:2]), abs=1e-7)
 
@@ -225,7 +225,7 @@ def test_no_solution_is_no_point():
         return f + 2, jacobian, note
 
     with pytest.raises(StepTooLong):
-        Curve(equations, ONE).point(np.array([0.3, 0.2]))
+        ArclengthCurve(equations, ONE).point(np.array([0.3, 0.2]))
 
 
 @given(root=st.floats(-0.9, 0.9), power=st.sampled_from([1, 3, 5]), steep=st.floats(0.1, 10))

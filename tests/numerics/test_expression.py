@@ -9,8 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.numerics.calculus import derivative, evaluate, is_analytic, reachable
-from stickslip.numerics.expression import ELEMENTARY, Graph, NotTraceable, elementary
+from stickslip.numerics.expression import (
+    ELEMENTARY,
+    Graph,
+    NotTraceable,
+    derivative,
+    elementary,
+    evaluate,
+    is_analytic,
+    reachable,
+)
 from stickslip.numerics.tracing import trace
 
 SPEEDS = st.floats(0.01, 3)

@@ -8,8 +8,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stickslip.numerics.calculus import derivative, evaluate
-from stickslip.numerics.expression import ELEMENTARY, Graph, elementary, power
+from stickslip.numerics.expression import ELEMENTARY, Graph, derivative, elementary, evaluate, power
 from stickslip.numerics.series import Scalars, SeriesText, indented, value_lines
 
 ORDER = 7

@@ -16,9 +16,9 @@ from stickslip.plot.bifurcations import (
     UNSTABLE,
     draw_bifurcation,
     draw_bifurcations,
-    draw_branch,
     draw_breakpoint_curve,
     draw_curve,
+    draw_orbit_curve,
     parameter_label,
 )
 from stickslip.plot.diagram import draw_attractors, draw_diagram
@@ -173,7 +173,8 @@ class TestBranch:
         x = np.linspace(-0.5, 0.5, 21)
         fold = SimpleNamespace(kind="fold", value=0.2, points=np.array([0.0]))
         return SimpleNamespace(
-            parameters={"alpha": 0.2 + x**2},
+            parameter="alpha",
+            values=0.2 + x**2,
             points=x[:, None],
             multipliers=1 + x,
             period=1,
@@ -181,7 +182,7 @@ class TestBranch:
         )
 
     def test_both_halves_and_the_fold(self, ax):
-        draw_branch(self.branch(), ax)
+        draw_orbit_curve(self.branch(), ax)
         heavy, thin = drawn(ax, STABLE), drawn(ax, UNSTABLE)
         assert (heavy[:, 1].min(), heavy[:, 1].max()) == pytest.approx((-0.5, 0.0), abs=1e-12)
         assert (thin[:, 1].min(), thin[:, 1].max()) == pytest.approx((0.0, 0.5), abs=1e-12)
@@ -189,8 +190,8 @@ class TestBranch:
         assert ax.get_xlabel() == r"$\alpha$"
 
     def test_marks_are_named_once(self, ax):
-        draw_branch(self.branch(), ax)
-        draw_branch(self.branch(), ax)
+        draw_orbit_curve(self.branch(), ax)
+        draw_orbit_curve(self.branch(), ax)
         assert ax.get_legend_handles_labels()[1] == ["fold"]
 
 
@@ -229,7 +230,7 @@ class TestCurve:
         return SimpleNamespace(
             kind="fold",
             period=3,
-            along="alpha",
+            parameter="alpha",
             solve_for="V",
             parameters={"alpha": np.array([1.1, 1.2, 1.3]), "V": np.array([0.29, 0.30, 0.28])},
             bifurcations=(special,),
@@ -249,7 +250,7 @@ class TestCurve:
         assert not bare.texts
 
     def test_breakpoint_curve_is_dashed(self, ax):
-        curve = SimpleNamespace(parameter="V", values=VALUES, d=VALUES**2)
+        curve = SimpleNamespace(parameter="V", values=VALUES, points=VALUES[:, None] ** 2)
         draw_breakpoint_curve(curve, ax)
         np.testing.assert_array_equal(drawn(ax, BREAK), np.column_stack([VALUES, VALUES**2]))
 

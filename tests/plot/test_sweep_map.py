@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analysis.bifurcations.curves.bifurcation_curve import BifurcationCurve
+from stickslip.analysis.continuation.curve import Curve, CurveEnd
 from stickslip.plot.style import PALETTE, new_figure
 from stickslip.plot.sweep_map import sweep
 
@@ -83,17 +83,18 @@ def test_axes_with_even_ratios_are_logarithmic():
 
 def curve(along="alpha", solve_for="V"):
     parameters = {along: np.array([1.0, 2.0]), solve_for: np.array([0.12, 0.28])}
-    shape = {"points": np.zeros((2, 1)), "multipliers": np.ones(2), "one_sided": np.ones((2, 2))}
-    return BifurcationCurve(
-        "fold",
-        3,
-        along,
-        solve_for,
+    end = CurveEnd("", {}, np.zeros(1))
+    return Curve(
+        "bifurcation: fold",
         parameters,
-        **shape,
-        end_reasons=("", ""),
+        np.zeros((2, 1)),
+        np.ones(2),
+        np.zeros(2, dtype=bool),
+        (end, end),
         bifurcations=(),
-        conditions=(),
+        data={},
+        problem=None,
+        period=3,
     )
 
 
@@ -124,9 +125,7 @@ def test_the_raster_of_periods_agrees_with_the_exact_curve(tmp_path):
     # The paper's S4 ends where block 2 grazes; followed in alpha, between cells of 3e-6 in V.
     model = ss.examples.coulomb()
     (collision,) = ss.bifurcations(model, "V", (0.0369, 0.0371), max_period=4)
-    exact = ss.continue_bifurcation(
-        collision, model, along="alpha", range=(1.1998, 1.2002), solve_for="V"
-    )
+    exact = ss.follow(collision, "alpha", (1.1998, 1.2002), solve_for="V")
     found = ss.sweep(
         model,
         {"V": (0.03696, 0.03699, 11), "alpha": (1.1998, 1.2002, 3)},

@@ -15,11 +15,7 @@ class Samples:
     """Results by the names of their classes; ``systems``: what `load` must be given for some."""
 
     systems: ClassVar = {
-        "BifurcationCurve": ss.PiecewiseMap(
-            lambda x, a, b: a - b * x * x, (-2, 2), parameters={"a": 0.0, "b": 1.0}
-        ),
         "BifurcationList": examples.logistic(3.0),
-        "OrbitBranchND": examples_nd.henon(),
     }
 
     @cache  # noqa: B019 (one instance lives for the whole session)
@@ -81,10 +77,6 @@ class Samples:
     def make_PeriodicOrbitND(self):
         return self["OrbitListND"][0]
 
-    def make_OrbitBranchND(self):
-        f = self.systems["OrbitBranchND"]
-        return ss.continue_orbit(self["OrbitListND"][0], f, "a", (1.2, 1.4))
-
     # --- along a parameter --------------------------------------------------------------------
 
     def make_BifurcationList(self):
@@ -100,22 +92,8 @@ class Samples:
     def make_Diagram(self):
         return ss.bifurcation_diagram(examples.logistic(3.0), "r", (2.9, 3.5, 31), max_period=2)
 
-    def make_OrbitBranch(self):
-        f = ss.event_map(COULOMB)
-        return ss.continue_orbit(ss.periodic_orbits(f)[0], f, "V", (0.0366, 0.0368))
-
-    def make_BifurcationCurve(self):
-        f = self.systems["BifurcationCurve"]
-        found = ss.bifurcations(f, "a", (-0.4, 0.1), max_period=1)
-        return ss.continue_bifurcation(found[0], f, solve_for="a", along="b", range=(0.9, 1.1))
-
-    def make_CurvePoint(self):
-        curve = self["BifurcationCurve"]
-        return curve.at(b=1.0)
-
-    def make_BreakpointCurve(self):
-        f = ss.event_map(COULOMB)
-        return ss.continue_breakpoint(self["BreakpointList"][0], f, "V", (0.0366, 0.0368))
+    def make_Curve(self):
+        return ss.follow(ss.periodic_orbits(COULOMB)[0], "V", (0.0366, 0.0368))
 
     # --- in time ------------------------------------------------------------------------------
 
@@ -134,9 +112,6 @@ class Samples:
 
     def make_CycleList(self):
         return ss.limit_cycles(BLOCK, n_starts=4, rng=1)
-
-    def make_CycleBranch(self):
-        return ss.continue_cycle(self["Cycle"], BLOCK, "damping", (0.9, 1.0))
 
     def make_TrappingBall(self):
         return ss.trapping_ball(self["Cycle"])

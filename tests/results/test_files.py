@@ -13,7 +13,7 @@ from stickslip.analysis import examples
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.branches.branches import breakpoints
-from stickslip.analysis.continuation.continuation import continue_orbit
+from stickslip.analysis.continuation.continuation import follow_orbit
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.event_map import EventMap
@@ -96,19 +96,23 @@ def test_orbits_and_breakpoints(path):
 @pytest.fixture(scope="module")
 def branch():
     f = examples.logistic(3.3)
-    return continue_orbit(periodic_orbits(f, period=2)[0], f, "r", (2.9, 3.4))
+    return follow_orbit(periodic_orbits(f, period=2)[0], f, "r", (2.9, 3.4))
+
+
+def without_system(curve):
+    return dataclasses.replace(curve, problem=dataclasses.replace(curve.problem, system=None))
 
 
 def test_a_branch_of_the_users_own_map_is_given_its_map_again(path, branch):
     branch.save(path)
     alone = load(path)
-    assert alone.f is None
-    assert equal(dataclasses.replace(branch, f=None), alone)
+    assert alone.system is None
+    assert equal(without_system(branch), alone)
     assert repr(alone) == repr(branch)
     with pytest.raises(ValueError, match=r"load\(path, system"):
         alone.at(r=3.2)
     again = load(path, examples.logistic(2.0))
-    assert again.f.parameters == {"r": 3.3}
+    assert again.system.parameters == {"r": 3.3}
     assert np.array_equal(again.at(r=3.2).points, branch.at(r=3.2).points)
     assert again.at(r=3.2).multiplier == branch.at(r=3.2).multiplier
 
@@ -144,10 +148,10 @@ def test_event_maps_are_made_again(path, model):
 
 def test_branches_of_models_need_no_system(path):
     f = event_map(models.coulomb())
-    branch = continue_orbit(periodic_orbits(f, period=4)[0], f, "V", (0.0366, 0.0372))
+    branch = follow_orbit(periodic_orbits(f, period=4)[0], f, "V", (0.0366, 0.0372))
     branch.save(path)
     again = load(path)
-    assert again.f == f
+    assert again.system == f
     assert again.ends[1].border == branch.ends[1].border
     assert np.array_equal(again.at(V=0.0368).points, branch.at(V=0.0368).points)
 

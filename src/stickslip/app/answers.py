@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import msgspec
 import numpy as np
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from numpy.typing import NDArray
 
 ALIGNED: Final = 8  # bytes: what the page's typed arrays need
 DTYPES: Final = {"f8": "<f8", "f4": "<f4", "i4": "<i4", "u1": "|u1"}

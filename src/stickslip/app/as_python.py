@@ -10,7 +10,7 @@ from stickslip.app.views.event_map import window_of
 from stickslip.app.views.model import map_of
 from stickslip.app.views.motion import MAX_EVENTS, start_of
 from stickslip.mechanics.friction import LAWS, TabulatedFriction
-from stickslip.mechanics.model.values import FAMILY, model_values
+from stickslip.mechanics.model.file import FAMILY, model_values
 
 CLASSES: Final = {"two_block": "TwoBlock"} | {name: k.cls.__name__ for name, k in FAMILY.items()}
 LAW_CLASSES: Final = {name: law.__name__ for name, law in LAWS.items()} | {

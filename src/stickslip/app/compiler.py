@@ -22,12 +22,12 @@ from stickslip.app import requests
 from stickslip.app.requests import model_of
 from stickslip.app.views import VIEWS
 from stickslip.mechanics.friction import FrictionLaw, TabulatedFriction
+from stickslip.mechanics.model.file import model_values
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.mechanics.model.values import model_values
 from stickslip.numerics.targets import cache_root
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.model.values import Model
+    from stickslip.mechanics.model.file import Model
 
 LOG: Final = logging.getLogger(__name__)
 

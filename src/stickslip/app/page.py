@@ -14,7 +14,7 @@ from stickslip.app.exports import KNOWN, formats
 from stickslip.app.requests import SLIDERS
 from stickslip.mechanics.friction import LAWS
 from stickslip.mechanics.friction.law import Choice
-from stickslip.mechanics.model.values import model_values
+from stickslip.mechanics.model.file import model_values
 from stickslip.vocabulary import TERMS
 
 COULOMB_RANGE: Final = (0.0366, 0.0372)  # of V, figure 4

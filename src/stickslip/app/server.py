@@ -32,7 +32,7 @@ from stickslip.app.exports import Downloads
 from stickslip.app.page import described_limits, presets
 from stickslip.app.session import TRY_AGAIN, Limits, Session, Workers
 from stickslip.app.views import VIEWS
-from stickslip.mechanics.model.values import model_values
+from stickslip.mechanics.model.file import model_values
 from stickslip.numerics.targets import available_threads
 
 if TYPE_CHECKING:

@@ -15,12 +15,12 @@ from stickslip.app import EXTRA
 from stickslip.checks import whole_number
 from stickslip.extras import require_extra
 from stickslip.mechanics.model.arguments import checked_model
-from stickslip.mechanics.model.values import model_values
+from stickslip.mechanics.model.file import model_values
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from stickslip.app.serving import BackgroundServer
-    from stickslip.mechanics.model.values import Model
+    from stickslip.mechanics.model.file import Model
 
 NOTEBOOKS: Final = (
     "http://localhost:*",

@@ -13,13 +13,12 @@ from stickslip.cli.progress import note, notes, tracked
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    import numpy as np
     from matplotlib.axes import Axes
-    from numpy.typing import NDArray
 
     from stickslip.analysis.attractors.basins import Basins
     from stickslip.analysis.orbits.orbit import OrbitList
     from stickslip.mechanics.eventmap.event_map import EventMap
+    from stickslip.numerics.arrays import Floats
 
 MAP_EXAMPLES = """\
 stickslip map --preset coulomb -d -0.2 -d 0.1 --itinerary
@@ -81,7 +80,7 @@ def map_(
 
 def _points_to_map(
     f: EventMap, d: tuple[float, ...], grid: int | None, window: tuple[float, float] | None
-) -> NDArray[np.float64]:
+) -> Floats:
     import numpy as np
 
     if bool(d) == (grid is not None):
@@ -96,9 +95,7 @@ def _points_to_map(
     return np.linspace(first, last, grid)
 
 
-def _evaluated(
-    f: EventMap, points: NDArray[np.float64], *, itinerary: bool, quiet: bool
-) -> dict[str, Any]:
+def _evaluated(f: EventMap, points: Floats, *, itinerary: bool, quiet: bool) -> dict[str, Any]:
     import numpy as np
 
     pieces = np.array_split(points, max(1, -(-points.size // PIECE)))
@@ -115,7 +112,7 @@ def _evaluated(
 
 def _plot_map(
     f: EventMap,
-    points: NDArray[np.float64],
+    points: Floats,
     window: tuple[float, float] | None,
     ax: Axes,
     *,

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from stickslip.mechanics.eventmap.event_map import EventMap
+    from stickslip.mechanics.model.file import Model
     from stickslip.mechanics.model.two_block import TwoBlock
-    from stickslip.mechanics.model.values import Model
 
 MODEL = Group.create_ordered("Model")
 SWEEP = Group.create_ordered("Parameter and range")

@@ -161,7 +161,7 @@ def plot(
     """Draw a variable of a sweep over two of its axes, finished or not.
 
     Kinds and periods have a colour each, other numbers a scale that is even to the eye. Curves of
-    bifurcations, saved by `continue_bifurcation(...).save(FILE)`, are drawn over the map.
+    bifurcations, saved by `follow(...).save(FILE)`, are drawn over the map.
 
     Parameters
     ----------

@@ -79,7 +79,9 @@ class StepControl:
     largest: float = 1 / 32
     angle: float = 0.25  # by which the tangent turns in one step at most, radians
     corrections: int = 7  # Newton steps per point; with fewer than half of them the step grows
-    patience: int = 2  # steps out of the region that are halved before `Curve.walk` ends there
+    patience: int = (
+        2  # steps out of the region that are halved before `ArclengthCurve.walk` ends there
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +99,7 @@ def _accept_all(previous: CurvePoint, new: CurvePoint) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class ArclengthCurve:
     """The curve F(y) = 0 and how to walk on it."""
 
     # `equations(y)` gives F, shape (n,), its Jacobian, shape (n, n + 1), and a note for the point.

@@ -9,14 +9,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.numerics.targets import write_module
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 # Threads of a block: small, because a motion needs many registers.
 THREADS = 128

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import itertools
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.animation import FFMpegWriter, PillowWriter
+from matplotlib.axes import Axes
 
 from stickslip.plot.breaks import mechanism
 from stickslip.plot.motion import sample_times
 from stickslip.plot.style import PALETTE, new_figure
 from stickslip.vocabulary import symbol
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 RATE: Final = 20  # frames a second
 STEP: Final = 0.25  # units of time from frame to frame

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Sequence
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from stickslip.plot.style import PALETTE, axes_or_new
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from matplotlib.axes import Axes
 
 BASIN_COLORS: Final = tuple(
     PALETTE[name] for name in ("sky", "orange", "green", "purple", "vermillion", "blue")

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
 
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.style import PALETTE, axes_or_new
 from stickslip.vocabulary import TERMS, symbol
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
 
 MARGINAL: Final = 1e-6  # of a multiplier of a located fold or flip, from 1 or -1
 STABLE: Final[dict[str, Any]] = {"color": "black", "lw": 1.6, "zorder": 4}
@@ -34,34 +32,31 @@ MARKS: Final[dict[str, tuple[str, str]]] = {
 _OTHER: Final = ("*", PALETTE["black"])
 
 
-def draw_branch(branch: Any, ax: Axes | None = None, **style: Any) -> Axes:
+def draw_orbit_curve(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
     """Draw an orbit along a parameter: heavy where stable, thin where not; folds, flips marked."""
     ax = axes_or_new(ax)
-    (name,) = branch.parameters
-    values = np.asarray(branch.parameters[name])
-    draw_stretches(ax, values, branch.points, branch.multipliers, **style)
-    for item in branch.bifurcations:
-        if hasattr(item, "points"):
-            mark(ax, item.kind, np.full(len(item.points), item.value), item.points)
-    _name_axes(ax, name, "$d$")
+    draw_stretches(ax, curve.values, curve.points, curve.multipliers, **style)
+    for item in curve.bifurcations:
+        mark(ax, item.kind, np.full(len(item.points), item.value), item.points)
+    _name_axes(ax, curve.parameter, "$d$")
     return ax
 
 
-def draw_branch_nd(branch: Any, ax: Axes | None = None, **style: Any) -> Axes:
-    """Draw first coordinates along a branch of a map of R^n: dashed where it is unstable."""
+def draw_orbit_curve_nd(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Draw first coordinates of an orbit in R^n along a parameter: dashed where it is unstable."""
     ax = axes_or_new(ax)
     for wanted, look in ((True, "-"), (False, "--")):
-        shown = np.where((branch.stable == wanted)[:, np.newaxis], branch.points[:, :, 0], np.nan)
-        ax.plot(branch.values, shown, **{"ls": look, "color": PALETTE["blue"], **style})
-    _name_axes(ax, branch.parameter, "$d_1$")
+        shown = np.where((curve.stable == wanted)[:, np.newaxis], curve.points[:, :, 0], np.nan)
+        ax.plot(curve.values, shown, **{"ls": look, "color": PALETTE["blue"], **style})
+    _name_axes(ax, curve.parameter, "$d_1$")
     return ax
 
 
 def draw_stretches(
     ax: Axes,
-    values: NDArray[np.float64],
-    points: NDArray[np.float64],
-    multipliers: NDArray[np.float64],
+    values: Floats,
+    points: Floats,
+    multipliers: Floats,
     **style: Any,
 ) -> None:
     """Draw points, shape (n, p), of an orbit over a parameter, heavy where it is stable."""
@@ -79,10 +74,8 @@ def draw_stretches(
 def draw_bifurcations(bifurcations: Any, ax: Axes | None = None, *, legend: bool = True) -> Axes:
     """Draw the orbits of a range, stable ones heavy, and a mark per bifurcation."""
     ax = axes_or_new(ax)
-    for branch in bifurcations.branches:
-        (name,) = branch.parameters
-        values = np.asarray(branch.parameters[name])
-        draw_stretches(ax, values, branch.points, branch.multipliers)
+    for curve in bifurcations.branches:
+        draw_stretches(ax, curve.values, curve.points, curve.multipliers)
     for item in bifurcations:
         draw_bifurcation(item, ax)
     _name_axes(ax, bifurcations.parameter, "$d$")
@@ -108,32 +101,24 @@ def draw_bifurcation(item: Any, ax: Axes | None = None, **style: Any) -> Axes:
 def draw_curve(curve: Any, ax: Axes | None = None, *, names: bool = True, **style: Any) -> Axes:
     """Draw a bifurcation in the plane of two parameters, codimension-two points as circles."""
     ax = axes_or_new(ax)
-    x, y = (np.asarray(curve.parameters[name]) for name in (curve.along, curve.solve_for))
-    _, color = MARKS.get(curve.kind, _OTHER)
-    label = f"{_words(curve.kind)}, period {curve.period}"
+    x, y = curve.parameters.values()
+    kind = curve.kind.removeprefix("bifurcation: ")
+    _, color = MARKS.get(kind, _OTHER)
+    label = f"{_words(kind)}, period {curve.period}"
     ax.plot(x, y, **{"color": color, "lw": 1.2, "label": label, **style})
     for item in curve.bifurcations:
-        where = (item.parameters[curve.along], item.parameters[curve.solve_for])
+        where = tuple(item.parameters.values())
         ax.plot(*where, "o", mfc="white", mec=color, ms=4.5, zorder=5)
         if names:
             ax.annotate(item.kind, where, (5, 4), textcoords="offset points", fontsize=7.0)
-    _name_axes(ax, curve.along, parameter_label(curve.solve_for))
-    return ax
-
-
-def draw_curve_point(point: Any, ax: Axes | None = None, **style: Any) -> Axes:
-    """Mark a point of a bifurcation curve in the plane of its parameters; as `draw_curve`."""
-    ax = axes_or_new(ax)
-    (x, y), names = point.parameters.values(), list(point.parameters)
-    ax.plot(x, y, **{"marker": "o", **style})
-    _name_axes(ax, names[0], parameter_label(names[1]))
+    _name_axes(ax, curve.parameter, parameter_label(curve.solve_for))
     return ax
 
 
 def draw_breakpoint_curve(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
     """Draw a breakpoint of a map along a parameter: a dashed line, as D in the paper."""
     ax = axes_or_new(ax)
-    ax.plot(curve.values, curve.d, **{**BREAK, **style})
+    ax.plot(curve.values, curve.points[:, 0], **{**BREAK, **style})
     _name_axes(ax, curve.parameter, "$d$")
     return ax
 
@@ -145,7 +130,7 @@ def parameter_label(name: str) -> str:
     return symbol(name) if known else name
 
 
-def mark(ax: Axes, kind: str, x: NDArray[np.float64], y: NDArray[np.float64], **style: Any) -> None:
+def mark(ax: Axes, kind: str, x: Floats, y: Floats, **style: Any) -> None:
     """Draw the mark of a kind of bifurcation; its label, for a legend, once per axes."""
     marker, color = MARKS.get(kind, _OTHER)
     label = _words(kind)

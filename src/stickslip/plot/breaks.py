@@ -11,12 +11,11 @@ from stickslip.plot.style import PALETTE, axes_or_new
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from stickslip.mechanics.model.belt_model import BeltModel
     from stickslip.mechanics.model.two_block import TwoBlock
-
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
 
 # Lengths of the drawing, in its own units.
 _BLOCK: Final = (1.4, 1.15)  # width, height

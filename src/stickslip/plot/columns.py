@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from stickslip.plot.bifurcations import parameter_label
 from stickslip.plot.style import axes_or_new
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 MANY: Final = 60  # rows that are a line; fewer are points
 

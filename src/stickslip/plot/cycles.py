@@ -1,41 +1,57 @@
-"""Branches of limit cycles along a parameter."""
+"""Limit cycles and steady sliding along a parameter."""
 
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Iterable
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from stickslip.plot.motion import plot_trajectory
 from stickslip.plot.style import PALETTE, axes_or_new
 from stickslip.vocabulary import symbol
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from matplotlib.axes import Axes
 
 SAMPLES: Final = 600  # of a cycle
 COLORS: Final = tuple(PALETTE[name] for name in ("blue", "orange", "green", "vermillion", "purple"))
 MARKERS = {"fold": "o", "flip": "s", "neimark_sacker": "^", "branch_point": "x", "hopf": "*"}
 
 
-def plot_cycle_branch(branch: Any, ax: Axes | None = None) -> Axes:
+def draw_cycle_curve(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
     """Draw periods along the parameter: solid where the cycle attracts, dashed where not."""
     ax = axes_or_new(ax)
-    values, periods, stable = branch.values, branch.periods, branch.stable
-    for wanted, look in ((True, "-"), (False, "--")):
-        # A piece ends with the first cycle of the next, so that the line has no holes.
-        shown = stable == wanted
-        shown[1:] |= (stable == wanted)[:-1]
-        ax.plot(values, np.where(shown, periods, np.nan), look, color=PALETTE["blue"])
-    for item in branch.bifurcations:
+    _solid_where_stable(ax, curve, curve.data["period"], style)
+    for item in curve.bifurcations:
         marker = MARKERS.get(item.kind, "D")
-        ax.plot(item.value, item.cycle.period, marker, color=PALETTE["orange"], ms=5)
-    ax.set_xlabel(branch.parameter)
+        ax.plot(item.value, item.solution.period, marker, color=PALETTE["orange"], ms=5)
+    ax.set_xlabel(curve.parameter)
     ax.set_ylabel("period")
     return ax
+
+
+def draw_equilibrium_curve(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Draw the largest growth rate along the parameter, with a mark at each Hopf point."""
+    ax = axes_or_new(ax)
+    _solid_where_stable(ax, curve, curve.multipliers.real.max(axis=1), style)
+    for item in curve.bifurcations:
+        ax.plot(item.value, 0.0, MARKERS["hopf"], color=PALETTE["orange"], ms=7)
+    ax.axhline(0.0, color=PALETTE["grey"], lw=0.7, zorder=1)
+    ax.set_xlabel(curve.parameter)
+    ax.set_ylabel("largest growth rate")
+    return ax
+
+
+def _solid_where_stable(
+    ax: Axes, curve: Any, y: NDArray[np.float64], style: dict[str, Any]
+) -> None:
+    for wanted, look in ((True, "-"), (False, "--")):
+        # A piece ends with the first solution of the next, so that the line has no holes.
+        shown = curve.stable == wanted
+        shown[1:] |= (curve.stable == wanted)[:-1]
+        looks = {"ls": look, "color": PALETTE["blue"], **style}
+        ax.plot(curve.values, np.where(shown, y, np.nan), **looks)
 
 
 def plot_cycle(cycle: Any, ax: Axes | None = None) -> Axes:

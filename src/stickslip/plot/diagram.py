@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Iterable
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
 
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.bifurcations import (
     BREAK,
     MARKS,
@@ -15,12 +18,6 @@ from stickslip.plot.bifurcations import (
     parameter_label,
 )
 from stickslip.plot.style import PALETTE, axes_or_new
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
 
 DOTS: Final[dict[str, Any]] = {
     "color": PALETTE["blue"],
@@ -104,9 +101,7 @@ def draw_orbit_curve(diagram: Any, orbit: Any, ax: Axes, **style: Any) -> None:
     draw_stretches(ax, *_with_ends(diagram, orbit), **style)
 
 
-def _with_ends(
-    diagram: Any, orbit: Any
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _with_ends(diagram: Any, orbit: Any) -> tuple[Floats, Floats, Floats]:
     """Return values, points and multipliers of an orbit from its first end to its last."""
     exists = np.flatnonzero(np.isfinite(orbit.multipliers))
     low, high = orbit.ends

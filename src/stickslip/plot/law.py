@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from stickslip.mechanics.friction.law import FrictionLaw
-    from stickslip.mechanics.model.values import Model
+    from stickslip.mechanics.model.file import Model
 
 
 def friction_characteristic(

@@ -14,9 +14,9 @@ from stickslip.vocabulary import symbol
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from numpy.typing import NDArray
 
     from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.numerics.arrays import Floats
 
 
 def stick_locus(model: TwoBlock, ax: Axes | None = None) -> Axes:
@@ -85,7 +85,7 @@ def _stick_phases(ax: Axes, model: TwoBlock) -> None:
         )
 
 
-def _name_corners(ax: Axes, corners: NDArray[np.float64]) -> None:
+def _name_corners(ax: Axes, corners: Floats) -> None:
     """Letters just outside the corners, and the value of d at the ends of the domain."""
     names = ("$A$, $d_{\\min}$", "$B$", "$C$, $d_{\\max}$", "$D$")
     offsets = ((4, -5), (3, 3), (-4, 5), (-3, -3))

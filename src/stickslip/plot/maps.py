@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import Any, Final, Protocol
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike, NDArray
 
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.style import PALETTE, axes_or_new
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from matplotlib.axes import Axes
-    from numpy.typing import ArrayLike, NDArray
 
 _ROUNDS = 40  # bisections; enough for 1e-9 of the window, and a bound in every case
 _MOST_POINTS = 50_000
@@ -29,9 +27,9 @@ class _Map(Protocol):
 class Curve:
     """Graph of a map, ready to draw: points in ascending order, NaN between segments."""
 
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    jumps: NDArray[np.float64]  # where the value jumps, or the map becomes undefined
+    x: Floats
+    y: Floats
+    jumps: Floats  # where the value jumps, or the map becomes undefined
 
 
 def trace(f: _Map, window: tuple[float, float], *, points: int = 801) -> Curve:
@@ -56,17 +54,17 @@ def trace(f: _Map, window: tuple[float, float], *, points: int = 801) -> Curve:
     return _broken(x, y, label)
 
 
-def _evaluate(f: _Map, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.uint64]]:
+def _evaluate(f: _Map, x: Floats) -> tuple[Floats, NDArray[np.uint64]]:
     result = f.evaluate(x)
     return np.asarray(result.value, dtype=np.float64), np.asarray(result.label)
 
 
-def _height(y: NDArray[np.float64]) -> float:
+def _height(y: Floats) -> float:
     finite = y[np.isfinite(y)]
     return float(np.ptp(finite)) if finite.size else 0.0
 
 
-def _broken(x: NDArray[np.float64], y: NDArray[np.float64], label: NDArray[np.uint64]) -> Curve:
+def _broken(x: Floats, y: Floats, label: NDArray[np.uint64]) -> Curve:
     """Put NaN between neighbours that a change of label and a jump separate."""
     # A bisected change is 1e-9 of the window wide; across it even a square root moves by less than
     # 1e-4 of the height. So a larger difference is a jump.

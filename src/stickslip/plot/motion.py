@@ -15,13 +15,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.numerics.arrays import Floats
 
 
 def sample_times(
-    t: NDArray[np.float64],
+    t: Floats,
     per_unit: float = 60.0,
     riding: NDArray[np.bool_] | None = None,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Spread times for a smooth line: even steps within each phase, and both its ends."""
     # Friction jumps at events: each has a time just before it, too. Of phases in which both blocks
     # ride, straight lines, the ends are enough.
@@ -35,7 +36,7 @@ def sample_times(
     return np.concatenate([*pieces, t[-1:]])
 
 
-def _times(trajectory: Any) -> NDArray[np.float64]:
+def _times(trajectory: Any) -> Floats:
     return sample_times(trajectory.t, riding=~trajectory.modes.any(axis=1))
 
 
@@ -70,8 +71,8 @@ def phase_portrait(trajectory: Any, block: int = 2, ax: Axes | None = None) -> A
 
 def draw_portrait(
     ax: Axes,
-    x: NDArray[np.float64],
-    v: NDArray[np.float64],
+    x: Floats,
+    v: Floats,
     *,
     block: int,
     V: float,

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from stickslip.plot.maps import mark_orbit
 from stickslip.plot.style import PALETTE, axes_or_new
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from matplotlib.axes import Axes
 
 
 def draw_orbit(orbit: Any, ax: Axes | None = None, **style: Any) -> Axes:

@@ -7,21 +7,18 @@ import importlib
 import io
 import os
 import sys
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import matplotlib as mpl
 from cycler import cycler
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stickslip.files import PICTURE_FORMATS, whole_file
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-
-    from matplotlib.axes import Axes
 
 WIDTHS: Final = MappingProxyType({"one": 3.46, "two": 7.09})
 """Widths in inches of a figure over one and over two columns (88 and 180 mm)."""

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib import colormaps
+from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from stickslip.plot.bifurcations import parameter_label
 from stickslip.plot.style import PALETTE, axes_or_new
 from stickslip.vocabulary import did_you_mean
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
 
 SCALE: Final = "viridis"  # even to the eye, and to colour-blind ones
 CLIPPED: Final = 1.0  # percent of the values at each end that may lie beyond the scale
@@ -60,7 +58,8 @@ def sweep(
         By default the first one that has the two axes alone.
     ax : matplotlib.axes.Axes, optional
         Where to draw; by default a new figure.
-    curves : tuple of BifurcationCurve
+    curves : tuple of Curve
+        Of bifurcations,
         In the two parameters of the axes.
 
     Returns
@@ -77,9 +76,9 @@ def sweep(
     array = _chosen(dataset, variable)
     across, up = array.dims
     for curve in curves:
-        if {curve.along, curve.solve_for} != {across, up}:
+        if set(curve.parameters) != {across, up}:
             raise ValueError(
-                f"a curve of {curve.solve_for} over {curve.along} does not lie in the plane of "
+                f"a curve of {curve.solve_for} over {curve.parameter} does not lie in the plane of "
                 f"{across} and {up}."
             )
     ax = axes_or_new(ax)
@@ -174,10 +173,11 @@ def _name_axis(ax: Axes, which: str, name: str, ticks: NDArray[Any]) -> None:
 def _draw_curves(curves: tuple[Any, ...], across: str, ax: Axes) -> None:
     limits = ax.get_xlim(), ax.get_ylim()
     for curve in curves:
-        other = curve.solve_for if curve.along == across else curve.along
+        (other,) = set(curve.parameters) - {across}
         line = curve.parameters[across], curve.parameters[other]
         ax.plot(*line, **CASING)
-        label = f"{curve.kind.replace('_', ' ')} of period {curve.period}"
+        kind = curve.kind.removeprefix("bifurcation: ").replace("_", " ")
+        label = f"{kind} of period {curve.period}"
         ax.plot(*line, **CURVE, label=label)
     ax.set_xlim(limits[0])
     ax.set_ylim(limits[1])

@@ -140,7 +140,7 @@ def save(result: Any, path: str | os.PathLike[str]) -> None:
         "format": FORMAT,
         "version": VERSION,
         "program": __version__,
-        "result": _written(result),
+        "result": _maps_once(_written(result), {}),
     }
     write_text(path, _text({**document, SUM: _checksum(document)}) + "\n")
 
@@ -342,6 +342,21 @@ def _written_map(f: Any) -> dict[str, Any]:
         return {**written, "why": str(reason)}
 
 
+def _maps_once(written: Any, known: dict[str, int]) -> Any:
+    """Let a map that comes again refer to where it came first, by number."""
+    if isinstance(written, list):
+        return [_maps_once(item, known) for item in written]
+    if not isinstance(written, dict):
+        return written
+    if written.get(KIND) != "map":
+        return {key: _maps_once(item, known) for key, item in written.items()}
+    text = json.dumps(written, sort_keys=True)
+    if text in known:
+        return {KIND: "map", "number": known[text]}
+    known[text] = len(known)
+    return written
+
+
 # ------------------------------------------------------------------ reading
 
 
@@ -350,11 +365,11 @@ BROKEN: Final = (LookupError, TypeError, AttributeError, ValueError, ArithmeticE
 
 
 class _Reader:
-    """Undoes `_written`; equal maps become one."""
+    """Undoes `_written` and `_maps_once`."""
 
     def __init__(self, system: Any) -> None:
         self.system = system
-        self.maps: dict[str, Any] = {}
+        self.maps: list[Any] = []
 
     def value(self, written: Any, place: str) -> Any:
         if isinstance(written, list):
@@ -415,10 +430,10 @@ class _Reader:
         return np.array(items, dtype=dtype).reshape(written["shape"])
 
     def _map(self, written: dict[str, Any], place: str) -> Any:
-        text = json.dumps(written, sort_keys=True)
-        if text not in self.maps:
-            self.maps[text] = self._new_map(written, place)
-        return self.maps[text]
+        if "number" in written:
+            return self.maps[written["number"]]
+        self.maps.append(self._new_map(written, place))
+        return self.maps[-1]
 
     def _new_map(self, written: dict[str, Any], place: str) -> Any:
         if self.system is not None:
@@ -436,13 +451,13 @@ class _Reader:
     def _given(self, parameters: dict[str, float]) -> Any:
         """Use the caller's map at the parameter values of the file."""
         system: Any = getattr(self.system, "whole", self.system)  # the file knows the window
-        own = system.parameters
+        own = getattr(system, "parameters", {})
         if set(own) != set(parameters):
             raise _SystemError(
                 f"system has the parameters {', '.join(own) or 'none'}; the result is one of a "
                 f"system with {', '.join(parameters) or 'none'}."
             )
-        return system.replace(**parameters)
+        return system.replace(**parameters) if parameters else system
 
 
 class _SystemError(ValueError):

@@ -156,6 +156,20 @@ class Claim:
         return f"{self.verdict:23s}  figure {self.figure:<2d}  {self.statement}"
 
 
+def claim(
+    key: str,
+    figure: int,
+    place: str,
+    statement: str,
+    *findings: Finding,
+    values: tuple[Value, ...] = (),
+    mechanism: str = "",
+    note: str = "",
+) -> Claim:
+    """Make a claim that something decides."""
+    return Claim(key, figure, place, statement, findings, values, mechanism, note)
+
+
 def claims_by_figure(
     made: Mapping[int, Callable[[], Iterable[Claim]]], figures: Iterable[int] | None
 ) -> tuple[Claim, ...]:

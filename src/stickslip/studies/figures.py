@@ -5,12 +5,10 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import re
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from collections.abc import Iterable
+from typing import Any, Protocol, cast
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from matplotlib.figure import Figure
+from matplotlib.figure import Figure
 
 
 class PaperFigure(Protocol):

@@ -7,12 +7,17 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
-from stickslip.studies.claim import VERDICTS, Claim, Value, value_rows, value_table
-
-if TYPE_CHECKING:
-    from stickslip.studies.claim import Finding, Verdict
+from stickslip.studies.claim import (
+    VERDICTS,
+    Claim,
+    Finding,
+    Value,
+    Verdict,
+    value_rows,
+    value_table,
+)
 
 SCHEMA: Final = 1
 WIDTH: Final = 110  # of the terminal's lines below a claim

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from stickslip.files import PICTURE_FORMATS, write_text
 from stickslip.plot.style import check_formats, new_figure, save, style
@@ -13,9 +13,6 @@ from stickslip.studies import figures
 from stickslip.studies.claim import Value, as_json, as_markdown
 from stickslip.studies.report import Report
 from stickslip.studies.sources import GALVANETTO, source_named
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,10 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
+from stickslip.studies.claim import Claim, Value
 from stickslip.vocabulary import did_you_mean
-
-if TYPE_CHECKING:
-    from stickslip.studies.claim import Claim, Value
 
 GALVANETTO: Final = "galvanetto2001"
 FOLDER: Final = "stickslip.studies"

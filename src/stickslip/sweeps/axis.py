@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stickslip.checks import finite_number, grid, instance, one_of, whole_number
+from stickslip.numerics.arrays import Floats
 from stickslip.vocabulary import suggests
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
-    Floats: TypeAlias = NDArray[np.float64]
 
 MOST_VALUES: Final = 10**8
 SCALES: Final = ("linear", "log")

@@ -28,9 +28,10 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.eventmap.records import Followed
     from stickslip.mechanics.model.belt_model import BeltModel
+    from stickslip.numerics.arrays import Floats
     from stickslip.numerics.long_run import LongRun
     from stickslip.sweeps.job import Points
-    from stickslip.sweeps.system import Floats, Run
+    from stickslip.sweeps.system import Run
 
 
 class MotionSystem(System):

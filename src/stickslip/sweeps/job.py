@@ -24,12 +24,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.mechanics.eventmap.records import Followed
+    from stickslip.numerics.arrays import Floats
     from stickslip.numerics.long_run import LongRun
     from stickslip.sweeps.axis import Axis
     from stickslip.sweeps.observable import Observable, Output
     from stickslip.sweeps.system import Run, System
-
-    Floats = NDArray[np.float64]
 
 FORMAT: Final = 2  # raised when the same description would give other results
 START: Final = "d"  # name of an axis of starting points
@@ -134,7 +133,7 @@ class Job:
         }
 
 
-def _axis_identity(values: NDArray[np.float64]) -> dict[str, Any]:
+def _axis_identity(values: Floats) -> dict[str, Any]:
     text = digest(values.astype("<f8").tobytes())
     return {"from": float(values[0]), "to": float(values[-1]), "n": len(values), "values": text}
 
@@ -145,7 +144,7 @@ class Tile:
 
     index: tuple[int, ...]  # among the tiles, along each axis
     start: tuple[int, ...]  # place of the first point in the grid
-    values: tuple[NDArray[np.float64], ...]  # of each axis
+    values: tuple[Floats, ...]  # of each axis
 
     @property
     def shape(self) -> tuple[int, ...]:

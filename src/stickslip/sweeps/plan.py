@@ -12,8 +12,7 @@ from stickslip.errors import StoreRefused
 from stickslip.files import checked_path
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.friction.values import within
-from stickslip.mechanics.model.file import read_model, read_toml
-from stickslip.mechanics.model.values import model_of_values
+from stickslip.mechanics.model.file import model_of_values, read_model, read_toml
 from stickslip.sweeps.axis import axis
 from stickslip.sweeps.identity import import_function
 from stickslip.sweeps.observables import OBSERVABLES, as_observables

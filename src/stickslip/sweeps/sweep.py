@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.checks import check_callback, finite_number, instance, one_of, whole_number
 from stickslip.errors import StoreAbsent, StoreRefused, TilesFailed
-from stickslip.mechanics.eventmap.backend_choice import DEVICES
+from stickslip.mechanics.eventmap.event_map import DEVICES
 from stickslip.numerics.gpu import require_gpu
 from stickslip.numerics.targets import available_threads
 from stickslip.sweeps import engines, target

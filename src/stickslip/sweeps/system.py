@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.maps.protocol import Map1D
+    from stickslip.numerics.arrays import Floats
     from stickslip.sweeps.job import Points
 
-    Floats: TypeAlias = NDArray[np.float64]
     Columns: TypeAlias = Mapping[str, Floats]
 
 BITS = 53  # of a random number

@@ -31,8 +31,9 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.eventmap.records import Followed
     from stickslip.mechanics.flow.engine import Engine, EngineName
+    from stickslip.numerics.arrays import Floats
     from stickslip.numerics.long_run import LongRun
-    from stickslip.sweeps.system import Columns, Floats
+    from stickslip.sweeps.system import Columns
 
 OWN = ("alpha", "beta", "V")  # parameters that the kernels take as numbers, not through the law
 

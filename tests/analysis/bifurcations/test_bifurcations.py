@@ -68,7 +68,7 @@ def test_branches_join_the_orbits_between_bifurcations(doubling_logistic):
     passed = [item.value for branch in (one, other, double) for item in branch.bifurcations]
     assert passed == pytest.approx(LOGISTIC_FLIPS[:2], abs=SHARP)
     for branch in doubling_logistic.branches:
-        assert np.all(branch.residual < 1e-14)
+        assert np.all(branch.data["residual"] < 1e-14)
         assert np.all(np.diff(branch.values) > 0)
     assert double.at(r=3.2).points == pytest.approx(double_of_logistic(3.2), abs=SHARP)
 

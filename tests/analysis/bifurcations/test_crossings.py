@@ -111,7 +111,7 @@ def test_a_crossing_is_not_followed_in_two_parameters():
     f = family(lambda x, r, s: r * x - s * x**3, r=0.9, s=1.0)
     (fork,) = bifurcations(f, "r", (0.8, 1.23), max_period=1)
     with pytest.raises(ValueError, match="a point in the plane of two parameters"):
-        ss.continue_bifurcation(fork, f, along="s", range=(0.5, 1.5), solve_for="r")
+        ss.follow(fork, "s", (0.5, 1.5), solve_for="r")
 
 
 def test_a_neutral_fixed_point_at_the_end_of_the_domain_is_no_error():

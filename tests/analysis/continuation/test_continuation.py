@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from stickslip import examples as models
 from stickslip.analysis import examples
-from stickslip.analysis.continuation.continuation import continue_orbit
+from stickslip.analysis.continuation.continuation import follow_on, follow_orbit
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
@@ -40,7 +40,7 @@ def closes(branch, f):
 
 def test_the_fixed_point_of_the_logistic_map():
     f = examples.logistic(2.0)
-    branch = continue_orbit(periodic_orbits(f)[1], f, "r", (1.5, 3.9))
+    branch = follow_orbit(periodic_orbits(f)[1], f, "r", (1.5, 3.9))
     assert branch.end_reasons == ("end of range", "end of range")
     assert (branch.values[0], branch.values[-1]) == (1.5, 3.9)
     assert branch.points[:, 0] == pytest.approx(1 - 1 / branch.values, abs=ROUNDING)
@@ -56,7 +56,7 @@ def test_the_fixed_point_of_the_logistic_map():
 
 def test_the_doubled_orbit_ends_where_its_parent_flips():
     f = examples.logistic(3.3)
-    branch = continue_orbit(periodic_orbits(f, period=2)[0], f, "r", (2.5, 3.6))
+    branch = follow_orbit(periodic_orbits(f, period=2)[0], f, "r", (2.5, 3.6))
     assert branch.end_reasons == ("period halves", "end of range")
     assert branch.ends[0].value == pytest.approx(3, abs=ROUNDING)
     assert branch.ends[0].points == pytest.approx([2 / 3, 2 / 3], abs=ROUNDING)
@@ -71,7 +71,7 @@ def test_the_doubled_orbit_ends_where_its_parent_flips():
 def test_period_three_goes_through_its_fold():
     f = examples.logistic(3.9)
     one, other = periodic_orbits(f, period=3)
-    branch = continue_orbit(one, f, "r", (3.8, 4.0))
+    branch = follow_orbit(one, f, "r", (3.8, 4.0))
     assert branch.end_reasons == ("end of range", "end of range")
     assert branch.values[0] == branch.values[-1] == 4.0
     assert passed(branch, "fold") == pytest.approx([1 + math.sqrt(8)], abs=LOCATED)
@@ -104,7 +104,7 @@ def cubic(q=0.0):
 def test_through_two_folds_of_a_cubic():
     f = cubic(0.1)
     start = periodic_orbits(f)[0]
-    branch = continue_orbit(start, f, "q", (-1, 1))
+    branch = follow_orbit(start, f, "q", (-1, 1))
     x, q = branch.points[:, 0], branch.values
     assert q == pytest.approx(x**3 - x, abs=ROUNDING)
     assert (np.diff(x) > 0).all() or (np.diff(x) < 0).all()
@@ -123,7 +123,7 @@ def test_any_orbit_of_a_branch_leads_to_the_same_branch():
     f = cubic(0.1)
     ends = set()
     for orbit in periodic_orbits(f):
-        branch = continue_orbit(orbit, f, "q", (-1, 1))
+        branch = follow_orbit(orbit, f, "q", (-1, 1))
         ends.add(tuple(sorted(np.round([branch.points[0, 0], branch.points[-1, 0]], 12))))
         assert len(branch.bifurcations) == 4
     assert len(ends) == 1
@@ -138,16 +138,16 @@ def test_a_closed_branch():
         derivative=lambda x, q: 1 + x,
         parameter_derivative={"q": lambda x, q: q + 0 * x},
     )
-    branch = continue_orbit(periodic_orbits(f)[0], f, "q", (-2, 2))
+    branch = follow_orbit(periodic_orbits(f)[0], f, "q", (-2, 2))
     assert branch.end_reasons == ("closed", "closed")
     assert sorted(passed(branch, "fold")) == pytest.approx([-1, 1], abs=ROUNDING)
     assert len(branch.all_at(q=0.5)) == 2
     # In a range that cuts the circle there are two branches.
-    part = continue_orbit(periodic_orbits(f)[0], f, "q", (-0.6, 0.8))
+    part = follow_orbit(periodic_orbits(f)[0], f, "q", (-0.6, 0.8))
     assert part.end_reasons == ("end of range", "end of range")
     assert len(part.bifurcations) == 0
     # Followed on, its ends meet each other.
-    whole = continue_orbit(part, f, "q", (-2, 2))
+    whole = follow_on(part, "q", (-2, 2))
     assert whole.end_reasons == ("closed", "closed")
     assert sorted(passed(whole, "fold")) == pytest.approx([-1, 1], abs=ROUNDING)
 
@@ -155,7 +155,7 @@ def test_a_closed_branch():
 def test_an_unstable_orbit_of_long_period_loses_no_digits():
     f = examples.logistic(3.99)
     orbit = periodic_orbits(f, period=8)[3]
-    branch = continue_orbit(orbit, f, "r", (3.985, 4.0))
+    branch = follow_orbit(orbit, f, "r", (3.985, 4.0))
     assert abs(branch.multipliers).max() > 200
     assert closes(branch, f) < ROUNDING
 
@@ -166,7 +166,7 @@ def test_an_unstable_orbit_of_long_period_loses_no_digits():
 def test_orbits_of_the_tent_map_end_at_its_corner():
     f = examples.tent(1.8)
     for orbit in periodic_orbits(f, period=3):
-        branch = continue_orbit(orbit, f, "slope", (0.5, 2.0))
+        branch = follow_orbit(orbit, f, "slope", (0.5, 2.0))
         assert branch.end_reasons == ("breakpoint", "end of range")
         end = branch.ends[0]
         # Period 3 of the tent map is born at the golden mean.
@@ -188,7 +188,7 @@ def test_fixed_points_end_at_a_border(a, b, jump):
     assume(a != b or jump)  # else there is nothing at the border
     f = examples.border_collision(a, b, mu=1.0, jump=jump)
     for orbit in periodic_orbits(f):
-        branch = continue_orbit(orbit, f, "mu", (-1.0, 1.5))
+        branch = follow_orbit(orbit, f, "mu", (-1.0, 1.5))
         # mu / (1 - a) meets 0 at mu = 0, (mu + jump) / (1 - b) at -jump.
         (end,) = (end for end in branch.ends if end.reason == "breakpoint")
         assert end.value == pytest.approx(0 if orbit.points[0] < 0 else -jump, abs=1e-15)
@@ -201,7 +201,7 @@ def test_fixed_points_end_at_a_border(a, b, jump):
 def test_both_points_of_a_period_two_orbit_may_meet_the_border():
     f = examples.border_collision(0.5, -3.0, mu=1.0)
     (orbit,) = periodic_orbits(f, period=2)
-    branch = continue_orbit(orbit, f, "mu", (-1.0, 2.0))
+    branch = follow_orbit(orbit, f, "mu", (-1.0, 2.0))
     assert branch.end_reasons == ("breakpoint", "end of range")
     assert branch.ends[0].value == pytest.approx(0, abs=1e-15)
 
@@ -214,7 +214,7 @@ def test_a_corner_without_label_ends_a_branch_too():
         derivative=lambda x, mu: np.where(x < 0, 0.5, -2.0),
         parameter_derivative={"mu": lambda x, mu: np.ones_like(x)},
     )
-    branch = continue_orbit(periodic_orbits(f)[0], f, "mu", (-1, 1.5))
+    branch = follow_orbit(periodic_orbits(f)[0], f, "mu", (-1, 1.5))
     assert branch.end_reasons == ("breakpoint", "end of range")
     assert branch.ends[0].value == pytest.approx(0, abs=1e-9)
     assert branch.ends[0].border.kind == "corner"
@@ -229,7 +229,7 @@ def test_an_infinite_slope_at_the_end_does_no_harm():
             for o in periodic_orbits(f, period=period)
             if o.multiplier == pytest.approx(multiplier)
         )
-        branch = continue_orbit(orbit, f, "mu", (-0.5, 0.5))
+        branch = follow_orbit(orbit, f, "mu", (-0.5, 0.5))
         assert "breakpoint" in branch.end_reasons
         for end in branch.ends:
             if end.reason == "breakpoint":
@@ -251,7 +251,7 @@ def test_a_gap():
         derivative=lambda x, q: 0.5 + 0 * x,
         parameter_derivative={"q": lambda x, q: np.ones_like(x)},
     )
-    branch = continue_orbit(periodic_orbits(f)[0], f, "q", (-0.5, 0.5))
+    branch = follow_orbit(periodic_orbits(f)[0], f, "q", (-0.5, 0.5))
     assert branch.end_reasons == ("end of range", "gap")
     assert branch.ends[1].value == pytest.approx(0, abs=1e-14)
     assert branch.ends[1].border.kind == "edge"
@@ -261,14 +261,14 @@ def test_a_gap():
 def test_the_end_of_the_window_and_of_the_domain():
     f = examples.logistic(3.0)
     orbit = periodic_orbits(f)[1]
-    branch = continue_orbit(orbit, f, "r", (1.2, 4.0), window=(0.5, 1.0))
+    branch = follow_orbit(orbit, f, "r", (1.2, 4.0), window=(0.5, 1.0))
     assert branch.end_reasons == ("end of domain", "end of range")
     assert branch.ends[0].value == pytest.approx(2, abs=ROUNDING)  # 1 - 1/r = 1/2
     assert branch.ends[0].points[0] == 0.5
     assert branch.ends[0].border is None
     assert branch.ends[0].side == 1
     f = PiecewiseMap(lambda x, q: 0.5 * x + q, (-1, 1), parameters={"q": 0.1})
-    branch = continue_orbit(periodic_orbits(f)[0], f, "q", (-3, 3))
+    branch = follow_orbit(periodic_orbits(f)[0], f, "q", (-3, 3))
     assert branch.end_reasons == ("end of domain", "end of domain")
     assert [end.value for end in branch.ends] == pytest.approx([-0.5, 0.5], abs=1e-12)
 
@@ -284,14 +284,14 @@ def test_harmless_changes_of_the_label_are_passed():
         breakpoints=lambda r: [0.1 * r, 0.45, 0.7],
     )
     for period in (1, 2):
-        one = continue_orbit(periodic_orbits(plain, period=period)[-1], plain, "r", (2.5, 3.9))
-        other = continue_orbit(
+        one = follow_orbit(periodic_orbits(plain, period=period)[-1], plain, "r", (2.5, 3.9))
+        other = follow_orbit(
             periodic_orbits(labelled, period=period)[-1], labelled, "r", (2.5, 3.9)
         )
         assert other.end_reasons == one.end_reasons
         assert passed(other, "flip") == pytest.approx(passed(one, "flip"), abs=ROUNDING)
         assert other.ends[0].value == pytest.approx(one.ends[0].value, abs=ROUNDING)
-        assert len(np.unique(other.labels)) > 1
+        assert len(np.unique(other.data["labels"])) > 1
 
 
 def test_a_break_that_moves_meets_an_orbit_that_stands_still():
@@ -304,7 +304,7 @@ def test_a_break_that_moves_meets_an_orbit_that_stands_still():
         breakpoints=lambda q: [0.3 + q**2],
     )
     (orbit,) = (o for o in periodic_orbits(f) if o.points[0] < 0.5)
-    branch = continue_orbit(orbit, f, "q", (0.0, 0.65))
+    branch = follow_orbit(orbit, f, "q", (0.0, 0.65))
     assert branch.end_reasons == ("breakpoint", "end of range")
     assert branch.ends[0].value == pytest.approx(math.sqrt(0.1), abs=1e-14)
     assert branch.ends[0].border.kind == "jump"
@@ -316,7 +316,7 @@ def test_a_break_that_moves_meets_an_orbit_that_stands_still():
 def followed(model, name, multiplier, ends):
     f = EventMap(model)
     (orbit,) = (o for o in periodic_orbits(f) if o.multiplier == pytest.approx(multiplier))
-    return f, continue_orbit(orbit, f, name, ends)
+    return f, follow_orbit(orbit, f, name, ends)
 
 
 def test_a_jump_beside_which_branches_accumulate():
@@ -353,7 +353,7 @@ def test_a_harmless_break_that_overtakes_the_orbit():
     )
     f, branch = followed(model, "V", -3.879850812132142, (0.22, 0.245))
     assert branch.values[-1] > 0.23503  # at 0.23502 the break passes
-    assert len(np.unique(branch.labels)) == 2
+    assert len(np.unique(branch.data["labels"])) == 2
     for value in (0.2350, 0.2351):
         there = branch.at(V=value)
         listed = periodic_orbits(f.replace(V=value))
@@ -371,7 +371,7 @@ def coulomb():
 @pytest.mark.paper
 def test_s4_meets_the_jump(coulomb):
     s4 = periodic_orbits(coulomb, period=4)[0]
-    branch = continue_orbit(s4, coulomb, "V", (0.0366, 0.0372))
+    branch = follow_orbit(s4, coulomb, "V", (0.0366, 0.0372))
     assert branch.end_reasons == ("end of range", "breakpoint")
     end = branch.ends[1]
     assert end.value == pytest.approx(0.036975923520307, abs=LOCATED)
@@ -390,7 +390,7 @@ def test_s4_meets_the_jump(coulomb):
 def test_the_other_orbits_go_on(coulomb):
     multipliers = [-0.5620085225, 9.1822953528, -1.7450118961]
     for orbit, multiplier in zip(periodic_orbits(coulomb), multipliers, strict=True):
-        branch = continue_orbit(orbit, coulomb, "V", (0.0366, 0.0372))
+        branch = follow_orbit(orbit, coulomb, "V", (0.0366, 0.0372))
         assert branch.end_reasons == ("end of range", "end of range")
         assert branch.multipliers[0] == pytest.approx(multiplier, abs=1e-9)
         last = periodic_orbits(coulomb.replace(V=0.0372))
@@ -405,7 +405,7 @@ def law9():
 @pytest.mark.paper
 def test_s1_and_u1_are_one_branch_through_the_fold(law9):
     s1 = periodic_orbits(law9)[0]
-    branch = continue_orbit(s1, law9, "alpha", (1.208, 1.21865))
+    branch = follow_orbit(s1, law9, "alpha", (1.208, 1.21865))
     assert sorted(branch.end_reasons) == ["breakpoint", "end of range"]
     assert passed(branch, "fold") == pytest.approx([1.2151058900461], abs=LOCATED)
     (end,) = (end for end in branch.ends if end.reason == "breakpoint")
@@ -419,13 +419,12 @@ def test_s1_and_u1_are_one_branch_through_the_fold(law9):
 @pytest.mark.paper
 def test_p1_and_its_double(law9):
     f = law9.replace(alpha=1.2095)
-    p1 = continue_orbit(periodic_orbits(f)[0], f, "alpha", (1.208, 1.21865))
+    p1 = follow_orbit(periodic_orbits(f)[0], f, "alpha", (1.208, 1.21865))
     assert p1.end_reasons == ("end of range", "breakpoint")
     assert passed(p1, "flip") == pytest.approx([1.209859795641], abs=LOCATED)
     assert p1.ends[1].value == pytest.approx(1.218624503830, abs=LOCATED)
     branches = [
-        continue_orbit(orbit, f, "alpha", (1.208, 1.21865))
-        for orbit in periodic_orbits(f, period=2)
+        follow_orbit(orbit, f, "alpha", (1.208, 1.21865)) for orbit in periodic_orbits(f, period=2)
     ]
     (a,) = (b for b in branches if "period halves" in b.end_reasons)
     assert a.end_reasons == ("breakpoint", "period halves")
@@ -445,13 +444,13 @@ def test_p1_and_its_double(law9):
 def test_going_on_equals_one_uninterrupted_run(tmp_path, kept):
     f = examples.logistic(3.9)
     orbit = periodic_orbits(f, period=3)[1]
-    whole = continue_orbit(orbit, f, "r", (3.8, 4.0))
-    part = continue_orbit(orbit, f, "r", (3.85, 3.95))
+    whole = follow_orbit(orbit, f, "r", (3.8, 4.0))
+    part = follow_orbit(orbit, f, "r", (3.85, 3.95))
     assert part.end_reasons == ("end of range", "end of range")
     if kept:
         part.save(tmp_path / "branch.json")
         part = load(tmp_path / "branch.json", f)
-    more = continue_orbit(part, f, "r", (3.8, 4.0))
+    more = follow_on(part, "r", (3.8, 4.0))
     assert more.end_reasons == whole.end_reasons
     for kind in ("fold", "flip"):
         assert passed(more, kind) == pytest.approx(passed(whole, kind), abs=ROUNDING)
@@ -470,10 +469,10 @@ def test_going_on_equals_one_uninterrupted_run(tmp_path, kept):
 def test_a_loaded_branch_of_a_model_goes_on_to_the_jump(tmp_path):
     f = EventMap(models.coulomb(V=0.0366))
     s4 = periodic_orbits(f, period=4)[0]
-    part = continue_orbit(s4, f, "V", (0.0364, 0.0368))
+    part = follow_orbit(s4, f, "V", (0.0364, 0.0368))
     part.save(tmp_path / "branch.json")
-    more = continue_orbit(load(tmp_path / "branch.json", f), f, "V", (0.0364, 0.0372))
-    whole = continue_orbit(s4, f, "V", (0.0364, 0.0372))
+    more = follow_on(load(tmp_path / "branch.json", f), "V", (0.0364, 0.0372))
+    whole = follow_orbit(s4, f, "V", (0.0364, 0.0372))
     assert more.end_reasons == whole.end_reasons == ("end of range", "breakpoint")
     assert more.ends[1].value == pytest.approx(whole.ends[1].value, abs=1e-15)
     assert more.ends[1].border.left_label == whole.ends[1].border.left_label
@@ -482,17 +481,17 @@ def test_a_loaded_branch_of_a_model_goes_on_to_the_jump(tmp_path):
 def test_a_branch_given_up_after_many_points_goes_on():
     f = examples.logistic(3.0)
     orbit = periodic_orbits(f)[1]
-    part = continue_orbit(orbit, f, "r", (1.5, 4.0), max_points=5)
+    part = follow_orbit(orbit, f, "r", (1.5, 4.0), max_points=5)
     assert part.end_reasons == ("point limit", "point limit")
     assert len(part) == 11
-    whole = continue_orbit(part, f, "r", (1.5, 4.0))
+    whole = follow_on(part, "r", (1.5, 4.0))
     assert whole.end_reasons == ("end of range", "end of range")
 
 
 def test_a_branch_keeps_its_window():
     f = examples.logistic(3.0)
-    part = continue_orbit(periodic_orbits(f)[1], f, "r", (2.5, 3.5), window=(0.5, 1.0))
-    more = continue_orbit(part, f, "r", (1.2, 4.0))
+    part = follow_orbit(periodic_orbits(f)[1], f, "r", (2.5, 3.5), window=(0.5, 1.0))
+    more = follow_on(part, "r", (1.2, 4.0))
     assert more.end_reasons == ("end of domain", "end of range")
 
 
@@ -500,7 +499,7 @@ def test_shorter_steps_give_more_points():
     f = examples.logistic(3.0)
     orbit = periodic_orbits(f)[1]
     coarse, fine = (
-        continue_orbit(orbit, f, "r", (2.0, 4.0), max_step=step) for step in (1 / 16, 1 / 256)
+        follow_orbit(orbit, f, "r", (2.0, 4.0), max_step=step) for step in (1 / 16, 1 / 256)
     )
     assert len(fine) > 256 > len(coarse)
     assert fine.ends[1].points == pytest.approx(coarse.ends[1].points, abs=ROUNDING)
@@ -528,7 +527,7 @@ def stable():
 def test_wrong_names_and_ranges(stable, name, ends, said):
     f, orbit = stable
     with pytest.raises(ValueError, match=said):
-        continue_orbit(orbit, f, name, ends)
+        follow_orbit(orbit, f, name, ends)
 
 
 @pytest.mark.parametrize(
@@ -537,48 +536,46 @@ def test_wrong_names_and_ranges(stable, name, ends, said):
 def test_wrong_options(stable, option):
     f, orbit = stable
     with pytest.raises(ValueError, match=next(iter(option))):
-        continue_orbit(orbit, f, "r", (2, 3), **option)
+        follow_orbit(orbit, f, "r", (2, 3), **option)
 
 
 def test_ranges_that_the_model_does_not_allow(coulomb):
     orbit = periodic_orbits(coulomb)[0]
     with pytest.raises(ValueError, match="V"):
-        continue_orbit(orbit, coulomb, "V", (-0.1, 0.1))
+        follow_orbit(orbit, coulomb, "V", (-0.1, 0.1))
 
 
 def test_an_orbit_of_another_map_is_refused(stable):
     f, orbit = stable
     with pytest.raises(ValueError, match=r"no such orbit at r = 3\.5"):
-        continue_orbit(orbit, f.replace(r=3.5), "r", (2, 4))
+        follow_orbit(orbit, f.replace(r=3.5), "r", (2, 4))
 
 
 def test_infinitely_unstable_orbits_are_refused(coulomb):
     found = periodic_orbits(coulomb, period=4, infinitely_unstable=True)
     orbit = next(orbit for orbit in found if orbit.infinitely_unstable)
     with pytest.raises(ValueError, match="infinitely unstable"):
-        continue_orbit(orbit, coulomb, "V", (0.036, 0.037))
+        follow_orbit(orbit, coulomb, "V", (0.036, 0.037))
 
 
 def test_what_a_branch_refuses(stable):
     f, orbit = stable
-    branch = continue_orbit(orbit, f, "r", (2, 3))
-    with pytest.raises(ValueError, match=r"r = 3\.5 is outside the branch"):
+    branch = follow_orbit(orbit, f, "r", (2, 3))
+    with pytest.raises(ValueError, match=r"r = 3\.5 is outside the curve"):
         branch.at(r=3.5)
     with pytest.raises(ValueError, match=r"give its value as at\(r="):
         branch.at(q=2.5)
-    with pytest.raises(ValueError, match="neither end of the branch can go on"):
-        continue_orbit(branch, f, "r", (2, 3))
+    with pytest.raises(ValueError, match="neither end of the curve can go on"):
+        follow_on(branch, "r", (2, 3))
     g = examples.border_collision()
-    other = continue_orbit(periodic_orbits(g)[0], g, "mu", (0.5, 1.5))
-    with pytest.raises(ValueError, match="the branch is one along mu"):
-        continue_orbit(other, g, "a", (0, 1))
-    with pytest.raises(ValueError, match=r"computed at b = -2\.0"):
-        continue_orbit(other, g.replace(b=-2.5), "mu", (0.2, 2))
+    other = follow_orbit(periodic_orbits(g)[0], g, "mu", (0.5, 1.5))
+    with pytest.raises(ValueError, match="the curve is one along mu"):
+        follow_on(other, "a", (0, 1))
 
 
 def test_shown(stable):
     f, orbit = stable
-    text = repr(continue_orbit(orbit, f, "r", (2, 3.5)))
+    text = repr(follow_orbit(orbit, f, "r", (2, 3.5)))
     assert "period 1" in text
     assert "flip" in text
     assert text.count("end of range") == 2

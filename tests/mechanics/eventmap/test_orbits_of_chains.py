@@ -28,10 +28,8 @@ def test_two_blocks_have_the_orbits_that_the_complete_list_on_the_line_has():
 
 def test_the_border_collision_of_s4_is_that_on_the_line():
     (s4,) = ss.periodic_orbits(COULOMB.chain, period=4, n_starts=32)
-    branch = ss.continue_orbit(s4, COULOMB.chain, "V", (0.0366, 0.0372))
-    line = ss.continue_orbit(
-        ss.periodic_orbits(COULOMB, period=4)[0], COULOMB, "V", (0.0366, 0.0372)
-    )
+    branch = ss.follow(s4, "V", (0.0366, 0.0372))
+    line = ss.follow(ss.periodic_orbits(COULOMB, period=4)[0], "V", (0.0366, 0.0372))
     end = branch.ends[1]
     assert (end.reason, end.kind) == ("breakpoint", "jump")
     assert end.value == pytest.approx(line.ends[1].value, abs=1e-10)
@@ -58,21 +56,21 @@ def test_orbits_of_three_blocks_return_and_their_multipliers_are_those_of_differ
 
 def test_a_change_in_the_order_of_two_events_is_passed(orbits):
     """The fixed point of three blocks, at V = 0.04297: its map is smooth there."""
-    branch = ss.continue_orbit(orbits.of_period(1)[0], CHAIN, "V", (0.036, 0.046))
+    branch = ss.follow(orbits.of_period(1)[0], "V", (0.036, 0.046))
     assert [end.reason for end in branch.ends] == ["end of range"] * 2
-    assert len(set(branch.labels.ravel().tolist())) == 2
+    assert len(set(branch.data["labels"].ravel().tolist())) == 2
     f = ss.event_map(CHAIN.replace(V=0.045))
-    (orbit,) = branch.at(V=0.045)
+    orbit = branch.at(V=0.045)
     np.testing.assert_allclose(f(orbit.points), orbit.points, rtol=0, atol=1e-13)
 
 
 def test_lists_and_branches_are_saved_with_their_model(orbits, tmp_path):
-    branch = ss.continue_orbit(orbits.of_period(2)[0], CHAIN, "V", (0.036, 0.037))
+    branch = ss.follow(orbits.of_period(2)[0], "V", (0.036, 0.037))
     branch.save(tmp_path / "branch")
     again = ss.load(tmp_path / "branch")
-    assert again.f == ss.event_map(CHAIN)
+    assert again.system == ss.event_map(CHAIN)
     assert np.array_equal(again.points, branch.points)
-    assert again.at(V=0.0365)[0].points == pytest.approx(branch.at(V=0.0365)[0].points, abs=1e-14)
+    assert again.at(V=0.0365).points == pytest.approx(branch.at(V=0.0365).points, abs=1e-14)
 
 
 def test_options_of_the_other_kind_of_map_are_refused():
@@ -81,5 +79,5 @@ def test_options_of_the_other_kind_of_map_are_refused():
     with pytest.raises(ValueError, match="n_starts = 3 is for maps of R"):
         ss.periodic_orbits(COULOMB, n_starts=3)
     orbit = ss.periodic_orbits(COULOMB.chain, 1, n_starts=32)[0]
-    with pytest.raises(ValueError, match="no map with parameters"):
-        ss.continue_orbit(orbit, COULOMB, "V", (0.03, 0.04))
+    with pytest.raises(ValueError, match="window is for orbits of maps of a line"):
+        ss.follow(orbit, "V", (0.03, 0.04), window=(-0.5, 0.5))

@@ -159,7 +159,7 @@ def test_the_analysis_takes_it_and_files_keep_it(tmp_path) -> None:
     found = ss.periodic_orbits(f, 2)
     for orbit in found:
         np.testing.assert_allclose(f(orbit.points), np.roll(orbit.points, -1), rtol=0, atol=1e-10)
-    branch = ss.continue_orbit(found[0], f, "mu", (0.2, 0.24))
+    branch = ss.follow(found[0], "mu", (0.2, 0.24))
     path = tmp_path / "branch.json"
     branch.save(path)
     read = ss.load(path)

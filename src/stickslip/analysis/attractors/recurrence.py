@@ -86,6 +86,7 @@ def as_orbit(f: Map1D, cycle: Cycle, table: BranchTable | None = None) -> Period
         quality="located",
         interval=points[:, None] + error * np.array([-1.0, 1.0]),
         residual=cycle.residual,
+        system=f,
     )
 
 

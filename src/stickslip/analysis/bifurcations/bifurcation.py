@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, TypeVar, get_args
 
 import numpy as np
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.bifurcations.outcome import Outcome
-    from stickslip.analysis.continuation.orbit_branch import OrbitBranch
+    from stickslip.analysis.continuation.curve import Curve
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
@@ -89,6 +89,8 @@ class Bifurcation(Result):
         Whether it was found by following a cascade, beyond the longest period searched.
     note : str
         What else is to be said; empty if nothing.
+    system : map or None
+        The family of maps; None if it was loaded without.
     """
 
     kind: BifurcationKind
@@ -113,6 +115,7 @@ class Bifurcation(Result):
     multipliers: tuple[float, ...] = ()
     in_cascade: bool = False
     note: str = ""
+    system: Any = field(default=None, repr=False, compare=False)
     _plot: ClassVar = "bifurcations.draw_bifurcation"
 
     @property
@@ -278,7 +281,7 @@ class BifurcationList(ResultList[Bifurcation]):
         Longest period of the orbits that were searched.
     window : tuple of float or None
         The part of the map's domain that was searched; None for all of it.
-    branches : tuple of OrbitBranch
+    branches : tuple of Curve
         The orbits between the bifurcations.
     cascades : tuple of Cascade
     unresolved : tuple of UnresolvedChange
@@ -293,7 +296,7 @@ class BifurcationList(ResultList[Bifurcation]):
     parameters: dict[str, float]
     max_period: int
     window: tuple[float, float] | None = None
-    branches: tuple[OrbitBranch, ...] = ()
+    branches: tuple[Curve, ...] = ()
     cascades: tuple[Cascade, ...] = ()
     unresolved: tuple[UnresolvedChange, ...] = ()
     n_lists: int = 0

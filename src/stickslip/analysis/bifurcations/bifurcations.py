@@ -298,6 +298,7 @@ class _Report:
             residual=located.residual,
             condition=event.condition,
             multipliers=located.reading.multipliers,
+            system=self.f,
         )
 
     def _orbit_at(self, q: float, points: tuple[float, ...]) -> tuple[PeriodicOrbit, ...]:

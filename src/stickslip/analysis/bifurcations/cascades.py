@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.bifurcations.conditions.locate import Located
     from stickslip.analysis.bifurcations.scan.nodes import Family
-    from stickslip.analysis.continuation.orbit_branch import OrbitBranch
+    from stickslip.analysis.continuation.curve import Curve
     from stickslip.analysis.maps.protocol import Floats, MapFamily
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
@@ -40,7 +40,7 @@ APART: Final = 0.1  # of its expected size: a doubled orbit is further from its 
 
 def cascades(
     found: Sequence[Bifurcation],
-    branches: Sequence[OrbitBranch],
+    branches: Sequence[Curve],
     family: Family,
     range: tuple[float, float],
     max_period: int,
@@ -63,7 +63,7 @@ def cascades(
 
 
 def _successor(
-    flip: Bifurcation, flips: list[Bifurcation], branches: Sequence[OrbitBranch]
+    flip: Bifurcation, flips: list[Bifurcation], branches: Sequence[Curve]
 ) -> Bifurcation | None:
     """Return the flip of the orbit that is born at a flip."""
     for branch in branches:
@@ -232,6 +232,7 @@ def _next_level(found: Located, family: Family) -> _Level:
         condition=found.reading.condition,
         multipliers=found.reading.multipliers,
         in_cascade=True,
+        system=family.f,
     )
     level = _Level(flip, float(found.slope), coefficient)
     return replace(level, flip=_with_orbits(level, family))

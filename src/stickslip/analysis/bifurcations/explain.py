@@ -132,6 +132,7 @@ def explained(event: Event, span: Span, concerned: Concerned, family: Family) ->
         condition=reading.condition,
         multipliers=reading.multipliers,
         note=note,
+        system=family.f,
     )
 
 

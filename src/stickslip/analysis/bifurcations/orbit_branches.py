@@ -9,7 +9,8 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.scan.events import orbit_at
-from stickslip.analysis.continuation.orbit_branch import BranchEnd, OrbitBranch, PassedBifurcation
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
+from stickslip.analysis.continuation.orbit_curve import OrbitProblem
 from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.maps.protocol import sample
 from stickslip.analysis.orbits.newton import successors, turned
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.nodes import Node
     from stickslip.analysis.bifurcations.scan.survey import Span, Survey
     from stickslip.analysis.bifurcations.scan.tracking import Piece
-    from stickslip.analysis.continuation.orbit_branch import EndReason
     from stickslip.analysis.maps.protocol import Floats, Labels
 
 UP: Final = 1
@@ -29,7 +29,7 @@ DOWN: Final = -1
 Side: TypeAlias = Literal[-1, 1]
 Port: TypeAlias = tuple[int, int, int]  # number of a node, place in its list, side
 
-REASONS: Final[dict[str, EndReason]] = {
+REASONS: Final[dict[str, str]] = {
     "border_collision": "breakpoint",
     "enters_gap": "gap",
     "flip": "period halves",
@@ -73,9 +73,7 @@ class _Web:
         return _Row(node.q, orbit.points, orbit.multiplier)
 
 
-def orbit_branches(
-    survey: Survey, concerned: dict[int, list[Concerned]]
-) -> tuple[OrbitBranch, ...]:
+def orbit_branches(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple[Curve, ...]:
     """Join all orbits of a survey to branches; ``concerned`` goes by the span's number."""
     web = _Web([*(span.left for span in survey.spans), survey.spans[-1].right])
     for number, span in enumerate(survey.spans):
@@ -228,14 +226,16 @@ def _curve(rows: list[_Row]) -> tuple[Floats, Floats]:
 
 def _branch(
     survey: Survey, chain: Chain, curve: tuple[Floats, Floats], known: tuple[Labels, Floats]
-) -> OrbitBranch:
+) -> Curve:
     """Make a branch of rows and what lies at its ends."""
     first, rows, last = chain
     (values, points), (labels, residual) = curve, known
+    name = survey.family.name
+    multipliers = np.array([row.multiplier for row in rows])
     passed = [
-        PassedBifurcation(
-            row.event.kind,  # type: ignore[arg-type]
-            row.value,
+        CurveEvent(
+            row.event.kind,
+            {name: row.value},
             points[k],
             row.multiplier,
             row.event.located.error,
@@ -248,16 +248,17 @@ def _branch(
         _end(survey, link, rows[k], points[k]) for link, k in ((first, 0), (last, len(rows) - 1))
     ]
     f = survey.family.f
-    return OrbitBranch(
-        parameters={survey.family.name: values},
-        points=points,
-        multipliers=np.array([row.multiplier for row in rows]),
+    return Curve(
+        kind="orbit",
         period=len(points[0]),
-        labels=labels,
-        residual=residual,
+        parameters={name: values},
+        points=points,
+        multipliers=multipliers,
+        stable=np.abs(multipliers) < 1,
         ends=(ends[0], ends[1]),
         bifurcations=tuple(passed),
-        f=windowed(f, survey.family.window),
+        data={"labels": labels, "residual": residual},
+        problem=OrbitProblem(windowed(f, survey.family.window)),
     )
 
 
@@ -284,34 +285,35 @@ def _labels_and_residuals(
     ]
 
 
-def _end(survey: Survey, link: _Link | None, row: _Row, points: Floats) -> BranchEnd:
-    """Say why a branch ends."""
+def _end(survey: Survey, link: _Link | None, row: _Row, points: Floats) -> CurveEnd:
+    """Say why a curve ends."""
+    name = survey.family.name
     if link is None:
         at_end = row.value in (survey.lo, survey.hi)
-        why: EndReason = "end of range" if at_end else "step limit"
-        return BranchEnd(why, row.value, points, row.multiplier)
+        why = "end of range" if at_end else "step limit"
+        return CurveEnd(why, {name: row.value}, points, row.multiplier)
     if link.to is not None:
-        return BranchEnd("closed", row.value, points, row.multiplier)
+        return CurveEnd("closed", {name: row.value}, points, row.multiplier)
     event = link.event
     there = None if event is None else orbit_at(event, points, survey.family)
     if event is None or there is None:
-        reason: EndReason = "end of domain" if link.reason == "outside" else "step limit"
-        return BranchEnd(reason, row.value, points, row.multiplier)
+        reason = "end of domain" if link.reason == "outside" else "step limit"
+        return CurveEnd(reason, {name: row.value}, points, row.multiplier)
     reading = event.located.reading
     if not isinstance(reading.condition, Collision) or reading.critical is None:
-        return BranchEnd(REASONS[event.kind], event.value, there, row.multiplier)
+        return CurveEnd(REASONS[event.kind], {name: event.value}, there, row.multiplier)
     border = reading.critical
     index = int(np.argmin(np.abs(there - border.x)))
     side = -1 if points[index] < border.x else 1
     multiplier = row.multiplier
     if len(there) == event.period:
         multiplier = reading.multipliers[0 if side < 0 else 1]
-    return BranchEnd(
+    return CurveEnd(
         REASONS[event.kind],
-        event.value,
+        {name: event.value},
         there,
         multiplier,
-        border.critical,  # type: ignore[arg-type]
-        index,
-        side,
+        index=index,
+        side=side,
+        border=border.critical,
     )

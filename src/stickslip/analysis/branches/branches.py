@@ -101,8 +101,7 @@ def branches(f: Map1D | Modelled[Map1D], resolution: float = RESOLUTION) -> Bran
     9
     """
     table = branch_table(line_map(f), resolution)
-    explained = _explained(table)
-    return table if explained is table.breakpoints else replace(table, breakpoints=explained)
+    return replace(table, breakpoints=_explained(table))
 
 
 @suggests
@@ -129,11 +128,11 @@ def breakpoints(f: Map1D | Modelled[Map1D], resolution: float = RESOLUTION) -> B
 
 
 def _explained(table: BranchTable) -> tuple[Breakpoint, ...]:
-    """Return the breakpoints with the mechanisms that the map tells, if it tells any."""
+    """Return the breakpoints with their map, and the mechanisms that it tells, if it tells any."""
     if not hasattr(table.f, "explain_break"):
-        return table.breakpoints
+        return tuple(replace(item, system=table.f) for item in table.breakpoints)
     found = []
     for item in table.breakpoints:
         text, block = explanation(table.f, *item.interval)
-        found.append(replace(item, mechanism=text, block=block))
+        found.append(replace(item, mechanism=text, block=block, system=table.f))
     return tuple(found)

@@ -137,6 +137,8 @@ class Breakpoint(Result):
         resolution.
     quality : str
         ``located``, or ``bracketed`` where the interval is wider than rounding.
+    system : map or None
+        The map that it is a breakpoint of; None if it was loaded without.
     """
 
     d: float
@@ -151,6 +153,7 @@ class Breakpoint(Result):
     right_label: int = field(default=0, repr=False)
     interval: tuple[float, float] = field(default=(math.nan, math.nan), repr=False)
     quality: str = field(default="located", repr=False)
+    system: Any = field(default=None, repr=False, compare=False)
     _drawn: ClassVar = ("d", "left", "right")
     _has_picture: ClassVar = False
 

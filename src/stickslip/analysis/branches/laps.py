@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import values_and_slopes
-from stickslip.numerics.slope_zeros import slope_zeros
+from stickslip.numerics.zeros import slope_zeros
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:

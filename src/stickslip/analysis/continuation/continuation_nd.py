@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
+from stickslip.analysis.continuation.continuation import checked_steps
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
 from stickslip.analysis.continuation.equations_nd import DepartureND, LinearizedND, OrbitEquationsND
-from stickslip.analysis.continuation.orbit_branch_nd import (
-    EndReasonND,
-    KindND,
-    OrbitBranchND,
-    OrbitEndND,
-    PassedBifurcationND,
-)
+from stickslip.analysis.continuation.orbit_curve_nd import OrbitProblemND
 from stickslip.analysis.maps.arguments import checked_range
 from stickslip.analysis.maps.protocol_nd import sample
-from stickslip.checks import finite_number, whole_number
 from stickslip.numerics.continuation import (
-    Curve,
+    ArclengthCurve,
     CurvePoint,
     LeavesRegion,
     StepControl,
@@ -38,8 +34,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
     from stickslip.numerics.continuation import WalkEnd
 
-MAX_STEP: Final = 1 / 32
-MAX_POINTS: Final = 2000
 BENDS: Final = 0.5  # an entry of a Jacobian changes at most so much per step, beside 1 + abs(it)
 ORBIT_OF_MAP: Final = 1e-6  # scaled: the orbit given must be so close to one of the map
 # A border is approached by halving steps that cross it, down to little more than the error of a
@@ -55,73 +49,44 @@ HALF: Final = 1e-5  # scaled: points half a period apart that coincide at a fold
 ON_CIRCLE: Final = 1e-6  # modulus of a critical pair, and its distance from the real axis
 
 
-def continue_orbit(
+def follow_orbit_nd(
     orbit: PeriodicOrbitND,
     f: FamilyND,
     name: str,
     range: tuple[float, float],
     *,
-    max_step: float = MAX_STEP,
-    max_points: int = MAX_POINTS,
-) -> OrbitBranchND:
-    """Follow a periodic orbit of a map of R^n along a parameter, both ways, through folds.
+    max_step: float | None = None,
+    max_points: int | None = None,
+) -> Curve:
+    """Follow a periodic orbit of a map of R^n along a parameter; see `stickslip.follow`.
 
-    Parameters
-    ----------
-    orbit : PeriodicOrbitND
-        An orbit of ``f`` at the parameter value that ``f`` has.
-    f : FamilyND
-    name : str
-        Of the parameter.
-    range : pair of float
-        Must contain the orbit's value.
-    max_step : float
-        Longest step along the branch, as a share of the range and of the domain.
-    max_points : int
-        Of the branch to either side.
-
-    Returns
-    -------
-    OrbitBranchND
-        With the folds, flips and Neimark-Sacker bifurcations on the way.
-
-    Raises
-    ------
-    ValueError
-        The orbit is none of ``f``; the parameter is unknown; the range is not an interval, not
-        allowed for the map, or does not contain the orbit.
-
-    Notes
-    -----
     Pseudo-arclength with all points of the orbit as unknowns and exact derivatives. Where a
     point of the orbit gets to another piece of the map the two sides are compared: a map that is
-    smooth there is followed on, else the branch ends in a border collision, located by halving
-    to `error`.
+    smooth there is followed on, else the curve ends in a border collision, located by halving
+    to its `error`.
     """
     low, high = checked_range(f, name, range)
-    why = "It is a share of the range."
-    max_step = finite_number("max_step", max_step, above=0.0, at_most=1.0, why=why)
-    max_points = whole_number("max_points", max_points, 1)
-    follower = _Follower(f, name, low, high, max_step, max_points)
+    step, most = checked_steps(max_step, max_points)
+    follower = _Follower(f, name, low, high, step, most)
     start = follower.start(orbit)
     ahead = follower.go(start)
     behind = follower.go(start.reversed())
     rows = [*reversed(behind.rows), _Row(start), *ahead.rows]
-    return follower.branch(rows, behind, ahead)
+    return follower.joined(rows, behind, ahead)
 
 
 @dataclass(frozen=True, eq=False)
 class _Row:
     point: CurvePoint
-    kind: KindND | None = None
+    kind: str | None = None
 
 
 @dataclass(eq=False)
 class _Half:
-    """A branch to one side of its start, which is not part of it."""
+    """A curve to one side of its start, which is not part of it."""
 
     rows: list[_Row] = field(default_factory=list)
-    end: OrbitEndND | None = None
+    end: CurveEnd | None = None
 
 
 class _Follower:
@@ -151,7 +116,9 @@ class _Follower:
         self.equations = OrbitEquationsND(self.f, self.name, pieces)
         size = np.ptp(self.f.spread(256), axis=0)
         scale = np.append(np.tile(size, orbit.period), self.high - self.low)
-        self.curve = Curve(self.equations, scale, self.low, self.high, self.control, self._accept)
+        self.curve = ArclengthCurve(
+            self.equations, scale, self.low, self.high, self.control, self._accept
+        )
         y = np.append(orbit.points.ravel(), value)
         wrong = f"the map has no such orbit at {self.name} = {value:.15g}: "
         try:
@@ -206,7 +173,7 @@ class _Follower:
         passed = self._passed(here, new)
         self.pending = [_Row(point, kind) for kind, point in passed]
 
-    def _passed(self, here: CurvePoint, new: CurvePoint) -> list[tuple[KindND | None, CurvePoint]]:
+    def _passed(self, here: CurvePoint, new: CurvePoint) -> list[tuple[str | None, CurvePoint]]:
         """Solve for the bifurcations between two neighbours, in their order."""
         found = list(self._bifurcations(here, new))
         chord = (new.y - here.y) / self.curve.scale
@@ -215,12 +182,12 @@ class _Follower:
 
     def _bifurcations(
         self, here: CurvePoint, new: CurvePoint
-    ) -> Iterator[tuple[KindND | None, CurvePoint]]:
+    ) -> Iterator[tuple[str | None, CurvePoint]]:
         if turns_back(here, new):
             point = self.curve.turning_point(here, new)
             self.halved = self._is_halved(point)
             yield ("fold" if not self.halved else None), point
-        tests: Sequence[tuple[KindND, Callable[[CurvePoint], float]]] = (
+        tests: Sequence[tuple[str, Callable[[CurvePoint], float]]] = (
             ("flip", _off_flip),
             ("neimark_sacker", _off_circle),
         )
@@ -240,10 +207,11 @@ class _Follower:
     # ------------------------------------------------------------------ ends
 
     def _end(
-        self, point: CurvePoint, reason: EndReasonND, index: int | None = None, error: float = 0.0
-    ) -> OrbitEndND:
+        self, point: CurvePoint, reason: str, index: int | None = None, error: float = 0.0
+    ) -> CurveEnd:
         points = self.equations.points(point.y)
-        return OrbitEndND(reason, point.parameter, error, points, point.note.multipliers, index)
+        where = {self.name: point.parameter}
+        return CurveEnd(reason, where, points, point.note.multipliers, error, index)
 
     def _stopped(self, stop: WalkEnd, half: _Half) -> CurvePoint | None:
         """Find out what ended a walk; return where to go on from, if that was nothing."""
@@ -262,7 +230,7 @@ class _Follower:
         beyond = self._beyond(last, cause)
         if beyond is None:
             inside = self.f.contains(self.equations.points(cause.y))[index]
-            reason: EndReasonND = "gap" if inside else "end of domain"
+            reason: str = "gap" if inside else "end of domain"
             half.end = self._end(last, reason, index, error)
             return None
         kind, label = beyond
@@ -314,34 +282,35 @@ class _Follower:
         back = values.value - values.derivative @ dx - rate * (y[-1] - last.y[-1])
         return replace(values, value=back)
 
-    # ------------------------------------------------------------------ the branch
+    # ------------------------------------------------------------------ the curve
 
-    def branch(self, rows: Sequence[_Row], behind: _Half, ahead: _Half) -> OrbitBranchND:
+    def joined(self, rows: Sequence[_Row], behind: _Half, ahead: _Half) -> Curve:
         """Put rows and ends together."""
         assert behind.end is not None
         assert ahead.end is not None
+        points = np.array([self.equations.points(row.point.y) for row in rows])
+        multipliers = np.array([row.point.note.multipliers for row in rows])
         passed = tuple(
-            PassedBifurcationND(
-                row.kind,
-                row.point.parameter,
-                self.equations.points(row.point.y),
-                row.point.note.multipliers,
-                k,
+            CurveEvent(
+                row.kind, {self.name: row.point.parameter}, points[k], multipliers[k], math.nan, k
             )
             for k, row in enumerate(rows)
             if row.kind is not None
         )
-        points = np.array([self.equations.points(row.point.y) for row in rows])
-        return OrbitBranchND(
+        return Curve(
+            kind="orbit",
+            period=points.shape[1],
             parameters={self.name: np.array([row.point.parameter for row in rows])},
             points=points,
-            multipliers=np.array([row.point.note.multipliers for row in rows]),
-            period=points.shape[1],
-            labels=np.array([row.point.note.labels for row in rows]),
-            residual=np.array([row.point.residual for row in rows]),
+            multipliers=multipliers,
+            stable=np.asarray(np.abs(multipliers).max(axis=1) < 1.0),
             ends=(behind.end, ahead.end),
             bifurcations=passed,
-            f=self.f,
+            data={
+                "labels": np.array([row.point.note.labels for row in rows]),
+                "residual": np.array([row.point.residual for row in rows]),
+            },
+            problem=OrbitProblemND(self.f),
         )
 
 

@@ -9,15 +9,15 @@ import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.continuation.collision import meet
+from stickslip.analysis.continuation.curve import CurveEnd, CurveEvent
 from stickslip.analysis.continuation.half_period import flip_of_half, shrinks_to_half
 from stickslip.analysis.continuation.obstacles import obstacles, unlabelled_obstacles
-from stickslip.analysis.continuation.orbit_branch import BranchEnd, PassedBifurcation
 from stickslip.analysis.continuation.orbit_equations import OrbitEquations
 from stickslip.analysis.continuation.walls import BorderWall
 from stickslip.analysis.maps.protocol import domain_width, sample
 from stickslip.analysis.orbits.newton import EPS
 from stickslip.numerics.continuation import (
-    Curve,
+    ArclengthCurve,
     CurvePoint,
     LeavesRegion,
     StepControl,
@@ -32,14 +32,13 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.continuation.collision import Meeting
     from stickslip.analysis.continuation.obstacles import Obstacle
-    from stickslip.analysis.continuation.orbit_branch import EndReason
     from stickslip.analysis.maps.protocol import Floats, Labels, MapFamily
     from stickslip.numerics.continuation import WalkEnd
 
 MAX_OBSTACLES: Final = 200  # smooth breaks crossed, and false alarms
 BENDS: Final = 0.5  # a slope changes at most so much per step, beside 1 + abs(slope) ...
 BENDS_UNLABELLED: Final = 0.05  # ... and where no label would tell of a corner
-AHEAD: Final = 0.5  # cosine: the end of a branch lies in the direction of travel
+AHEAD: Final = 0.5  # cosine: the end of a curve lies in the direction of travel
 REACHES: Final = 32.0  # times the last step that failed
 TOUCHING: Final = 1e-6  # scaled: an end so close has no direction
 ON_WALL: Final = 1e-10  # of the domain
@@ -59,34 +58,34 @@ REASONS: Final[dict[str, Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """A point of a branch, and the bifurcation that it is, if it is one."""
+    """A point of a curve of orbits, and the bifurcation that it is, if it is one."""
 
     value: float
     points: Floats
     multiplier: float
     labels: Labels
     residual: float
-    passed: PassedBifurcation | None = None
+    passed: CurveEvent | None = None
 
     @classmethod
-    def of(cls, point: CurvePoint, passed: PassedBifurcation | None = None) -> Row:
+    def of(cls, point: CurvePoint, passed: CurveEvent | None = None) -> Row:
         """Take over a point of the curve."""
         note = point.note
         return cls(
             point.parameter, point.y[:-1], note.multiplier, note.labels, point.residual, passed
         )
 
-    def ends(self, reason: EndReason) -> BranchEnd:
-        """Make this the end of a branch."""
-        return BranchEnd(reason, self.value, self.points, self.multiplier)
+    def ends(self, name: str, reason: str) -> CurveEnd:
+        """Make this the end of a curve along a parameter."""
+        return CurveEnd(reason, {name: self.value}, self.points, self.multiplier)
 
 
 @dataclass(eq=False)
 class Half:
-    """A branch to one side of its start, which is not part of it."""
+    """A curve to one side of its start, which is not part of it."""
 
     rows: list[Row] = field(default_factory=list)
-    end: BranchEnd | None = None
+    end: CurveEnd | None = None
 
 
 class OrbitFollower:
@@ -108,7 +107,9 @@ class OrbitFollower:
         pieces = [{label} for label in values.label.tolist()]
         self.equations = OrbitEquations(f, self.name, pieces)
         scale = np.append(np.full(len(points), domain_width(f)), self.high - self.low)
-        self.curve = Curve(self.equations, scale, self.low, self.high, self.control, self._accept)
+        self.curve = ArclengthCurve(
+            self.equations, scale, self.low, self.high, self.control, self._accept
+        )
         self.unlabelled = not values.label.any()
         wrong = f"the map has no such orbit at {self.name} = {value:.15g}: "
         if (values.status != OK).any():
@@ -126,16 +127,16 @@ class OrbitFollower:
         half, here = Half(), start
         for _ in range(MAX_OBSTACLES):
             outcome = self._walk(here, half, targets)
-            if isinstance(outcome, BranchEnd):
+            if isinstance(outcome, CurveEnd):
                 half.end = outcome
                 return half
             here = outcome
-        half.end = Row.of(here).ends("step limit")
+        half.end = Row.of(here).ends(self.name, "step limit")
         return half
 
     def _walk(
         self, here: CurvePoint, half: Half, targets: Sequence[CurvePoint]
-    ) -> BranchEnd | CurvePoint:
+    ) -> CurveEnd | CurvePoint:
         """Walk as far as it goes; return the end, or where to go on from."""
         walk = self.curve.walk(here)
         while True:
@@ -147,9 +148,9 @@ class OrbitFollower:
                 return self._merged(here, half)
             half.rows += [*self.pending, Row.of(new)]
             if len(half.rows) > CLOSED_AFTER and self._closes(here, new, targets):
-                return half.rows[-1].ends("closed")
+                return half.rows[-1].ends(self.name, "closed")
             if len(half.rows) >= self.max_points:
-                return half.rows[-1].ends("point limit")
+                return half.rows[-1].ends(self.name, "point limit")
             here = new
 
     # ------------------------------------------------------------------ on the way
@@ -187,7 +188,9 @@ class OrbitFollower:
             rise = abs(new.note.multiplier - here.note.multiplier)
             noise = abs(multiplier + 1) + ROUNDINGS * EPS * len(point.y)
             error += noise * abs(new.parameter - here.parameter) / rise
-        passed = PassedBifurcation(kind, point.parameter, point.y[:-1], multiplier, error, -1)
+        passed = CurveEvent(
+            kind, {self.name: point.parameter}, point.y[:-1], multiplier, error, row=-1
+        )
         return Row.of(point, passed)
 
     def _solution_error(self, point: CurvePoint) -> float:
@@ -216,18 +219,18 @@ class OrbitFollower:
 
     # ------------------------------------------------------------------ ends
 
-    def _stopped(self, stop: WalkEnd, half: Half) -> BranchEnd | CurvePoint:
+    def _stopped(self, stop: WalkEnd, half: Half) -> CurveEnd | CurvePoint:
         """Find out what ended a walk."""
         last = stop.last
         points, value = last.y[:-1], last.parameter
         if stop.reason == "end of range":
-            return Row.of(last).ends("end of range")
+            return Row.of(last).ends(self.name, "end of range")
         if stop.reason == "step limit":
             f = self.equations.at(value)
             for obstacle in unlabelled_obstacles(f, points):
                 if (end := self._end_at(last, obstacle, NEARBY, half)) is not None:
                     return end
-            return Row.of(last).ends("step limit")
+            return Row.of(last).ends(self.name, "step limit")
         for obstacle in obstacles(self.equations, points, value, stop.cause):
             if obstacle.kind == "smooth" and obstacle.beyond is not None:
                 self.equations.pieces[obstacle.index].add(obstacle.beyond)
@@ -238,8 +241,8 @@ class OrbitFollower:
 
     def _end_at(
         self, last: CurvePoint, obstacle: Obstacle, reach: float, half: Half
-    ) -> BranchEnd | None:
-        """Solve for the orbit on an obstacle; None if that is not where the branch leads."""
+    ) -> CurveEnd | None:
+        """Solve for the orbit on an obstacle; None if that is not where the curve leads."""
         eq, index = self.equations, obstacle.index
         try:
             met = meet(
@@ -259,7 +262,9 @@ class OrbitFollower:
         half.rows.append(row)
         wall = obstacle.wall
         border: TrackedDiscontinuity | None = wall.border if isinstance(wall, BorderWall) else None
-        return replace(row.ends(REASONS[obstacle.kind]), border=border, index=index, side=wall.side)
+        return replace(
+            row.ends(self.name, REASONS[obstacle.kind]), border=border, index=index, side=wall.side
+        )
 
     def _lies_ahead(self, last: CurvePoint, met: Meeting, reach: float) -> bool:
         way = (np.append(met.points, met.value) - last.y) / self.curve.scale
@@ -267,18 +272,18 @@ class OrbitFollower:
         ahead = float(way @ last.tangent) >= AHEAD * length
         return length <= reach and (ahead or length <= TOUCHING)
 
-    def _merged(self, last: CurvePoint, half: Half) -> BranchEnd:
+    def _merged(self, last: CurvePoint, half: Half) -> CurveEnd:
         """Solve for the flip at which the orbit merges with one of half its period."""
         found = flip_of_half(self.equations.at, last.y[:-1], last.parameter, self.low, self.high)
         if found is None:
-            return Row.of(last).ends("step limit")
+            return Row.of(last).ends(self.name, "step limit")
         value, points = found
         twice = np.tile(points, 2)
         values = sample(self.equations.at(value), twice)
         residual = float(np.abs(values.value - np.roll(twice, -1)).max())
         multiplier = float(values.derivative.prod())
         half.rows.append(Row(value, twice, multiplier, values.label, residual))
-        return half.rows[-1].ends("period halves")
+        return half.rows[-1].ends(self.name, "period halves")
 
 
 def _off_flip(point: CurvePoint) -> float:

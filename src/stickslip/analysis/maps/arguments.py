@@ -39,7 +39,7 @@ def line_family(system: object) -> MapFamily:
     )
 
 
-def checked_parameter(f: MapFamily | FamilyND, name: object, role: str = "name") -> None:
+def checked_parameter(f: MapFamily | FamilyND, name: object, role: str = "parameter") -> None:
     """Refuse the name of a parameter that the map has not, with the closest known name."""
     parameter_name(role, name, f.parameters)
 

@@ -98,6 +98,7 @@ def solve_orbit(f: Map1D, guess: Floats) -> PeriodicOrbit:
         quality="located" if found.converged[0] else "failed",
         interval=points[:, None] + error[:, None] * np.array([-1.0, 1.0]),
         residual=float(found.residual[0]),
+        system=f,
     )
 
 

@@ -79,6 +79,8 @@ class PeriodicOrbit(AnyOrbit):
         Largest abs(f(x_i) - x_(i+1)).
     jump : JumpCrossing or None
         For an infinitely unstable orbit.
+    system : map or None
+        The map that it is an orbit of; None if it was loaded without.
     """
 
     points: Floats
@@ -91,6 +93,7 @@ class PeriodicOrbit(AnyOrbit):
     interval: Floats
     residual: float
     jump: JumpCrossing | None = None
+    system: Any = field(default=None, repr=False, compare=False)
     _plot: ClassVar = "orbits.draw_orbit"
 
     @property

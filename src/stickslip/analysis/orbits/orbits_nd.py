@@ -49,6 +49,8 @@ class PeriodicOrbitND(AnyOrbit):
         Largest abs(f(x_i) - x_(i+1)).
     hits : int
         How many seeds led to it, of those that led to an orbit of this period.
+    system : map or None
+        The map that it is an orbit of; None if it was loaded without.
     """
 
     points: Floats
@@ -59,6 +61,7 @@ class PeriodicOrbitND(AnyOrbit):
     labels: Labels = field(repr=False)
     residual: float
     hits: int = 0
+    system: Any = field(default=None, repr=False, compare=False)
     _plot: ClassVar = "orbits.draw_orbit_nd"
 
     @property
@@ -121,6 +124,7 @@ def make_orbit(
         labels=labels,
         residual=float(residual),
         hits=hits,
+        system=f,
     )
 
 

@@ -333,6 +333,7 @@ class _Search:
             quality="located" if located else "bracketed",
             interval=interval,
             residual=float(found.residual[k]),
+            system=self.table.f,
         )
 
     def add_jump_orbits(self, pieces: Pieces) -> None:
@@ -435,6 +436,7 @@ def _orbit(
         interval=np.roll(points[:, None] + error[:, None] * np.array([-1.0, 1.0]), -start, axis=0),
         residual=float(residual.max(initial=0.0)),
         jump=crossing,
+        system=table.f,
     )
 
 

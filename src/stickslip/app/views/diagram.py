@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.diagrams.diagram import Diagram
     from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.app import requests
-
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
 
 SEEDS: Final = 12  # orbits that the first dots are taken from
 SETTLING: Final = 150  # steps of each before dots are kept

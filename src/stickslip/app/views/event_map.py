@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from stickslip.app import requests
     from stickslip.app.views.model import WatchedMap
     from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.numerics.arrays import Floats
 
-    Floats = NDArray[np.float64]
     Arrays = dict[str, NDArray[Any]]
 
 FIRST_EVENTS: Final = 64  # changes of mode after which the first, quick picture gives up

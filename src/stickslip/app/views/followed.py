@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Map1D
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.mechanics.model.two_block import TwoBlock
-
-    Floats = NDArray[np.float64]
+    from stickslip.numerics.arrays import Floats
 
 NEAR: Final = 0.05  # largest change of a parameter, of its size
 MOVED: Final = 0.05  # of the domain's width: an orbit further off is another one

@@ -20,9 +20,8 @@ if TYPE_CHECKING:
     from stickslip.app import requests
     from stickslip.mechanics.cycle.cycle import Cycle
     from stickslip.mechanics.flow.trajectory import Event, Trajectory
-    from stickslip.mechanics.model.values import Model
-
-    Floats = NDArray[np.float64]
+    from stickslip.mechanics.model.file import Model
+    from stickslip.numerics.arrays import Floats
 
 MAX_EVENTS: Final = 20_000
 CYCLE_SAMPLES: Final = 2000

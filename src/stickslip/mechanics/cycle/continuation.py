@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 from scipy.optimize import brentq
 
-from stickslip.checks import checked_interval, instance, shown, whole_number
-from stickslip.mechanics.cycle.branch import (
-    CycleBifurcation,
-    CycleBranch,
-    CycleEnd,
-    CycleEndReason,
-    CycleKind,
-)
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem
+from stickslip.checks import checked_interval, whole_number
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_of
 from stickslip.mechanics.cycle.mode_changes import Touch, on_section, partners, touches
 from stickslip.mechanics.cycle.section import Shot
@@ -24,7 +18,7 @@ from stickslip.mechanics.cycle.shooting import Shooter
 from stickslip.mechanics.cycle.sliding import modes
 from stickslip.mechanics.model.arguments import checked_model, checked_parameter
 from stickslip.numerics.continuation import (
-    Curve,
+    ArclengthCurve,
     CurvePoint,
     LeavesRegion,
     StepControl,
@@ -32,66 +26,83 @@ from stickslip.numerics.continuation import (
     WalkEnd,
     turns_back,
 )
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from stickslip.mechanics.cycle.sliding import Model
 
+    Floats = NDArray[np.float64]
+
 CONTROL: Final = StepControl(first=0.005, smallest=1e-13, largest=1 / 32, patience=64)
-MAX_CHANGES: Final = 24  # changes of the sequence of modes that one branch is followed through
+MAX_POINTS: Final = 2000  # to either side
+MAX_CHANGES: Final = 24  # changes of the sequence of modes that one curve is followed through
+TOLD: Final = {"persists": ", goes on with other modes", "fold": ", meets another cycle", None: ""}
 ORDER: Final = ("landing", "grazing", "limit", "tie")
 DECISIVE: Final = 1e-5  # room that a touch may have left where a walk could go no further
 AWAY: Final = 1e-6  # least half-width of the interval in which a Hopf point is solved for
 
 
-def continue_cycle(
-    cycle: Cycle,
-    model: Model,
-    parameter: str,
-    range: tuple[float, float],
-    *,
-    max_points: int = 2000,
-) -> CycleBranch:
-    """Follow a limit cycle along a parameter of its model, to both ends of a range.
+@part
+@dataclass(frozen=True, eq=False)
+class CycleProblem(Problem):
+    """A limit cycle, known at each row."""
 
-    Parameters
-    ----------
-    cycle : Cycle
-        From `stickslip.find_cycle` or `stickslip.limit_cycles`.
-    model : TwoBlock, Blocks, Chain or Oscillator
-        The cycle's model.
-    parameter : str
-        One of ``model.parameters``.
-    range : tuple of float
-        Lowest and highest value, about the model's own.
-    max_points : int
-        Cycles computed in each direction at most.
+    system: Model
+    cycles: tuple[Cycle, ...]
+    picture: ClassVar = "cycles.draw_cycle_curve"
 
-    Returns
-    -------
-    CycleBranch
+    def row(self, curve: Curve, row: int) -> Cycle:
+        """Return the cycle of a row."""
+        return self.cycles[row]
 
-    Raises
-    ------
-    ValueError
-        No such parameter; a range without the model's value in it; the cycle is not one of the
-        model, or belongs to a neutral family.
+    def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> Cycle:
+        """Walk from a row to the value, with its sequence of modes."""
+        if not share:
+            return self.cycles[row]
+        for start, ahead in ((row, row + 1), (row + 1, row)):
+            shooting, y = on_section(self.cycles[start], name)
+            low, high = sorted((float(curve.values[start]), value))
+            period = float(y[-2]) if shooting.section.block is not None else 1.0
+            scale = shooting.scale(float(np.ptp(curve.values)), period)
+            line = ArclengthCurve(shooting, scale, low, high, CONTROL)
+            try:
+                here = line.point(y)
+                rises = curve.values[ahead] > curve.values[start]
+                *_, last = line.walk(here if rises else here.reversed())
+            except (StepTooLong, LeavesRegion, ValueError):
+                continue
+            if last.parameter == value:
+                return cycle_of(last.note)
+        raise ValueError(
+            f"{name} = {value:.12g}: the cycle is not found there with the modes that it has "
+            "beside it."
+        )
 
-    Notes
-    -----
+    def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
+        """Return the period, on a straight line between two rows."""
+        periods = curve.data["period"]
+        after = periods[row + 1] if share else periods[row]
+        return np.array([periods[row] + share * (after - periods[row])])
+
+
+def follow_cycle(
+    cycle: Cycle, parameter: str, range: tuple[float, float], *, max_points: int | None = None
+) -> Curve:
+    """Follow a limit cycle along a parameter of its model; see `stickslip.follow`.
+
     Unknowns are a state where a block comes to rest in space (of a forced model: at the
-    forcing's phase at time 0), the period and the parameter. A branch goes on through folds, and
+    forcing's phase at time 0), the period and the parameter. A curve goes on through folds, and
     where the sequence of modes changes it goes on with the cycle that is found there with
     other modes. Derivation: docs/theory/cycles.md.
     """
-    low, high = _checked(cycle, model, parameter, range)
-    max_points = whole_number("max_points", max_points)
-    walks = [
-        _Walk(cycle, model, parameter, (low, high), sign, max_points).run() for sign in (-1, 1)
-    ]
-    backward, forward = walks
-    # One branch in one order: the walk downward is turned round.
+    low, high = _checked(cycle, parameter, range)
+    most = whole_number("max_points", MAX_POINTS if max_points is None else max_points)
+    backward, forward = (_Walk(cycle, parameter, (low, high), sign, most).run() for sign in (-1, 1))
+    # One curve in one order: the walk downward is turned round.
     cycles = [*reversed(backward.cycles), *forward.cycles[1:]]
     values = [*reversed(backward.values), *forward.values[1:]]
     offset = len(backward.cycles) - 1
@@ -99,19 +110,25 @@ def continue_cycle(
         replace(item, row=max(offset - item.row - 1, 0)) for item in reversed(backward.passed)
     ]
     passed += [replace(item, row=offset + item.row) for item in forward.passed]
-    return CycleBranch(
+    multipliers = np.array([each.multipliers for each in cycles])
+    return Curve(
+        kind="cycle",
         parameters={parameter: np.array(values)},
-        cycles=tuple(cycles),
+        points=np.array([each.x for each in cycles]),
+        multipliers=multipliers,
+        stable=np.array([each.stable for each in cycles]),
+        ends=(backward.end(), forward.end()),
         bifurcations=tuple(passed),
-        ends=(backward.end, forward.end),
-        model=model,
+        data={
+            "period": np.array([each.period for each in cycles]),
+            "events": np.array([len(each.events) for each in cycles]),
+        },
+        problem=CycleProblem(cycle.model, tuple(cycles)),
     )
 
 
-def _checked(
-    cycle: Cycle, model: Model, parameter: str, ends: tuple[float, float]
-) -> tuple[float, float]:
-    instance("cycle", cycle, Cycle, "a cycle, such as ss.find_cycle(model, x, v)")
+def _checked(cycle: Cycle, parameter: str, ends: tuple[float, float]) -> tuple[float, float]:
+    model = cycle.model
     checked_parameter("parameter", checked_model(model), parameter)
     low, high = checked_interval("range", ends)
     own = model.parameters[parameter]
@@ -122,8 +139,6 @@ def _checked(
         )
     for end in (low, high):
         model.replace(**{parameter: end})
-    if cycle.model != model:
-        raise ValueError(f"the cycle is not one of model = {shown(model)}. Take cycle.model.")
     if not cycle.events and not (np.abs(np.abs(cycle.multipliers) - 1.0) > 1e-9).any():
         raise ValueError(
             "this motion belongs to a neutral family, which fills a region: it is no limit cycle "
@@ -138,13 +153,12 @@ class _Walk:
     def __init__(
         self,
         cycle: Cycle,
-        model: Model,
         name: str,
         ends: tuple[float, float],
         sign: int,
         max_points: int,
     ) -> None:
-        self.model, self.name, self.ends, self.max_points = model, name, ends, max_points
+        self.model, self.name, self.ends, self.max_points = cycle.model, name, ends, max_points
         self.shooting, y = on_section(cycle, name)
         self.curve = self._curve(y)
         try:
@@ -157,15 +171,17 @@ class _Walk:
         self.here = here if sign > 0 else here.reversed()
         self.cycles: list[Cycle] = [self._cycle(here)]
         self.values = [here.parameter]
-        self.passed: list[CycleBifurcation] = []
-        self.end = CycleEnd("step limit", here.parameter)
+        self.passed: list[CurveEvent] = []
+        self.reason = "step limit"
         self.touch: Touch | None = None
         self.fresh = 0  # cycles when the section was last chosen
 
-    def _curve(self, y: np.ndarray) -> Curve:
+    def _curve(self, y: np.ndarray) -> ArclengthCurve:
         low, high = self.ends
         period = float(y[-2]) if self.shooting.section.block is not None else 1.0
-        return Curve(self.shooting, self.shooting.scale(high - low, period), low, high, CONTROL)
+        return ArclengthCurve(
+            self.shooting, self.shooting.scale(high - low, period), low, high, CONTROL
+        )
 
     def _cycle(self, point: CurvePoint) -> Cycle:
         shot: Shot = point.note
@@ -176,17 +192,34 @@ class _Walk:
     def run(self) -> _Walk:
         """Walk to the end."""
         for _ in range(MAX_CHANGES):
-            reason = self._smooth_piece()
+            reason = self._smooth_piece() or self._change_modes()
             if reason is not None:
-                self.end = CycleEnd(reason, self.here.parameter)
+                self.reason = reason
                 return self
-            if (reason := self._change_modes()) is not None:
-                self.end = CycleEnd(reason, self.here.parameter)
-                return self
-        self.end = CycleEnd("point limit", self.here.parameter)
+        self.reason = "point limit"
         return self
 
-    def _smooth_piece(self) -> CycleEndReason | None:
+    def end(self) -> CurveEnd:
+        """Why the walk ended, at its last cycle."""
+        last = self.cycles[-1]
+        return CurveEnd(self.reason, {self.name: self.here.parameter}, last.x, last.multipliers)
+
+    def _event(self, kind: str, value: float, error: float, cycle: Cycle, **more: Any) -> None:
+        """Note a bifurcation at the last row, or just after."""
+        self.passed.append(
+            CurveEvent(
+                kind,
+                {self.name: value},
+                cycle.x,
+                cycle.multipliers,
+                error,
+                len(self.cycles) - 1,
+                solution=cycle,
+                **more,
+            )
+        )
+
+    def _smooth_piece(self) -> str | None:
         """Walk while the sequence of modes stays; None where it changes."""
         steps = self.curve.walk(self.here)
         while True:
@@ -203,14 +236,14 @@ class _Walk:
             if len(self.cycles) >= self.max_points:
                 return "point limit"
 
-    def _stopped(self, end: WalkEnd) -> CycleEndReason | None:
+    def _stopped(self, end: WalkEnd) -> str | None:
         self.here = end.last
         if end.reason == "end of range":
             return "end of range"
         self.touch = self._touch()
         return None if self.touch is not None else self._elsewhere()
 
-    def _elsewhere(self) -> CycleEndReason | None:
+    def _elsewhere(self) -> str | None:
         """Go on from another section, where an event of another block has come to this one."""
         if len(self.cycles) < self.fresh + 2:
             return "step limit"
@@ -233,7 +266,7 @@ class _Walk:
         row = self.model.n_blocks + block
         return bool(a.note.velocity[row] * b.note.velocity[row] < 0.0)
 
-    def _vanish(self, a: CurvePoint, b: CurvePoint) -> CycleEndReason:
+    def _vanish(self, a: CurvePoint, b: CurvePoint) -> str:
         """End at the Hopf point, which is solved for on the modes of steady sliding."""
         frequency = 2.0 * np.pi / self.cycles[-1].period
 
@@ -247,11 +280,7 @@ class _Walk:
         low, high = b.parameter - reach, b.parameter + reach
         if growth(low) * growth(high) < 0.0:
             value = float(brentq(growth, low, high, xtol=1e-300, rtol=1e-15))
-            self.passed.append(
-                CycleBifurcation(
-                    "hopf", value, 1e-15 * abs(value), self.cycles[-1], row=len(self.cycles) - 1
-                )
-            )
+            self._event("hopf", value, 1e-15 * abs(value), self.cycles[-1])
             self.here = replace(a, y=np.append(a.y[:-1], value))
         return "vanishes"
 
@@ -259,7 +288,7 @@ class _Walk:
         """Note what happens between two points: signs of test functions of the multipliers."""
         if turns_back(a, b):
             self._note("fold", a, b, lambda point: float(point.tangent[-1]))
-        tests: list[tuple[CycleKind, Callable[[CurvePoint], float]]] = [
+        tests: list[tuple[str, Callable[[CurvePoint], float]]] = [
             ("flip", lambda point: _product(point.note.multipliers + 1.0)),
             ("neimark_sacker", _torus),
         ]
@@ -270,7 +299,7 @@ class _Walk:
                 self._note(kind, a, b, test)
 
     def _note(
-        self, kind: CycleKind, a: CurvePoint, b: CurvePoint, test: Callable[[CurvePoint], float]
+        self, kind: str, a: CurvePoint, b: CurvePoint, test: Callable[[CurvePoint], float]
     ) -> None:
         try:
             point = self.curve.between(a, b, test)
@@ -279,10 +308,7 @@ class _Walk:
         if kind == "neimark_sacker" and not _on_circle(point):
             return  # two real multipliers whose product is 1: nothing happens
         error = max(1e-15 * abs(point.parameter), abs(point.residual))
-        row = len(self.cycles) - 1
-        self.passed.append(
-            CycleBifurcation(kind, point.parameter, error, self._cycle(point), row=row)
-        )
+        self._event(kind, point.parameter, error, self._cycle(point))
 
     # --- where modes change -------------------------------------------------------------------
 
@@ -294,7 +320,7 @@ class _Walk:
         # A law with F(0) = 1 lets a landing at the limit also graze: it is named a landing.
         return min(found, key=lambda touch: ORDER.index(touch.kind), default=None)
 
-    def _change_modes(self) -> CycleEndReason | None:
+    def _change_modes(self) -> str | None:
         """Go on with a cycle of other modes beside the present point; else tell why not."""
         touch = self.touch
         assert touch is not None
@@ -303,16 +329,15 @@ class _Walk:
         outcome = None if beside is None else beside.outcome
         # The walk has halved its steps down to rounding: what is left is its last one.
         error = max(abs(touch.room) ** 2, 4e-16 * abs(before), 2.0 * self.here.step)
-        self.passed.append(
-            CycleBifurcation(
-                touch.kind,
-                before,
-                error,
-                self.cycles[-1],
-                touch.block + 1,
-                outcome,
-                len(self.cycles) - 1,
-            )
+        what = f"block {touch.block + 1}{TOLD[outcome]}"
+        self._event(
+            touch.kind,
+            before,
+            error,
+            self.cycles[-1],
+            what=what,
+            block=touch.block + 1,
+            outcome=outcome,
         )
         if beside is None:
             return touch.kind

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -42,6 +42,7 @@ class Equilibrium(Result):
         cycle, and where they graze the belt.
     hopf_points : tuple of HopfPoint
         Where a pair of modes begins or ceases to grow in the range of belt speeds searched.
+    model : TwoBlock, Blocks, Chain or Oscillator
     """
 
     x: Floats
@@ -51,6 +52,7 @@ class Equilibrium(Result):
     neutral: bool
     neutral_family: NeutralFamily | None
     hopf_points: tuple[HopfPoint, ...]
+    model: Model = field(repr=False)
     _drawn: ClassVar = ("growth_rate", "frequency")
 
     @property
@@ -136,5 +138,6 @@ def equilibria(
             neutral=neutral,
             neutral_family=neutral_family(model),
             hopf_points=hopf_points(model, (low, high)),
+            model=model,
         ),
     )

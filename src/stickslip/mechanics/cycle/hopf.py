@@ -119,25 +119,32 @@ def hopf_points(model: Model, speeds: tuple[float, float]) -> tuple[HopfPoint, .
     K is positive definite, so that pairs alone cross the axis: sign changes of growth rates on a
     grid, and extrema that a parabola carries across zero, are bracketed.
     """
-    grid = np.geomspace(*speeds, N_SPEEDS)
-    rates = np.array([_growth_rates(model, float(V)) for V in grid])
+    found = crossings(lambda V: modes(model, V).values, np.geomspace(*speeds, N_SPEEDS))
+    return tuple(point for V in found for point in _points(model, V))
+
+
+def crossings(eigenvalues: Callable[[float], Complexes], grid: Floats) -> list[float]:
+    """Parameter values at which a pair of sorted eigenvalues crosses the imaginary axis."""
+    rates = np.array([_growth_rates(eigenvalues(value)) for value in grid.tolist()])
     found: list[float] = []
     for j in range(rates.shape[1]):
 
-        def rate(V: float, j: int = j) -> float:
-            return float(modes(model, V).values[j].real)
+        def rate(value: float, j: int = j) -> float:
+            return float(eigenvalues(value)[j].real)
 
         for low, high in _brackets(rate, grid, rates[:, j]):
             found.append(float(brentq(rate, low, high, xtol=1e-300, rtol=1e-15)))
-    # Both members of a pair cross at one speed, and are two sorted rates.
+    # Both members of a pair cross at one value, and are two sorted rates.
     found.sort()
-    distinct = [V for k, V in enumerate(found) if k == 0 or V > found[k - 1] * (1 + SAME)]
-    return tuple(point for V in distinct for point in _points(model, V))
+    return [
+        value
+        for k, value in enumerate(found)
+        if k == 0 or value - found[k - 1] > SAME * abs(found[k - 1])
+    ]
 
 
-def _growth_rates(model: Model, V: float) -> Floats:
+def _growth_rates(values: Complexes) -> Floats:
     """Real parts, descending; exactly 0 where rounding explains the difference."""
-    values = modes(model, V).values
     rates = values.real.copy()
     rates[np.abs(rates) <= NEUTRAL * np.abs(values).max()] = 0.0
     return rates

@@ -12,7 +12,7 @@ from stickslip.mechanics.cycle.section import Section, Shooting, Word, word_of
 from stickslip.mechanics.cycle.shooting import Shooter, State
 from stickslip.mechanics.flow.blocks.transitions import settle
 from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING
-from stickslip.numerics.continuation import Curve, CurvePoint, LeavesRegion, StepTooLong
+from stickslip.numerics.continuation import ArclengthCurve, CurvePoint, LeavesRegion, StepTooLong
 from stickslip.numerics.polynomial import NO_ROOT, jet, lowest_minimum, value
 
 if TYPE_CHECKING:
@@ -244,7 +244,7 @@ def _converged(shooting: Shooting, guess: Floats, width: float) -> Floats | None
     """Cycle at the parameter of a guess, of whatever modes."""
     try:
         period = float(guess[-2]) if shooting.section.block is not None else 1.0
-        y = Curve(shooting, shooting.scale(width, period)).point(guess).y
+        y = ArclengthCurve(shooting, shooting.scale(width, period)).point(guess).y
         residual = float(np.abs(shooting(y)[0]).max())
     except (LeavesRegion, StepTooLong, ValueError):
         return None

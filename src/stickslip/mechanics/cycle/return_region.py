@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from stickslip import status as status_codes
+from stickslip.analysis.continuation.curve import Curve
 from stickslip.checks import MOST_KEPT, checked_interval, whole_number
 from stickslip.errors import NoCycleError
-from stickslip.mechanics.cycle.branch import CycleBranch
-from stickslip.mechanics.cycle.continuation import continue_cycle
+from stickslip.mechanics.cycle.continuation import follow_cycle
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.cycle.trapping import TrappingBall, trapping_ball
 from stickslip.mechanics.eventmap.of_model import event_map
@@ -92,7 +92,7 @@ class ReturnRegion(Result):
         Share of the domain without a return, undecided parts included.
     undecided : ndarray of float, shape (n,)
         Share of the domain whose motions were given up.
-    branches : tuple of CycleBranch
+    branches : tuple of Curve
         Cycles without global stick phases that attract from gaps, followed over the range.
     n_points : int
         Differences tried at each value: a narrower gap may be missed.
@@ -103,7 +103,7 @@ class ReturnRegion(Result):
     gaps: tuple[tuple[Gap, ...], ...]
     lost: Floats
     undecided: Floats
-    branches: tuple[CycleBranch, ...]
+    branches: tuple[Curve, ...]
     n_points: int
     model: TwoBlock = field(repr=False)
     _plot: ClassVar = "cycles.plot_return_region"
@@ -114,7 +114,7 @@ class ReturnRegion(Result):
         Their ends are bifurcations of the branch, or ends of the range.
         """
         followed = self.branches[_number(branch, len(self.branches))]
-        holds = [bool(cycle.stable) and cycle.d.size == 0 for cycle in followed.cycles]
+        holds = [bool(cycle.stable) and cycle.d.size == 0 for cycle in followed]
         crossings = {item.row: item.value for item in followed.bifurcations}
         intervals: list[tuple[float, float]] = []
         start: float | None = None
@@ -200,7 +200,7 @@ def return_region(
         "n_points", n_points, at_most=MOST_KEPT, what="differences tried at each value"
     )
     values = np.linspace(low, high, count)
-    branches: list[CycleBranch] = []
+    branches: list[Curve] = []
     gaps: list[tuple[Gap, ...]] = []
     lost, undecided = np.zeros(count), np.zeros(count)
     for k, value in enumerate(values):
@@ -266,7 +266,7 @@ def _gap(
     model: TwoBlock,
     parameter: str,
     ends: tuple[float, float],
-    branches: list[CycleBranch],
+    branches: list[Curve],
     d: tuple[float, float],
     status: int,
     max_events: int,
@@ -282,7 +282,7 @@ def _gap(
         return Gap(value, d, status, None, None)
     number = _known(branches, cycle, value)
     if number is None:
-        branches.append(continue_cycle(cycle, model, parameter, ends))
+        branches.append(follow_cycle(cycle, parameter, ends))
         number = len(branches) - 1
     ball = trapping_ball(cycle)
     if ball is not None and ball.entered(x, v, max_events=max_events) is None:
@@ -290,18 +290,16 @@ def _gap(
     return Gap(value, d, status, number, ball)
 
 
-def _known(branches: list[CycleBranch], cycle: Cycle, value: float) -> int | None:
+def _known(branches: list[Curve], cycle: Cycle, value: float) -> int | None:
     """Find the branch that passes through a cycle, by its period and events."""
     for number, branch in enumerate(branches):
+        periods, events = branch.data["period"], branch.data["events"]
         steps = np.flatnonzero((branch.values[:-1] - value) * (branch.values[1:] - value) <= 0.0)
         for row in steps:
             a, b = branch.values[row], branch.values[row + 1]
             share = 0.5 if a == b else (value - a) / (b - a)
-            period = (1 - share) * branch.periods[row] + share * branch.periods[row + 1]
-            same = len(cycle.events) in (
-                len(branch.cycles[row].events),
-                len(branch.cycles[row + 1].events),
-            )
+            period = (1 - share) * periods[row] + share * periods[row + 1]
+            same = len(cycle.events) in (events[row], events[row + 1])
             if same and abs(period - cycle.period) <= SAME_PERIOD * cycle.period:
                 return number
     return None

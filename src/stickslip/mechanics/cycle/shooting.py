@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.mechanics.flow.blocks.engine import BlockEngine, block_engine
 from stickslip.mechanics.flow.blocks.system import block_directions, new_block_motion
 from stickslip.mechanics.flow.blocks.transitions import settle, update_needed
+from stickslip.mechanics.flow.engine import BlockEngine, block_engine
 from stickslip.mechanics.flow.system import LANDING, MAX_INSTANT
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.roots import EPSILON

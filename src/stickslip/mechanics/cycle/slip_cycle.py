@@ -9,7 +9,7 @@ import numpy as np
 from stickslip.mechanics.cycle.section import Section, Shooting, Shot
 from stickslip.mechanics.cycle.shooting import Shooter, State
 from stickslip.mechanics.cycle.sliding import modes, steady_displacements
-from stickslip.numerics.continuation import Curve, LeavesRegion, StepTooLong
+from stickslip.numerics.continuation import ArclengthCurve, LeavesRegion, StepTooLong
 
 if TYPE_CHECKING:
     from stickslip.mechanics.cycle.sliding import Model
@@ -43,7 +43,7 @@ def slip_cycle(
     shooting = Shooting(model, "V", Section(block, second.mode), word=(), rtol=rtol)
     guess = shooting.unknowns(second, period, model.V)
     try:
-        point = Curve(shooting, shooting.scale(model.V, period)).point(guess)
+        point = ArclengthCurve(shooting, shooting.scale(model.V, period)).point(guess)
     except (LeavesRegion, StepTooLong):
         return None
     shot: Shot = point.note

@@ -13,13 +13,12 @@ import numpy as np
 from stickslip.checks import MOST_STEPS, parameter_name, whole_number
 from stickslip.mechanics.eventmap.records import BlockScratch, Controls, Outputs, new_outputs
 from stickslip.mechanics.eventmap.result import EventMapResult
-from stickslip.mechanics.flow.blocks.engine import BlockEngine, block_engine
 from stickslip.mechanics.flow.blocks.system import (
     BlockDirections,
     block_directions,
     new_block_motion,
 )
-from stickslip.mechanics.flow.engine import time_limit, tolerance
+from stickslip.mechanics.flow.engine import BlockEngine, block_engine, time_limit, tolerance
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.numerics.targets import available_threads, instantiate, launch
 

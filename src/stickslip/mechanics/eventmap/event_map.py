@@ -9,12 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.analysis.maps.derived import LineMap
-from stickslip.checks import MOST_STEPS, Many, parameter_name, shown, whole_number
-from stickslip.mechanics.eventmap.backend import Backend
-from stickslip.mechanics.eventmap.backend_choice import backend_for
-from stickslip.mechanics.eventmap.records import Controls
+from stickslip.checks import MOST_STEPS, Many, one_of, parameter_name, shown, whole_number
+from stickslip.mechanics.eventmap.backend import Backend, ScalarBackend
+from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
+from stickslip.mechanics.eventmap.lanes import LaneBackend, lanes_serve
+from stickslip.mechanics.eventmap.pools import PoolBackend
+from stickslip.mechanics.eventmap.records import Controls, Outputs
 from stickslip.mechanics.eventmap.result import EventMapResult
-from stickslip.mechanics.flow.engine import EngineName, time_limit, tolerance
+from stickslip.mechanics.flow.engine import EngineName, engine_for, time_limit, tolerance
+from stickslip.mechanics.friction.series import law_series
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.arrays import Floats
 from stickslip.numerics.targets import available_threads
@@ -296,3 +299,59 @@ def _shaped(values: Floats, shape: tuple[int, ...]) -> float | Floats:
 
 def _shaped_array(values: NDArray[Any], shape: tuple[int, ...]) -> Any:
     return values.reshape(shape)[()] if shape == () else values.reshape(shape)
+
+
+DEVICES = ("cpu", "cuda")
+
+
+def backend_for(
+    model: TwoBlock, engine: EngineName, controls: Controls, device: str, threads: int
+) -> Backend:
+    """Choose what carries the motions of a model; ValueError if the device cannot."""
+    if one_of("device", device, DEVICES) == "cuda":
+        from stickslip.mechanics.eventmap.cuda import CudaBackend  # needs numba-cuda
+
+        return CudaBackend(model, engine, controls)
+    if model.damping > 0.0:
+        return DampedBackend(model, engine, controls, threads)
+    moved = engine_for(model, engine)
+    if lanes_serve(moved, controls):
+        return LaneBackend(model, moved, controls, threads)
+    series = law_series(model.laws) if moved.name == "taylor" else None
+    if series is not None:
+        return PoolBackend(model, moved, controls, threads, series)
+    return ScalarBackend(model, moved, controls, threads)
+
+
+class DampedBackend:
+    """Two damped blocks: the flow of the family."""
+
+    name = "series"
+
+    def __init__(
+        self, model: TwoBlock, engine: EngineName, controls: Controls, threads: int
+    ) -> None:
+        engine_for(model.replace(damping=0.0), engine)  # the same errors
+        self.inner = BlocksEventMap(model.chain, **controls._asdict(), threads=threads)
+
+    def value(self, d: float) -> float:
+        """Value at one d."""
+        return float(self.carry(np.array([d])).value[0])
+
+    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
+        """Values at each d, and slopes."""
+        found = self.inner.carry(d[:, None], slope=slope, watch=watch)
+        return Outputs(found.value[:, 0], found.derivative[:, 0], *found[2:])
+
+    def parameter_slope(self, d: Floats, name: str) -> Floats:
+        """df/d(name) at each d."""
+        name = {"beta": "static_2"}.get(name, name)
+        return self.inner.parameter_derivative(d[:, None], name)[:, 0]
+
+    def iterate(self, orbits: Floats) -> None:
+        """Fill rows (n, steps + 1) from their first entries on."""
+        self.inner._fill(orbits[..., None])
+
+    def itinerary(self, d: float) -> str:
+        """Modes of each phase, as text."""
+        return str(self.inner.itinerary([d]))

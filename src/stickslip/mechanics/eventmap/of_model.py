@@ -6,13 +6,12 @@ import math
 from typing import TYPE_CHECKING, Final, overload
 
 from stickslip.checks import one_of, shown
-from stickslip.mechanics.eventmap.backend_choice import DEVICES
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
-from stickslip.mechanics.eventmap.event_map import EventMap
+from stickslip.mechanics.eventmap.event_map import DEVICES, EventMap
 from stickslip.mechanics.flow.engine import ENGINES
 from stickslip.mechanics.model.belt_model import BeltModel
+from stickslip.mechanics.model.file import model_of_values, model_values
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.mechanics.model.values import model_of_values, model_values
 from stickslip.results.files import register_map
 from stickslip.vocabulary import suggests
 

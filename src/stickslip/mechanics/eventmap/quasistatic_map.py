@@ -17,8 +17,8 @@ from stickslip.mechanics.flow.recorder import TwoBlockRecorder
 from stickslip.mechanics.flow.system import BETA, START
 from stickslip.mechanics.flow.trajectory import Trajectory
 from stickslip.mechanics.model.arguments import two_blocks
+from stickslip.mechanics.model.file import model_of_values, model_values
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.mechanics.model.values import model_of_values, model_values
 from stickslip.results.files import register_map
 from stickslip.results.result import Result
 from stickslip.results.table import numbered

@@ -7,18 +7,28 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from types import ModuleType
-from typing import Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.checks import finite_number, one_of, shown
+from stickslip.mechanics.flow.blocks.system import (
+    BlockSystem,
+    BlockWork,
+    block_system,
+    new_block_work,
+)
 from stickslip.mechanics.flow.system import ALPHA, BETA, LAWS, START, VELOCITY, System
 from stickslip.mechanics.friction import Coulomb
 from stickslip.mechanics.friction.code import LawCode, law_code
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import instantiate
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.model.belt_model import BeltModel
+
 
 EngineName: TypeAlias = Literal["auto", "exact", "adaptive"]
 ENGINES = ("auto", "exact", "adaptive")
@@ -174,3 +184,45 @@ def _owners(model: TwoBlock, name: str) -> Sequence[tuple[int, FrictionLaw, str]
     stem, _, number = name.rpartition("_")
     block = int(number) - 1
     return [(block, model.laws[block], stem)]
+
+
+STEPPER = "stickslip.mechanics.flow.blocks._stepper_kernels"
+
+
+@dataclass(frozen=True, eq=False)
+class BlockEngine:
+    """Kernels that move a model with n blocks, and the model in the form that they take."""
+
+    key: str  # equal keys, equal machine code
+    kernels: ModuleType  # advance, landing_rate, slides_for_ever, ORDER
+    code: LawCode
+    system: BlockSystem
+    laws: NDArray[np.float64]  # parameter rows, (n, columns)
+
+    def new_work(self) -> BlockWork:
+        """Scratch arrays of the kernels for one motion."""
+        return new_block_work(len(self.system.mass), self.code.N_ROWS, self.kernels.ORDER)
+
+
+def block_engine(model: BeltModel | TwoBlock) -> BlockEngine:
+    """Prepare the engine for a model; ValueError for a law that cannot be traced."""
+    code = law_code(model.laws)
+    if not code.traceable:
+        raise ValueError(
+            "a friction law of this model cannot be traced, and models of many blocks need its "
+            "series: write the law with arithmetic and numpy functions, without branches."
+        )
+    return BlockEngine(
+        key=f"blocks-{code.key}",
+        kernels=_stepper_of(code),
+        code=code,
+        system=block_system(model.structure),
+        laws=code.parameter_rows(model.laws),
+    )
+
+
+@lru_cache(maxsize=64)
+def _stepper_of(code: LawCode) -> ModuleType:
+    bindings = {role: getattr(code, role) for role in LAW_KERNELS}
+    bindings["least_slope"] = sliding_kernels(code).least_slope
+    return instantiate(STEPPER, f"blocks-{code.key}", **bindings)

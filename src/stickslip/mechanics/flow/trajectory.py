@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import status as status_codes
 from stickslip.checks import finite_number, one_of, real_numbers, whole_number
-from stickslip.mechanics.flow.blocks.engine import block_engine
 from stickslip.mechanics.flow.blocks.recorder import BlocksRecorder
-from stickslip.mechanics.flow.engine import ENGINES, EngineName, engine_for, tolerance
+from stickslip.mechanics.flow.engine import ENGINES, EngineName, block_engine, engine_for, tolerance
 from stickslip.mechanics.flow.recorder import Recorded, Recorder, TwoBlockRecorder
 from stickslip.mechanics.flow.slip import Slip, SlipTracker
 from stickslip.mechanics.model.arguments import checked_model, state_vector

@@ -23,9 +23,16 @@ from stickslip.mechanics.friction.interface import (
     PARAMETER_COLUMN,
     STATIC_COLUMN,
 )
-from stickslip.numerics.calculus import derivative
-from stickslip.numerics.series import Lines, Scalars, SeriesText, indented, value_lines
-from stickslip.numerics.sharp import EXACT, sharp_lines
+from stickslip.numerics.expression import derivative
+from stickslip.numerics.series import (
+    EXACT,
+    Lines,
+    Scalars,
+    SeriesText,
+    indented,
+    sharp_lines,
+    value_lines,
+)
 
 SPEED_ROW, FORCE_ROW, SLOPE_ROW, GRADIENT_ROW = range(4)
 

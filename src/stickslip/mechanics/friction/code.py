@@ -22,7 +22,7 @@ from stickslip.mechanics.friction import _text
 from stickslip.mechanics.friction.formula import CallableFormula, Formula, TracedFormula, quietly
 from stickslip.mechanics.friction.interface import NEXT_PIECE_COLUMN, PARAMETER_COLUMN
 from stickslip.mechanics.friction.law import FrictionLaw
-from stickslip.numerics.calculus import evaluate
+from stickslip.numerics.expression import evaluate
 from stickslip.numerics.series import Scalars
 from stickslip.vocabulary import did_you_mean
 

@@ -9,8 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.numerics.calculus import derivative, evaluate, is_analytic, reachable
-from stickslip.numerics.expression import Expression, Graph, Node
+from stickslip.numerics.expression import (
+    Expression,
+    Graph,
+    Node,
+    derivative,
+    evaluate,
+    is_analytic,
+    reachable,
+)
 from stickslip.numerics.tracing import trace
 
 Function = Callable[..., Any]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stickslip.mechanics.friction._text import FORCE_ROW, SLOPE_ROW, SPEED_ROW
 from stickslip.mechanics.friction.formula import TracedFormula, quietly
 from stickslip.mechanics.friction.law import FrictionLaw
-from stickslip.numerics.calculus import derivative, evaluate
+from stickslip.numerics.expression import derivative, evaluate
 from stickslip.numerics.series import Scalars, SeriesText
 
 # Columns of a parameter row: F(0), the parameters, constants made of them.

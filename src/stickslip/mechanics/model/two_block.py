@@ -12,10 +12,9 @@ from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.arrays import belt_velocity
 from stickslip.mechanics.model.belt_model import laws_of
-from stickslip.mechanics.model.chain import Chain
-from stickslip.mechanics.model.physical import PhysicalTrajectory
+from stickslip.mechanics.model.blocks import Chain
 from stickslip.mechanics.model.structure import Structure
-from stickslip.mechanics.model.units import Units
+from stickslip.mechanics.model.units import PhysicalTrajectory, Units
 from stickslip.vocabulary import did_you_mean, suggests
 
 if TYPE_CHECKING:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterable, Iterator
+from typing import Final
 
 import numpy as np
 
@@ -18,13 +19,8 @@ from stickslip.studies.burridge_knopoff.facts import (
     fitted,
     lone_moment,
 )
-from stickslip.studies.burridge_knopoff.power_law import fit_power_law
-from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from stickslip.studies.burridge_knopoff.power_law import PowerLaw
+from stickslip.studies.burridge_knopoff.power_law import PowerLaw, fit_power_law
+from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
 
 ACCEPTED: Final = 0.1  # least p-value of a fit that is not ruled out, as the source of the method
 DECISIVE: Final = 2.0  # standard errors
@@ -42,72 +38,66 @@ def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
 def _motion() -> Iterator[Claim]:
     found = catalogue(STIFF, SPEEDS[0])
     counts, waits = np.unique(found.count).size, np.diff([slip.start for slip in found.slips])
-    yield Claim(
-        key="burridge_knopoff.noisy",
-        figure=1,
-        place="Carlson and Langer (1989), abstract",
-        statement="A uniform chain without randomness makes noisy sequences of slips of all sizes",
-        findings=(
-            Finding(
-                "slips differ, though all blocks are alike",
-                f"{len(found.slips)} slips of {counts} different numbers of blocks, from 1 to "
-                f"{found.count.max()}",
-                counts > 10 and float(np.std(waits)) > 0.0,
-            ),
-            Finding(
-                "nearly all of the motion is that of the largest",
-                f"{found.whole.size} slips of the whole chain make up "
-                f"{found.whole.sum() / found.size.sum():.1%} of the moment",
-                found.whole.sum() > 0.9 * found.size.sum(),
-                essential=False,
-            ),
+    yield claim(
+        "burridge_knopoff.noisy",
+        1,
+        "Carlson and Langer (1989), abstract",
+        "A uniform chain without randomness makes noisy sequences of slips of all sizes",
+        Finding(
+            "slips differ, though all blocks are alike",
+            f"{len(found.slips)} slips of {counts} different numbers of blocks, from 1 to "
+            f"{found.count.max()}",
+            counts > 10 and float(np.std(waits)) > 0.0,
+        ),
+        Finding(
+            "nearly all of the motion is that of the largest",
+            f"{found.whole.size} slips of the whole chain make up "
+            f"{found.whole.sum() / found.size.sum():.1%} of the moment",
+            found.whole.sum() > 0.9 * found.size.sum(),
+            essential=False,
         ),
         note=UNREAD,
     )
     motion = simulate(chain(STIFF, SPEEDS[0]), found.end.x, found.end.v, t_end=WATCHED)
     balance = motion.energy(np.linspace(0.0, WATCHED, 50)).balance
     drift = float(np.ptp(balance) / np.abs(balance).max())
-    yield Claim(
-        key="burridge_knopoff.balance",
-        figure=1,
-        place="docs/theory/blocks.md",
-        statement="Slips bring the blocks back as far as the belt takes them forward",
-        findings=(
-            Finding(
-                "moments add up to what the belt has left the blocks behind",
-                f"{found.lag:.1f} from the first to the last time at which all blocks ride; the "
-                f"sum of moments differs by {abs(found.moment / found.lag - 1.0):.0e} of itself",
-                found.lag > 0.9 * BLOCKS * found.travel
-                and abs(found.moment / found.lag - 1.0) < BALANCED,
-            ),
-            Finding(
-                "energy is accounted for",
-                f"over {WATCHED:g} units of time the balance changes by {drift:.0e} of itself",
-                drift < 1e-12,
-            ),
+    yield claim(
+        "burridge_knopoff.balance",
+        1,
+        "docs/theory/blocks.md",
+        "Slips bring the blocks back as far as the belt takes them forward",
+        Finding(
+            "moments add up to what the belt has left the blocks behind",
+            f"{found.lag:.1f} from the first to the last time at which all blocks ride; the "
+            f"sum of moments differs by {abs(found.moment / found.lag - 1.0):.0e} of itself",
+            found.lag > 0.9 * BLOCKS * found.travel
+            and abs(found.moment / found.lag - 1.0) < BALANCED,
+        ),
+        Finding(
+            "energy is accounted for",
+            f"over {WATCHED:g} units of time the balance changes by {drift:.0e} of itself",
+            drift < 1e-12,
         ),
     )
 
 
 def _sizes() -> Iterator[Claim]:
     law = fitted(STIFF, SPEEDS[0])
-    yield Claim(
-        key="burridge_knopoff.power_law",
-        figure=2,
-        place="Carlson and Langer (1989), abstract",
-        statement="Sizes are distributed consistently with the law of Gutenberg and Richter",
-        findings=(
-            Finding(
-                "a power law of the moments of local slips is not ruled out",
-                f"Kolmogorov-Smirnov distance {law.distance:.3f} of {law.n} slips above "
-                f"{law.smallest:.2g}, p = {law.p_value:.2f}",
-                law.p_value > ACCEPTED,
-            ),
-            Finding(
-                "it describes them better than an exponential law",
-                f"log likelihood ratio {law.exponential:+.1f} standard errors",
-                law.exponential > DECISIVE,
-            ),
+    yield claim(
+        "burridge_knopoff.power_law",
+        2,
+        "Carlson and Langer (1989), abstract",
+        "Sizes are distributed consistently with the law of Gutenberg and Richter",
+        Finding(
+            "a power law of the moments of local slips is not ruled out",
+            f"Kolmogorov-Smirnov distance {law.distance:.3f} of {law.n} slips above "
+            f"{law.smallest:.2g}, p = {law.p_value:.2f}",
+            law.p_value > ACCEPTED,
+        ),
+        Finding(
+            "it describes them better than an exponential law",
+            f"log likelihood ratio {law.exponential:+.1f} standard errors",
+            law.exponential > DECISIVE,
         ),
         values=(_exponent(law, SPEEDS[0]),),
         note=(
@@ -118,19 +108,17 @@ def _sizes() -> Iterator[Claim]:
     )
     local = catalogue(SOFT, SPEEDS[0]).local
     soft = fit_power_law(local, np.random.default_rng(SEED), smallest=float(np.median(local)))
-    yield Claim(
-        key="burridge_knopoff.equal_springs",
-        figure=2,
-        place="De Sousa Vieira (1996), abstract",
-        statement="With springs of equal stiffness sizes are distributed exponentially",
-        findings=(
-            Finding(
-                "an exponential law describes the larger half better than a power law",
-                f"log likelihood ratio {soft.exponential:+.1f} standard errors, above a moment of "
-                f"{soft.smallest:.2g}; no slip takes more than "
-                f"{catalogue(SOFT, SPEEDS[0]).count.max()} of {BLOCKS} blocks",
-                soft.exponential < -DECISIVE,
-            ),
+    yield claim(
+        "burridge_knopoff.equal_springs",
+        2,
+        "De Sousa Vieira (1996), abstract",
+        "With springs of equal stiffness sizes are distributed exponentially",
+        Finding(
+            "an exponential law describes the larger half better than a power law",
+            f"log likelihood ratio {soft.exponential:+.1f} standard errors, above a moment of "
+            f"{soft.smallest:.2g}; no slip takes more than "
+            f"{catalogue(SOFT, SPEEDS[0]).count.max()} of {BLOCKS} blocks",
+            soft.exponential < -DECISIVE,
         ),
         note="Of the source only the abstract was read. Friction here is as in the other motions.",
     )
@@ -140,24 +128,22 @@ def _drive() -> Iterator[Claim]:
     laws = [fitted(STIFF, V) for V in SPEEDS]
     found = [catalogue(STIFF, V) for V in SPEEDS]
     away = abs(laws[0].exponent - laws[1].exponent) / np.hypot(laws[0].error, laws[1].error)
-    yield Claim(
-        key="burridge_knopoff.drive",
-        figure=3,
-        place="docs/studies/burridge_knopoff.md",
-        statement="Sizes do not depend on how slowly the belt moves; overlaps do",
-        findings=(
-            Finding(
-                "a belt ten times as slow gives the same exponent",
-                f"{laws[0].exponent:.3f} at V = {SPEEDS[0]:g}, {laws[1].exponent:.3f} at "
-                f"V = {SPEEDS[1]:g}: {away:.1f} standard errors apart",
-                bool(away < DECISIVE),
-            ),
-            Finding(
-                "slips go on beside each other for less of their time",
-                f"{found[0].overlap:.0%} and {found[1].overlap:.0%} of it; none in the limit "
-                "V -> 0, where a slip takes no time of the belt's",
-                found[1].overlap < 0.5 * found[0].overlap,
-            ),
+    yield claim(
+        "burridge_knopoff.drive",
+        3,
+        "docs/studies/burridge_knopoff.md",
+        "Sizes do not depend on how slowly the belt moves; overlaps do",
+        Finding(
+            "a belt ten times as slow gives the same exponent",
+            f"{laws[0].exponent:.3f} at V = {SPEEDS[0]:g}, {laws[1].exponent:.3f} at "
+            f"V = {SPEEDS[1]:g}: {away:.1f} standard errors apart",
+            bool(away < DECISIVE),
+        ),
+        Finding(
+            "slips go on beside each other for less of their time",
+            f"{found[0].overlap:.0%} and {found[1].overlap:.0%} of it; none in the limit "
+            "V -> 0, where a slip takes no time of the belt's",
+            found[1].overlap < 0.5 * found[0].overlap,
         ),
         values=(_exponent(laws[1], SPEEDS[1]),),
     )
@@ -168,23 +154,21 @@ def _drive() -> Iterator[Claim]:
     )
     limit = lone_moment(STIFF, 0.0)
     excess = [e / limit - 1.0 for e in expected]
-    yield Claim(
-        key="burridge_knopoff.lone",
-        figure=3,
-        place="docs/studies/burridge_knopoff.md",
-        statement="A block that slips alone always does so by as much, which has a limit V -> 0",
-        findings=(
-            Finding(
-                "all lone slips are those of one block on a spring of stiffness 1 + 2 alpha",
-                f"{sum(f.lone.size for f in found)} slips differ from an integration by Runge and "
-                f"Kutta by {worst:.0e} of it at most",
-                worst < CLOSE,
-            ),
-            Finding(
-                "the limit is approached in proportion to V",
-                f"their moment exceeds the limit by {excess[0]:.3f} and {excess[1]:.4f} of it",
-                abs(excess[0] / excess[1] - SPEEDS[0] / SPEEDS[1]) < 1.0,
-            ),
+    yield claim(
+        "burridge_knopoff.lone",
+        3,
+        "docs/studies/burridge_knopoff.md",
+        "A block that slips alone always does so by as much, which has a limit V -> 0",
+        Finding(
+            "all lone slips are those of one block on a spring of stiffness 1 + 2 alpha",
+            f"{sum(f.lone.size for f in found)} slips differ from an integration by Runge and "
+            f"Kutta by {worst:.0e} of it at most",
+            worst < CLOSE,
+        ),
+        Finding(
+            "the limit is approached in proportion to V",
+            f"their moment exceeds the limit by {excess[0]:.3f} and {excess[1]:.4f} of it",
+            abs(excess[0] / excess[1] - SPEEDS[0] / SPEEDS[1]) < 1.0,
         ),
         values=(Value("moment of a lone slip, V -> 0", limit, 1e-15, 3, "one block, V = 0"),),
     )

@@ -4,23 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from stickslip.mechanics.flow.slip import Slip
 from stickslip.mechanics.flow.slip_stream import slips
+from stickslip.mechanics.flow.trajectory import State
 from stickslip.mechanics.friction.user_law import friction_law
-from stickslip.mechanics.model.chain import Chain
+from stickslip.mechanics.model.blocks import Chain
+from stickslip.numerics.arrays import Floats
 from stickslip.studies.burridge_knopoff.power_law import PowerLaw, fit_power_law
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from stickslip.mechanics.flow.slip import Slip
-    from stickslip.mechanics.flow.trajectory import State
-
-    Floats = NDArray[np.float64]
 
 BLOCKS: Final = 200
 STIFF: Final = 100.0  # coupling over support: l^2 of the sources, l = 10

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.burridge_knopoff.facts import (
@@ -15,9 +16,6 @@ from stickslip.studies.burridge_knopoff.facts import (
     Catalogue,
     catalogue,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE: Final = "Slips of a chain of 200 blocks"
 COLUMNS: Final = "two"

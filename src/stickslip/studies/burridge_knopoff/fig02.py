@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from stickslip.plot.style import PALETTE
 from stickslip.studies.burridge_knopoff.facts import (
@@ -16,11 +17,7 @@ from stickslip.studies.burridge_knopoff.facts import (
     catalogue,
     fitted,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from stickslip.studies.burridge_knopoff.power_law import PowerLaw
+from stickslip.studies.burridge_knopoff.power_law import PowerLaw
 
 TITLE: Final = "Sizes of slips"
 COLUMNS: Final = "one"

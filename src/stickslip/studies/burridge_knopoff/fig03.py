@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.style import PALETTE
 from stickslip.studies.burridge_knopoff.facts import SPEEDS, STIFF, catalogue, lone_moment
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
 
 TITLE: Final = "The limit of a slow belt"
 COLUMNS: Final = "one"

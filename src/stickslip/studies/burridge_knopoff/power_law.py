@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 from scipy import stats
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
+from stickslip.numerics.arrays import Floats
 
 CUTS: Final = 100  # places tried for the lower end
 FEWEST: Final = 100  # sizes above the lower end

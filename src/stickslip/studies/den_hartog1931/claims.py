@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
-from stickslip.mechanics.cycle.continuation import continue_cycle
+from stickslip.mechanics.cycle.continuation import follow_cycle
+from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
-from stickslip.mechanics.friction.coulomb import Coulomb
-from stickslip.mechanics.model.chain import Oscillator
+from stickslip.mechanics.friction.builtin import Coulomb
+from stickslip.mechanics.model.blocks import Oscillator
 from stickslip.mechanics.model.harmonic import Harmonic
-from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
 from stickslip.studies.den_hartog1931.closed_forms import (
     amplitude,
     one_stop_amplitude,
     stop_boundary,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from stickslip.mechanics.cycle.cycle import Cycle
 
 RATIOS: Final = (0.2, 0.4, 0.6)  # of friction over forcing
 FREQUENCIES: Final = (0.55, 0.7, 0.85, 1.2, 1.5, 2.0)
@@ -71,9 +68,7 @@ def boundaries() -> tuple[Boundary, ...]:
         # The closed form says where to look, not what is found there.
         guess = stop_boundary(frequency)
         cycle = steady(frequency, 1.1 * guess)
-        branch = continue_cycle(
-            cycle, cycle.model, "forcing.amplitude", (0.97 * guess, 1.15 * guess)
-        )
+        branch = follow_cycle(cycle, "forcing.amplitude", (0.97 * guess, 1.15 * guess))
         change = max(branch.bifurcations, key=lambda item: item.value)
         found.append(Boundary(frequency, change.value, change.error, change.kind))
     return tuple(found)
@@ -90,17 +85,15 @@ def _amplitude() -> Iterator[Claim]:
     pairs = [pair for pair in pairs if np.isfinite(expected[pair])]
     apart = [abs(largest(steady(*pair)) - expected[pair]) for pair in pairs]
     frequency, forcing = NO_STOP
-    yield Claim(
-        key="den_hartog.amplitude",
-        figure=1,
-        place=NOT_READ,
-        statement="Without stops the amplitude is the square root of (a V)^2 - (f U)^2",
-        findings=(
-            Finding(
-                "motions followed event by event have this amplitude",
-                f"{len(pairs)} of them differ from it by {max(apart):.1e} at most",
-                max(apart) <= CLOSE,
-            ),
+    yield claim(
+        "den_hartog.amplitude",
+        1,
+        NOT_READ,
+        "Without stops the amplitude is the square root of (a V)^2 - (f U)^2",
+        Finding(
+            "motions followed event by event have this amplitude",
+            f"{len(pairs)} of them differ from it by {max(apart):.1e} at most",
+            max(apart) <= CLOSE,
         ),
         values=(
             Value(
@@ -118,17 +111,15 @@ def _boundary() -> Iterator[Claim]:
     found = boundaries()
     apart = [abs(item.forcing - stop_boundary(item.frequency)) for item in found]
     kinds = ", ".join(f"{item.kind} at frequency {item.frequency:g}" for item in found)
-    yield Claim(
-        key="den_hartog.boundary",
-        figure=2,
-        place=NOT_READ,
-        statement="Motions begin to stop where (f/a)^2 = V^2 / (U^2 + S^2)",
-        findings=(
-            Finding(
-                "branches of motions continued in the forcing change their events there",
-                f"{len(found)} of them, within {max(apart):.1e}",
-                max(apart) <= CLOSE,
-            ),
+    yield claim(
+        "den_hartog.boundary",
+        2,
+        NOT_READ,
+        "Motions begin to stop where (f/a)^2 = V^2 / (U^2 + S^2)",
+        Finding(
+            "branches of motions continued in the forcing change their events there",
+            f"{len(found)} of them, within {max(apart):.1e}",
+            max(apart) <= CLOSE,
         ),
         values=tuple(
             Value(
@@ -148,22 +139,20 @@ def _stops() -> Iterator[Claim]:
     counts = [stops(steady(*pair)) for pair in (NO_STOP, ONE_STOP, TWO_STOPS)]
     found, expected = largest(steady(*ONE_STOP)), one_stop_amplitude(*ONE_STOP)
     frequency, forcing = ONE_STOP
-    yield Claim(
-        key="den_hartog.stops",
-        figure=3,
-        place=NOT_READ,
-        statement="With weaker forcing the block stops once, or twice, in each half period",
-        findings=(
-            Finding(
-                "there are motions with no, two and four stops in a period",
-                f"stops in a period: {', '.join(map(str, counts))}",
-                counts == [0, 2, 4],
-            ),
-            Finding(
-                "the amplitude with one stop solves its transcendental equation",
-                f"it differs by {abs(found - expected):.1e}",
-                abs(found - expected) <= CLOSE,
-            ),
+    yield claim(
+        "den_hartog.stops",
+        3,
+        NOT_READ,
+        "With weaker forcing the block stops once, or twice, in each half period",
+        Finding(
+            "there are motions with no, two and four stops in a period",
+            f"stops in a period: {', '.join(map(str, counts))}",
+            counts == [0, 2, 4],
+        ),
+        Finding(
+            "the amplitude with one stop solves its transcendental equation",
+            f"it differs by {abs(found - expected):.1e}",
+            abs(found - expected) <= CLOSE,
         ),
         values=(
             Value(

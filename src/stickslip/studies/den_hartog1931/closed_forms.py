@@ -6,17 +6,13 @@ Derivation: docs/studies/den_hartog1931.md.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable
+from typing import Final
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
+from stickslip.numerics.arrays import Floats
 
 SAMPLES: Final = 2001
 XTOL: Final = 1e-15

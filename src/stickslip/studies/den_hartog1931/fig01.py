@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.style import PALETTE
 from stickslip.studies.den_hartog1931.claims import FREQUENCIES, RATIOS, largest, steady, stops
 from stickslip.studies.den_hartog1931.closed_forms import amplitude
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
 
 TITLE: Final = "Amplitude without stops"
 COLUMNS: Final = "one"

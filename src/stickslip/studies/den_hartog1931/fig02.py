@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.style import PALETTE
 from stickslip.studies.den_hartog1931.claims import Boundary, boundaries
 from stickslip.studies.den_hartog1931.closed_forms import stop_boundary
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
 TITLE: Final = "Where motions begin to stop"
 COLUMNS: Final = "one"
@@ -24,8 +22,8 @@ HEIGHT: Final = 2.7
 class Data:
     """Closed form f/a over the frequency, and boundaries found by continuation."""
 
-    frequency: NDArray[np.float64]
-    ratio: NDArray[np.float64]
+    frequency: Floats
+    ratio: Floats
     found: tuple[Boundary, ...]
 
 

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.den_hartog1931.claims import NO_STOP, ONE_STOP, TWO_STOPS, steady, stops
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from stickslip.mechanics.cycle.cycle import Cycle
 
 TITLE: Final = "Motions with and without stops"
 COLUMNS: Final = "two"

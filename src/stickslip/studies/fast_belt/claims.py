@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from stickslip import examples
-from stickslip.mechanics.cycle.return_region import return_region
-from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from stickslip.mechanics.cycle.return_region import ReturnRegion
+from stickslip.mechanics.cycle.return_region import ReturnRegion, return_region
+from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
 
 RANGE: Final = (0.0366, 0.5)  # from the paper's own speed on
 VALUES: Final = 41
@@ -37,28 +33,26 @@ def _gaps() -> Iterator[Claim]:
     found = region()
     gaps = [gap for gaps in found.gaps for gap in gaps]
     slow = found.lost[found.values < 0.3]
-    yield Claim(
-        key="fast.gaps",
-        figure=1,
-        place=PLACE,
-        statement="On faster belts the event map has gaps: motions that never stick together",
-        findings=(
-            Finding(
-                "at small speeds it is defined everywhere",
-                f"no gap at {slow.size} speeds below 0.3, {found.n_points} values of d each",
-                not slow.any(),
-            ),
-            Finding(
-                "at larger ones it has gaps",
-                f"{found.lost[-1]:.0%} of the domain at V = {found.values[-1]:g}",
-                found.lost[-1] > 0.0,
-            ),
-            Finding(
-                "a motion from each gap enters a ball that holds it",
-                f"{sum(gap.shown for gap in gaps)} of {len(gaps)}",
-                all(gap.shown for gap in gaps),
-                essential=False,
-            ),
+    yield claim(
+        "fast.gaps",
+        1,
+        PLACE,
+        "On faster belts the event map has gaps: motions that never stick together",
+        Finding(
+            "at small speeds it is defined everywhere",
+            f"no gap at {slow.size} speeds below 0.3, {found.n_points} values of d each",
+            not slow.any(),
+        ),
+        Finding(
+            "at larger ones it has gaps",
+            f"{found.lost[-1]:.0%} of the domain at V = {found.values[-1]:g}",
+            found.lost[-1] > 0.0,
+        ),
+        Finding(
+            "a motion from each gap enters a ball that holds it",
+            f"{sum(gap.shown for gap in gaps)} of {len(gaps)}",
+            all(gap.shown for gap in gaps),
+            essential=False,
         ),
     )
 
@@ -69,26 +63,24 @@ def _cycles() -> Iterator[Claim]:
     starts = sorted(found.attracting(number)[0][0] for number in range(len(found.branches)))
     kinds = [item.kind for branch in found.branches for item in branch.bifurcations]
     opened = found.values[np.flatnonzero(found.lost)[0]]
-    yield Claim(
-        key="fast.cycles",
-        figure=2,
-        place=PLACE,
-        statement="Gaps open where a cycle without global stick begins to attract",
-        findings=(
-            Finding(
-                "the first such cycle begins to attract at a flip, the second is born at a grazing",
-                f"bifurcations on the branches: {', '.join(kinds)}",
-                "flip" in kinds and "grazing" in kinds,
-            ),
-            Finding(
-                "there is no gap before the first",
-                f"the first speed with a gap is {opened:.4f}, the first cycle attracts "
-                f"from {born:.4f} on",
-                bool(opened >= starts[0]),
-            ),
+    yield claim(
+        "fast.cycles",
+        2,
+        PLACE,
+        "Gaps open where a cycle without global stick begins to attract",
+        Finding(
+            "the first such cycle begins to attract at a flip, the second is born at a grazing",
+            f"bifurcations on the branches: {', '.join(kinds)}",
+            "flip" in kinds and "grazing" in kinds,
+        ),
+        Finding(
+            "there is no gap before the first",
+            f"the first speed with a gap is {opened:.4f}, the first cycle attracts "
+            f"from {born:.4f} on",
+            bool(opened >= starts[0]),
         ),
         values=tuple(
-            Value(f"V where cycle {number} begins to attract", start, 1e-12, 2, "continue_cycle")
+            Value(f"V where cycle {number} begins to attract", start, 1e-12, 2, "follow")
             for number, start in enumerate(starts, start=1)
         ),
     )

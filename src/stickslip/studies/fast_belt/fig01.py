@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from matplotlib.figure import Figure
 
 from stickslip import examples
+from stickslip.mechanics.cycle.return_region import ReturnRegion
 from stickslip.plot.cycles import plot_return_region
 from stickslip.studies.fast_belt.claims import RANGE, region
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from stickslip.mechanics.cycle.return_region import ReturnRegion
 
 TITLE: Final = "Where the event map is undefined"
 COLUMNS: Final = "one"

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from stickslip.plot.cycles import plot_cycle_branch
+from matplotlib.figure import Figure
+
+from stickslip.mechanics.cycle.return_region import ReturnRegion
+from stickslip.plot.cycles import draw_cycle_curve
 from stickslip.studies.fast_belt.claims import region
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from stickslip.mechanics.cycle.return_region import ReturnRegion
 
 TITLE: Final = "Cycles that attract from the gaps"
 COLUMNS: Final = "one"
@@ -23,7 +21,7 @@ def draw(data: ReturnRegion, figure: Figure) -> None:
     """Draw the periods of the cycles over the speed of the belt."""
     ax = figure.add_subplot()
     for branch in data.branches:
-        plot_cycle_branch(branch, ax)
+        draw_cycle_curve(branch, ax)
 
 
 def caption(data: ReturnRegion) -> str:

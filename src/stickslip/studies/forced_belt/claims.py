@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
-from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
-from stickslip.mechanics.friction.popp_stelter import PoppStelter
-from stickslip.mechanics.model.chain import Oscillator
+from stickslip.mechanics.cycle.stroboscopic import StroboscopicMap, stroboscopic_map
+from stickslip.mechanics.friction.builtin import PoppStelter
+from stickslip.mechanics.model.blocks import Oscillator
 from stickslip.mechanics.model.harmonic import Harmonic
-from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from numpy.typing import NDArray
-
-    from stickslip.mechanics.cycle.stroboscopic import StroboscopicMap
-
-    Floats = NDArray[np.float64]
+from stickslip.numerics.arrays import Floats
+from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
 
 LAW: Final = PoppStelter(gamma=1.42, delta=0.4, eta=0.01)
 SPEED: Final = 1.0
@@ -85,22 +78,20 @@ def _locked() -> Iterator[Claim]:
     times = cycle.period / f.period
     size = float(np.abs(cycle.multipliers).max())
     value, error = exponent(NEUTRAL)
-    yield Claim(
-        key="forced.locked",
-        figure=1,
-        place=NOT_READ,
-        statement="Shaken stick-slip can lock to the forcing, or drift against it",
-        findings=(
-            Finding(
-                f"at frequency {LOCKED:g} it has the period of the forcing and attracts",
-                f"{times:.0f} period, largest multiplier {size:.4f}",
-                round(times) == 1 and cycle.stable,
-            ),
-            Finding(
-                f"at frequency {NEUTRAL:g} it neither locks nor is chaotic",
-                f"exponent {value:.1e} with an error of {error:.0e}",
-                abs(value) < 2e-3,
-            ),
+    yield claim(
+        "forced.locked",
+        1,
+        NOT_READ,
+        "Shaken stick-slip can lock to the forcing, or drift against it",
+        Finding(
+            f"at frequency {LOCKED:g} it has the period of the forcing and attracts",
+            f"{times:.0f} period, largest multiplier {size:.4f}",
+            round(times) == 1 and cycle.stable,
+        ),
+        Finding(
+            f"at frequency {NEUTRAL:g} it neither locks nor is chaotic",
+            f"exponent {value:.1e} with an error of {error:.0e}",
+            abs(value) < 2e-3,
         ),
         values=(Value("largest multiplier, locked", size, 1e-10, 1, "shooting over a period"),),
         mechanism="sticking forgets one direction: what is left is a map of the circle of phases",
@@ -109,17 +100,15 @@ def _locked() -> Iterator[Claim]:
 
 def _chaotic() -> Iterator[Claim]:
     value, error = exponent(CHAOTIC)
-    yield Claim(
-        key="forced.chaotic",
-        figure=2,
-        place=NOT_READ,
-        statement="Shaken stick-slip can be chaotic",
-        findings=(
-            Finding(
-                f"the largest exponent is positive at frequency {CHAOTIC:g}",
-                f"{value:.4f} with an error of {error:.0e}",
-                value > 5.0 * error and value > 0.01,
-            ),
+    yield claim(
+        "forced.chaotic",
+        2,
+        NOT_READ,
+        "Shaken stick-slip can be chaotic",
+        Finding(
+            f"the largest exponent is positive at frequency {CHAOTIC:g}",
+            f"{value:.4f} with an error of {error:.0e}",
+            value > 5.0 * error and value > 0.01,
         ),
         values=(Value("largest exponent, chaotic", value, error, 2, "3000 periods"),),
         note="The other exponent is minus infinity: a stick forgets where the block was.",

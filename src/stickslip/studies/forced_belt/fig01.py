@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from stickslip.plot.style import PALETTE
 from stickslip.studies.forced_belt.claims import AMPLITUDE, LAW, SPEED, Sweep, sweep
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE: Final = "Motions over the frequency of the forcing"
 COLUMNS: Final = "two"

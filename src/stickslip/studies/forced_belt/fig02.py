@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
+from matplotlib.figure import Figure
+
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.forced_belt.claims import CHAOTIC, TRANSIENT, shaken
-
-if TYPE_CHECKING:
-    import numpy as np
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
 
 TITLE: Final = "Chaotic attractor"
 COLUMNS: Final = "two"

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from matplotlib.figure import Figure
 
 from stickslip import examples
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.breaks import mechanism
-
-if TYPE_CHECKING:
-    import numpy as np
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Stick-slip model"
 COLUMNS: Final = "one"
@@ -25,7 +22,7 @@ class Data:
     """The model and the displacements (2,) at which it is shown."""
 
     model: TwoBlock
-    x: NDArray[np.float64]
+    x: Floats
 
 
 def compute() -> Data:

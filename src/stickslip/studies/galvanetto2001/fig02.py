@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from matplotlib.figure import Figure
 
 from stickslip import examples
 from stickslip.mechanics.model import locus
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.locus import stick_locus
-
-if TYPE_CHECKING:
-    import numpy as np
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Global stick locus"
 COLUMNS: Final = "one"
@@ -26,7 +23,7 @@ class Data:
     """The model, the corners A, B, C, D (4, 2) and the map's domain."""
 
     model: TwoBlock
-    corners: NDArray[np.float64]
+    corners: Floats
     domain: tuple[float, float]
 
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from stickslip.mechanics.friction.popp_stelter import PoppStelter
+from stickslip.mechanics.friction.builtin import PoppStelter
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.law import friction_characteristic
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
 TITLE: Final = "Shapes of the friction characteristic (9)"
 COLUMNS: Final = "one"
@@ -34,8 +32,8 @@ class Data:
     """Laws, slip speeds (n,) and kinetic forces (laws, n)."""
 
     laws: tuple[PoppStelter, ...]
-    speed: NDArray[np.float64]
-    force: NDArray[np.float64]
+    speed: Floats
+    force: Floats
 
 
 def compute() -> Data:

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from stickslip import examples
+from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
+from stickslip.analysis.diagrams.diagram import Diagram, OrbitCurve
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.plot.bifurcations import BREAK
 from stickslip.plot.diagram import draw_attractors, draw_diagram, draw_orbit_curve
 from stickslip.plot.style import PALETTE, panel_letter
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
-    from stickslip.analysis.diagrams.diagram import Diagram, OrbitCurve
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Steady motions of the Coulomb system over the driving velocity"
 COLUMNS: Final = "two"

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from stickslip import examples
+from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.plot.maps import Curve, draw_curve, mark_orbit, trace
 from stickslip.studies.galvanetto2001.orbits import coulomb_orbits, from_point_1, jump_of_s4
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from stickslip.analysis.orbits.orbit import PeriodicOrbit
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Event map of the Coulomb system"
 COLUMNS: Final = "one"

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from matplotlib.figure import Figure
 
 from stickslip import examples
+from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.plot.maps import Curve, draw_curve, mark_orbit, trace
 from stickslip.studies.galvanetto2001.orbits import attracting_orbits
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from stickslip.analysis.orbits.orbit import PeriodicOrbit
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Event map of the Coulomb system, V = 0.0370"
 COLUMNS: Final = "one"

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from stickslip import examples
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import simulate
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.motion import draw_portrait, sample_times
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.galvanetto2001.orbits import attracting_orbits
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Steady motions of block 2, before and after the collision"
 COLUMNS: Final = "two"
@@ -35,8 +32,8 @@ class Steady:
     """Motion of block 2 over one period of the attractor, in global stick phases."""
 
     model: TwoBlock
-    x: NDArray[np.float64]
-    v: NDArray[np.float64]
+    x: Floats
+    v: Floats
     period: int
 
 

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
+
+from matplotlib.figure import Figure
 
 from stickslip import examples
 from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.maps import Curve, draw_curve, mark_orbit, trace
 from stickslip.plot.style import panel_letter
 from stickslip.studies.galvanetto2001.orbits import coulomb_orbits, from_point_1, jump_of_s4
-
-if TYPE_CHECKING:
-    import numpy as np
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
 TITLE: Final = "Fourth iterated map of the Coulomb system"
 COLUMNS: Final = "two"
@@ -32,7 +30,7 @@ class Data:
     whole: Curve
     before: Curve
     after: Curve
-    s4: NDArray[np.float64]
+    s4: Floats
 
 
 def compute() -> Data:

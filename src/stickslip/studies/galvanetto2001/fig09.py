@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from matplotlib.figure import Figure
 
 from stickslip import examples
 from stickslip.analysis.attractors.basins import Basins, basins
 from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.plot.maps import Curve, draw_curve, mark_orbit, trace
 from stickslip.plot.style import PALETTE
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Basins of attraction of the event map"
 COLUMNS: Final = "one"

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from stickslip import examples
 from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.maps import Curve, draw_curve, draw_steps, mark_orbit, trace
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.galvanetto2001.orbits import coulomb_orbits, from_point_1, jump_of_s4, u4
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
 TITLE: Final = "Transients from both sides of the jump of the fourth iterated map"
 COLUMNS: Final = "two"
@@ -31,10 +28,10 @@ class Data:
     """Graphs of f^4 in two windows; S4, U4 from the jump on; f^4-orbits (STEPS + 1,) from there."""
 
     curves: tuple[Curve, Curve]
-    s4: NDArray[np.float64]
-    u4: NDArray[np.float64]
-    from_left: NDArray[np.float64]
-    from_right: NDArray[np.float64]
+    s4: Floats
+    u4: Floats
+    from_left: Floats
+    from_right: Floats
 
 
 def compute() -> Data:

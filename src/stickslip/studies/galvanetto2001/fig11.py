@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from stickslip import examples
+from stickslip.analysis.diagrams.diagram import Diagram, OrbitCurve
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.plot.bifurcations import STABLE
 from stickslip.plot.diagram import draw_attractors, draw_diagram
 from stickslip.studies.galvanetto2001.orbits import WINDOW
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from stickslip.analysis.diagrams.diagram import Diagram, OrbitCurve
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Bifurcation diagram with friction law (9)"
 COLUMNS: Final = "two"

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from stickslip import examples
 from stickslip.analysis.maps.derived import WindowMap
+from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.maps import Curve, draw_curve, mark_orbit, trace
 from stickslip.plot.style import panel_letter
 from stickslip.studies.galvanetto2001.orbits import WINDOW, cusp_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from stickslip.analysis.orbits.orbit import PeriodicOrbit
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Second iterated map, alpha = 1.20915"
 COLUMNS: Final = "two"
@@ -79,7 +76,7 @@ def compute() -> Data:
     )
 
 
-def _around(points: NDArray[np.float64]) -> tuple[float, float]:
+def _around(points: Floats) -> tuple[float, float]:
     low, high = float(points.min()), float(points.max())
     return low - ROOM * (high - low), high + ROOM * (high - low)
 
@@ -103,7 +100,7 @@ def draw(data: Data, figure: Figure) -> None:
         axes[0].annotate(text, (centre, centre), offset, textcoords="offset points")
 
 
-def _magnified(curve: Curve) -> NDArray[np.float64]:
+def _magnified(curve: Curve) -> Floats:
     return np.asarray(curve.x + MAGNIFICATION * (curve.y - curve.x))
 
 

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from stickslip import examples
+from stickslip.analysis.diagrams.diagram import Diagram, OrbitCurve
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.diagram import draw_diagram
 from stickslip.plot.style import PALETTE
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from stickslip.analysis.diagrams.diagram import Diagram, OrbitCurve
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Collision of the chaotic attractor with U1"
 COLUMNS: Final = "one"
@@ -40,9 +38,9 @@ class Data:
     model: TwoBlock
     diagram: Diagram
     # shape (n, 2): second and first image of the cusp; an attractor fills what is between
-    edges: NDArray[np.float64]
+    edges: Floats
     # shape (n, STARTS * STEPS): from between the edges; NaN beside an attractor
-    transients: NDArray[np.float64]
+    transients: Floats
 
     @property
     def u1(self) -> OrbitCurve:

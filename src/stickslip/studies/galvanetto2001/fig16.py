@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from stickslip import examples
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.plot.maps import Curve, draw_curve, mark_orbit, trace
 from stickslip.plot.style import panel_letter
 from stickslip.studies.galvanetto2001.orbits import cusp_of, fixed_points
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "First iterated map, alpha = 1.2182"
 COLUMNS: Final = "two"

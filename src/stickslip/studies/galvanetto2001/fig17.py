@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from stickslip import examples
 from stickslip.mechanics.flow.trajectory import Trajectory, simulate
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.arrays import Floats
 from stickslip.plot.motion import draw_portrait, sample_times, stick_interval
 from stickslip.plot.style import PALETTE, panel_letter
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 TITLE: Final = "Transient motions left and right of the cusp, alpha = 1.208"
 COLUMNS: Final = "two"
@@ -32,8 +29,8 @@ class Transient:
     """Motion of block 2 from the onset to its first stick."""
 
     d: float  # of the global stick phase that ends
-    x: NDArray[np.float64]
-    v: NDArray[np.float64]
+    x: Floats
+    v: Floats
     peak: float  # largest X' - V after the onset; 0 if that is where the block sticks
     # ends of the stick interval at that moment (it moves with block 1)
     interval: tuple[float, float]
@@ -68,7 +65,7 @@ def _transient(model: TwoBlock, d: float) -> Transient:
     return Transient(d, x[:, BLOCK - 1], own, peak, interval)
 
 
-def _times(motion: Trajectory) -> NDArray[np.float64]:
+def _times(motion: Trajectory) -> Floats:
     """Sample up to the first stick of the block, its velocity there from the slip before."""
     end = next(e.time for e in motion.events if e.block == BLOCK and e.kind == "stick")
     t = sample_times(np.append(motion.t[motion.t < end], end), per_unit=400.0)

@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from stickslip import examples
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.maps.derived import WindowMap
+from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.eventmap.of_model import event_map
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from stickslip.analysis.branches.breakpoints import Breakpoint
-    from stickslip.analysis.orbits.orbit import PeriodicOrbit
-    from stickslip.mechanics.eventmap.event_map import EventMap
+from stickslip.numerics.arrays import Floats
 
 WINDOW: Final = (0.379, 0.390)
 """Range of d in which section 4 studies law (9)."""
@@ -59,7 +56,7 @@ def u4(f: EventMap) -> PeriodicOrbit:
     return orbit
 
 
-def from_point_1(orbit: PeriodicOrbit, jump: float) -> NDArray[np.float64]:
+def from_point_1(orbit: PeriodicOrbit, jump: float) -> Floats:
     """Points of S4 or U4 as the paper numbers them: point 1 is the nearest to the jump."""
     first = int(np.argmin(np.abs(orbit.points - jump)))
     return np.asarray(np.roll(orbit.points, -first))
@@ -82,14 +79,14 @@ class Moment:
 
     alpha: float
     cusp: float
-    images: NDArray[np.float64]  # f(c) .. f^4(c), c the cusp
+    images: Floats  # f(c) .. f^4(c), c the cusp
     p1: PeriodicOrbit
     twice: tuple[PeriodicOrbit, ...]  # orbits of period 2
     a: PeriodicOrbit | None  # born at the cusp, as b, or None
     b: PeriodicOrbit | None  # of negative multiplier
 
     @property
-    def bands(self) -> NDArray[np.float64]:
+    def bands(self) -> Floats:
         """Widths of the two bands between images of the cusp, and the gap between them."""
         first, second, third, fourth = self.images
         return np.array([fourth - second, first - third, third - fourth])

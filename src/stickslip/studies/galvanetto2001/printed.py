@@ -6,16 +6,25 @@ brackets come from the paper's figures or text.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from stickslip import examples
-from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
-from stickslip.analysis.bifurcations.conditions.locate import solve
+from stickslip.analysis.bifurcations.conditions.conditions import (
+    Collision,
+    Condition,
+    Connection,
+    Flip,
+    Fold,
+)
+from stickslip.analysis.bifurcations.conditions.locate import MapAt, solve
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
+from stickslip.analysis.orbits.orbit import PeriodicOrbit
+from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.studies.claim import Value
 from stickslip.studies.galvanetto2001.orbits import (
@@ -27,14 +36,6 @@ from stickslip.studies.galvanetto2001.orbits import (
     jump_of_s4,
     u4,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-
-    from stickslip.analysis.bifurcations.conditions.conditions import Condition
-    from stickslip.analysis.bifurcations.conditions.locate import MapAt
-    from stickslip.analysis.orbits.orbit import PeriodicOrbit
-    from stickslip.mechanics.eventmap.event_map import EventMap
 
 EXACT: Final = 1e-14
 ADAPTIVE: Final = 1e-13

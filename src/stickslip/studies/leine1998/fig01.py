@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.plot.style import PALETTE
 from stickslip.studies.leine1998.claims import MODEL, undamped
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from stickslip.mechanics.cycle.cycle import Cycle
 
 TITLE: Final = "Stick-slip cycle"
 COLUMNS: Final = "one"

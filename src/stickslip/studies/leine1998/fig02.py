@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.plot.style import PALETTE
 from stickslip.studies.leine1998.claims import DAMPING, MODEL, Cycles, cycles
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from stickslip.mechanics.cycle.cycle import Cycle
 
 TITLE: Final = "Cycles over the damping"
 COLUMNS: Final = "one"
@@ -31,7 +28,7 @@ def draw(data: Cycles, figure: Figure) -> None:
     """Draw amplitudes: solid lines attract, dashed ones repel."""
     ax = figure.add_subplot()
     hopf, fold = data.bifurcation("hopf"), data.bifurcation("landing")
-    amplitude = np.array([_amplitude(cycle) for cycle in data.branch.cycles])
+    amplitude = np.array([_amplitude(cycle) for cycle in data.branch])
     stable, c = data.branch.stable, data.branch.values
     blue, red = PALETTE["blue"], PALETTE["vermillion"]
     ax.plot(c[stable], amplitude[stable], color=blue)
@@ -39,9 +36,9 @@ def draw(data: Cycles, figure: Figure) -> None:
     ax.plot([hopf.value, DAMPING[1]], [0.0, 0.0], color=blue)
     ax.plot([DAMPING[0], hopf.value], [0.0, 0.0], color=red, ls=(0, (4, 2)))
     ax.plot(hopf.value, 0.0, "o", color=PALETTE["black"])
-    ax.plot(fold.value, _amplitude(fold.cycle), "s", color=PALETTE["black"])
+    ax.plot(fold.value, _amplitude(fold.solution), "s", color=PALETTE["black"])
     ax.annotate("Hopf", (hopf.value, 0.0), (-26, 5), textcoords="offset points")
-    ax.annotate("fold", (fold.value, _amplitude(fold.cycle)), (6, 3), textcoords="offset points")
+    ax.annotate("fold", (fold.value, _amplitude(fold.solution)), (6, 3), textcoords="offset points")
     ax.set_xlim(*DAMPING)
     ax.set_xlabel("damping $c$")
     ax.set_ylabel("amplitude of $X$")

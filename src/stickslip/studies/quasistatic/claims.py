@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip import examples
 from stickslip.analysis.branches.branches import breakpoints
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.eventmap.quasistatic_map import quasistatic_map
-from stickslip.mechanics.friction.coulomb import Coulomb
+from stickslip.mechanics.friction.builtin import Coulomb
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
+from stickslip.numerics.arrays import Floats
+from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
 
 MU: Final = 0.8  # kinetic over static friction; of no consequence, see docs/theory/quasistatic.md
 SPEEDS: Final = 4e-5 * np.array([1.0, 0.75, 0.5, 0.25])
@@ -103,18 +99,16 @@ def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
 def _limit() -> Iterator[Claim]:
     found = limit()
     worst = float(np.abs(found.exact - found.extrapolated).max())
-    yield Claim(
-        key="quasistatic.limit",
-        figure=1,
-        place="docs/theory/quasistatic.md",
-        statement="As V goes to 0 the event map has a limit, in which the belt rests in a slip",
-        findings=(
-            Finding(
-                "the map at V = 0 is the limit of those of moving belts",
-                f"they differ by {worst:.1e} at most, at {found.d.size} values of d farther than "
-                f"{AWAY:g} from a breakpoint",
-                worst <= AGREES,
-            ),
+    yield claim(
+        "quasistatic.limit",
+        1,
+        "docs/theory/quasistatic.md",
+        "As V goes to 0 the event map has a limit, in which the belt rests in a slip",
+        Finding(
+            "the map at V = 0 is the limit of those of moving belts",
+            f"they differ by {worst:.1e} at most, at {found.d.size} values of d farther than "
+            f"{AWAY:g} from a breakpoint",
+            worst <= AGREES,
         ),
     )
 
@@ -123,23 +117,21 @@ def _plane() -> Iterator[Claim]:
     found = plane()
     symmetric = found.exponents[:, 0]
     largest = float(symmetric.max())
-    yield Claim(
-        key="quasistatic.symmetric",
-        figure=2,
-        place="Huang and Turcotte (1992), abstract; Nussbaum and Ruina (1987), source not read",
-        statement="Symmetric pairs move periodically, whatever the coupling",
-        findings=(
-            Finding(
-                "no exponent is positive at beta = 1",
-                f"the largest of {symmetric.size} is {largest:.1e}",
-                largest <= CHAOTIC,
-            ),
-            Finding(
-                "which periodic motion depends on the start (Narkounskaia and Turcotte 1992)",
-                f"{np.mean(np.abs(symmetric) < 1e-9):.0%} of the motions are neutral: "
-                "multiplier 1, a family with a motion for each start",
-                bool((np.abs(symmetric) < 1e-9).any()),
-            ),
+    yield claim(
+        "quasistatic.symmetric",
+        2,
+        "Huang and Turcotte (1992), abstract; Nussbaum and Ruina (1987), source not read",
+        "Symmetric pairs move periodically, whatever the coupling",
+        Finding(
+            "no exponent is positive at beta = 1",
+            f"the largest of {symmetric.size} is {largest:.1e}",
+            largest <= CHAOTIC,
+        ),
+        Finding(
+            "which periodic motion depends on the start (Narkounskaia and Turcotte 1992)",
+            f"{np.mean(np.abs(symmetric) < 1e-9):.0%} of the motions are neutral: "
+            "multiplier 1, a family with a motion for each start",
+            bool((np.abs(symmetric) < 1e-9).any()),
         ),
         values=(Value("largest exponent, beta = 1", largest, 1e-3, 2, "mean of log |f'|"),),
         note=(
@@ -149,24 +141,22 @@ def _plane() -> Iterator[Claim]:
     )
     asymmetric = found.chaotic[1:]
     share = float(asymmetric.mean())
-    yield Claim(
-        key="quasistatic.asymmetric",
-        figure=2,
-        place="Huang and Turcotte (1990), source not read; (1992), abstract",
-        statement="Asymmetric pairs are chaotic for some parameters and periodic for others",
-        findings=(
-            Finding(
-                "some are chaotic, and not all",
-                f"{share:.1%} of {asymmetric.size} systems with beta > 1 have a motion whose "
-                f"exponent exceeds {CHAOTIC:g}; the largest exponent is "
-                f"{found.exponents.max():.3f}",
-                0.0 < share < 1.0,
-            ),
-            Finding(
-                "for some the start decides (Narkounskaia and Turcotte 1992)",
-                f"{int(found.both.sum())} of them have chaotic and periodic attractors",
-                bool(found.both.any()),
-            ),
+    yield claim(
+        "quasistatic.asymmetric",
+        2,
+        "Huang and Turcotte (1990), source not read; (1992), abstract",
+        "Asymmetric pairs are chaotic for some parameters and periodic for others",
+        Finding(
+            "some are chaotic, and not all",
+            f"{share:.1%} of {asymmetric.size} systems with beta > 1 have a motion whose "
+            f"exponent exceeds {CHAOTIC:g}; the largest exponent is "
+            f"{found.exponents.max():.3f}",
+            0.0 < share < 1.0,
+        ),
+        Finding(
+            "for some the start decides (Narkounskaia and Turcotte 1992)",
+            f"{int(found.both.sum())} of them have chaotic and periodic attractors",
+            bool(found.both.any()),
         ),
         values=(
             Value("largest exponent", float(found.exponents.max()), 0.03, 2, "mean of log |f'|"),

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from matplotlib.figure import Figure
 
 from stickslip import examples
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.eventmap.quasistatic_map import quasistatic_map
 from stickslip.plot.maps import Curve, draw_curve, trace
 from stickslip.plot.style import PALETTE
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE: Final = "The event map as the belt slows down"
 COLUMNS: Final = "one"

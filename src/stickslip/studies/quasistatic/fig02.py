@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
 
 from stickslip.plot.style import PALETTE
 from stickslip.studies.quasistatic.claims import CHAOTIC, MU, Plane, plane
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE: Final = "Exponents over coupling and asymmetry"
 COLUMNS: Final = "one"

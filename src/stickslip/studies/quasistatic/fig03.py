@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from stickslip import examples
 from stickslip.mechanics.eventmap.quasistatic_map import QuasistaticSlips, quasistatic_map
 from stickslip.plot.style import PALETTE, panel_letter
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE: Final = "Slips of a chaotic pair"
 COLUMNS: Final = "two"

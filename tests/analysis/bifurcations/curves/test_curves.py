@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
-from stickslip.analysis.bifurcations.curves.curves import continue_bifurcation
+from stickslip.analysis.bifurcations.curves.curves import follow_bifurcation
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity, TurningPoint
 from stickslip.analysis.branches.branches import breakpoints
 from stickslip.analysis.examples import border_collision, logistic
@@ -19,9 +19,9 @@ SPECIAL = 1e-9  # of points where the type changes: roots of derivatives
 RANGE_ENDS = ("end of range", "end of range")
 
 
-def follow(f, condition, parameter, value, **plane):
+def follow(f, condition, parameter, value, *, along, range, solve_for):
     b = SimpleNamespace(condition=condition, parameter=parameter, value=value, kind="any")
-    return continue_bifurcation(b, f, **plane)
+    return follow_bifurcation(b, f, along, range, solve_for=solve_for)
 
 
 def quadratic(a=0.0, b=0.0):
@@ -48,7 +48,8 @@ def test_flip_curve():
     assert curve.multipliers == pytest.approx(-np.ones(len(a)), abs=ON_CURVE)
     assert curve.end_reasons == RANGE_ENDS
     assert not curve.bifurcations
-    assert (curve.along, curve.solve_for, curve.period, curve.kind) == ("b", "a", 1, "any")
+    assert (curve.parameter, curve.solve_for, curve.period) == ("b", "a", 1)
+    assert curve.kind == "bifurcation: any"
 
 
 def test_fold_curve_through_its_turning_point():
@@ -61,7 +62,7 @@ def test_fold_curve_through_its_turning_point():
     assert (b[0], b[-1]) == pytest.approx((1 - math.sqrt(2), 1 + math.sqrt(2)), abs=ON_CURVE)
     assert a.max() > -1e-3
     assert curve.end_reasons == RANGE_ENDS
-    with pytest.raises(ValueError, match=r"passes a = -0\.25 several times"):
+    with pytest.raises(ValueError, match=r"passes a = -0\.25 2 times, at .*near="):
         curve.at(a=-0.25)
     assert curve.at(a=-0.25, near=1.9).value == pytest.approx(2.0, abs=ON_CURVE)
     assert curve.at(b=1.5).value == pytest.approx(-1 / 16, abs=ON_CURVE)
@@ -151,7 +152,8 @@ def test_multipliers_at_a_border_pass_one_minus_one_and_zero():
     )
     a = curve.parameters["a"]
     assert curve.parameters["mu"] == pytest.approx(np.zeros(len(a)), abs=ON_CURVE)
-    assert curve.one_sided == pytest.approx(np.column_stack([a, np.full(len(a), -2.0)]))
+    assert curve.data["multiplier_left"] == pytest.approx(a)
+    assert curve.data["multiplier_right"] == pytest.approx(np.full(len(a), -2.0))
     assert curve.multipliers == pytest.approx(a)
     # Equal slopes of the two sides, at a = b = -2, are outside the range.
     marks = {mark.kind: mark.parameters["a"] for mark in curve.bifurcations}
@@ -239,7 +241,7 @@ def test_boundary_crisis_of_a_family_of_parabolas():
     assert point.value == pytest.approx(2 + 0.125 - 1 / 64, abs=ON_CURVE)
     assert abs(point.value - (2 + 0.125 - 1 / 64)) <= 4 * point.error
     assert point.error < ON_CURVE
-    assert point.parameters == {"b": 0.25, "a": point.value}
+    assert point.system.parameters == {"b": 0.25, "a": point.value}
 
 
 # ---------------------------------------------------------------- arguments and files
@@ -250,8 +252,9 @@ def test_curve_passes_through_its_start_exactly():
     curve = follow(f, Flip(1, (0.5,)), "a", 0.75, along="b", range=(-0.5, 0.9), solve_for="a")
     assert 0.0 in curve.parameters["b"]
     assert "flip" not in repr(curve)
-    assert "BifurcationCurve: any of period 1, a over b" in repr(curve)
-    assert "ends: end of range; end of range" in repr(curve)
+    assert "Curve: bifurcation: any of period 1" in repr(curve)
+    assert "a over b" in repr(curve)
+    assert repr(curve).count("end of range") == 2
 
 
 def test_arguments_are_checked():
@@ -267,11 +270,11 @@ def test_arguments_are_checked():
     with pytest.raises(ValueError, match="no such bifurcation near"):
         follow(f, flip, "a", 9.0, along="b", range=(-0.5, 0.5), solve_for="a")
     curve = follow(f, flip, "a", 0.75, along="b", range=(-0.5, 0.5), solve_for="a")
-    with pytest.raises(ValueError, match="exactly one of b"):
+    with pytest.raises(ValueError, match=r"give its value as at\(b="):
         curve.at(a=0.75, b=0.0)
     for b in (0.7, 1e300):
         with pytest.raises(
-            ValueError, match=rf"b = {re.escape(format(b, 'g'))} is not on the curve"
+            ValueError, match=rf"b = {re.escape(format(b, 'g'))} is outside the curve"
         ):
             curve.at(b=b)
     with pytest.raises(ValueError, match=r"b = 'spam' .* is not a real number"):
@@ -288,7 +291,7 @@ def test_curve_and_its_loaded_copy_are_the_same(tmp_path):
     curve.save(tmp_path / "flip.json")
     copy = load(tmp_path / "flip.json", f)
     assert np.array_equal(copy.parameters["a"], curve.parameters["a"])
-    assert copy.conditions == curve.conditions
+    assert copy.problem.conditions == curve.problem.conditions
     assert copy.at(b=0.3).value == curve.at(b=0.3).value
     alone = load(tmp_path / "flip.json")
     with pytest.raises(ValueError, match="without its system"):

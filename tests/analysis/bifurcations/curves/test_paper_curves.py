@@ -13,8 +13,8 @@ from scipy.optimize import brentq
 from stickslip import examples
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
 from stickslip.analysis.bifurcations.conditions.locate import solve
-from stickslip.analysis.bifurcations.curves.breakpoint_curves import continue_breakpoint
-from stickslip.analysis.bifurcations.curves.curves import continue_bifurcation
+from stickslip.analysis.bifurcations.curves.breakpoint_curves import follow_breakpoint
+from stickslip.analysis.bifurcations.curves.curves import follow_bifurcation
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.branches.branches import breakpoints
 from stickslip.analysis.maps.derived import WindowMap
@@ -51,9 +51,9 @@ def corner(law9):
     return TrackedDiscontinuity.of(b)
 
 
-def follow(f, condition, parameter, value, **plane):
+def follow(f, condition, parameter, value, *, along, range, solve_for):
     b = SimpleNamespace(condition=condition, parameter=parameter, value=value, kind="any")
-    return continue_bifurcation(b, f, **plane)
+    return follow_bifurcation(b, f, along, range, solve_for=solve_for)
 
 
 def root(g, near, width):
@@ -158,14 +158,14 @@ def test_the_jump_is_smoothed_out_at_the_other_end(coulomb, grazing):
 
 
 def test_line_of_the_jump(coulomb, grazing):
-    curve = continue_breakpoint(grazing.border, coulomb, "V", (0.0366, 0.0372))
+    curve = follow_breakpoint(grazing.border, coulomb, "V", (0.0366, 0.0372))
     assert (curve.values[0], curve.values[-1]) == (0.0366, 0.0372)
     for V in (0.0366, 0.03687, 0.0372):
         (b,) = [b for b in breakpoints(coulomb.replace(V=V)) if 0.25 < b.d < 0.295]
-        assert curve.at(V=V).x == pytest.approx(b.d, abs=1e-14)
+        assert curve.at(V=V).d == pytest.approx(b.d, abs=1e-14)
     # S4 meets it at V*.
     point = solve(grazing, lambda V: coulomb.replace(V=V), 0.0368, 0.0371)
-    assert curve.at(V=point.value).x == pytest.approx(point.reading.points[0], abs=1e-14)
+    assert curve.at(V=point.value).d == pytest.approx(point.reading.points[0], abs=1e-14)
 
 
 # ---------------------------------------------------------------- law (9)
@@ -272,7 +272,7 @@ def test_crisis_over_belt_velocity(law9, corner):
     assert curve.end_reasons == ("end of range", "end of range")
     point = curve.at(V=0.2955)
     f = law9.replace(V=0.2955)
-    u, c = point.points[0], point.reading.critical.x
+    u, c = point.points[0], point.condition.critical.x
 
     def above(alpha):
         g = f.replace(alpha=alpha)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip import Coulomb, TwoBlock, examples
-from stickslip.analysis.bifurcations.curves.breakpoint_curves import continue_breakpoint
+from stickslip.analysis.bifurcations.curves.breakpoint_curves import follow_breakpoint
 from stickslip.analysis.branches.along.tracked import (
     ConditionLost,
     TrackedDiscontinuity,
@@ -207,24 +207,24 @@ def test_border_followed_there_and_back_is_the_same():
 def test_breakpoint_curve_in_closed_form():
     f = doubling(1.5)
     (b,) = breakpoints(f)
-    curve = continue_breakpoint(b, f, "slope", (1.1, 1.9))
+    curve = follow_breakpoint(b, f, "slope", (1.1, 1.9))
     assert (curve.values[0], curve.values[-1]) == (1.1, 1.9)
     assert curve.end_reasons == ("end of range", "end of range")
     assert np.all(np.diff(curve.values) > 0)
-    assert curve.d == pytest.approx(1 / curve.values, abs=ROUNDING)
-    assert curve.left == pytest.approx(np.ones(len(curve.values)), abs=LIMIT)
-    assert curve.left_slope == pytest.approx(curve.values, rel=SLOPE)
-    assert curve.at(slope=1.3).x == pytest.approx(1 / 1.3, abs=ROUNDING)
+    assert curve.points[:, 0] == pytest.approx(1 / curve.values, abs=ROUNDING)
+    assert curve.data["left"] == pytest.approx(np.ones(len(curve.values)), abs=LIMIT)
+    assert curve.data["left_slope"] == pytest.approx(curve.values, rel=SLOPE)
+    assert curve.at(slope=1.3).d == pytest.approx(1 / 1.3, abs=ROUNDING)
     # Cubic through neighbours: as dense as the line is bent.
     middle = 0.5 * (curve.values[1:] + curve.values[:-1])
-    straight = 0.5 * (curve.d[1:] + curve.d[:-1])
+    straight = 0.5 * (curve.points[1:, 0] + curve.points[:-1, 0])
     assert np.max(np.abs(straight - 1 / middle)) < 2e-3
 
 
 def test_breakpoint_curve_ends_where_the_breakpoint_leaves_the_domain():
     f = doubling(2.5)
     second = breakpoints(f)[1]
-    curve = continue_breakpoint(second, f, "slope", (1.5, 3.0))
+    curve = follow_breakpoint(second, f, "slope", (1.5, 3.0))
     # The second jump, at 2 / slope, is at the end of the domain for slope 2.
     assert curve.values[0] == pytest.approx(2.0, abs=1e-9)
     assert "is gone" in curve.end_reasons[0]
@@ -237,10 +237,10 @@ def test_breakpoint_curve_checks_its_arguments():
     f = doubling(1.5)
     (b,) = breakpoints(f)
     with pytest.raises(ValueError, match="'slop' is not a parameter"):
-        continue_breakpoint(b, f, "slop", (1.1, 1.9))
+        follow_breakpoint(b, f, "slop", (1.1, 1.9))
     with pytest.raises(ValueError, match=r"does not contain slope = 1\.5"):
-        continue_breakpoint(b, f, "slope", (1.6, 1.9))
+        follow_breakpoint(b, f, "slope", (1.6, 1.9))
     with pytest.raises(ValueError, match="lo < hi"):
-        continue_breakpoint(b, f, "slope", (1.9, 1.1))
-    with pytest.raises(ValueError, match=r"slope=\.\.\. is needed"):
-        continue_breakpoint(b, f, "slope", (1.4, 1.6)).at(r=1)
+        follow_breakpoint(b, f, "slope", (1.9, 1.1))
+    with pytest.raises(ValueError, match=r"give its value as at\(slope="):
+        follow_breakpoint(b, f, "slope", (1.4, 1.6)).at(r=1)

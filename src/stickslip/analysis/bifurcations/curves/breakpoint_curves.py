@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.curves.bifurcation_curve import BreakpointCurve
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
+from stickslip.analysis.branches.breakpoints import Breakpoint
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem
 from stickslip.analysis.maps.arguments import checked_parameter
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.checks import checked_interval
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import CriticalReading
-    from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.maps.protocol import MapFamily
 
 FIRST: Final = 1 / 64  # of the range: the first step
@@ -27,50 +29,52 @@ SUDDEN: Final = 1e-3  # of the domain: a value that changes with a label by more
 JUMPED: Final = 0.1  # of a step's own way, likewise: no break bends so much in so little
 
 
-def continue_breakpoint(
-    breakpoint_: Breakpoint | TrackedDiscontinuity,
+@part
+@dataclass(frozen=True, eq=False)
+class BreakpointProblem(Problem):
+    """A breakpoint, known at each row by its labels."""
+
+    system: MapFamily | None
+    discontinuities: tuple[TrackedDiscontinuity, ...]
+    picture: ClassVar = "bifurcations.draw_breakpoint_curve"
+
+    def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> Breakpoint:
+        """Find the breakpoint from the nearest row."""
+        assert self.system is not None
+        f = self.system.replace(**{name: value})
+        nearest = self.discontinuities[int(np.argmin(np.abs(curve.values - value)))]
+        try:
+            found = nearest.at(f)
+        except ConditionLost as lost:
+            raise ValueError(f"{name} = {value:.12g}: {lost}.") from lost
+        assert isinstance(found.critical, TrackedDiscontinuity)
+        return Breakpoint(
+            d=found.x,
+            left=found.left,
+            right=found.right,
+            left_slope=found.left_slope,
+            right_slope=found.right_slope,
+            kind=found.kind,  # type: ignore[arg-type]
+            left_label=found.critical.left_label or 0,
+            right_label=found.critical.right_label or 0,
+            interval=found.interval,
+            system=f,
+        )
+
+    def row(self, curve: Curve, row: int) -> Breakpoint:
+        """Find it again at the parameter of the row."""
+        return self.solve(curve, row, 0.0, curve.parameter, float(curve.values[row]))
+
+
+def follow_breakpoint(
+    point: Breakpoint | TrackedDiscontinuity,
     system: MapFamily,
     name: str,
     range: tuple[float, float],
-) -> BreakpointCurve:
-    """Follow a breakpoint of a map along one parameter, both ways from where it is known.
-
-    Parameters
-    ----------
-    breakpoint_ : Breakpoint or TrackedDiscontinuity
-        Of ``system`` at its own value of the parameter.
-    system : MapFamily
-    name : str
-        The parameter.
-    range : tuple of float
-        Contains the system's own value.
-
-    Returns
-    -------
-    BreakpointCurve
-        ``end_reasons`` tell where a branch beside the breakpoint ends inside the range.
-
-    Raises
-    ------
-    ValueError
-        ``name`` is not a parameter, the range is no interval or does not contain the system's
-        own value, or the system has no such breakpoint.
-
-    Examples
-    --------
-    >>> import stickslip as ss
-    >>> from stickslip.analysis.examples import doubling
-    >>> f = doubling(1.5)
-    >>> curve = continue_breakpoint(ss.breakpoints(f)[0], f, "slope", (1.2, 2.0))
-    >>> round(curve.at(slope=1.6).x, 12)
-    0.625
-    """
+) -> Curve:
+    """Follow a breakpoint of a map along one parameter; see `stickslip.follow`."""
     low, high, start = _checked(system, name, range)
-    border = (
-        breakpoint_
-        if isinstance(breakpoint_, TrackedDiscontinuity)
-        else TrackedDiscontinuity.of(breakpoint_)
-    )
+    border = point if isinstance(point, TrackedDiscontinuity) else TrackedDiscontinuity.of(point)
     try:
         here = border.at(system)
     except ConditionLost as lost:
@@ -80,18 +84,29 @@ def continue_breakpoint(
     up, last_reason = walk.go(start, here, high)
     rows = [*reversed(down), (start, here), *up]
     readings = [reading for _, reading in rows]
-    return BreakpointCurve(
-        parameter=name,
-        values=np.array([value for value, _ in rows]),
-        d=np.array([r.x for r in readings]),
-        left=np.array([r.left for r in readings]),
-        right=np.array([r.right for r in readings]),
-        left_slope=np.array([r.left_slope for r in readings]),
-        right_slope=np.array([r.right_slope for r in readings]),
-        kinds=tuple(r.kind for r in readings),
-        end_reasons=(first_reason, last_reason),
-        borders=tuple(r.critical for r in readings if isinstance(r.critical, TrackedDiscontinuity)),
-        system=system,
+    values, d = np.array([value for value, _ in rows]), np.array([r.x for r in readings])
+    return Curve(
+        kind="breakpoint",
+        parameters={name: values},
+        points=d[:, None],
+        multipliers=np.empty((len(rows), 0)),
+        stable=np.zeros(len(rows), dtype=bool),
+        ends=(
+            CurveEnd(first_reason, {name: float(values[0])}, d[:1]),
+            CurveEnd(last_reason, {name: float(values[-1])}, d[-1:]),
+        ),
+        bifurcations=(),
+        data={
+            "left": np.array([r.left for r in readings]),
+            "right": np.array([r.right for r in readings]),
+            "left_slope": np.array([r.left_slope for r in readings]),
+            "right_slope": np.array([r.right_slope for r in readings]),
+            "kind": tuple(r.kind for r in readings),
+        },
+        problem=BreakpointProblem(
+            system,
+            tuple(r.critical for r in readings if isinstance(r.critical, TrackedDiscontinuity)),
+        ),
     )
 
 

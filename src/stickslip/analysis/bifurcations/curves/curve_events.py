@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.curves.plane_equations import FoldEquations, PlaneEquations
     from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.maps.protocol import MapFamily
-    from stickslip.numerics.continuation import Curve, CurvePoint
+    from stickslip.numerics.continuation import ArclengthCurve, CurvePoint
 
     Equations: TypeAlias = PlaneEquations | FoldEquations
 
@@ -39,7 +39,7 @@ MEANINGS: Final = {
 
 @dataclass(frozen=True, eq=False)
 class Event:
-    """A special point of a curve; kind and what as in `CodimensionTwo`."""
+    """A special point of a curve; kind and what as in `CurveEvent`."""
 
     kind: str
     what: str
@@ -58,7 +58,7 @@ class _Quantity(NamedTuple):
 class Watch:
     """Looks for special points between neighbours on a curve, one pair after the other."""
 
-    def __init__(self, curve: Curve, equations: Equations) -> None:
+    def __init__(self, curve: ArclengthCurve, equations: Equations) -> None:
         self.curve, self.equations = curve, equations
         # Of the last point looked at: some quantities cost many evaluations.
         self.last: tuple[CurvePoint, dict[str, float]] | None = None
@@ -171,7 +171,7 @@ def map_at(equations: Equations, node: CurvePoint) -> MapFamily:
 
 
 def _crossing(
-    curve: Curve, equations: Equations, a: CurvePoint, b: CurvePoint, i: int
+    curve: ArclengthCurve, equations: Equations, a: CurvePoint, b: CurvePoint, i: int
 ) -> Event | None:
     """Find where point i of an orbit crosses a break between two neighbours on a curve."""
     labels = (a.note.labels[i], b.note.labels[i])

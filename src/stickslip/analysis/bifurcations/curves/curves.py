@@ -10,16 +10,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.bifurcations.bifurcation import Bifurcation
 from stickslip.analysis.bifurcations.conditions.conditions import Crossing, Fold
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
-from stickslip.analysis.bifurcations.curves.bifurcation_curve import (
-    BifurcationCurve,
-    CodimensionTwo,
-)
 from stickslip.analysis.bifurcations.curves.curve_ends import end_event
 from stickslip.analysis.bifurcations.curves.curve_events import Watch
 from stickslip.analysis.bifurcations.curves.curve_steps import closest_to_end
@@ -29,15 +26,17 @@ from stickslip.analysis.bifurcations.curves.plane_equations import (
     PlaneEquations,
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem
 from stickslip.analysis.maps.arguments import checked_parameter
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.checks import checked_interval
-from stickslip.numerics.continuation import Curve, LeavesRegion, StepControl, StepTooLong
+from stickslip.numerics.continuation import ArclengthCurve, LeavesRegion, StepControl, StepTooLong
+from stickslip.results.parts import part
 
 if TYPE_CHECKING:
-    from stickslip.analysis.bifurcations.conditions.conditions import Reading
+    from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
     from stickslip.analysis.bifurcations.curves.curve_events import Event
-    from stickslip.analysis.maps.protocol import MapFamily
+    from stickslip.analysis.maps.protocol import Floats, MapFamily
     from stickslip.numerics.continuation import CurvePoint
 
     Equations: TypeAlias = PlaneEquations | FoldEquations
@@ -50,62 +49,86 @@ FLOOR: Final = 1e-4  # of the domain: smaller moves of the orbit are no jumps
 THIN: Final = 1e-4  # scaled: the approach to an end is not kept, only the end
 RETURNED: Final = 0.5  # of a step: a curve that comes back so close to its start is closed
 END_OF_RANGE: Final = "end of range"
+KIND: Final = "bifurcation: "  # before the kind of a bifurcation in that of its curve
+AT_STEP: Final = 1e-4  # of a parameter: least error of an interpolated guess
+MARGINAL: Final = 1e-9  # multipliers this close to the unit circle do not attract
 
 
-def continue_bifurcation(
-    b: Any, system: MapFamily, *, along: str, range: tuple[float, float], solve_for: str
-) -> BifurcationCurve:
-    """Follow a bifurcation in the plane of two parameters.
+@part
+@dataclass(frozen=True, eq=False)
+class BifurcationProblem(Problem):
+    """A bifurcation, known at each row by its condition."""
 
-    Parameters
-    ----------
-    b : Bifurcation
-        With ``condition``, ``parameter`` and ``value``.
-    system : MapFamily
-        Has the two parameters; its other ones hold all along the curve.
-    along : str
-        Parameter that varies over ``range``.
-    range : tuple of float
-        Contains the value of ``along`` that the bifurcation was found at.
-    solve_for : str
-        The other parameter.
+    system: MapFamily | None
+    conditions: tuple[Condition, ...]
+    picture: ClassVar = "bifurcations.draw_curve"
 
-    Returns
-    -------
-    BifurcationCurve
-        ``end_reasons`` say why it ends, ``bifurcations`` where its type changes.
+    def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> Bifurcation:
+        """Solve its condition for the other parameter, from the nearest row."""
+        assert self.system is not None
+        system, other = self.system, _other(curve, name)
+        (guess,) = self.guess(curve, row, share, name).tolist()
+        widths = np.abs(np.diff(curve.parameters[other]))
+        step = max(float(widths.max(initial=0.0)), AT_STEP * abs(guess))
+        try:
+            found = solve_near(
+                self.conditions[row + round(share)],
+                lambda t: system.replace(**{name: value, other: t}),
+                guess,
+                step=step,
+            )
+        except ConditionLost as lost:
+            raise ValueError(
+                f"{name} = {value:.12g}: the bifurcation is not found there: {lost}."
+            ) from lost
+        return Bifurcation(
+            kind=curve.kind.removeprefix(KIND),  # type: ignore[arg-type]
+            parameter=other,
+            value=found.value,
+            error=found.error,
+            period=found.reading.condition.period,
+            points=np.array(found.reading.points),
+            quality=found.quality,
+            interval=found.interval,
+            residual=found.residual,
+            condition=found.reading.condition,
+            multipliers=found.reading.multipliers,
+            system=system.replace(**{name: value, other: found.value}),
+        )
 
-    Raises
-    ------
-    ValueError
-        A name is not a parameter, the names agree, the range is no interval or does not
-        contain the start, or there is no such bifurcation at the start.
+    def row(self, curve: Curve, row: int) -> Bifurcation:
+        """Solve for it again at the row's value of the varied parameter."""
+        return self.solve(curve, row, 0.0, curve.parameter, float(curve.values[row]))
 
-    Examples
-    --------
-    >>> from types import SimpleNamespace
-    >>> import stickslip as ss
-    >>> from stickslip.analysis.bifurcations.conditions.conditions import Flip
-    >>> f = ss.PiecewiseMap(
-    ...     lambda x, a, b: a - x * x + b * x, (-9, 9), parameters={"a": 0.75, "b": 0.0}
-    ... )
-    >>> flip = SimpleNamespace(condition=Flip(1, (0.5,)), parameter="a", value=0.75, kind="flip")
-    >>> curve = continue_bifurcation(flip, f, along="b", range=(-0.5, 0.5), solve_for="a")
-    >>> round(curve.at(b=0.3).value, 12)  # (b + 1) (3 - b) / 4
-    0.8775
-    """
-    plane, q, s = _start(b, system, along, range, solve_for)
+    def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
+        """Return the other parameter, on a straight line between two rows."""
+        values = curve.parameters[_other(curve, name)]
+        after = values[row + 1] if share else values[row]
+        return np.array([values[row] + share * (after - values[row])])
+
+
+def _other(curve: Curve, name: str) -> str:
+    return next(each for each in curve.parameters if each != name)
+
+
+def follow_bifurcation(
+    item: Any, system: MapFamily, name: str, range: tuple[float, float], *, solve_for: str
+) -> Curve:
+    """Follow a bifurcation in the plane of two parameters; see `stickslip.follow`."""
+    plane, q, s = _start(item, system, name, range, solve_for)
     low, high = range
     try:
         start = solve_near(
-            b.condition, lambda t: plane.map_at(t, s), q, step=START * max(abs(q), START)
+            item.condition, lambda t: plane.map_at(t, s), q, step=START * max(abs(q), START)
         )
         equations = _equations(plane, start.reading, start.value, s, high - low)
-        curve = Curve(equations, equations.scale, low, high, CONTROL, _Continuity(equations))
+        curve = ArclengthCurve(
+            equations, equations.scale, low, high, CONTROL, _Continuity(equations)
+        )
         first = curve.point(equations.unknowns(start.reading, start.value, s))
     except (ConditionLost, LeavesRegion, StepTooLong) as reason:
         raise ValueError(
-            f"there is no such bifurcation near {along} = {s:.12g}, {solve_for} = {q:.12g}: "
+            f"there is no such bifurcation near {name} = {s:.12g}, {solve_for} = {q:.12g}: "
             f"{reason}. Take the system in which it was found."
         ) from reason
     equations.accept(first.y, first.note)
@@ -114,24 +137,25 @@ def continue_bifurcation(
     if not back.closed:
         equations.restart(first.y)
         on = _Walk(curve, equations).go(first)
-    return _assembled(b, plane, equations, first, back, on)
+    return _assembled(item, plane, equations, first, back, on)
 
 
 def _start(
-    b: Any, system: MapFamily, along: str, range: tuple[float, float], solve_for: str
+    item: Any, system: MapFamily, along: str, range: tuple[float, float], solve_for: str
 ) -> tuple[Plane, float, float]:
     """Check the arguments; return the plane and where the curve starts."""
-    for role, name in (("along", along), ("solve_for", solve_for)):
+    for role, name in (("parameter", along), ("solve_for", solve_for)):
         checked_parameter(system, name, role)
     if along == solve_for:
-        raise ValueError(f"along = solve_for = {along!r}: two different parameters are needed.")
-    if isinstance(b.condition, Crossing):
+        raise ValueError(f"parameter = solve_for = {along!r}: two different parameters are needed.")
+    if isinstance(item.condition, Crossing):
         raise ValueError(
-            f"a {b.kind} bifurcation is a point in the plane of two parameters, unless the system "
-            "has a symmetry that keeps it: it is not followed. Take a fold or a flip beside it."
+            f"a {item.kind} bifurcation is a point in the plane of two parameters, unless the "
+            "system has a symmetry that keeps it: it is not followed. Take a fold or a flip "
+            "beside it."
         )
     low, high = checked_interval("range", range)
-    here = system.replace(**{b.parameter: b.value})
+    here = system.replace(**{item.parameter: item.value})
     s, q = here.parameters[along], here.parameters[solve_for]
     if not low <= s <= high:
         raise ValueError(
@@ -168,7 +192,7 @@ class _Continuity:
 class _Walk:
     """One way along a curve."""
 
-    curve: Curve
+    curve: ArclengthCurve
     equations: Equations
     nodes: list[CurvePoint] = field(default_factory=list)
     events: list[tuple[int, Event]] = field(default_factory=list)
@@ -222,30 +246,44 @@ class _Walk:
 
 
 def _assembled(
-    b: Any, plane: Plane, equations: Equations, first: CurvePoint, back: _Walk, on: _Walk
-) -> BifurcationCurve:
+    item: Any, plane: Plane, equations: Equations, first: CurvePoint, back: _Walk, on: _Walk
+) -> Curve:
     """Join both ways into one curve, in which the parameter rises at the start."""
     nodes = [*reversed(back.nodes[1:]), first, *on.nodes[1:]]
     zero = len(back.nodes) - 1
-    marks = [_mark(plane, equations, nodes, zero - 1 - i, e, -1) for i, e in back.events]
-    marks += [_mark(plane, equations, nodes, zero + i, e, 1) for i, e in on.events]
+    side = -1
+    if len(first.note.multipliers) > 1:
+        side = getattr(item.condition, "side", -1)
+    column = 0 if side < 0 else -1
+    marks = [_mark(plane, equations, nodes, zero - 1 - i, e, column) for i, e in back.events]
+    marks += [_mark(plane, equations, nodes, zero + i, e, column) for i, e in on.events]
     where = np.array([equations.parameters(node.y) for node in nodes])
     readings: list[Reading] = [node.note for node in nodes]
     one_sided = np.array([[r.multipliers[0], r.multipliers[-1]] for r in readings])
-    side = getattr(b.condition, "side", -1) if len(readings[0].multipliers) > 1 else -1
-    return BifurcationCurve(
-        kind=getattr(b, "kind", type(b.condition).__name__.lower()),
-        period=b.condition.period,
-        along=plane.along,
-        solve_for=plane.solve_for,
-        parameters={plane.along: where[:, 1], plane.solve_for: where[:, 0]},
-        points=np.array([r.points for r in readings]),
-        multipliers=one_sided[:, 0 if side < 0 else 1],
-        one_sided=one_sided,
-        end_reasons=(back.reason, on.reason),
+    multipliers = one_sided[:, column]
+    parameters = {plane.along: where[:, 1], plane.solve_for: where[:, 0]}
+    points = np.array([r.points for r in readings])
+    kind = getattr(item, "kind", type(item.condition).__name__.lower())
+    ends = [
+        CurveEnd(
+            reason,
+            {name: float(values[k]) for name, values in parameters.items()},
+            points[k],
+            float(multipliers[k]),
+        )
+        for k, reason in ((0, back.reason), (-1, on.reason))
+    ]
+    return Curve(
+        kind=f"{KIND}{kind}",
+        period=item.condition.period,
+        parameters=parameters,
+        points=points,
+        multipliers=multipliers,
+        stable=np.abs(multipliers) < 1 - MARGINAL,
+        ends=(ends[0], ends[1]),
         bifurcations=tuple(sorted(marks, key=lambda mark: mark.position)),
-        conditions=tuple(r.condition for r in readings),
-        system=plane.system,
+        data={"multiplier_left": one_sided[:, 0], "multiplier_right": one_sided[:, 1]},
+        problem=BifurcationProblem(plane.system, tuple(r.condition for r in readings)),
     )
 
 
@@ -255,17 +293,20 @@ def _mark(
     nodes: list[CurvePoint],
     index: int,
     event: Event,
-    direction: int,
-) -> CodimensionTwo:
+    column: int,
+) -> CurveEvent:
     """Describe an event between nodes ``index`` and ``index + 1``."""
     q, s = equations.parameters(event.node.y)
     before, after = nodes[index], nodes[index + 1]
     way = [np.linalg.norm((end.y - event.node.y) / equations.scale) for end in (before, after)]
     share = float(way[0] / sum(way)) if sum(way) > 0 else 0.0
-    return CodimensionTwo(
+    return CurveEvent(
         kind=event.kind,
-        what=event.what,
         parameters={plane.along: s, plane.solve_for: q},
-        points=event.node.note.points,
-        position=index + share,
+        points=np.array(event.node.note.points),
+        multipliers=float(event.node.note.multipliers[column]),
+        error=math.nan,
+        row=index,
+        share=share,
+        what=event.what,
     )

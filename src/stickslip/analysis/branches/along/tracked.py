@@ -17,7 +17,7 @@ from stickslip.analysis.branches.mesh import Nodes
 from stickslip.analysis.branches.table import RESOLUTION, branch_table
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
-from stickslip.numerics.slope_zeros import slope_zeros
+from stickslip.numerics.zeros import slope_zeros
 from stickslip.results.parts import part
 from stickslip.status import OK
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.mechanics.flow.blocks.engine import BlockEngine
 from stickslip.mechanics.flow.blocks.system import block_directions, new_block_motion
 from stickslip.mechanics.flow.blocks.transitions import onset, settle, update_needed
+from stickslip.mechanics.flow.engine import BlockEngine
 from stickslip.mechanics.flow.recorder import Recorder, StatesInside, horner
 from stickslip.mechanics.flow.system import LANDING
 from stickslip.mechanics.model.structure import Structure

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from stickslip import examples
+from stickslip.analysis.attractors.attractor import Attractor, AttractorList
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.bifurcations.border_collision.classification import predicted_at_jump
+from stickslip.analysis.bifurcations.outcome import LocalAttractor, Outcome
 from stickslip.mechanics.eventmap.of_model import event_map
-from stickslip.studies.claim import Claim, Finding
+from stickslip.studies.claim import Claim, Finding, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.claims.collision import BESIDE, COLLISION, Side, side
 from stickslip.studies.galvanetto2001.orbits import jump_of_s4
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.analysis.attractors.attractor import Attractor, AttractorList
-    from stickslip.analysis.bifurcations.outcome import LocalAttractor, Outcome
 
 FIGURES: Final = (6, 10)
 
@@ -66,22 +63,20 @@ def _non_periodic(facts: Facts) -> Claim:
     found = sorted((V, item) for V, items in lists.items() for item in items if item.period != 1)
     texts = [f"V = {V:.10g}: {_describe(item)}" for V, item in found]
     family = facts.predicted.after
-    return Claim(
+    return claim(
         "collision.non_periodic",
         6,
         "section 4, first paragraph, and figures 6 and 7(b)",
         "The attractor that follows S4 is not periodic",
-        (
-            Finding(
-                "at no driving velocity examined is it a stable periodic orbit",
-                "; ".join(texts),
-                all(item.kind != "periodic" for _, item in found),
-            ),
-            Finding(
-                "the shape of the map at the collision foretells something else than cycles",
-                f"it foretells {family}: {facts.predicted.text}",
-                family is None or "period" not in family.kind,
-            ),
+        Finding(
+            "at no driving velocity examined is it a stable periodic orbit",
+            "; ".join(texts),
+            all(item.kind != "periodic" for _, item in found),
+        ),
+        Finding(
+            "the shape of the map at the collision foretells something else than cycles",
+            f"it foretells {family}: {facts.predicted.text}",
+            family is None or "period" not in family.kind,
         ),
         note=_family(family, [item.period for _, item in found]),
     )
@@ -112,22 +107,20 @@ def _same_basin(facts: Facts) -> Claim:
     same_shape = first.shape == second.shape
     moved = float(np.abs(first - second).max()) if same_shape else np.inf
     rest = [1.0 - side.basins.undecided - side.basins.left for side in (facts.before, facts.after)]
-    return Claim(
+    return claim(
         "collision.same_basin",
         10,
         "section 4, below figure 10",
         "The collision merges no basins: the new attractor has the basin that S4 had",
-        (
-            Finding(
-                "the basin of S1 is the same on both sides",
-                f"{len(first)} and {len(second)} intervals whose ends differ by {moved:.1e} over "
-                f"2 x {BESIDE:.0e} in V",
-                moved < SAME_EDGE,
-            ),
-            Finding(
-                "all the rest belongs to what follows S4",
-                f"decided: {rest[0]:.6f} of the domain below, {rest[1]:.6f} above",
-                min(rest) > 1.0 - 1e-9,
-            ),
+        Finding(
+            "the basin of S1 is the same on both sides",
+            f"{len(first)} and {len(second)} intervals whose ends differ by {moved:.1e} over "
+            f"2 x {BESIDE:.0e} in V",
+            moved < SAME_EDGE,
+        ),
+        Finding(
+            "all the rest belongs to what follows S4",
+            f"decided: {rest[0]:.6f} of the domain below, {rest[1]:.6f} above",
+            min(rest) > 1.0 - 1e-9,
         ),
     )

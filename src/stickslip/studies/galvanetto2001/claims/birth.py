@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
+from stickslip.analysis.attractors.attractor import Attractor
 from stickslip.analysis.attractors.attractors import attractors
-from stickslip.studies.claim import Claim, Finding, Value
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import Moment, cusp_of, in_window, moment
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.analysis.attractors.attractor import Attractor
 
 FIGURES: Final = (11, 13, 14)
 
@@ -93,41 +90,37 @@ def claims(facts: Facts) -> Iterator[Claim]:
 
 def _on_the_diagonal(facts: Facts) -> Claim:
     first, second = facts.cusps_off
-    return Claim(
+    return claim(
         "law9.birth",
         13,
         "section 4, second example",
         "At about 1.20915 the two cusps of the second iterated map meet the diagonal together",
-        (
-            Finding(
-                "both cusps are on the diagonal at one alpha",
-                f"distances {first:.0e} and {second:.0e}",
-                max(first, second) < 1e-11,
-            ),
+        Finding(
+            "both cusps are on the diagonal at one alpha",
+            f"distances {first:.0e} and {second:.0e}",
+            max(first, second) < 1e-11,
         ),
-        (facts.numbers[BIRTH],),
+        values=(facts.numbers[BIRTH],),
         note="They have to: the one is the image of the other under f.",
     )
 
 
 def _indistinguishable(facts: Facts) -> Claim:
-    return Claim(
+    return claim(
         "law9.near_diagonal",
         13,
         "section 4, second example",
         "Just after the bifurcation, at alpha = 1.20915, the second iterated map is almost "
         "indistinguishable from the diagonal",
-        (
-            Finding(
-                f"between its cusps f^2 is within {SMALL:.0%} of that interval of the diagonal",
-                f"within {facts.off_diagonal:.3%}",
-                facts.off_diagonal < SMALL,
-            ),
-            Finding(
-                "1.20915 is just after the bifurcation",
-                f"{DRAWN - facts.numbers[BIRTH].computed:.2e} above it",
-                0.0 < DRAWN - facts.numbers[BIRTH].computed < 1e-4,
-            ),
+        Finding(
+            f"between its cusps f^2 is within {SMALL:.0%} of that interval of the diagonal",
+            f"within {facts.off_diagonal:.3%}",
+            facts.off_diagonal < SMALL,
+        ),
+        Finding(
+            "1.20915 is just after the bifurcation",
+            f"{DRAWN - facts.numbers[BIRTH].computed:.2e} above it",
+            0.0 < DRAWN - facts.numbers[BIRTH].computed < 1e-4,
         ),
     )
 
@@ -140,26 +133,26 @@ def _period_two(facts: Facts) -> Claim:
         f"{name}: {', '.join(f'{x:.9f}' for x in o.points)}, multiplier {o.multiplier:.5f}"
         for name, o in zip("AB", born, strict=False)
     )
-    return Claim(
+    return claim(
         "law9.period_two",
         13,
         "section 4, second example",
         "At least two unstable orbits of period 2, A and B, are born there",
-        (
-            Finding(
-                "two unstable period-2 orbits above that are not there below",
-                f"the complete lists hold {len(below.twice)} orbits of period 2 just below and "
-                f"{len(above.twice)} just above; {listing}",
-                len(born) == 2
-                and not early
-                and len(above.twice) - len(below.twice) >= 2
-                and not any(orbit.stable for orbit in born),
-            ),
+        Finding(
+            "two unstable period-2 orbits above that are not there below",
+            f"the complete lists hold {len(below.twice)} orbits of period 2 just below and "
+            f"{len(above.twice)} just above; {listing}",
+            len(born) == 2
+            and not early
+            and len(above.twice) - len(below.twice) >= 2
+            and not any(orbit.stable for orbit in born),
         ),
-        note="Exactly two, of period 2: the third orbit of this period in the window, at "
-        f"{', '.join(f'{x:.6f}' for x in below.twice[0].points)}, has nothing to do with it."
-        if len(above.twice) - len(below.twice) == 2 and below.twice
-        else "",
+        note=(
+            "Exactly two, of period 2: the third orbit of this period in the window, at "
+            f"{', '.join(f'{x:.6f}' for x in below.twice[0].points)}, has nothing to do with it."
+            if len(above.twice) - len(below.twice) == 2 and below.twice
+            else ""
+        ),
     )
 
 
@@ -172,30 +165,28 @@ def _chaos_is_born(facts: Facts) -> Claim:
     kinds = [item.kind for item in facts.before_birth]
     earliest = facts.attractors[CHAOS[0]]
     later = [f"{item.kind}, exponent {_exponent(item)}" for item in earliest]
-    return Claim(
+    return claim(
         "law9.chaos",
         13,
         "section 4, second example",
         "Numerically, a non-periodic attractor is born at the same point",
-        (
-            Finding(
-                "no chaotic attractor in the window below",
-                f"just below: {', '.join(kinds) or 'none'}",
-                "chaotic" not in kinds,
-            ),
-            Finding(
-                "f takes two intervals around the cusp's images into each other just above",
-                f"f^2(c) = {second:.10f} < c = {above.cusp:.10f} < f^4(c) = {fourth:.10f} < A; "
-                f"A < f^3(c) = {third:.10f} < f(c) = {first:.10f}"
-                if trapped
-                else f"the cusp's images {above.images} are not in such an order",
-                bool(trapped),
-            ),
-            Finding(
-                "nothing is stable in them",
-                f"alpha = {CHAOS[0]}: {'; '.join(later)}",
-                all(item.kind == "chaotic" for item in earliest),
-            ),
+        Finding(
+            "no chaotic attractor in the window below",
+            f"just below: {', '.join(kinds) or 'none'}",
+            "chaotic" not in kinds,
+        ),
+        Finding(
+            "f takes two intervals around the cusp's images into each other just above",
+            f"f^2(c) = {second:.10f} < c = {above.cusp:.10f} < f^4(c) = {fourth:.10f} < A; "
+            f"A < f^3(c) = {third:.10f} < f(c) = {first:.10f}"
+            if trapped
+            else f"the cusp's images {above.images} are not in such an order",
+            bool(trapped),
+        ),
+        Finding(
+            "nothing is stable in them",
+            f"alpha = {CHAOS[0]}: {'; '.join(later)}",
+            all(item.kind == "chaotic" for item in earliest),
         ),
         mechanism="a cusp of f^2 crosses the diagonal; its slopes there decide what is born",
     )
@@ -212,20 +203,18 @@ def _lifetime(facts: Facts) -> Claim:
         for alpha, items in found.items()
         for item in items
     ]
-    return Claim(
+    return claim(
         "law9.lifetime",
         11,
         "section 4, second example",
         "The non-periodic attractor appears suddenly at about 1.20915 and disappears at about "
         "1.2153",
-        (
-            Finding(
-                "it is there between the two values",
-                "; ".join(texts),
-                all(item.kind == "chaotic" for items in found.values() for item in items),
-            ),
+        Finding(
+            "it is there between the two values",
+            "; ".join(texts),
+            all(item.kind == "chaotic" for items in found.values() for item in items),
         ),
-        (facts.numbers[BIRTH], facts.numbers[CRISIS]),
+        values=(facts.numbers[BIRTH], facts.numbers[CRISIS]),
     )
 
 
@@ -238,26 +227,26 @@ def _bands(facts: Facts) -> Claim:
     )
     numbers = {alpha: len(items[0].bands) for alpha, items in facts.attractors.items() if items}
     last = max(numbers)
-    return Claim(
+    return claim(
         "law9.bands",
         14,
         "section 4, second example",
         "As alpha grows the two bands of the chaotic attractor become wider and their distance "
         "smaller",
-        (
-            Finding(
-                "both widths grow and the distance falls",
-                listing,
-                len(two) > 1
-                and bool((np.diff(bands[:, :2], axis=0) > 0).all())
-                and bool((np.diff(bands[:, 2]) < 0).all()),
-            ),
+        Finding(
+            "both widths grow and the distance falls",
+            listing,
+            len(two) > 1
+            and bool((np.diff(bands[:, :2], axis=0) > 0).all())
+            and bool((np.diff(bands[:, 2]) < 0).all()),
         ),
-        (facts.merging,),
-        note=f"The distance falls to zero before the attractor ends, which the paper does not "
-        f"mention: at alpha = {last} there is one band."
-        if numbers[last] == 1
-        else "",
+        values=(facts.merging,),
+        note=(
+            f"The distance falls to zero before the attractor ends, which the paper does not "
+            f"mention: at alpha = {last} there is one band."
+            if numbers[last] == 1
+            else ""
+        ),
     )
 
 
@@ -271,16 +260,14 @@ def _embedded(facts: Facts) -> Claim:
             if m.b is not None and item.kind == "chaotic"
         ]
         inside[m.alpha] = any(held)
-    return Claim(
+    return claim(
         "law9.embedded",
         11,
         "section 4, second example",
         "The unstable orbit B is embedded in the chaotic attractor",
-        (
-            Finding(
-                "both points of B lie in the bands",
-                ", ".join(f"alpha = {a}: {'yes' if yes else 'no'}" for a, yes in inside.items()),
-                all(inside.values()),
-            ),
+        Finding(
+            "both points of B lie in the bands",
+            ", ".join(f"alpha = {a}: {'yes' if yes else 'no'}" for a, yes in inside.items()),
+            all(inside.values()),
         ),
     )

@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip import examples
 from stickslip.analysis.attractors.basins import Basins, basins
 from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.branches.breakpoints import Breakpoint
+from stickslip.analysis.orbits.orbit import PeriodicOrbit
+from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import simulate
-from stickslip.studies.claim import Claim, Finding
+from stickslip.numerics.arrays import Floats
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import coulomb_orbits, from_point_1, jump_of_s4, u4
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from numpy.typing import NDArray
-
-    from stickslip.analysis.branches.breakpoints import Breakpoint
-    from stickslip.analysis.orbits.orbit import PeriodicOrbit
-    from stickslip.mechanics.eventmap.event_map import EventMap
-    from stickslip.studies.claim import Value
 
 FIGURES: Final = (5, 9, 10)
 
@@ -43,12 +39,12 @@ class Facts:
     orbits: dict[str, PeriodicOrbit]
     unstable: PeriodicOrbit
     jump: Breakpoint
-    jumps: NDArray[np.float64]
-    s4: NDArray[np.float64]  # starts with the point at the jump, as u4
-    u4: NDArray[np.float64]
+    jumps: Floats
+    s4: Floats  # starts with the point at the jump, as u4
+    u4: Floats
     basins: Basins
     # of f^4 from the floats left and right of the jump, shape (2, ROUNDS + 1)
-    transients: NDArray[np.float64]
+    transients: Floats
     # periods of attractors reached left and right of each point of U4, shape (4, 2)
     owners: NDArray[np.int64]
     quotient: float  # slope of S4 by differences of simulated motions
@@ -78,7 +74,7 @@ def facts() -> Facts:
     )
 
 
-def _owners(found: Basins, d: NDArray[np.float64]) -> NDArray[np.int64]:
+def _owners(found: Basins, d: Floats) -> NDArray[np.int64]:
     """Return the period of the attractor that each start reaches; 0 for none."""
     periods = np.array([*(attractor.period for attractor in found.attractors), 0])
     return np.asarray(periods[np.maximum(found.at(d), -1)])
@@ -107,46 +103,44 @@ def claims(facts: Facts) -> Iterator[Claim]:
 def _two_attractors(facts: Facts) -> Claim:
     periods = sorted(a.period for a in facts.basins.attractors if a.kind == "periodic")
     stable = sorted(orbit.period for orbit in facts.orbits.values() if orbit.stable)
-    return Claim(
+    return claim(
         "coulomb.attractors",
         5,
         "section 4, first paragraph",
         "For V = 0.0366 there are at least two attractors, S1 of period 1 and S4 of period 4",
-        (
-            Finding(
-                "attractors of the periods 1 and 4",
-                f"{facts.basins.attractors.n_starts} starts over the domain reach attractors of "
-                f"the periods {periods}",
-                {1, 4} <= set(periods),
-            ),
-            Finding(
-                "the complete list of orbits up to period 4 holds both as stable orbits",
-                f"its stable orbits have the periods {stable}",
-                {1, 4} <= set(stable),
-            ),
+        Finding(
+            "attractors of the periods 1 and 4",
+            f"{facts.basins.attractors.n_starts} starts over the domain reach attractors of "
+            f"the periods {periods}",
+            {1, 4} <= set(periods),
         ),
-        tuple(v for name, v in facts.numbers.items() if "S1" in name or "S4" in name),
-        note="There are no others above the resolution of the search: the basins of the two fill "
-        "the domain (figure 9).",
+        Finding(
+            "the complete list of orbits up to period 4 holds both as stable orbits",
+            f"its stable orbits have the periods {stable}",
+            {1, 4} <= set(stable),
+        ),
+        values=tuple(v for name, v in facts.numbers.items() if "S1" in name or "S4" in name),
+        note=(
+            "There are no others above the resolution of the search: the basins of the two fill "
+            "the domain (figure 9)."
+        ),
     )
 
 
 def _unstable_orbits(facts: Facts) -> Claim:
     fixed = {name: orbit for name, orbit in facts.orbits.items() if orbit.period == 1}
     unstable = [name for name, orbit in fixed.items() if not orbit.stable]
-    return Claim(
+    return claim(
         "coulomb.u1_u2",
         5,
         "section 4, first paragraph",
         "The unstable period-1 motions U1 and U2 are present too",
-        (
-            Finding(
-                "two unstable fixed points",
-                f"the complete list holds {len(fixed)} fixed points, {len(unstable)} unstable",
-                len(unstable) == 2,
-            ),
+        Finding(
+            "two unstable fixed points",
+            f"the complete list holds {len(fixed)} fixed points, {len(unstable)} unstable",
+            len(unstable) == 2,
         ),
-        tuple(v for name, v in facts.numbers.items() if "U1" in name or "U2" in name),
+        values=tuple(v for name, v in facts.numbers.items() if "U1" in name or "U2" in name),
     )
 
 
@@ -154,24 +148,21 @@ def _near_the_jump(facts: Facts) -> Claim:
     distance = np.abs(facts.s4[:, None] - facts.jumps)
     nearest = int(distance.min(axis=1).argmin())
     gap = float(distance.min())
-    return Claim(
+    return claim(
         "coulomb.near_jump",
         5,
         "section 4, first paragraph",
         "Point 1 of S4 is close to a discontinuity of the map",
-        (
-            Finding(
-                f"a jump within {NEAR:.0%} of the domain",
-                f"the nearest jump of the map is {gap:.3e} away, {gap / facts.width:.3%} of the "
-                "domain",
-                gap < NEAR * facts.width,
-            ),
-            Finding(
-                "it is the jump at which block 2 grazes",
-                f"the nearest jump is {facts.jumps[distance[nearest].argmin()]:.15g}; block 2 "
-                f"grazes at {facts.jump.d:.15g}",
-                bool(facts.jumps[distance[nearest].argmin()] == facts.jump.d),
-            ),
+        Finding(
+            f"a jump within {NEAR:.0%} of the domain",
+            f"the nearest jump of the map is {gap:.3e} away, {gap / facts.width:.3%} of the domain",
+            gap < NEAR * facts.width,
+        ),
+        Finding(
+            "it is the jump at which block 2 grazes",
+            f"the nearest jump is {facts.jumps[distance[nearest].argmin()]:.15g}; block 2 "
+            f"grazes at {facts.jump.d:.15g}",
+            bool(facts.jumps[distance[nearest].argmin()] == facts.jump.d),
         ),
         mechanism=facts.jump.mechanism,
     )
@@ -179,20 +170,20 @@ def _near_the_jump(facts: Facts) -> Claim:
 
 def _multiplier(facts: Facts) -> Claim:
     slope = facts.orbits["S4"].multiplier
-    return Claim(
+    return claim(
         "coulomb.multiplier",
         10,
         "section 4, below figure 9",
         "The slope of the map at the points of a periodic motion is its Floquet multiplier",
-        (
-            Finding(
-                "differences of motions simulated in time over one period give the slope of f^4",
-                f"S4: {facts.quotient:.8f} by differences, {slope:.8f} as product of slopes",
-                abs(facts.quotient - slope) < 1e-5,
-            ),
+        Finding(
+            "differences of motions simulated in time over one period give the slope of f^4",
+            f"S4: {facts.quotient:.8f} by differences, {slope:.8f} as product of slopes",
+            abs(facts.quotient - slope) < 1e-5,
         ),
-        note="The other multipliers of the flow are 1 (along the motion) and zeros: a global "
-        "stick phase forgets everything but d.",
+        note=(
+            "The other multipliers of the flow are 1 (along the motion) and zeros: a global "
+            "stick phase forgets everything but d."
+        ),
     )
 
 
@@ -202,23 +193,21 @@ def _basins(facts: Facts) -> Claim:
     owned = sum(1 for k in found.index if k >= 0 and found.attractors[k].period == 1)
     inner = zip(found.edges[1:-1], found.causes[1:], strict=False)
     causes = "; ".join(f"{edge:.12f}: {cause}" for edge, cause in inner)
-    return Claim(
+    return claim(
         "coulomb.basins",
         9,
         "figure 9",
         "Part of the interval is the basin of S1, all the rest is the basin of S4",
-        (
-            Finding(
-                "S1 owns a part of the interval",
-                f"S1 owns {owned} intervals, {shares.get(1, 0.0):.4%} of the domain",
-                0.0 < shares.get(1, 0.0) < 1.0,
-            ),
-            Finding(
-                "nothing is left over",
-                f"S4 owns {shares.get(4, 0.0):.4%}; {found.undecided:.1e} undecided, "
-                f"{found.left:.1e} leaves",
-                abs(shares.get(1, 0.0) + shares.get(4, 0.0) - 1.0) < ROUNDING,
-            ),
+        Finding(
+            "S1 owns a part of the interval",
+            f"S1 owns {owned} intervals, {shares.get(1, 0.0):.4%} of the domain",
+            0.0 < shares.get(1, 0.0) < 1.0,
+        ),
+        Finding(
+            "nothing is left over",
+            f"S4 owns {shares.get(4, 0.0):.4%}; {found.undecided:.1e} undecided, "
+            f"{found.left:.1e} leaves",
+            abs(shares.get(1, 0.0) + shares.get(4, 0.0) - 1.0) < ROUNDING,
         ),
         note=f"Inner edges and their causes: {causes}.",
     )
@@ -226,19 +215,17 @@ def _basins(facts: Facts) -> Claim:
 
 def _no_separatrix(facts: Facts) -> Claim:
     left, right = facts.owners[0]
-    return Claim(
+    return claim(
         "coulomb.no_separatrix",
         9,
         "section 4, below figure 7",
         "Both branches of the map at the discontinuity belong to one basin: no orbit there "
         "separates basins, unlike in the one-block system with which it is compared",
-        (
-            Finding(
-                "starts on both sides of the jump reach the same attractor",
-                f"from the left side the attractor of period {left}, from the right that of "
-                f"period {right}",
-                bool(left == right > 0),
-            ),
+        Finding(
+            "starts on both sides of the jump reach the same attractor",
+            f"from the left side the attractor of period {left}, from the right that of "
+            f"period {right}",
+            bool(left == right > 0),
         ),
     )
 
@@ -248,44 +235,40 @@ def _u4(facts: Facts) -> Claim:
     values = tuple(numbers[f"d of U4, point {k}"] for k in range(1, 5))
     rounded = [f"{value.computed:.3f}" for value in values]
     share = orbit.jump.share if orbit.jump is not None else float("nan")
-    return Claim(
+    return claim(
         "coulomb.u4",
         10,
         "section 4, below figure 9",
         "An infinitely unstable orbit U4 of period 4 exists, approximately "
         "(-0.466, -0.254, 0.279, 0.492)",
-        (
-            Finding(
-                "the map with its jumps filled in has such an orbit through the grazing jump",
-                f"it crosses the jump {facts.jump.d:.12f} at {100 * share:.4f} % of its height "
-                f"and closes to {orbit.residual:.0e}",
-                orbit.period == 4 and 0.0 < share < 1.0 and orbit.residual < ROUNDING,
-            ),
-            Finding(
-                "the printed digits are those of the orbit, rounded",
-                f"rounded to three digits its points are {', '.join(rounded)}",
-                all(value.printed == text for value, text in zip(values, rounded, strict=True)),
-                essential=False,
-            ),
+        Finding(
+            "the map with its jumps filled in has such an orbit through the grazing jump",
+            f"it crosses the jump {facts.jump.d:.12f} at {100 * share:.4f} % of its height "
+            f"and closes to {orbit.residual:.0e}",
+            orbit.period == 4 and 0.0 < share < 1.0 and orbit.residual < ROUNDING,
         ),
-        values,
+        Finding(
+            "the printed digits are those of the orbit, rounded",
+            f"rounded to three digits its points are {', '.join(rounded)}",
+            all(value.printed == text for value, text in zip(values, rounded, strict=True)),
+            essential=False,
+        ),
+        values=values,
         mechanism=facts.jump.mechanism,
     )
 
 
 def _in_the_basin(facts: Facts) -> Claim:
-    return Claim(
+    return claim(
         "coulomb.u4_basin",
         10,
         "section 4, below figure 9",
         "U4 lies in the basin of S4",
-        (
-            Finding(
-                "starts on both sides of all four points reach S4",
-                "periods of the attractors reached, left and right of each point: "
-                + ", ".join(f"{a} {b}" for a, b in facts.owners.tolist()),
-                bool((facts.owners == 4).all()),
-            ),
+        Finding(
+            "starts on both sides of all four points reach S4",
+            "periods of the attractors reached, left and right of each point: "
+            + ", ".join(f"{a} {b}" for a, b in facts.owners.tolist()),
+            bool((facts.owners == 4).all()),
         ),
     )
 
@@ -300,24 +283,22 @@ def _transients(facts: Facts) -> Claim:
     steps = steps[np.abs(steps) > ROUNDING]
     one_sided = bool((steps < 0.0).all() or (steps > 0.0).all())
     jumped = abs(float(right[1] - right[0]))
-    return Claim(
+    return claim(
         "coulomb.transients",
         10,
         "section 4, below figure 9, and figure 10",
         "Orbits that start on different sides of the discontinuity are attracted by S4 in "
         "different ways",
-        (
-            Finding(
-                "both end on S4",
-                f"after {ROUNDS} rounds they are {settled[0]:.0e} and {settled[1]:.0e} from it",
-                max(settled) < 1e-6,
-            ),
-            Finding(
-                "they take different ways",
-                f"from the left the fourth iterates approach point {ends[0] + 1} "
-                f"{'from one side' if one_sided else 'from both sides'}; from the right the "
-                f"first step is {jumped:.4f} and the end is point {ends[1] + 1}",
-                one_sided and jumped > 10.0 * abs(float(left[1] - left[0])),
-            ),
+        Finding(
+            "both end on S4",
+            f"after {ROUNDS} rounds they are {settled[0]:.0e} and {settled[1]:.0e} from it",
+            max(settled) < 1e-6,
+        ),
+        Finding(
+            "they take different ways",
+            f"from the left the fourth iterates approach point {ends[0] + 1} "
+            f"{'from one side' if one_sided else 'from both sides'}; from the right the "
+            f"first step is {jumped:.4f} and the end is point {ends[1] + 1}",
+            one_sided and jumped > 10.0 * abs(float(left[1] - left[0])),
         ),
     )

@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
+from stickslip.analysis.attractors.attractor import Attractor
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.bifurcations.conditions.conditions import Flip
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
-from stickslip.analysis.bifurcations.normal_forms import flip_coefficient, fold_coefficient
+from stickslip.analysis.bifurcations.normal_forms import (
+    FoldCoefficient,
+    flip_coefficient,
+    fold_coefficient,
+)
 from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.analysis.orbits.periodic import periodic_orbits
-from stickslip.studies.claim import Claim, Finding, Value
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import cusp_of, in_window
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.analysis.attractors.attractor import Attractor
-    from stickslip.analysis.bifurcations.normal_forms import FoldCoefficient
-    from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 FIGURES: Final = (11, 14, 15)
 
@@ -166,18 +166,16 @@ def _lobe_approaches(facts: Facts) -> Claim:
     listing = ", ".join(f"{one.lowest:.3e} (alpha = {one.alpha})" for one in facts.lobes)
     flat = ", ".join(f"{one.flat:.5f}" for one in facts.lobes)
     heights = [one.lowest for one in facts.lobes]
-    return Claim(
+    return claim(
         "law9.lobe",
         14,
         "section 4, second example",
         "The first iterated map has a lobe with a horizontal tangent, which approaches the "
         "diagonal as alpha grows",
-        (
-            Finding(
-                "least distance of f from the diagonal left of the cusp: falls and stays positive",
-                f"{listing}; horizontal tangents at d = {flat}",
-                all(a > b for a, b in pairwise(heights)) and heights[-1] > 0.0,
-            ),
+        Finding(
+            "least distance of f from the diagonal left of the cusp: falls and stays positive",
+            f"{listing}; horizontal tangents at d = {flat}",
+            all(a > b for a, b in pairwise(heights)) and heights[-1] > 0.0,
         ),
         note="The fold itself is where the slope is one, beside the horizontal tangent.",
     )
@@ -188,54 +186,50 @@ def _fold(facts: Facts) -> Claim:
     kinds = sorted(orbit.kind for orbit in above.fixed)
     listing = ", ".join(f"{o.points[0]:.8f} (multiplier {o.multiplier:.6f})" for o in above.fixed)
     c = facts.coefficient
-    return Claim(
+    return claim(
         "law9.fold",
         14,
         "section 4, second example",
         "At 1.2151 a smooth fold of f gives birth to two period-1 orbits, the stable S1 and the "
         "unstable U1",
-        (
-            Finding(
-                "no fixed point left of the cusp below, a stable and an unstable one above",
-                f"{len(below.fixed)} just below; just above: {listing}",
-                not below.fixed and kinds == ["stable", "unstable"],
-            ),
-            Finding(
-                "it is smooth: f'' is not zero, and no breakpoint of f is near",
-                f"f'' = {c.curvature:.3f} ± {c.error:.0e}; nearest breakpoint "
-                f"{facts.break_distance:.2e} away, the orbits "
-                f"{np.ptp([o.points[0] for o in above.fixed]):.2e} apart",
-                abs(c.curvature) > c.error
-                and facts.break_distance > np.ptp([o.points[0] for o in above.fixed]),
-            ),
+        Finding(
+            "no fixed point left of the cusp below, a stable and an unstable one above",
+            f"{len(below.fixed)} just below; just above: {listing}",
+            not below.fixed and kinds == ["stable", "unstable"],
         ),
-        (facts.numbers[FOLD],),
+        Finding(
+            "it is smooth: f'' is not zero, and no breakpoint of f is near",
+            f"f'' = {c.curvature:.3f} ± {c.error:.0e}; nearest breakpoint "
+            f"{facts.break_distance:.2e} away, the orbits "
+            f"{np.ptp([o.points[0] for o in above.fixed]):.2e} apart",
+            abs(c.curvature) > c.error
+            and facts.break_distance > np.ptp([o.points[0] for o in above.fixed]),
+        ),
+        values=(facts.numbers[FOLD],),
     )
 
 
 def _collision(facts: Facts) -> Claim:
     between, below, above = facts.between, facts.below_crisis, facts.above_crisis
-    return Claim(
+    return claim(
         "law9.crisis",
         15,
         "section 4, second example",
         "At 1.2153 the chaotic attractor collides with U1 and is gone",
-        (
-            Finding(
-                "the attractor's end f^2(c), c the cusp, comes down to U1 and passes it",
-                f"f^2(c) - U1 = {between.clearance:.3e} at alpha = {between.alpha}, "
-                f"{below.clearance:.1e} and {above.clearance:.1e} at {BESIDE:.0e} on either side",
-                between.clearance > below.clearance > 0.0 > above.clearance,
-            ),
-            Finding(
-                "there is chaos before and none after",
-                f"attractors in the window at {BETWEEN}: {_kinds(facts.attractors_between)}; at "
-                f"{AFTER}: {_kinds(facts.attractors_after)}",
-                "chaotic" in _kinds(facts.attractors_between)
-                and "chaotic" not in _kinds(facts.attractors_after),
-            ),
+        Finding(
+            "the attractor's end f^2(c), c the cusp, comes down to U1 and passes it",
+            f"f^2(c) - U1 = {between.clearance:.3e} at alpha = {between.alpha}, "
+            f"{below.clearance:.1e} and {above.clearance:.1e} at {BESIDE:.0e} on either side",
+            between.clearance > below.clearance > 0.0 > above.clearance,
         ),
-        (facts.numbers[CRISIS],),
+        Finding(
+            "there is chaos before and none after",
+            f"attractors in the window at {BETWEEN}: {_kinds(facts.attractors_between)}; at "
+            f"{AFTER}: {_kinds(facts.attractors_after)}",
+            "chaotic" in _kinds(facts.attractors_between)
+            and "chaotic" not in _kinds(facts.attractors_after),
+        ),
+        values=(facts.numbers[CRISIS],),
         mechanism="a boundary crisis: the image of the cusp meets the orbit that bounds the basin",
     )
 
@@ -249,19 +243,17 @@ def _boundary(facts: Facts) -> Claim:
     s1 = next((float(o.points[0]) for o in facts.between.fixed if o.stable), np.nan)
     chaotic = [item for item in facts.attractors_between if item.kind == "chaotic"]
     caught = bool(chaotic) and bool(chaotic[0].contains(right, 1e-9))
-    return Claim(
+    return claim(
         "law9.boundary",
         15,
         "section 4, second example",
         "U1 bounds the basin of the chaotic attractor",
-        (
-            Finding(
-                "from just left of U1 orbits go to S1, from just right of it to the chaos",
-                f"at alpha = {BETWEEN}, {STEPS} steps from U1 - {ASIDE:.0e}: {left:.9f} (S1 = "
-                f"{s1:.9f}); from U1 + {ASIDE:.0e}: {right:.6f}, "
-                f"{'inside' if caught else 'outside'} the bands",
-                abs(left - s1) < 1e-9 and caught,
-            ),
+        Finding(
+            "from just left of U1 orbits go to S1, from just right of it to the chaos",
+            f"at alpha = {BETWEEN}, {STEPS} steps from U1 - {ASIDE:.0e}: {left:.9f} (S1 = "
+            f"{s1:.9f}); from U1 + {ASIDE:.0e}: {right:.6f}, "
+            f"{'inside' if caught else 'outside'} the bands",
+            abs(left - s1) < 1e-9 and caught,
         ),
     )
 
@@ -269,20 +261,16 @@ def _boundary(facts: Facts) -> Claim:
 def _afterwards(facts: Facts) -> Claim:
     found = facts.attractors_after
     orbits = [item.orbit for item in found if item.orbit is not None]
-    return Claim(
+    return claim(
         "law9.afterwards",
         15,
         "section 4, second example",
         "After the collision the transients that it attracted before go to S1",
-        (
-            Finding(
-                "S1 is the only attractor in the window",
-                f"at alpha = {AFTER}: {_kinds(found)}"
-                + "".join(
-                    f", d = {o.points[0]:.10f}, multiplier {o.multiplier:.6f}" for o in orbits
-                ),
-                len(found) == 1 and found[0].kind == "periodic" and found[0].period == 1,
-            ),
+        Finding(
+            "S1 is the only attractor in the window",
+            f"at alpha = {AFTER}: {_kinds(found)}"
+            + "".join(f", d = {o.points[0]:.10f}, multiplier {o.multiplier:.6f}" for o in orbits),
+            len(found) == 1 and found[0].kind == "periodic" and found[0].period == 1,
         ),
     )
 
@@ -293,24 +281,22 @@ def _doublings(facts: Facts) -> Claim:
     ratios = gaps[:-1] / gaps[1:]
     doubles = all(2 * a.period == b.period for a, b in pairwise(facts.cascade))
     end = values[-1].computed + gaps[-1] / (FEIGENBAUM - 1.0)
-    return Claim(
+    return claim(
         "law9.cascade",
         11,
         "section 4, second example",
         "S1 then goes through a smooth period-doubling cascade",
-        (
-            Finding(
-                "its period doubles again and again",
-                f"flips of the periods {', '.join(str(one.period) for one in facts.cascade)}; "
-                f"ratios of successive gaps {', '.join(f'{ratio:.4f}' for ratio in ratios)}",
-                len(facts.cascade) == FLIPS and doubles and bool((gaps > 0.0).all()),
-            ),
-            Finding(
-                "each flip is supercritical",
-                ", ".join(f"{one.criticality}" for one in facts.cascade),
-                all(one.criticality == "super" for one in facts.cascade),
-            ),
+        Finding(
+            "its period doubles again and again",
+            f"flips of the periods {', '.join(str(one.period) for one in facts.cascade)}; "
+            f"ratios of successive gaps {', '.join(f'{ratio:.4f}' for ratio in ratios)}",
+            len(facts.cascade) == FLIPS and doubles and bool((gaps > 0.0).all()),
         ),
-        tuple(values),
+        Finding(
+            "each flip is supercritical",
+            ", ".join(f"{one.criticality}" for one in facts.cascade),
+            all(one.criticality == "super" for one in facts.cascade),
+        ),
+        values=tuple(values),
         note=f"With Feigenbaum's ratio {FEIGENBAUM:.6f} they accumulate near alpha = {end:.7f}.",
     )

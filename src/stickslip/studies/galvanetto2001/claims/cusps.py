@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from stickslip import examples
+from stickslip.analysis.attractors.attractor import AttractorList
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.branches.breakpoints import Breakpoint
+from stickslip.analysis.orbits.orbit import OrbitList
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import simulate
-from stickslip.studies.claim import Claim, Finding
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import WINDOW, in_window
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.analysis.attractors.attractor import AttractorList
-    from stickslip.analysis.branches.breakpoints import Breakpoint
-    from stickslip.analysis.orbits.orbit import OrbitList
-    from stickslip.studies.claim import Value
 
 FIGURES: Final = (11, 12, 17)
 
@@ -110,44 +106,42 @@ def _several(facts: Facts) -> Claim:
     kinds = [f"{item.kind} of period {item.period}" for item in facts.attractors]
     lo, hi = WINDOW
     outside = [o for o in stable if not all(lo < x < hi for x in o.points)]
-    return Claim(
+    return claim(
         "law9.several",
         11,
         "section 4, second example",
         "For these parameters several attractors may exist, of which only those in "
         "0.379 < d < 0.390 are studied",
-        (
-            Finding(
-                "more than one attractor",
-                f"over the whole domain, alpha = {ALPHA}: {', '.join(kinds)}; stable orbits up to "
-                f"period 2: {listing}",
-                len(facts.attractors) > 1,
-            ),
+        Finding(
+            "more than one attractor",
+            f"over the whole domain, alpha = {ALPHA}: {', '.join(kinds)}; stable orbits up to "
+            f"period 2: {listing}",
+            len(facts.attractors) > 1,
         ),
-        note="Besides P1 there is a stable orbit that the range of d cuts: one of its points lies "
-        "inside, the other outside."
-        if outside
-        else "",
+        note=(
+            "Besides P1 there is a stable orbit that the range of d cuts: one of its points lies "
+            "inside, the other outside."
+            if outside
+            else ""
+        ),
     )
 
 
 def _p1(facts: Facts) -> Claim:
     lo, hi = WINDOW
     fixed = [o for o in facts.orbits.of_period(1) if lo < o.points[0] < hi]
-    return Claim(
+    return claim(
         "law9.p1",
         12,
         "section 4, second example",
         "For alpha = 1.208 the map has the stable fixed point P1",
-        (
-            Finding(
-                "one stable fixed point in the range of d",
-                f"fixed points there: {len(fixed)}, multiplier "
-                + ", ".join(f"{o.multiplier:.6f}" for o in fixed),
-                sum(o.stable for o in fixed) == 1,
-            ),
+        Finding(
+            "one stable fixed point in the range of d",
+            f"fixed points there: {len(fixed)}, multiplier "
+            + ", ".join(f"{o.multiplier:.6f}" for o in fixed),
+            sum(o.stable for o in fixed) == 1,
         ),
-        tuple(value for name, value in facts.numbers.items() if "P1" in name),
+        values=tuple(value for name, value in facts.numbers.items() if "P1" in name),
     )
 
 
@@ -157,19 +151,17 @@ def _cusps(facts: Facts) -> Claim:
         f"{item.d:.9f} (slopes {item.left_slope:.4f}, {item.right_slope:.4f})"
         for item in (*one, *two)
     )
-    return Claim(
+    return claim(
         "law9.cusps",
         12,
         "section 4, second example",
         "The first iterated map has one cusp in the range of d, the second has two",
-        (
-            Finding(
-                "one corner of f where the slope changes its sign",
-                f"corners of f in the range: {len(one)}",
-                len(one) == 1 and one[0].left_slope > 0.0 > one[0].right_slope,
-            ),
-            Finding("two corners of f^2", f"corners of f and f^2: {slopes}", len(two) == 2),
+        Finding(
+            "one corner of f where the slope changes its sign",
+            f"corners of f in the range: {len(one)}",
+            len(one) == 1 and one[0].left_slope > 0.0 > one[0].right_slope,
         ),
+        Finding("two corners of f^2", f"corners of f and f^2: {slopes}", len(two) == 2),
         note="The second cusp of f^2 lies where f has the first one's d as its value.",
     )
 
@@ -178,22 +170,20 @@ def _transients(facts: Facts) -> Claim:
     first, second = facts.transients
     cusp = facts.corners[0].d
     value = next(value for name, value in facts.numbers.items() if "cusp" in name)
-    return Claim(
+    return claim(
         "law9.transients",
         17,
         "section 4, second example, figure 17",
         "Starts at 0.3812 and 0.3818 lie on the two sides of the cusp, d of about 0.3815, and "
         "block 2 first comes to rest in different ways",
-        (
-            Finding("the cusp lies between", f"at {cusp:.12f}", first.start < cusp < second.start),
-            Finding(
-                "the motion from the left turns back before the belt, that from the right sticks",
-                f"block 2 first sticks at the times {first.time:.4f} and {second.time:.4f}, with "
-                f"needed forces {first.force:.4f} and {second.force:.4f}",
-                first.time > second.time + 0.1,
-            ),
+        Finding("the cusp lies between", f"at {cusp:.12f}", first.start < cusp < second.start),
+        Finding(
+            "the motion from the left turns back before the belt, that from the right sticks",
+            f"block 2 first sticks at the times {first.time:.4f} and {second.time:.4f}, with "
+            f"needed forces {first.force:.4f} and {second.force:.4f}",
+            first.time > second.time + 0.1,
         ),
-        (value,),
+        values=(value,),
     )
 
 
@@ -201,22 +191,20 @@ def _tangent(facts: Facts) -> Claim:
     cusp = facts.corners[0]
     sticking = min(facts.beside, key=lambda one: one.time)
     off = abs(sticking.force - facts.limit)
-    return Claim(
+    return claim(
         "law9.tangent",
         17,
         "section 4, second example, below figure 16",
         "The cusps correspond to motions tangent to the sticking interval",
-        (
-            Finding(
-                "at the cusp block 2 grazes",
-                f"adjacent floats at d = {cusp.d:.15g} differ in this: {_mechanism(facts)}",
-                "block 2 grazes" in _mechanism(facts),
-            ),
-            Finding(
-                "at the touch beside the cusp the acceleration in eq. (16) vanishes",
-                f"F(0) = 1 leaves beta - R_2 = {off:.1e} there",
-                off < ROUNDING,
-            ),
+        Finding(
+            "at the cusp block 2 grazes",
+            f"adjacent floats at d = {cusp.d:.15g} differ in this: {_mechanism(facts)}",
+            "block 2 grazes" in _mechanism(facts),
+        ),
+        Finding(
+            "at the touch beside the cusp the acceleration in eq. (16) vanishes",
+            f"F(0) = 1 leaves beta - R_2 = {off:.1e} there",
+            off < ROUNDING,
         ),
         mechanism=_mechanism(facts),
     )
@@ -231,17 +219,15 @@ def _mechanism(facts: Facts) -> str:
 def _only_end_points(facts: Facts) -> Claim:
     grazes = [item for item in facts.breaks if "grazes" in item.mechanism]
     listing = "; ".join(f"{item.d:.8f}, a {item.kind}: {item.mechanism}" for item in grazes)
-    return Claim(
+    return claim(
         "law9.end_points",
         17,
         "section 4, eq. (16)",
         "With law (9) a motion can be tangent to the sticking interval only at its end points",
-        (
-            Finding(
-                "every graze of the map, over its whole domain, is at an end point",
-                f"{len(grazes)} grazes: {listing}",
-                bool(grazes) and all(item.mechanism.endswith("at an end point") for item in grazes),
-            ),
+        Finding(
+            "every graze of the map, over its whole domain, is at an end point",
+            f"{len(grazes)} grazes: {listing}",
+            bool(grazes) and all(item.mechanism.endswith("at an end point") for item in grazes),
         ),
         mechanism="F(0) is the static limit: a touch without acceleration needs the full force",
     )

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -11,13 +12,9 @@ from stickslip import examples, status
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model import locus
-from stickslip.studies.claim import Claim, Finding
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.studies.claim import Claim, Finding, claim
 from stickslip.studies.galvanetto2001.orbits import WINDOW
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 FIGURES: Final = (2,)
 
@@ -93,12 +90,12 @@ def claims(facts: Facts) -> Iterator[Claim]:
 
 
 def _domain(systems: tuple[System, ...]) -> Claim:
-    return Claim(
+    return claim(
         "map.domain",
         2,
         "section 3, below eq. (12)",
         "The map's field of definition is the projection AC of the global stick locus on d",
-        tuple(
+        *tuple(
             Finding(
                 f"{one.name}: the ends of the domain are those of the projection",
                 f"{one.name}: domain |d| <= {one.domain[1]:.12f}, projection "
@@ -112,12 +109,12 @@ def _domain(systems: tuple[System, ...]) -> Claim:
 
 
 def _onset(systems: tuple[System, ...]) -> Claim:
-    return Claim(
+    return claim(
         "map.onset",
         2,
         "section 3, below eq. (6)",
         "A global stick phase ends where a block reaches the right end of its interval (6)",
-        tuple(
+        *tuple(
             Finding(
                 f"{one.name}: the first slip is backward from every start",
                 f"{one.name}: forward from {one.forward} of {SAMPLES} starts over the domain",
@@ -133,21 +130,19 @@ def _defined(facts: Facts) -> Claim:
     coulomb, law9 = facts.coulomb, facts.law9
     lo, hi = WINDOW
     clear = all(b < lo or a > hi for a, b in law9.gaps)
-    return Claim(
+    return claim(
         "map.defined",
         2,
         "section 3, last paragraph",
         "For a small driving velocity every motion that starts as a global stick phase has more of "
         "them, so that the map is well defined, as the examples show",
-        (
-            Finding("Coulomb, V = 0.0366: no gap", _gaps(coulomb), not coulomb.gaps),
-            Finding(
-                "law (9), V = 0.295, alpha = 1.208: no gap in the range of d that is studied",
-                f"{WINDOW[0]} < d < {WINDOW[1]} {'is free of gaps' if clear else 'has a gap'}",
-                clear,
-            ),
-            Finding("law (9): no gap anywhere", _gaps(law9), not law9.gaps, essential=False),
+        Finding("Coulomb, V = 0.0366: no gap", _gaps(coulomb), not coulomb.gaps),
+        Finding(
+            "law (9), V = 0.295, alpha = 1.208: no gap in the range of d that is studied",
+            f"{WINDOW[0]} < d < {WINDOW[1]} {'is free of gaps' if clear else 'has a gap'}",
+            clear,
         ),
+        Finding("law (9): no gap anywhere", _gaps(law9), not law9.gaps, essential=False),
         mechanism=(
             "in the gap the motion settles on a cycle on which some block always slips"
             if "NEVER_CYCLE" in law9.endings
@@ -159,32 +154,32 @@ def _defined(facts: Facts) -> Claim:
 def _without_global_stick(facts: Facts) -> Claim:
     never = {"NEVER_SLIPPING", "NEVER_CYCLE"}
     law9 = facts.law9
-    return Claim(
+    return claim(
         "map.no_global_stick",
         2,
         "section 3, last paragraph",
         "Even for a small driving velocity, and more probably with Coulomb friction, there can be "
         "steady motions without any global stick phase",
-        (
-            Finding(
-                "Coulomb: a small oscillation of both blocks about steady slip never sticks",
-                f"started beside the equilibrium of steady slip: {facts.slipping}",
-                facts.slipping in never,
-            ),
-            Finding(
-                "law (9): such a motion exists",
-                f"in the middle of each gap: {', '.join(law9.endings) or 'there is no gap'}",
-                bool(law9.endings) and set(law9.endings) <= never,
-            ),
-            Finding(
-                "Coulomb: a larger share of the starts in global stick end so than with law (9)",
-                f"{facts.coulomb.undefined:.2%} of the domain against {law9.undefined:.2%}",
-                facts.coulomb.undefined > law9.undefined,
-                essential=False,
-            ),
+        Finding(
+            "Coulomb: a small oscillation of both blocks about steady slip never sticks",
+            f"started beside the equilibrium of steady slip: {facts.slipping}",
+            facts.slipping in never,
         ),
-        note="With Coulomb friction steady slip is neutrally stable: such motions fill an open set "
-        "of initial states. With law (9) the falling force makes steady slip unstable.",
+        Finding(
+            "law (9): such a motion exists",
+            f"in the middle of each gap: {', '.join(law9.endings) or 'there is no gap'}",
+            bool(law9.endings) and set(law9.endings) <= never,
+        ),
+        Finding(
+            "Coulomb: a larger share of the starts in global stick end so than with law (9)",
+            f"{facts.coulomb.undefined:.2%} of the domain against {law9.undefined:.2%}",
+            facts.coulomb.undefined > law9.undefined,
+            essential=False,
+        ),
+        note=(
+            "With Coulomb friction steady slip is neutrally stable: such motions fill an open set "
+            "of initial states. With law (9) the falling force makes steady slip unstable."
+        ),
     )
 
 

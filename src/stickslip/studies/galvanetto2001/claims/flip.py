@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
-from stickslip.studies.claim import Claim, Finding
+from stickslip.analysis.bifurcations.normal_forms import FlipCoefficient, flip_coefficient
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import Moment, in_window, moment
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.analysis.bifurcations.normal_forms import FlipCoefficient
-    from stickslip.studies.claim import Value
 
 FIGURES: Final = (11,)
 
@@ -59,19 +54,17 @@ def claims(facts: Facts) -> Iterator[Claim]:
 
 def _p1(facts: Facts) -> Claim:
     below, above = (m.p1.multiplier for m in (facts.below, facts.above))
-    return Claim(
+    return claim(
         "law9.p1_stability",
         11,
         "section 4, second example",
         "As alpha grows P1 changes stability at about 1.2099",
-        (
-            Finding(
-                "the multiplier of P1 leaves the unit circle at -1",
-                f"{below:.9f} just below, {above:.9f} just above",
-                -1.0 < below < -0.99 and above < -1.0,
-            ),
+        Finding(
+            "the multiplier of P1 leaves the unit circle at -1",
+            f"{below:.9f} just below, {above:.9f} just above",
+            -1.0 < below < -0.99 and above < -1.0,
         ),
-        (facts.numbers[FLIP],),
+        values=(facts.numbers[FLIP],),
     )
 
 
@@ -81,26 +74,24 @@ def _flip(facts: Facts) -> Claim:
     distance = np.nan
     if below.a is not None:
         distance = float(np.abs(below.a.points - below.p1.points[0]).max())
-    return Claim(
+    return claim(
         "law9.flip",
         11,
         "section 4, second example",
         "At 1.2099 P1 and A meet in a smooth subcritical flip: the unstable period-2 orbit is gone "
         "and P1 is unstable",
-        (
-            Finding(
-                "A exists below, unstable, and not above",
-                f"A just below: {'no' if below.a is None else f'{below.a.multiplier:.9f}'} "
-                f"(multiplier), {distance:.2e} from P1; above: {'yes' if above.a else 'gone'}",
-                below.a is not None and not below.a.stable and above.a is None,
-            ),
-            Finding(
-                "the normal form is that of a subcritical flip",
-                f"cubic coefficient {c.value:.6g} ± {c.error:.1g}",
-                c.criticality == "sub",
-            ),
+        Finding(
+            "A exists below, unstable, and not above",
+            f"A just below: {'no' if below.a is None else f'{below.a.multiplier:.9f}'} "
+            f"(multiplier), {distance:.2e} from P1; above: {'yes' if above.a else 'gone'}",
+            below.a is not None and not below.a.stable and above.a is None,
         ),
-        (facts.numbers[FLIP],),
+        Finding(
+            "the normal form is that of a subcritical flip",
+            f"cubic coefficient {c.value:.6g} ± {c.error:.1g}",
+            c.criticality == "sub",
+        ),
+        values=(facts.numbers[FLIP],),
     )
 
 
@@ -113,16 +104,10 @@ def _approach(facts: Facts) -> Claim:
     listing = ", ".join(
         f"{gap:.3e} (alpha = {m.alpha:.7f})" for m, gap in zip(moments, apart, strict=True)
     )
-    return Claim(
+    return claim(
         "law9.approach",
         11,
         "section 4, second example",
         "As alpha grows, A approaches P1",
-        (
-            Finding(
-                "its distance from P1 falls",
-                listing,
-                all(a > b for a, b in pairwise(apart)),
-            ),
-        ),
+        Finding("its distance from P1 falls", listing, all(a > b for a, b in pairwise(apart))),
     )

@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from stickslip import examples
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.mechanics.eventmap.of_model import event_map
-from stickslip.mechanics.flow.trajectory import Trajectory, simulate
-from stickslip.studies.claim import Claim, Finding
+from stickslip.mechanics.flow.trajectory import Event, Trajectory, simulate
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.studies.claim import Claim, Finding, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.claims.collision import BESIDE, COLLISION
 from stickslip.studies.galvanetto2001.orbits import jump_of_s4
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.analysis.branches.breakpoints import Breakpoint
-    from stickslip.mechanics.flow.trajectory import Event
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 FIGURES: Final = (7,)
 
@@ -161,18 +157,16 @@ def claims(facts: Facts) -> Iterator[Claim]:
 
 def _grazing(facts: Facts) -> Claim:
     jump = facts.jump
-    return Claim(
+    return claim(
         "grazing.orbit",
         7,
         "section 4, second paragraph",
         "The transition is linked to a grazing motion of block 2",
-        (
-            Finding(
-                "at the jump that S4 meets block 2 grazes",
-                f"of the motions on either side, adjacent floats at d = {jump.d:.15g}, one makes "
-                f"an event that the other does not: {jump.mechanism}",
-                jump.block == BLOCK and "grazes" in jump.mechanism,
-            ),
+        Finding(
+            "at the jump that S4 meets block 2 grazes",
+            f"of the motions on either side, adjacent floats at d = {jump.d:.15g}, one makes "
+            f"an event that the other does not: {jump.mechanism}",
+            jump.block == BLOCK and "grazes" in jump.mechanism,
         ),
         mechanism=jump.mechanism,
     )
@@ -182,23 +176,21 @@ def _lobe_approaches(facts: Facts) -> Claim:
     heights = [w for _, w in facts.lobes]
     listing = ", ".join(f"{w:.3e} (V = {V:.10g})" for V, w in facts.lobes)
     rising = all(a < b < 0.0 for a, b in pairwise(heights))
-    return Claim(
+    return claim(
         "grazing.lobe",
         7,
         "section 4, second paragraph",
         "A lobe of S4 is close to a tangency with the belt velocity, comes closer as V grows, and "
         "touches at the collision",
-        (
-            Finding(
-                "the lobe's top rises towards the belt velocity",
-                f"largest w of the lobe: {listing}",
-                rising,
-            ),
-            Finding(
-                "it is there at the collision",
-                f"{heights[-1]:.1e} at {BESIDE:.0e} below it",
-                abs(heights[-1]) < 1e-3 * abs(heights[0]),
-            ),
+        Finding(
+            "the lobe's top rises towards the belt velocity",
+            f"largest w of the lobe: {listing}",
+            rising,
+        ),
+        Finding(
+            "it is there at the collision",
+            f"{heights[-1]:.1e} at {BESIDE:.0e} below it",
+            abs(heights[-1]) < 1e-3 * abs(heights[0]),
         ),
     )
 
@@ -206,24 +198,22 @@ def _lobe_approaches(facts: Facts) -> Claim:
 def _keeps_touching(facts: Facts) -> Claim:
     near = [x for x in facts.sticks if abs(x) < NEAR_ZERO * facts.length]
     place = facts.touches[0].place
-    return Claim(
+    return claim(
         "grazing.near_zero",
         7,
         "section 4, second paragraph",
         "Past the collision the motion keeps meeting the stick interval near X_2 = 0",
-        (
-            Finding(
-                f"at V = {PAST} block 2 sticks near X_2 = 0 (within {NEAR_ZERO:.0%} of the "
-                "interval's length) in every period",
-                f"in {len(near)} of its {len(facts.sticks)} sticks per {facts.period} global stick "
-                f"phases, at X_2 = {', '.join(f'{x:.5f}' for x in near) or 'no such place'}",
-                len(near) > 0,
-            ),
-            Finding(
-                "the place of the graze is near X_2 = 0 in the same sense",
-                f"X_2 = {place:.6f}, in an interval of length {facts.length:.4f}",
-                abs(place) < NEAR_ZERO * facts.length,
-            ),
+        Finding(
+            f"at V = {PAST} block 2 sticks near X_2 = 0 (within {NEAR_ZERO:.0%} of the "
+            "interval's length) in every period",
+            f"in {len(near)} of its {len(facts.sticks)} sticks per {facts.period} global stick "
+            f"phases, at X_2 = {', '.join(f'{x:.5f}' for x in near) or 'no such place'}",
+            len(near) > 0,
+        ),
+        Finding(
+            "the place of the graze is near X_2 = 0 in the same sense",
+            f"X_2 = {place:.6f}, in an interval of length {facts.length:.4f}",
+            abs(place) < NEAR_ZERO * facts.length,
         ),
     )
 
@@ -231,41 +221,37 @@ def _keeps_touching(facts: Facts) -> Claim:
 def _tangency(facts: Facts) -> Claim:
     off = [abs(one.force - one.mu * facts.beta) for one in facts.touches]
     listing = ", ".join(f"{one.force:.12f} (mu = {one.mu})" for one in facts.touches)
-    return Claim(
+    return claim(
         "grazing.tangency",
         7,
         "section 4, eq. (14)",
         "The motion is tangent to the stick interval where X_2 + alpha (X_2 - X_1) = beta mu_k "
         "while block 2 has the belt's velocity",
-        (
-            Finding(
-                "at the touch the force in eq. (14) is beta mu_k",
-                f"{listing}; off by {max(off):.0e} at most",
-                max(off) < NEXT_TO_TOUCH,
-            ),
+        Finding(
+            "at the touch the force in eq. (14) is beta mu_k",
+            f"{listing}; off by {max(off):.0e} at most",
+            max(off) < NEXT_TO_TOUCH,
         ),
     )
 
 
 def _becomes_sticking(facts: Facts) -> Claim:
     one = facts.touches[0]
-    return Claim(
+    return claim(
         "grazing.sticks",
         7,
         "section 4, eq. (15)",
         "The tangent point becomes a sticking point, which block 2 leaves at the right end of its "
         "interval, where X_2 + alpha (X_2 - X_1) = beta",
-        (
-            Finding(
-                "block 2 rides with the belt after the touch",
-                f"for a time of {one.ride:.6f} (mu = {one.mu})",
-                one.ride > 0.0,
-            ),
-            Finding(
-                "at the end of the ride the force of eq. (15) is beta",
-                f"{one.release:.12f}, beta = {facts.beta}",
-                abs(one.release - facts.beta) < ROUNDING,
-            ),
+        Finding(
+            "block 2 rides with the belt after the touch",
+            f"for a time of {one.ride:.6f} (mu = {one.mu})",
+            one.ride > 0.0,
+        ),
+        Finding(
+            "at the end of the ride the force of eq. (15) is beta",
+            f"{one.release:.12f}, beta = {facts.beta}",
+            abs(one.release - facts.beta) < ROUNDING,
         ),
         mechanism="the touch sticks because the force there, beta mu_k, is inside the interval",
     )
@@ -281,38 +267,36 @@ def _avoided(facts: Facts) -> Claim:
     shorter = all(a > b for a, b in pairwise(rides))
     grazes = [item for item in facts.law9 if "grazes" in item.mechanism]
     jumps = [item for item in facts.law9 if item.kind == "jump"]
-    return Claim(
+    return claim(
         "grazing.avoided",
         7,
         "section 4, below eq. (15), and section 5",
         "The cause is a kinetic friction below the static one: with mu_k = 1 such a bifurcation "
         "would be avoided",
-        (
-            Finding(
-                "the force at the touch lies beta (1 - mu_k) inside the interval: nothing at "
-                "mu_k = 1",
-                ", ".join(
-                    f"{room:.9f} (mu = {one.mu})"
-                    for room, one in zip(rooms, facts.touches, strict=True)
-                ),
-                falls,
+        Finding(
+            "the force at the touch lies beta (1 - mu_k) inside the interval: nothing at mu_k = 1",
+            ", ".join(
+                f"{room:.9f} (mu = {one.mu})"
+                for room, one in zip(rooms, facts.touches, strict=True)
             ),
-            Finding(
-                "so the ride after the touch gets shorter as mu_k grows",
-                ", ".join(f"{one.ride:.4f} (mu = {one.mu})" for one in facts.touches),
-                shorter,
-            ),
-            Finding(
-                "with law (9), whose force starts at the static limit (mu_k = 1), no graze is a "
-                "jump",
-                f"its map has {len(grazes)} grazes: {_kinds(grazes)}",
-                len(grazes) > 0 and all(item.kind != "jump" for item in grazes),
-            ),
+            falls,
         ),
-        note=f"Only jumps by grazing are avoided: the map of law (9) at alpha = 1.208 has "
-        f"{len(jumps)} jumps of other kinds ({_mechanisms(jumps)})."
-        if jumps
-        else "",
+        Finding(
+            "so the ride after the touch gets shorter as mu_k grows",
+            ", ".join(f"{one.ride:.4f} (mu = {one.mu})" for one in facts.touches),
+            shorter,
+        ),
+        Finding(
+            "with law (9), whose force starts at the static limit (mu_k = 1), no graze is a jump",
+            f"its map has {len(grazes)} grazes: {_kinds(grazes)}",
+            len(grazes) > 0 and all(item.kind != "jump" for item in grazes),
+        ),
+        note=(
+            f"Only jumps by grazing are avoided: the map of law (9) at alpha = 1.208 has "
+            f"{len(jumps)} jumps of other kinds ({_mechanisms(jumps)})."
+            if jumps
+            else ""
+        ),
     )
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -12,18 +13,13 @@ from stickslip.analysis.bifurcations.border_collision.skew_tent import (
     attractor_of_skew_tent,
     paired_side,
 )
+from stickslip.analysis.bifurcations.outcome import LocalAttractor
+from stickslip.analysis.maps.derived import WindowMap
+from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
 from stickslip.analysis.orbits.periodic import periodic_orbits
-from stickslip.studies.claim import Claim, Finding
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import cusp_of, in_window
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from stickslip.analysis.bifurcations.outcome import LocalAttractor
-    from stickslip.analysis.maps.derived import WindowMap
-    from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
-    from stickslip.studies.claim import Value
 
 FIGURES: Final = (11, 16)
 
@@ -140,22 +136,20 @@ def _participants(cusp: Cusp) -> dict[str, PeriodicOrbit]:
 def _p1_ends(facts: Facts) -> Claim:
     named = _participants(facts.last)
     fixed = [o.points[0] for o in facts.above.of_period(1)]
-    return Claim(
+    return claim(
         "law9.p1_ends",
         11,
         "section 4, second example",
         "P1 disappears at about 1.21865",
-        (
-            Finding(
-                "P1 exists just below and not just above",
-                f"just below at {named['P1'].points[0]:.10f}; fixed points just above: "
-                + ", ".join(f"{d:.10f}" for d in fixed)
-                if "P1" in named
-                else "P1 is not in the list just below",
-                "P1" in named and not any(abs(d - facts.last.d) < CLOSE for d in fixed),
-            ),
+        Finding(
+            "P1 exists just below and not just above",
+            f"just below at {named['P1'].points[0]:.10f}; fixed points just above: "
+            + ", ".join(f"{d:.10f}" for d in fixed)
+            if "P1" in named
+            else "P1 is not in the list just below",
+            "P1" in named and not any(abs(d - facts.last.d) < CLOSE for d in fixed),
         ),
-        (facts.numbers[END],),
+        values=(facts.numbers[END],),
     )
 
 
@@ -166,48 +160,45 @@ def _together(facts: Facts) -> Claim:
     left = [o for o in facts.above if _is_near(o, c)]
     lost = Counter(o.period for o in facts.below) - Counter(o.period for o in facts.above)
     listing = ", ".join(f"{n} of period {p}" for p, n in sorted(lost.items()))
-    return Claim(
+    return claim(
         "law9.together",
         16,
         "section 4, second example",
         "The unstable P1, U1 and B vanish together, near 1.21865, when the cusp of f meets the "
         "diagonal; there the three coincide",
-        (
-            Finding(
-                "all three are unstable and shrink on to the cusp",
-                f"at {BESIDE:.0e} below: "
-                + ", ".join(
-                    f"{name} within {apart[name]:.1e} (multiplier {orbit.multiplier:.4f})"
-                    for name, orbit in sorted(named.items())
-                ),
-                set(named) == {"P1", "U1", "B"}
-                and not any(orbit.stable for orbit in named.values()),
+        Finding(
+            "all three are unstable and shrink on to the cusp",
+            f"at {BESIDE:.0e} below: "
+            + ", ".join(
+                f"{name} within {apart[name]:.1e} (multiplier {orbit.multiplier:.4f})"
+                for name, orbit in sorted(named.items())
             ),
-            Finding(
-                "none is left above",
-                f"orbits up to period {PERIODS} near the cusp just above: {len(left)}",
-                not left,
-            ),
+            set(named) == {"P1", "U1", "B"} and not any(orbit.stable for orbit in named.values()),
         ),
-        (facts.numbers[END],),
-        note=f"More goes with them: the complete lists lose {listing}, which is all that two full "
-        "branches have. Orbits of every period vanish at this point.",
+        Finding(
+            "none is left above",
+            f"orbits up to period {PERIODS} near the cusp just above: {len(left)}",
+            not left,
+        ),
+        values=(facts.numbers[END],),
+        note=(
+            f"More goes with them: the complete lists lose {listing}, which is all that two full "
+            "branches have. Orbits of every period vanish at this point."
+        ),
     )
 
 
 def _figure_16(facts: Facts) -> Claim:
     u1, cusp, p1 = facts.figure
-    return Claim(
+    return claim(
         "law9.before_the_end",
         16,
         "figure 16",
         "At alpha = 1.2182, slightly below the bifurcation, the cusp is still above the diagonal",
-        (
-            Finding(
-                "U1, the cusp and P1 lie in this order, close together",
-                f"{u1:.8f}, {cusp:.8f}, {p1:.8f}",
-                u1 < cusp < p1 and p1 - u1 < 1e-3,
-            ),
+        Finding(
+            "U1, the cusp and P1 lie in this order, close together",
+            f"{u1:.8f}, {cusp:.8f}, {p1:.8f}",
+            u1 < cusp < p1 and p1 - u1 < 1e-3,
         ),
     )
 
@@ -215,24 +206,21 @@ def _figure_16(facts: Facts) -> Claim:
 def _finite_slopes(facts: Facts) -> Claim:
     pairs = [cusp.slopes for cusp in (facts.first, facts.last)]
     listing = "; ".join(f"{left:.6f} and {right:.6f}" for left, right in pairs)
-    return Claim(
+    return claim(
         "law9.finite_slopes",
         16,
         "section 4, second example",
         "At both bifurcations the slope is set-valued with a finite difference, and the set meets "
         "the unit circle",
-        (
-            Finding(
-                "the one-sided slopes of f^2 at the first and of f at the second are finite and "
-                "differ",
-                listing,
-                all(np.isfinite(pair).all() and abs(pair[0] - pair[1]) > 0.1 for pair in pairs),
-            ),
-            Finding(
-                "1 or -1 lies between them",
-                listing,
-                all(min(pair) < 1.0 < max(pair) or min(pair) < -1.0 < max(pair) for pair in pairs),
-            ),
+        Finding(
+            "the one-sided slopes of f^2 at the first and of f at the second are finite and differ",
+            listing,
+            all(np.isfinite(pair).all() and abs(pair[0] - pair[1]) > 0.1 for pair in pairs),
+        ),
+        Finding(
+            "1 or -1 lies between them",
+            listing,
+            all(min(pair) < 1.0 < max(pair) or min(pair) < -1.0 < max(pair) for pair in pairs),
         ),
     )
 
@@ -246,24 +234,22 @@ def _outcomes(facts: Facts) -> Claim:
         )
         for c in (first, last)
     ]
-    return Claim(
+    return claim(
         "law9.outcomes",
         16,
         "section 4, second example",
         "At the first a chaotic attractor is created together with an unknown number of unstable "
         "orbits, at the second, for falling alpha, only unstable orbits",
-        (
-            Finding(
-                "all orbits born are unstable",
-                f"first: {counts[0]}, up to period 4; second: {counts[1]}, up to {PERIODS}; "
-                f"stable: {len(stable)}",
-                not stable and bool(first.orbits) and bool(last.orbits),
-            ),
-            Finding(
-                "the first keeps the cusp's own orbit beside it, the second does not",
-                f"{STEPS} iterates reach {_reach(first)} and {_reach(last)}",
-                first.reach < 10.0 and not last.reach < 10.0,
-            ),
+        Finding(
+            "all orbits born are unstable",
+            f"first: {counts[0]}, up to period 4; second: {counts[1]}, up to {PERIODS}; "
+            f"stable: {len(stable)}",
+            not stable and bool(first.orbits) and bool(last.orbits),
+        ),
+        Finding(
+            "the first keeps the cusp's own orbit beside it, the second does not",
+            f"{STEPS} iterates reach {_reach(first)} and {_reach(last)}",
+            first.reach < 10.0 and not last.reach < 10.0,
         ),
     )
 
@@ -280,26 +266,27 @@ def _local_shape(facts: Facts) -> Claim:
         last.local.kind == "chaotic"
     ) == (last.reach < 10.0)
     differ = first.local.kind != last.local.kind
-    return Claim(
+    return claim(
         "law9.local_shape",
         16,
         "section 4, second example",
         "The different outcome cannot be inferred from the slopes of the two branches that meet at "
         "the cusp",
-        (
-            Finding(
-                "the slopes of f^2 and of f foretell the same, or something wrong",
-                f"first: {_foretold(first)}; second: {_foretold(last)}; observed: "
-                f"{'chaos' if first.reach < 10.0 else 'none'} and "
-                f"{'chaos' if last.reach < 10.0 else 'no attractor'} at the cusp",
-                not (told and differ),
-            ),
+        Finding(
+            "the slopes of f^2 and of f foretell the same, or something wrong",
+            f"first: {_foretold(first)}; second: {_foretold(last)}; observed: "
+            f"{'chaos' if first.reach < 10.0 else 'none'} and "
+            f"{'chaos' if last.reach < 10.0 else 'no attractor'} at the cusp",
+            not (told and differ),
         ),
-        note="With slopes a > 1 and b < -1 a map of two lines keeps an interval beside its corner "
-        "if and only if (a - 1) (|b| - 1) <= 1, and then fills bands in it with chaos; otherwise "
-        "orbits leave. The two slopes of the power of f that has the cusp on the diagonal are all "
-        "that is needed. For the first bifurcation these are slopes of f^2, which hold the slope "
-        "of f at the cusp's image: of f itself the slopes beside the cusp would not do.",
+        note=(
+            "With slopes a > 1 and b < -1 a map of two lines keeps an interval beside its corner "
+            "if and only if (a - 1) (|b| - 1) <= 1, and then fills bands in it with chaos; "
+            "otherwise orbits leave. The two slopes of the power of f that has the cusp on the "
+            "diagonal are all that is needed. For the first bifurcation these are slopes of f^2, "
+            "which hold the slope of f at the cusp's image: of f itself the slopes beside the cusp "
+            "would not do."
+        ),
     )
 
 
@@ -312,23 +299,21 @@ def _foretold(cusp: Cusp) -> str:
 
 def _folding(facts: Facts) -> Claim:
     first, last = facts.first, facts.last
-    return Claim(
+    return claim(
         "law9.folding",
         16,
         "section 4, second example",
         "At the first the map is folded so that orbits that leave the zone of the cusp are brought "
         "back; at the second there is no folding back",
-        (
-            Finding(
-                "first: the cusp's orbit comes back for ever",
-                f"{STEPS} iterates of f^2 reach {_reach(first)}",
-                first.reach < 10.0,
-            ),
-            Finding(
-                "second: it goes away",
-                f"{STEPS} iterates of f reach {_reach(last)}",
-                not last.reach < 10.0,
-            ),
+        Finding(
+            "first: the cusp's orbit comes back for ever",
+            f"{STEPS} iterates of f^2 reach {_reach(first)}",
+            first.reach < 10.0,
+        ),
+        Finding(
+            "second: it goes away",
+            f"{STEPS} iterates of f reach {_reach(last)}",
+            not last.reach < 10.0,
         ),
         note="The folding back is that of the two branches at the cusp themselves.",
     )

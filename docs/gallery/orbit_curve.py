@@ -10,6 +10,6 @@ import stickslip as ss
 
 model = ss.examples.law9(alpha=1.2153)
 orbit = next(o for o in ss.periodic_orbits(model) if o.stable)
-branch = ss.continue_orbit(orbit, model, "alpha", (1.208, 1.2187))
-print(branch)
-branch.plot()
+curve = ss.follow(orbit, "alpha", (1.208, 1.2187))
+print(curve)
+curve.plot()

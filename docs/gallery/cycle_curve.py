@@ -10,6 +10,6 @@ import stickslip as ss
 
 block = ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3), damping=0.1)
 cycle = ss.find_cycle(block, [0.0], [0.0])
-branch = ss.continue_cycle(cycle, block, "damping", (0.0, 1.5))
-print(branch)
-branch.plot()
+curve = ss.follow(cycle, "damping", (0.0, 1.5))
+print(curve)
+curve.plot()

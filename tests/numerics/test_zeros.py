@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.numerics.slope_zeros import slope_zeros
+from stickslip.numerics.zeros import slope_zeros
 
 FEW = 8  # calls; halving would take some fifty
 ULP = 4  # of the zero, or of the bracket's ends beside 0

@@ -1,1 +1,0 @@
-"""What joins mechanics and analysis: maps of models, mechanisms of their breakpoints."""
