@@ -190,22 +190,12 @@ def basins(
         if finer is None or finer.same_as(pieces):
             break
         pieces, rounds = finer, rounds + 1
-    return _result(f, known, explain(f, pieces, causes, WIDEST_EDGE), rounds, floor)
-
-
-def _result(
-    f: Map1D,
-    known: AttractorList,
-    explained: tuple[Floats, Integers, tuple[EdgeCause, ...], int],
-    rounds: int,
-    floor: float,
-) -> Basins:
-    edges, index, causes, thin = explained
+    edges, index, named, thin = explain(f, pieces, causes, WIDEST_EDGE)
     shares = np.diff(edges) / domain_width(f)
     return Basins(
         edges=edges,
         index=index,
-        causes=causes,
+        causes=named,
         attractors=known,
         undecided=float(shares[index == UNDECIDED].sum()),
         left=float(shares[index == LEFT].sum()),

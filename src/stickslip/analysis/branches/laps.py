@@ -45,7 +45,7 @@ class Cells:
     s0: Floats
     s1: Floats
 
-    def take(self, index: Indices) -> Cells:
+    def take(self, index: Indices | Bools) -> Cells:
         """Return some of the cells."""
         return Cells(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 

@@ -179,7 +179,7 @@ class _Construction:
         keep = np.ones(len(self.kind), dtype=np.bool_)
         keep[k] = hidden
         cut = ~hidden
-        parts = (self.cells.take(np.flatnonzero(keep)), _some(left, cut), _some(right, cut))
+        parts = (self.cells.take(keep), left.take(cut), right.take(cut))
         joined = Cells(
             *(np.concatenate([getattr(p, n) for p in parts]) for n in cells.__dataclass_fields__)
         )
@@ -236,10 +236,6 @@ class _Construction:
             return float("inf")
         off = float(np.max(np.abs(true.value - fast.value)))
         return max(off, float(np.max(self.error[wide])))
-
-
-def _some(cells: Cells, chosen: Bools) -> Cells:
-    return cells.take(np.flatnonzero(chosen))
 
 
 def _singular_ends(cells: Cells) -> Integers:

@@ -351,18 +351,12 @@ def _from_smallest(points: Floats) -> Floats:
 
 
 def _rows(found: Polished, index: Any) -> Polished:
-    return Polished(
-        found.points[index],
-        found.slopes[index],
-        found.error[index],
-        found.residual[index],
-        found.converged[index],
-    )
+    return Polished(*(column[index] for column in vars(found).values()))
 
 
 def _with_rows(found: Polished, index: Indices, other: Polished) -> Polished:
-    for name in ("points", "slopes", "error", "residual", "converged"):
-        getattr(found, name)[index] = getattr(other, name)
+    for column, rows in zip(vars(found).values(), vars(other).values(), strict=True):
+        column[index] = rows
     return found
 
 
