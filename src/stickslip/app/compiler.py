@@ -13,7 +13,7 @@ import sys
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import msgspec
 
@@ -23,11 +23,8 @@ from stickslip.app.requests import model_of
 from stickslip.app.views import VIEWS
 from stickslip.mechanics.friction import FrictionLaw, TabulatedFriction
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.mechanics.model.values import model_values
+from stickslip.mechanics.model.values import Model, model_values
 from stickslip.numerics.targets import cache_root
-
-if TYPE_CHECKING:
-    from stickslip.mechanics.model.values import Model
 
 LOG: Final = logging.getLogger(__name__)
 
