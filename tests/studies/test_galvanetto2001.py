@@ -112,7 +112,7 @@ class TestCoulombMap:
 
     def test_grazing_lobe_approaches_the_belt(self):
         """Figure 7: below the belt velocity at first, in contact after the collision."""
-        before, after = data(7).motions
+        before, after = data(7)
         near = [
             np.max(m.v[(m.x > 0.015) & (m.x < 0.035) & (m.v < m.model.V)]) - m.model.V
             for m in (before, after)

@@ -13,7 +13,7 @@ import sys
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import msgspec
 
@@ -22,12 +22,9 @@ from stickslip.app import requests
 from stickslip.app.requests import model_of
 from stickslip.app.views import VIEWS
 from stickslip.mechanics.friction import FrictionLaw, TabulatedFriction
-from stickslip.mechanics.model.file import model_values
+from stickslip.mechanics.model.file import Model, model_values
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import cache_root
-
-if TYPE_CHECKING:
-    from stickslip.mechanics.model.file import Model
 
 LOG: Final = logging.getLogger(__name__)
 

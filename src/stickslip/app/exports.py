@@ -11,28 +11,23 @@ import io
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import msgspec
+from numpy.typing import NDArray
+from starlette.requests import Request
 from starlette.responses import Response
 
 from stickslip.app import requests
-from stickslip.app.answers import plain
+from stickslip.app.answers import Part, plain
 from stickslip.app.as_python import as_python
 from stickslip.app.jobs import Job, TimeIsUpError
 from stickslip.app.pictures import DRAWN, film_of, picture_of
 from stickslip.app.requests import BadRequestError, Export, export_of, is_ours, request_of
-from stickslip.app.session import client_of, told
+from stickslip.app.session import Workers, client_of, told
 from stickslip.app.views import VIEWS
 from stickslip.plot.animation import can_write
 from stickslip.vocabulary import did_you_mean
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-    from starlette.requests import Request
-
-    from stickslip.app.answers import Part
-    from stickslip.app.session import Workers
 
 KNOWN: Final = requests.REQUESTS | requests.PICTURES
 TYPES: Final = {

@@ -1,9 +1,6 @@
 """Work that can be called off: jobs with a time limit, and turns taken fairly between users.
 
-A job runs in a thread of its own but computes only while it holds one of a few slots. Wherever the
-work calls `checkpoint` it learns that it was called off or has used up its time, and hands its slot
-on if others wait and its slice is over. Slots go to the client who has had least of them, and to
-the one of its users who has. What nobody waits for makes way for what a user waits for.
+A job computes only while it holds one of a few slots, and gives way where it calls `checkpoint`.
 """
 
 from __future__ import annotations

@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.attractors.basins import basins
@@ -32,9 +33,6 @@ from stickslip.plot.maps import cobweb, event_map
 from stickslip.plot.motion import phase_portrait
 from stickslip.plot.orbits import draw_orbits
 from stickslip.plot.style import new_figure, save, style
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 HEIGHT: Final = 4.0  # inches, over the width of two columns
 

@@ -5,18 +5,15 @@ from __future__ import annotations
 import dis
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
+from typing import Annotated, Any, Final, TypeAlias
 
 import msgspec
 from msgspec import Meta, Raw, Struct
 
 from stickslip.checks import finite_number
-from stickslip.mechanics.model.file import model_of_values
+from stickslip.mechanics.model.file import Model, model_of_values
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.vocabulary import did_you_mean
-
-if TYPE_CHECKING:
-    from stickslip.mechanics.model.file import Model
 
 FAR: Final = 10.0  # times beyond a slider's end: what is stiffer takes the server minutes
 BLOCK: Final = re.compile(r"(_\d+)+$")

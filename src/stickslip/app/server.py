@@ -10,41 +10,35 @@ import logging
 import threading
 import time
 from collections import Counter
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager
 from functools import cache
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 from urllib.parse import urlsplit
 
 import msgspec
 from starlette.applications import Starlette
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.middleware import Middleware
+from starlette.requests import Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket
 
 import stickslip
 from stickslip import examples
 from stickslip.app import requests
+from stickslip.app.compiler import Compiler
 from stickslip.app.exports import Downloads
+from stickslip.app.jobs import Gate
 from stickslip.app.page import described_limits, presets
 from stickslip.app.session import TRY_AGAIN, Limits, Session, Workers
 from stickslip.app.views import VIEWS
 from stickslip.mechanics.model.file import model_values
 from stickslip.numerics.targets import available_threads
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from starlette.requests import Request
-    from starlette.types import ASGIApp, Message, Receive, Scope, Send
-    from starlette.websockets import WebSocket
-
-    from stickslip.app.compiler import Compiler
-    from stickslip.app.jobs import Gate
-    from stickslip.app.session import Session
 
 LOCAL: Final = ("127.0.0.1", "localhost", "[::1]")
 EVERYWHERE: Final = ("0.0.0.0", "::")

@@ -8,17 +8,14 @@ import sys
 import threading
 import time
 import webbrowser
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import uvicorn
+from starlette.applications import Starlette
 
 from stickslip.app.server import application
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from starlette.applications import Starlette
 
 MESSAGE_SIZE: Final = 64 * 1024  # bytes of a request; answers are larger
 SWITCH: Final = 1e-3  # seconds: so that answers are sent while others compute

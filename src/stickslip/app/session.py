@@ -11,23 +11,24 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import anyio
-from starlette.websockets import WebSocketDisconnect
+from starlette.requests import HTTPConnection
+from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from stickslip.app.answers import message, plain
+from stickslip.app.answers import Part, message, plain
 from stickslip.app.compiler import Compiler
 from stickslip.app.jobs import CalledOffError, Gate, Job, TimeIsUpError
-from stickslip.app.requests import BadRequestError, is_ours, message_of, request_of
+from stickslip.app.requests import (
+    BadRequestError,
+    Message,
+    Request,
+    is_ours,
+    message_of,
+    request_of,
+)
 from stickslip.app.views import VIEWS, is_slow
-
-if TYPE_CHECKING:
-    from starlette.requests import HTTPConnection
-    from starlette.websockets import WebSocket
-
-    from stickslip.app.answers import Part
-    from stickslip.app.requests import Message, Request
 
 LOG: Final = logging.getLogger(__name__)
 

@@ -107,15 +107,11 @@ def show_table(columns: Mapping[str, Any]) -> None:
         )
     rows = list(zip(*shown.values(), strict=True))
     for row in rows[:TABLE_ROWS]:
-        table.add_row(*(str(flat(cell, _short)) for cell in row))
+        table.add_row(*(str(flat(cell, "{:.6g}".format)) for cell in row))
     console = Console(highlight=False)
     console.print(table)
     if len(rows) > TABLE_ROWS:
         console.print(f"... {len(rows) - TABLE_ROWS} more rows; a pipe or a file gets all")
-
-
-def _short(number: float) -> str:
-    return f"{number:.6g}"
 
 
 def draw_pictures(plot: Callable[[Axes], Axes], paths: Iterable[Path]) -> None:

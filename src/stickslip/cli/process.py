@@ -1,10 +1,7 @@
 """The program as a process: its signals, its standard streams, its end.
 
-Whatever is being done, Ctrl-C or a termination ends it with code 130 within a second. The
-exception KeyboardInterrupt alone does not: raised where C calls back, in ``__del__`` or in a hook
-of a library it is printed and forgotten, and while a kernel runs nothing is raised at all. So the
-signals also wake a thread, which repeats an interrupt that was lost and, when the time is over,
-removes what is half-written and ends the process.
+Ctrl-C or a termination ends it with code 130 within a second. KeyboardInterrupt alone is lost in
+``__del__`` and in hooks, and waits for kernels: signals also wake a thread that ends the process.
 """
 
 from __future__ import annotations

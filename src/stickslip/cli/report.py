@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from stickslip.analysis.bifurcations.outcome import disagreement
 from stickslip.cli.report_data import agrees, document
-from stickslip.studies.digits import digits, with_error
+from stickslip.studies.claim import digits, with_error
 
 if TYPE_CHECKING:
     from stickslip.analysis.attractors.attractor import Attractor
@@ -24,30 +24,10 @@ POINTS_SHOWN: Final = 4  # of an orbit, in a line
 
 @dataclass(frozen=True)
 class Report:
-    """The bifurcations over a range of a parameter, each with all that is known of it.
-
-    Attributes
-    ----------
-    found : BifurcationList
-        From `stickslip.bifurcations`.
-    picture : str
-        Path of a diagram, relative to the page that `as_markdown` is written to; empty for
-        none.
-    title : str
-        What was studied.
-
-    Examples
-    --------
-    >>> import stickslip as ss
-    >>> from stickslip.analysis.bifurcations.bifurcations import bifurcations
-    >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.2})
-    >>> found = bifurcations(f, "r", (2.9, 3.1), max_period=1)
-    >>> print(Report(found).text().splitlines()[0])
-    1 bifurcation over r in (2.9, 3.1)
-    """
+    """The bifurcations over a range of a parameter, each with all that is known of it."""
 
     found: BifurcationList
-    picture: str = ""
+    picture: str = ""  # path of a diagram, relative to the page of `as_markdown`
     title: str = ""
 
     def text(self) -> str:

@@ -18,21 +18,7 @@ SCHEMA: Final = 1
 
 
 def document(found: BifurcationList, *, title: str = "", picture: str = "") -> dict[str, Any]:
-    """Turn a list of bifurcations into a document.
-
-    Parameters
-    ----------
-    found : BifurcationList
-    title : str
-        What was studied.
-    picture : str
-        Path of a diagram.
-
-    Returns
-    -------
-    dict
-        Of numbers, strings, lists and dicts; numbers that are not finite are None.
-    """
+    """Turn a list of bifurcations into a document; numbers that are not finite are None."""
     content = {
         "schema": SCHEMA,
         "kind": "bifurcation report",
@@ -59,17 +45,7 @@ def document(found: BifurcationList, *, title: str = "", picture: str = "") -> d
 
 
 def agrees(item: Bifurcation) -> bool | None:
-    """Tell whether what was observed is what was predicted.
-
-    Parameters
-    ----------
-    item : Bifurcation
-
-    Returns
-    -------
-    bool or None
-        None where there is no prediction or no observation.
-    """
+    """Whether the outcome observed is the one predicted; None without either of them."""
     if item.outcome is None or item.predicted_outcome is None:
         return None
     return not disagreement(item.predicted_outcome, item.outcome)

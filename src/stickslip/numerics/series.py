@@ -1,20 +1,9 @@
 """Straight-line kernel text for values, sharp values and truncated Taylor series of a formula.
 
-With ``rows[r, k]`` the k-th Taylor coefficient of the quantity in row r, each nonlinear node u
-of a graph obeys a recurrence (Jorba & Zou, Experimental Mathematics 14, 2005, 99-117, section
-2; Moore 1966), for k >= 1:
-
-    u = x y            u_k = sum x_j y_(k-j),                            0 <= j <= k
-    u = 1 / x          u_k = -u_0 sum x_j u_(k-j),                       1 <= j <= k
-    u = x / y          u_k = (x_k - sum y_j u_(k-j)) / y_0,              1 <= j <= k
-    u = x^r            u_k = sum (r j - (k - j)) x_j u_(k-j) / (k x_0),  1 <= j <= k
-    u' = w x'          u_k = sum j x_j w_(k-j) / k,                      1 <= j <= k
-    u' = x' / v        u_k = (x_k - sum j u_j v_(k-j) / k) / v_0,        1 <= j < k
-
-The last two are all elementary functions, with w or v a node of the graph as well. In each
-sum the terms 0 < j < k need nothing of index k, so the sums of all nodes share one inner loop;
-the terms with index k follow in the order of the graph. Linear nodes cost a term. A product
-that looks back at c x + d, with constants c and d, looks at the row of x, and its sum is scaled.
+With ``rows[r, k]`` the k-th Taylor coefficient of the quantity in row r, each nonlinear node obeys
+a recurrence (docs/theory/friction-laws.md). The sums of all nodes share one inner loop: terms
+0 < j < k need nothing of index k. A product that looks back at c x + d, with constants c and d,
+looks at the row of x, and its sum is scaled.
 """
 
 from __future__ import annotations

@@ -1,14 +1,10 @@
 """Sine, cosine and angle in arithmetic of our own: the same bits on every platform.
 
-Also several times faster than two calls of a C library. The argument is reduced by a multiple
-of pi/2 in three parts (Cody and Waite); the polynomials are those of fdlibm (Sun Microsystems,
-1993). Error below 1.5 ulp for ``|x| < 1e3``, 2.1 ulp for ``|x| < 1e5``.
-
-`turn`, `turned` and `upper_angle` have no branches, so that loops over many arguments become
-vector instructions. The polynomial of atan x / x interpolates at Chebyshev points in x^2 (relative
-error 4e-17). Those of sine and cosine are fitted by least squares of their errors, coefficient by
-coefficient, each rounded before the rest is fitted anew: what rounding -1/6 does (3e-17 at pi/2,
-the same in every step of a motion) is undone by the others. Errors 3e-19, 2e-20 up to pi/2.
+The argument is reduced by a multiple of pi/2 in three parts (Cody and Waite); the polynomials are
+those of fdlibm (1993). Error below 1.5 ulp for ``|x| < 1e3``, 2.1 ulp for ``|x| < 1e5``. `turn`,
+`turned` and `upper_angle` have no branches: loops become vector instructions. Their polynomials
+interpolate atan x / x at Chebyshev points in x^2 (relative error 4e-17), and fit sine and cosine
+by least squares, each coefficient rounded before the rest is fitted anew (3e-19, 2e-20 to pi/2).
 """
 
 from __future__ import annotations

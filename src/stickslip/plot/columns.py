@@ -14,20 +14,7 @@ MANY: Final = 60  # rows that are a line; fewer are points
 
 
 def draw_columns(result: Any, ax: Axes | None = None, **style: Any) -> Axes:
-    """Draw the columns that a result names for it, over the first of these.
-
-    Parameters
-    ----------
-    result : Result
-    ax : matplotlib.axes.Axes, optional
-        By default a new figure.
-    **style
-        Passed on to ``Axes.plot``.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-    """
+    """Draw the columns that a result names for it, over the first of these."""
     ax = axes_or_new(ax)
     table = result.table()
     abscissa, *ordinates = result._drawn

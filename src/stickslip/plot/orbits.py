@@ -47,21 +47,7 @@ def draw_orbit_nd(orbit: Any, ax: Axes | None = None, **style: Any) -> Axes:
 
 
 def draw_orbits_nd(orbits: Sequence[Any], ax: Axes | None = None, **style: Any) -> Axes:
-    """Mark periodic orbits of a map of R^n in the plane of the first two coordinates.
-
-    Parameters
-    ----------
-    orbits : sequence of PeriodicOrbitND
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; by default a new figure.
-    **style
-        Passed on to ``Axes.plot``.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Of one coordinate, its values over the points' numbers.
-    """
+    """Mark orbits in the plane of two coordinates; a single one over the points' numbers."""
     ax = axes_or_new(ax)
     for orbit in orbits:
         points, flat = orbit.points, orbit.points.shape[1] == 1

@@ -1,7 +1,6 @@
 """Power series in the start d, cut off: numbers that know higher derivatives of the event map.
 
-Coefficients are numbers on a box: u'(d), u''(d) / 2, ... are known on the box, with gradients of
-their own. Folds and flips of the map are equations for u'.
+Coefficients u'(d), u''(d) / 2, ... are known on a box, with gradients of their own.
 """
 
 from __future__ import annotations

@@ -1,12 +1,7 @@
 """Numbers that depend on d and parameters inside a box: a value, its range and its gradient.
 
-Ball arithmetic alone loses the dependence between quantities, so that a motion through a few
-events grows too wide to decide anything. A `Jet` keeps three enclosures of one function on a box:
-its value at the centre, its range, its gradient over the box. The mean value theorem joins them,
-
-    u(p) - u(centre)  in  gradient (p - centre),
-
-and `Jet.tight` intersects the range with that. All the arithmetic of the certifier is this one.
+With the gradient a motion through many events stays narrow, where balls alone would grow; the mean
+value theorem joins the three, and `Jet.tight` intersects the range with what the theorem gives.
 """
 
 from __future__ import annotations

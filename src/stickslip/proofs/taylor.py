@@ -1,8 +1,7 @@
 """Taylor steps with proven remainders: motion under the falling law (9) with constant modes.
 
-A function of time is its Taylor polynomial and a bound of all that follows. Sums of absolute values
-of coefficients are norms of an algebra, |u v| <= |u| |v|: products and quotients have bounds of the
-same kind. Docs: proofs, Taylor steps.
+A function of time is its polynomial and a bound of the rest; norms |u v| <= |u| |v| bound products
+and quotients alike. Docs: proofs, Taylor steps.
 """
 
 from __future__ import annotations

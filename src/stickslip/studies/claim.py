@@ -9,8 +9,6 @@ from dataclasses import asdict, dataclass
 from decimal import Decimal
 from typing import Any, Final, Literal, TypeAlias
 
-from stickslip.studies.digits import digits
-
 SCHEMA = 1
 Verdict: TypeAlias = Literal["holds", "holds with a correction", "does not hold", "undecided"]
 VERDICTS: Final[tuple[Verdict, ...]] = (
@@ -19,6 +17,19 @@ VERDICTS: Final[tuple[Verdict, ...]] = (
     "does not hold",
     "undecided",
 )
+
+
+def digits(number: float, error: float) -> str:
+    """Write a number to the decimal place of its error; with all 17 digits if that is 0."""
+    if not math.isfinite(number) or not math.isfinite(error):
+        return f"{number:.17g}"
+    places = 17 if error <= 0.0 else min(17, max(0, math.ceil(-math.log10(error))))
+    return f"{number:.{places}f}"
+
+
+def with_error(number: float, error: float) -> str:
+    """Write a number to the decimal place of its error, and the error."""
+    return f"{digits(number, error)} ± {error:.0e}"
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,10 @@ from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from stickslip.errors import WorkersLost
-from stickslip.sweeps.job import Computed
-
-if TYPE_CHECKING:
-    from stickslip.sweeps.job import Job, Tile
+from stickslip.sweeps.job import Computed, Job, Tile
 
 # Tiles handed out for each core: enough that no core waits while results are written.
 AHEAD: Final = 3

@@ -15,14 +15,11 @@ import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from stickslip.errors import StoreBusy
 from stickslip.files import undone_unless_finished
-from stickslip.sweeps.place import room_for
-
-if TYPE_CHECKING:
-    from stickslip.sweeps.place import Place
+from stickslip.sweeps.place import Place, room_for
 
 LOCK: Final = "lock"  # what the object beside the store is called after it
 HOLDER: Final = "writer"  # who holds the file lock, for the message alone

@@ -333,7 +333,9 @@ def as_observables(given: Iterable[Observable | str]) -> tuple[Observable, ...]:
         ) from reason
     found = tuple(map(_as_observable, listed))
     if not found:
-        raise ValueError(f"observables = []: at least one is needed. Known: {_known()}.")
+        raise ValueError(
+            f"observables = []: at least one is needed. Known: {', '.join(OBSERVABLES)}."
+        )
     names = [output.name for each in found for output in each.outputs()]
     for name in names:
         if names.count(name) > 1:
@@ -350,7 +352,3 @@ def _as_observable(given: Any) -> Observable:
         hint = did_you_mean(given, [name for name in OBSERVABLES if name != Function.name])
         raise ValueError(f"observables: {shown(given)} is unknown. {hint}")
     return OBSERVABLES[given]()
-
-
-def _known() -> str:
-    return ", ".join(OBSERVABLES)

@@ -1,9 +1,7 @@
 """A sweep on disk: zarr arrays, one chunk a tile, and a mark for each tile that is done.
 
-Two rules cover every file. All but the chunks of the variables and of the marks is the layout: a
-function of the description, checked against checksums and made again where it differs. The mark of
-a tile, written last, is a checksum of the description, the tile's place and its values; on resuming
-every marked tile is read back, and one that is missing, torn or of other content computed again.
+All files but chunks and marks are a function of the description, checked and made again. A mark,
+written last, is a checksum of the tile; on resuming each marked tile is compared with its mark.
 """
 
 from __future__ import annotations

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
+from stickslip.analysis.diagrams.diagram import Diagram
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 from stickslip.analysis.maps.arguments import line_family
 from stickslip.analysis.maps.derived import windowed
+from stickslip.analysis.maps.protocol import MapFamily
 from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.app import requests
 from stickslip.app.answers import Part
 from stickslip.app.jobs import checkpoint, progress_between
 from stickslip.app.views.model import map_of, naming, range_of
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from stickslip.analysis.bifurcations.bifurcation import Bifurcation
-    from stickslip.analysis.diagrams.diagram import Diagram
-    from stickslip.analysis.maps.protocol import MapFamily
-    from stickslip.app import requests
-    from stickslip.numerics.arrays import Floats
+from stickslip.numerics.arrays import Floats
 
 SEEDS: Final = 12  # orbits that the first dots are taken from
 SETTLING: Final = 150  # steps of each before dots are kept
@@ -65,7 +61,7 @@ def diagram(request: requests.Diagram) -> Iterator[Part]:
         f, request.parameter, (low, high), progress=progress_between(0.5, 0.8), **asked
     )
     data = {
-        "bifurcations": [_bifurcation(item) for item in items],
+        "bifurcations": [{"short": SHORT[item.kind], **item.row()} for item in items],
         "unresolved": [str(item) for item in items.unresolved],
     }
     yield Part("bifurcations", data=data, progress=0.8)
@@ -128,10 +124,6 @@ def _branches(found: Diagram) -> Part:
 
 def _end(end: Any) -> dict[str, Any]:
     return {"value": end.value, "reason": end.reason, "points": end.points}
-
-
-def _bifurcation(item: Bifurcation) -> dict[str, Any]:
-    return {"short": SHORT[item.kind], **item.row()}
 
 
 def _infinitely_unstable(f: MapFamily, request: requests.Diagram, low: float, high: float) -> Part:

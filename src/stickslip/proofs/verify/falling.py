@@ -1,7 +1,6 @@
-"""Motion under law (9), by Taylor polynomials with Lagrange's remainder.
+"""Motion under law (9): Taylor polynomials, with remainders on boxes that Picard proves to hold it.
 
-The remainder is the next coefficient on a box that Picard's iteration proves to hold the motion
-(the certifier: a bound of the whole tail).
+The certifier bounds the whole tail instead.
 """
 
 from __future__ import annotations

@@ -84,7 +84,6 @@ def _amplitude() -> Iterator[Claim]:
     expected = {pair: amplitude(*pair) for pair in pairs}
     pairs = [pair for pair in pairs if np.isfinite(expected[pair])]
     apart = [abs(largest(steady(*pair)) - expected[pair]) for pair in pairs]
-    frequency, forcing = NO_STOP
     yield claim(
         "den_hartog.amplitude",
         1,
@@ -95,15 +94,7 @@ def _amplitude() -> Iterator[Claim]:
             f"{len(pairs)} of them differ from it by {max(apart):.1e} at most",
             max(apart) <= CLOSE,
         ),
-        values=(
-            Value(
-                f"amplitude at frequency {frequency:g}, a/f = {forcing:g}",
-                largest(steady(*NO_STOP)),
-                1e-13,
-                1,
-                "event by event",
-            ),
-        ),
+        values=(_largest(*NO_STOP, 1),),
     )
 
 
@@ -138,7 +129,6 @@ def _boundary() -> Iterator[Claim]:
 def _stops() -> Iterator[Claim]:
     counts = [stops(steady(*pair)) for pair in (NO_STOP, ONE_STOP, TWO_STOPS)]
     found, expected = largest(steady(*ONE_STOP)), one_stop_amplitude(*ONE_STOP)
-    frequency, forcing = ONE_STOP
     yield claim(
         "den_hartog.stops",
         3,
@@ -154,13 +144,10 @@ def _stops() -> Iterator[Claim]:
             f"it differs by {abs(found - expected):.1e}",
             abs(found - expected) <= CLOSE,
         ),
-        values=(
-            Value(
-                f"amplitude at frequency {frequency:g}, a/f = {forcing:g}",
-                found,
-                1e-13,
-                3,
-                "event by event",
-            ),
-        ),
+        values=(_largest(*ONE_STOP, 3),),
     )
+
+
+def _largest(frequency: float, forcing: float, figure: int) -> Value:
+    name = f"amplitude at frequency {frequency:g}, a/f = {forcing:g}"
+    return Value(name, largest(steady(frequency, forcing)), 1e-13, figure, "event by event")

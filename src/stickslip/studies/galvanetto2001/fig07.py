@@ -37,16 +37,9 @@ class Steady:
     period: int
 
 
-@dataclass(frozen=True)
-class Data:
-    """The steady motions for both velocities."""
-
-    motions: tuple[Steady, ...]
-
-
-def compute() -> Data:
+def compute() -> tuple[Steady, ...]:
     """Follow S4, and the attractor after it, over one period."""
-    return Data(tuple(_steady(examples.coulomb(V=V)) for V in VELOCITIES))
+    return tuple(_steady(examples.coulomb(V=V)) for V in VELOCITIES)
 
 
 def _steady(model: TwoBlock) -> Steady:
@@ -62,10 +55,10 @@ def _steady(model: TwoBlock) -> Steady:
     return Steady(model, motion.x(t)[:, BLOCK - 1], motion.v(t)[:, BLOCK - 1], period)
 
 
-def draw(data: Data, figure: Figure) -> None:
+def draw(data: tuple[Steady, ...], figure: Figure) -> None:
     """Draw both phase portraits; heavy where the block rides in the stick interval."""
     axes = figure.subplots(1, 2, sharex=True, sharey=True)
-    for ax, letter, one in zip(axes, "ab", data.motions, strict=True):
+    for ax, letter, one in zip(axes, "ab", data, strict=True):
         draw_portrait(ax, one.x, one.v, block=BLOCK, V=one.model.V, linewidth=0.6)
         _enlarge(ax, one)
         panel_letter(ax, letter)
@@ -82,9 +75,9 @@ def _enlarge(ax: Axes, one: Steady) -> None:
     ax.indicate_inset_zoom(inset, edgecolor=PALETTE["grey"], lw=0.5)
 
 
-def caption(data: Data) -> str:
+def caption(data: tuple[Steady, ...]) -> str:
     """Describe the two motions."""
-    first, second = data.motions
+    first, second = data
     return (
         f"Phase portraits of block 2 in steady motion: (a) V = {first.model.V:.4f}, period "
         f"{first.period} in global stick phases (S4); (b) V = {second.model.V:.4f}, period "

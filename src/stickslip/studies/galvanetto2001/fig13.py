@@ -84,8 +84,9 @@ def _around(points: Floats) -> tuple[float, float]:
 def draw(data: Data, figure: Figure) -> None:
     """Draw f^2 magnified towards the diagonal, then true to scale beside both cusps."""
     axes = figure.subplots(1, 3)
-    magnified = Curve(data.whole.x, _magnified(data.whole), data.whole.jumps)
-    draw_curve(magnified, axes[0], window=RANGE, power=2, ticks=4)
+    whole = data.whole
+    higher = whole.x + MAGNIFICATION * (whole.y - whole.x)
+    draw_curve(Curve(whole.x, higher, whole.jumps), axes[0], window=RANGE, power=2, ticks=4)
     axes[0].set_ylabel(rf"$d_n + {MAGNIFICATION:g}\,(d_{{n+2}} - d_n)$")
     panel_letter(axes[0], "a")
     panels = zip(axes[1:], "bc", data.enlarged, data.windows, strict=True)
@@ -98,10 +99,6 @@ def draw(data: Data, figure: Figure) -> None:
         centre, text = 0.5 * sum(window), f"$A_{corner}, B_{corner}$"
         offset = (6, -7) if corner == "1" else (-29, -2)
         axes[0].annotate(text, (centre, centre), offset, textcoords="offset points")
-
-
-def _magnified(curve: Curve) -> Floats:
-    return np.asarray(curve.x + MAGNIFICATION * (curve.y - curve.x))
 
 
 def _mark(ax: Axes, data: Data, window: tuple[float, float], named: str) -> None:

@@ -288,21 +288,15 @@ def _avoided(facts: Facts) -> Claim:
         ),
         Finding(
             "with law (9), whose force starts at the static limit (mu_k = 1), no graze is a jump",
-            f"its map has {len(grazes)} grazes: {_kinds(grazes)}",
+            f"its map has {len(grazes)} grazes: "
+            + (", ".join(f"a {item.kind} at {item.d:.8f}" for item in grazes) or "none"),
             len(grazes) > 0 and all(item.kind != "jump" for item in grazes),
         ),
         note=(
             f"Only jumps by grazing are avoided: the map of law (9) at alpha = 1.208 has "
-            f"{len(jumps)} jumps of other kinds ({_mechanisms(jumps)})."
+            f"{len(jumps)} jumps of other kinds "
+            f"({'; '.join(sorted({item.mechanism for item in jumps}))})."
             if jumps
             else ""
         ),
     )
-
-
-def _kinds(found: list[Breakpoint]) -> str:
-    return ", ".join(f"a {item.kind} at {item.d:.8f}" for item in found) or "none"
-
-
-def _mechanisms(found: list[Breakpoint]) -> str:
-    return "; ".join(sorted({item.mechanism for item in found}))
