@@ -27,7 +27,7 @@ from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import cache_root
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.model.file import Model
+    from stickslip.mechanics.model.arguments import Model
 
 LOG: Final = logging.getLogger(__name__)
 

@@ -16,7 +16,7 @@ from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.model.file import Model
+    from stickslip.mechanics.model.arguments import Model
 
 FAR: Final = 10.0  # times beyond a slider's end: what is stiffer takes the server minutes
 BLOCK: Final = re.compile(r"(_\d+)+$")

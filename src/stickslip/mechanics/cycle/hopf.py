@@ -114,11 +114,9 @@ class HopfPoint(Result):
 
 
 def hopf_points(model: Model, speeds: tuple[float, float]) -> tuple[HopfPoint, ...]:
-    """Find all Hopf points in a range of belt speeds, ascending.
-
-    K is positive definite, so that pairs alone cross the axis: sign changes of growth rates on a
-    grid, and extrema that a parabola carries across zero, are bracketed.
-    """
+    """Find all Hopf points in a range of belt speeds, ascending."""
+    # K is positive definite, so that pairs alone cross the axis: sign changes of growth rates on a
+    # grid, and extrema that a parabola carries across zero, are bracketed.
     grid = np.geomspace(*speeds, N_SPEEDS)
     rates = np.array([_growth_rates(model, float(V)) for V in grid])
     found: list[float] = []
@@ -211,11 +209,9 @@ def _point(
 def _lyapunov(
     model: Model, matrix: Floats, q: Complexes, frequency: float
 ) -> tuple[float | None, float]:
-    """First Lyapunov coefficient of the amplitude equation, and the size of what makes it up.
-
-    Kuznetsov, Elements of Applied Bifurcation Theory (2004), eq. (3.20); the amplitude is twice
-    the coordinate of an eigenvector whose largest displacement is 1.
-    """
+    """First Lyapunov coefficient of the amplitude equation, and the size of what makes it up."""
+    # Kuznetsov, Elements of Applied Bifurcation Theory (2004), eq. (3.20); the amplitude is twice
+    # the coordinate of an eigenvector whose largest displacement is 1.
     derivatives = force_derivatives(model, model.V)
     if derivatives is None:
         return None, 0.0

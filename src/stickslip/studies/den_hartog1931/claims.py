@@ -12,7 +12,7 @@ from stickslip.mechanics.cycle.continuation import continue_cycle
 from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
 from stickslip.mechanics.friction.builtin import Coulomb
 from stickslip.mechanics.model.blocks import Oscillator
-from stickslip.mechanics.model.harmonic import Harmonic
+from stickslip.mechanics.model.structure import Harmonic
 from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
 from stickslip.studies.den_hartog1931.closed_forms import (
     amplitude,

@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
 from stickslip.mechanics.friction.builtin import PoppStelter
 from stickslip.mechanics.model.blocks import Oscillator
-from stickslip.mechanics.model.harmonic import Harmonic
+from stickslip.mechanics.model.structure import Harmonic
 from stickslip.studies.claim import Claim, Finding, Value, claims_by_figure
 
 if TYPE_CHECKING:
