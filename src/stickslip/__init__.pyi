@@ -36,7 +36,7 @@ from .mechanics.model.blocks import Chain as Chain
 from .mechanics.model.blocks import Oscillator as Oscillator
 from .mechanics.model.file import read_model as read_model
 from .mechanics.model.file import write_model as write_model
-from .mechanics.model.harmonic import Harmonic as Harmonic
+from .mechanics.model.structure import Harmonic as Harmonic
 from .mechanics.model.two_block import TwoBlock as TwoBlock
 from .mechanics.model.units import Units as Units
 from .proofs.certify import certify as certify

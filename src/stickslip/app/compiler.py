@@ -22,7 +22,8 @@ from stickslip.app import requests
 from stickslip.app.requests import model_of
 from stickslip.app.views import VIEWS
 from stickslip.mechanics.friction import FrictionLaw, TabulatedFriction
-from stickslip.mechanics.model.file import Model, model_values
+from stickslip.mechanics.model.arguments import Model
+from stickslip.mechanics.model.file import model_values
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import cache_root
 

@@ -11,7 +11,8 @@ import msgspec
 from msgspec import Meta, Raw, Struct
 
 from stickslip.checks import finite_number
-from stickslip.mechanics.model.file import Model, model_of_values
+from stickslip.mechanics.model.arguments import Model
+from stickslip.mechanics.model.file import model_of_values
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.vocabulary import did_you_mean
 

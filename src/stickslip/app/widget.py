@@ -20,7 +20,7 @@ from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from stickslip.app.serving import BackgroundServer
-    from stickslip.mechanics.model.file import Model
+    from stickslip.mechanics.model.arguments import Model
 
 NOTEBOOKS: Final = (
     "http://localhost:*",

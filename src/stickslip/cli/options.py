@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from stickslip.mechanics.eventmap.event_map import EventMap
-    from stickslip.mechanics.model.file import Model
+    from stickslip.mechanics.model.arguments import Model
     from stickslip.mechanics.model.two_block import TwoBlock
 
 MODEL = Group.create_ordered("Model")

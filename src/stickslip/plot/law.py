@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from stickslip.mechanics.friction.law import FrictionLaw
-    from stickslip.mechanics.model.file import Model
+    from stickslip.mechanics.model.arguments import Model
 
 
 def friction_characteristic(

@@ -12,7 +12,7 @@ from tests.mechanics.flow.systems import random_model
 
 import stickslip as ss
 from stickslip.mechanics.eventmap.backend import ScalarBackend
-from stickslip.mechanics.eventmap.pools import PoolBackend
+from stickslip.mechanics.eventmap.lanes import PoolBackend
 from stickslip.mechanics.flow.lanes.layout import KEPT, MOTIONS, PLACES
 from stickslip.mechanics.flow.lanes.text import lane_kernels
 from stickslip.mechanics.friction.series import law_series
@@ -188,7 +188,7 @@ def test_a_second_process_compiles_nothing():
 import stickslip as ss
 f = ss.event_map(ss.TwoBlock(1.208, 1.301, 0.15, ss.PoppStelter(3.0, 0.1, 0.05)), threads=1)
 print(repr(f(0.1)))
-stats = f._backend._moved._kernels.advance_orbits.stats
+stats = f._backend._driver.advance_orbits.stats
 print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from stickslip.app import requests
     from stickslip.mechanics.cycle.cycle import Cycle
     from stickslip.mechanics.flow.trajectory import Event, Trajectory
-    from stickslip.mechanics.model.file import Model
+    from stickslip.mechanics.model.arguments import Model
     from stickslip.numerics.arrays import Floats
 
 MAX_EVENTS: Final = 20_000

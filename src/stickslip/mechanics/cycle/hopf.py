@@ -218,11 +218,9 @@ def _point(
 def _lyapunov(
     model: Model, matrix: Floats, q: Complexes, frequency: float
 ) -> tuple[float | None, float]:
-    """First Lyapunov coefficient of the amplitude equation, and the size of what makes it up.
-
-    Kuznetsov, Elements of Applied Bifurcation Theory (2004), eq. (3.20); the amplitude is twice
-    the coordinate of an eigenvector whose largest displacement is 1.
-    """
+    """First Lyapunov coefficient of the amplitude equation, and the size of what makes it up."""
+    # Kuznetsov, Elements of Applied Bifurcation Theory (2004), eq. (3.20); the amplitude is twice
+    # the coordinate of an eigenvector whose largest displacement is 1.
     derivatives = force_derivatives(model, model.V)
     if derivatives is None:
         return None, 0.0

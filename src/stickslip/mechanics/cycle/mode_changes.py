@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from stickslip.mechanics.cycle.cycle import Cycle
-    from stickslip.mechanics.cycle.shooting import Shooter, State
     from stickslip.numerics.arrays import Floats
 
 TouchKind: TypeAlias = Literal["grazing", "limit", "landing", "tie"]
@@ -116,10 +115,8 @@ SOLVED: Final = 1e-11  # residual of a cycle, units of the state
 
 
 def on_section(cycle: Cycle, name: str, *, rtol: float = 1e-15) -> tuple[Shooting, Floats]:
-    """Equations of a cycle along a parameter, with its sequence of modes, and its unknowns.
-
-    The section is the rest in space, of any block, that is sharpest and farthest from events.
-    """
+    """Equations of a cycle along a parameter, with its sequence of modes, and its unknowns."""
+    # The section is the rest in space, of any block, that is sharpest and farthest from events.
     model = cycle.model
     shooter = Shooter(model, rtol=rtol, tangents=False)
     state = shooter.start(cycle.x, cycle.v)
@@ -173,10 +170,9 @@ class Partner(NamedTuple):
 
 
 def partners(shooting: Shooting, point: CurvePoint, ends: tuple[float, float]) -> Partner | None:
-    """Look for the cycle with other modes that a cycle meets or becomes.
-
-    Newton's method starts just beyond the change, then just before: there both may meet and vanish.
-    """
+    """Look for the cycle with other modes that a cycle meets or becomes."""
+    # Newton's method starts just beyond the change, then just before: there both may meet and
+    # vanish.
     ahead = 1.0 if point.tangent[-1] > 0.0 else -1.0
     free = _with_word(shooting, None)
     width = ends[1] - ends[0]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 from scipy.linalg import eigh
 
-from stickslip.checks import real_numbers, shown
 from stickslip.mechanics.cycle.sliding import Model, steady_displacements
+from stickslip.mechanics.model.arguments import state_vector
 from stickslip.results.result import Result
 from stickslip.results.table import numbered
 
@@ -53,19 +53,10 @@ class NeutralFamily(Result):
 
     def amplitudes(self, x: ArrayLike, v: ArrayLike) -> Floats:
         """Amplitude of each mode in the motion through a state, shape (N,)."""
-        offset = self._vector("x", x) - self.x
+        offset = state_vector("x", x, self.x.size) - self.x
         cosine = np.linalg.solve(self.modes, offset)
-        sine = np.linalg.solve(self.modes, self._vector("v", v)) / self.frequencies
+        sine = np.linalg.solve(self.modes, state_vector("v", v, self.x.size)) / self.frequencies
         return np.hypot(cosine, sine)
-
-    def _vector(self, name: str, values: ArrayLike) -> Floats:
-        array = real_numbers(name, values)
-        if array.shape != self.x.shape or not np.isfinite(array).all():
-            raise ValueError(
-                f"{name} = {shown(values)} is not allowed: {name} must be {self.x.size} finite "
-                "numbers, one per block."
-            )
-        return array
 
     def clearance(self, x: ArrayLike, v: ArrayLike) -> float:
         """Least distance in velocity that a motion keeps from the belt, over all blocks.

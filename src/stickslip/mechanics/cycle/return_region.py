@@ -113,7 +113,10 @@ class ReturnRegion(Result):
 
         Their ends are bifurcations of the branch, or ends of the range.
         """
-        followed = self.branches[_number(branch, len(self.branches))]
+        if not self.branches:
+            raise ValueError("branch: this region has none.")
+        last_branch = len(self.branches) - 1
+        followed = self.branches[whole_number("branch", branch, 0, at_most=last_branch)]
         holds = [bool(cycle.stable) and cycle.d.size == 0 for cycle in followed]
         crossings = {item.row: item.value for item in followed.bifurcations}
         intervals: list[tuple[float, float]] = []
@@ -146,12 +149,6 @@ class ReturnRegion(Result):
             where = ", ".join(f"{low:.12g} .. {high:.12g}" for low, high in held) or "nowhere"
             lines.append(f"  cycle {number}, {len(branch)} computed, attracts at {where}")
         return "\n".join(lines)
-
-
-def _number(branch: int, count: int) -> int:
-    if count == 0:
-        raise ValueError("branch: this region has none.")
-    return whole_number("branch", branch, 0, at_most=count - 1)
 
 
 @suggests

@@ -26,10 +26,9 @@ EVENTS: Final = 100_000  # in one period, after which a shot is given up
 
 
 class Section(NamedTuple):
-    """Where a period begins: at an extreme of a block's displacement, or with the forcing.
+    """Where a period begins: at an extreme of a block's displacement, or with the forcing."""
 
-    There the block rests in space and slips, because the belt does not rest: no event is there.
-    """
+    # There the block rests in space and slips, because the belt does not rest: no event is there.
 
     block: int | None  # from 0; None: at the forcing's phase at time 0
     mode: Ints  # of all blocks there
@@ -80,10 +79,8 @@ def word_of(leg: Leg) -> Word:
 
 
 def multipliers(section: Section, leg: Leg, velocity: Floats) -> NDArray[np.complex128]:
-    """Floquet multipliers of one period by descending size; the trivial one is left out.
-
-    More than the directions that are free in the phase with most riders are exact zeros.
-    """
+    """Floquet multipliers of one period by descending size; the trivial one is left out."""
+    # More than the directions that are free in the phase with most riders are exact zeros.
     kept = section.compared
     matrix = leg.tangent[np.ix_(kept, kept)]
     n = len(section.mode)
@@ -110,10 +107,9 @@ def _fewest_slipping(section: Section, leg: Leg) -> int:
 
 
 class Shooting:
-    """Equations of a cycle along a parameter: ``F(x, slipping w, period, parameter) = 0``.
+    """Equations of a cycle along a parameter: ``F(x, slipping w, period, parameter) = 0``."""
 
-    `word`: changes of mode that every shot must have; `rounds`: periods of the forcing in one.
-    """
+    # `word`: changes of mode that every shot must have; `rounds`: periods of the forcing in one.
 
     def __init__(
         self,

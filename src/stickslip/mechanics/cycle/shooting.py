@@ -153,10 +153,8 @@ class Shooter:
         update_needed(self.system, motion)
 
     def _tangent(self, time: float | None) -> Floats:
-        """Differentiate the present state: at its event, or at a fixed time since the start.
-
-        Events move the clock of a tangent; the phase holds the sum of these shifts.
-        """
+        """Differentiate the present state: at its event, or at a fixed time since the start."""
+        # Events move the clock of a tangent; the phase holds the sum of these shifts.
         motion, directions = self.motion, self.directions
         tangent = np.concatenate([motion.tangent_x, motion.tangent_w])
         if time is None or not tangent.shape[1]:

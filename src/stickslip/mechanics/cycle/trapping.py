@@ -91,9 +91,9 @@ class TrappingBall(Result):
         count = whole_number(
             "max_events", max_events, at_most=MOST_STEPS, what="events that are followed"
         )
+        n = self.cycle.model.n_blocks
         shooter = Shooter(self.cycle.model, tangents=False)
-        model = self.cycle.model
-        state = shooter.start(state_vector("x", x, model), state_vector("v", v, model))
+        state = shooter.start(state_vector("x", x, n), state_vector("v", v, n))
         for number in range(count):
             if (state.mode == self._map.start.mode).all():
                 offset = (state.vector - self._map.start.vector)[self._map.free]

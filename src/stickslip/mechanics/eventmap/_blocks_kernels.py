@@ -1,8 +1,6 @@
-"""The event map of n blocks: from the differences of one global stick phase to the next.
+"""The event map of n blocks: from the differences of one global stick phase to the next."""
 
-A template (`numerics.targets.instantiate`): the stepper is bound to the names imported below
-for the type checker. The statuses are those of docs/design.md, rule 6.
-"""
+# Template (`numerics.targets.instantiate`): the stepper is bound.
 
 from __future__ import annotations
 
@@ -163,10 +161,8 @@ def carry(
     controls: Controls,
     itinerary: NDArray[np.int8],
 ) -> tuple[float, int, np.uint64, float, int]:
-    """Follow a motion to the next global stick phase, left in ``scratch.motion``.
-
-    (duration, events, label, margin, status); `itinerary` (phases, n) takes modes while it lasts.
-    """
+    """Follow a motion to the next global stick phase, left in ``scratch.motion``."""
+    # (duration, events, label, margin, status); `itinerary` (phases, n) takes modes while it lasts.
     motion, directions, long_motion, long_directions, saved, work = scratch
     n, n_columns = motion.mode.shape[0], motion.tangent_x.shape[1]
     leaving = onset(system, directions, motion, d)

@@ -1,9 +1,7 @@
-"""Orbits of many event maps on a GPU: an orbit a thread, from its start to its verdict.
+"""Orbits of many event maps on a GPU: an orbit a thread, from its start to its verdict."""
 
-A template (`numerics.targets.instantiate`): the CPU's loop over orbits, of which each thread
-runs one turn, and what makes its scratch arrays are bound to the names imported below for the
-type checker. Points of the paths lie on the device and stay there.
-"""
+# Template (`numerics.targets.instantiate`): the CPU's loop over orbits, one turn a thread, is
+# bound. Points of the paths lie on the device and stay there.
 
 from __future__ import annotations
 

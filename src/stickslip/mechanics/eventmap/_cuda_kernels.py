@@ -1,10 +1,7 @@
-"""The event map on a GPU: one orbit a thread, by the kernels that the CPU runs.
+"""The event map on a GPU: one orbit a thread, by the kernels that the CPU runs."""
 
-A template (`numerics.targets.instantiate`): what carries a motion and what makes a thread's
-scratch arrays is bound to the names imported below for the type checker. Rows of ``systems``
-and ``laws`` belong to the threads, or one row to all of them: a grid of parameters is a batch
-like any other.
-"""
+# Template (`numerics.targets.instantiate`): what carries a motion and makes scratch arrays is
+# bound. Rows of ``systems`` and ``laws`` belong to the threads, or one row to all of them.
 
 from __future__ import annotations
 

@@ -1,8 +1,6 @@
-"""Orbits of many event maps, one after the other: each starting point has parameters of its own.
+"""Orbits of many event maps, one after the other: each starting point has parameters of its own."""
 
-A template (`numerics.targets.instantiate`): the map of one motion is bound to the names imported
-below for the type checker.
-"""
+# Template (`numerics.targets.instantiate`): the map of one motion is bound.
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
-"""The event map of one motion and of many: from one global stick phase to the next.
+"""The event map of one motion and of many: from one global stick phase to the next."""
 
-A template (`numerics.targets.instantiate`): the engine that moves a motion to its next event
-is bound to the names imported below for the type checker.
-"""
+# Template (`numerics.targets.instantiate`): the engine that moves a motion to its next event is
+# bound.
 
 from __future__ import annotations
 
@@ -122,10 +121,8 @@ def loop_norm(motion: Motion, n_columns: int) -> float:
 
 @kernel
 def event_margin(system: System, laws: Floats, motion: Motion) -> float:
-    """Clearance at an event: of landings from a touch, of all from the static limits.
-
-    A rider at its limit while the other slips forward may have come there tangentially.
-    """
+    """Clearance at an event: of landings from a touch, of all from the static limits."""
+    # A rider at its limit while the other slips forward may have come there tangentially.
     margin = math.inf
     for block in range(2):
         room = abs(limit(system, block) - abs(motion.e[block]))
@@ -141,10 +138,8 @@ def event_margin(system: System, laws: Floats, motion: Motion) -> float:
 
 @kernel
 def slope_of_tie(system: System, laws: Floats, motion: Motion, d: float) -> None:
-    """Tangents where both blocks leave together: those of smaller d, block 1 a little earlier.
-
-    Block 2 then leaves once its force, 1 + spread at the onset, has grown to beta at rate V.
-    """
+    """Tangents where both blocks leave together: those of smaller d, block 1 a little earlier."""
+    # Block 2 then leaves once its force, 1 + spread at the onset, has grown to beta at rate V.
     rate = landing_rate(system, laws, motion, 0)
     for column in range(motion.directions.shape[0]):
         direction = motion.directions[column]
@@ -169,10 +164,8 @@ def carry(
     controls: Controls,
     itinerary: NDArray[np.int8],
 ) -> tuple[float, float, int, np.uint64, float, int]:
-    """Follow a motion to the next global stick phase.
-
-    (value, duration, events, label, margin, status); tangents of the last state stay in `motion`.
-    """
+    """Follow a motion to the next global stick phase."""
+    # (value, duration, events, label, margin, status); tangents of the last state stay in `motion`.
     motion, long_motion, saved, work = scratch
     n_columns = motion.directions.shape[0]
     onset(system, motion, d)

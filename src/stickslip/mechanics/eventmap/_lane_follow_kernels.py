@@ -1,8 +1,7 @@
-"""Orbits of one event map or of many side by side: each step by lanes.
+"""Orbits of one event map or of many side by side: each step by lanes."""
 
-A template (`numerics.targets.instantiate`): the exact engine's map of one motion, which is asked
-where lanes pass, is bound to the names imported below for the type checker.
-"""
+# Template (`numerics.targets.instantiate`): the exact engine's map, asked where lanes pass, is
+# bound.
 
 from __future__ import annotations
 

@@ -1,17 +1,12 @@
-"""The event map of many motions with constant kinetic friction, breadth first.
+"""The event map of many motions with constant kinetic friction, breadth first."""
 
-Motions whose next phase is of one kind go through it together, in a pass, and are then listed anew
-by what happened to them. What a pass does not decide is left NaN for the exact engine; a motion
-that does not return within ``max_events`` gives inf.
-
-Lists lie in one buffer as streams, one for each quantity. A pass takes full groups of `LANES`
-items, the last one padded with what happens to lie there, so that every motion goes through
-the same machine code whatever is beside it: equal bits for any number of motions. One buffer
-with constant offsets lets the compiler see that streams do not overlap.
-
-The names of streams: ``ONE`` one block slips, ``FREED`` its rider reaches its limit, ``TWO`` both
-slip, ``END`` they have stopped, ``NEXT`` what follows. ``D`` is a derivative in the starting d.
-"""
+# Motions whose next phase is of one kind go through it together, in a pass. What a pass does not
+# decide is left NaN for the exact engine; a motion without return in ``max_events`` gives inf.
+# Lists lie in one buffer as streams, at constant offsets: the compiler sees that they do not
+# overlap. Full groups of `LANES` items, the last one padded, give equal bits for any number of
+# motions. Names of streams: ``ONE`` one block slips, ``FREED`` its rider reaches its limit, ``TWO``
+# both slip, ``END`` they have stopped, ``NEXT`` what follows. ``D`` is a derivative in the starting
+# d.
 
 from __future__ import annotations
 
@@ -322,10 +317,8 @@ def return_slopes(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint6
 
 @kernel(fused=True)
 def release_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) -> None:
-    """Slips up to FREED_TIME, at which the rider reaches a limit: the upper one if backward.
-
-    Its force changes one way between the ends of the search: Halley's method from a good guess.
-    """
+    """Slips up to FREED_TIME, at which the rider reaches a limit: the upper one if backward."""
+    # Its force changes one way between the ends of the search: Halley's method from a good guess.
     wide_vectors()
     base = ZERO
     while base < n:
@@ -403,10 +396,9 @@ def release_slopes(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint
 
 @kernel(fused=True)
 def start_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) -> None:
-    """Begin of slips of both blocks, TWO_FRESH of which (-1 or 1) from rest, and a first step.
-
-    Divided by time the distance of the latter is at least ``f' - m t / 2``: no root until 2 f' / m.
-    """
+    """Begin of slips of both blocks, TWO_FRESH of which (-1 or 1) from rest, and a first step."""
+    # Divided by time the distance of the latter is at least ``f' - m t / 2``: no root until 2 f' /
+    # m.
     wide_vectors()
     base = ZERO
     while base < n:
@@ -450,10 +442,9 @@ def start_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) 
 
 @kernel(fused=True)
 def step_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) -> None:
-    """Carry slips of both blocks as far as bounds prove that neither touches the belt.
-
-    TWO_LANDS: the block (-1, 1) proved to land next, 0 none, `UNDECIDED` next to a touch; it stays.
-    """
+    """Carry slips of both blocks as far as bounds prove that neither touches the belt."""
+    # TWO_LANDS: the block (-1, 1) proved to land next, 0 none, `UNDECIDED` next to a touch; it
+    # stays.
     wide_vectors()
     base = ZERO
     while base < n:
@@ -822,10 +813,8 @@ def carry_block(
     few: int,
     traced: bool,
 ) -> None:
-    """Carry starts ``value[start : start + n]`` to their values, and slopes if there is room.
-
-    Motions fewer than `few` stop at `ROUNDS`; `traced` keeps LABEL, COUNT, ELAPSED of each.
-    """
+    """Carry starts ``value[start : start + n]`` to their values, and slopes if there is room."""
+    # Motions fewer than `few` stop at `ROUNDS`; `traced` keeps LABEL, COUNT, ELAPSED of each.
     slopes = slope.size > 0
     for i in range(n):
         k = np.uint64(i)

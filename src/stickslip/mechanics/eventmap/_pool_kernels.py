@@ -1,13 +1,8 @@
-"""The event map of many motions at once, in lanes that take their steps together.
+"""The event map of many motions at once, in lanes that take their steps together."""
 
-A template (`numerics.targets.instantiate`): steps of lanes generated from a law, and what the
-scalar engine asks of the law, are bound to the names imported below for the type checker.
-
-Three pools hold the motions by which blocks slip. A pool's first `LANES` motions step together;
-a motion at an event leaves its pool and enters the one of its new modes. What steps next is the
-fullest pool. Every decision is the scalar engine's; whatever is rare (a doubtful step, events of
-both blocks, a long motion) is handed over to it, from the start of that motion.
-"""
+# Template (`numerics.targets.instantiate`): steps generated from a law, and the scalar engine's
+# decisions. Three pools hold the motions by which blocks slip; the first `LANES` of the fullest
+# pool step next. A motion that needs a rare decision goes to the scalar engine, from its start.
 
 from __future__ import annotations
 
@@ -104,10 +99,8 @@ def advance_orbits(
     watch: bool,
     outputs: Outputs,
 ) -> None:
-    """Fill rows ``start..stop`` of `orbits`, each from its place ``filled`` on.
-
-    A row with the status `HANDED_OVER` waits for the scalar engine to carry its last place.
-    """
+    """Fill rows ``start..stop`` of `orbits`, each from its place ``filled`` on."""
+    # A row with the status `HANDED_OVER` waits for the scalar engine to carry its last place.
     steady_1 = force(laws[0], -1, system.V)
     steady_2 = system.beta * force(laws[1], -1, system.V)
     # The first term left out is about rtol^(1 / ORDER) times the last one kept.

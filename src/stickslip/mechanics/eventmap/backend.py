@@ -1,7 +1,4 @@
-"""What carries motions from one global stick phase to the next: kernels, threads, scratch.
-
-The event map of two blocks asks a backend and does not know which engine it has.
-"""
+"""What carries motions from one global stick phase to the next: kernels, threads, scratch."""
 
 from __future__ import annotations
 

@@ -6,21 +6,21 @@ import math
 import threading
 from functools import cached_property, lru_cache
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip.checks import MOST_STEPS, parameter_name, whole_number
-from stickslip.mechanics.eventmap.records import BlockScratch, Controls, Outputs, new_outputs
-from stickslip.mechanics.eventmap.result import EventMapResult
+from stickslip.mechanics.eventmap.base import EventMapResult, ModelMap
+from stickslip.mechanics.eventmap.records import BlockScratch, Outputs, new_outputs
 from stickslip.mechanics.flow.blocks.system import (
     BlockDirections,
     block_directions,
     new_block_motion,
 )
-from stickslip.mechanics.flow.engine import BlockEngine, block_engine, time_limit, tolerance
+from stickslip.mechanics.flow.engine import BlockEngine, block_engine
 from stickslip.mechanics.model.belt_model import BeltModel
-from stickslip.numerics.targets import available_threads, instantiate, launch
+from stickslip.numerics.targets import instantiate, launch
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -33,13 +33,15 @@ SMALLEST_TILE = 64  # fewer motions are not worth a thread
 MODES = np.array(["-", ".", "+"])
 
 
-class BlocksEventMap:
+class BlocksEventMap(ModelMap):
     """The event map of a model with any number of blocks; `stickslip.event_map` makes it.
 
     Calling it carries differences ``d_i = X_{i+1} - X_i`` from one global stick phase to the
     next: ``f(d)`` for arrays of shape (..., n_blocks - 1). Immutable; equal settings compare
     equal.
     """
+
+    model: BeltModel
 
     def __init__(
         self,
@@ -61,14 +63,7 @@ class BlocksEventMap:
                 "or more are needed. stickslip.simulate follows the block in time."
             )
         self.model = model
-        self.rtol = tolerance(rtol)
-        self.max_events = whole_number("max_events", max_events, what="events of one motion")
-        self.max_time = time_limit(max_time)
-        self.threads = (
-            available_threads()
-            if threads is None
-            else whole_number("threads", threads, what="processor cores used")
-        )
+        self._set(rtol, max_events, max_time, threads)
         self._engine: BlockEngine = block_engine(model)
         self._local = threading.local()
 
@@ -86,31 +81,6 @@ class BlocksEventMap:
     def spread(self, n: int) -> Floats:
         """Return n points spread evenly over the domain, always the same."""
         return self.model.spread_domain(n)
-
-    @property
-    def parameters(self) -> dict[str, float]:
-        """Parameters of the model by name."""
-        return self.model.parameters
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """Keyword arguments that make this map from its model."""
-        names = ("rtol", "max_events", "max_time", "threads")
-        return {name: getattr(self, name) for name in names}
-
-    def replace(self, **changes: Any) -> BlocksEventMap:
-        """Make the map of a changed model, with the same settings."""
-        return type(self)(self.model.replace(**changes), **self.settings)
-
-    def __eq__(self, other: object) -> bool:
-        """Equal models and settings."""
-        if not isinstance(other, BlocksEventMap):
-            return NotImplemented
-        return (self.model, self.settings) == (other.model, other.settings)
-
-    def __hash__(self) -> int:
-        """Hash of the model and the settings."""
-        return hash((self.model, *self.settings.values()))
 
     def __repr__(self) -> str:
         """One line."""
@@ -182,17 +152,8 @@ class BlocksEventMap:
         """
         points = self.model.admit(d)
         outputs = self.carry(points, slope=True, watch=True)
-        shape = points.shape[:-1]
-        return EventMapResult(
-            value=outputs.value.reshape(points.shape),
-            derivative=outputs.derivative.reshape(*points.shape, self.dimension),
-            duration=outputs.duration.reshape(shape)[()],
-            n_events=outputs.n_events.reshape(shape)[()],
-            label=outputs.label.reshape(shape)[()],
-            margin=outputs.margin.reshape(shape)[()],
-            status=outputs.status.reshape(shape)[()],
-            d=points,
-        )
+        slopes = (*points.shape, self.dimension)
+        return self._result(points, outputs, points.shape[:-1], slopes)
 
     def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
         """Carry rows of differences, which are not checked; with the Jacobian if `slope`."""
@@ -253,10 +214,6 @@ class BlocksEventMap:
     @cached_property
     def _kernels(self) -> ModuleType:
         return _bound(self._engine)
-
-    @cached_property
-    def _controls(self) -> Controls:
-        return Controls(self.rtol, self.max_events, self.max_time)
 
     @cached_property
     def _no_itinerary(self) -> NDArray[np.int8]:

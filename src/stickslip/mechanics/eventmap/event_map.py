@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, ClassVar, overload
+from typing import TYPE_CHECKING, ClassVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,23 +11,21 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.analysis.maps.derived import LineMap
 from stickslip.checks import MOST_STEPS, Many, one_of, parameter_name, shown, whole_number
 from stickslip.mechanics.eventmap.backend import Backend, ScalarBackend
+from stickslip.mechanics.eventmap.base import EventMapResult, ModelMap
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
-from stickslip.mechanics.eventmap.lanes import LaneBackend, lanes_serve
-from stickslip.mechanics.eventmap.pools import PoolBackend
+from stickslip.mechanics.eventmap.lanes import LaneBackend, PoolBackend, lanes_serve
 from stickslip.mechanics.eventmap.records import Controls, Outputs
-from stickslip.mechanics.eventmap.result import EventMapResult
-from stickslip.mechanics.flow.engine import EngineName, engine_for, time_limit, tolerance
+from stickslip.mechanics.flow.engine import EngineName, engine_for
 from stickslip.mechanics.friction.series import law_series
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.arrays import Floats
-from stickslip.numerics.targets import available_threads
 
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Mechanism
     from stickslip.mechanics.flow.trajectory import Trajectory
 
 
-class EventMap(LineMap):
+class EventMap(ModelMap, LineMap):
     """The event map of a model; `stickslip.event_map` makes it.
 
     Calling it carries relative displacements from one global stick phase to the next:
@@ -39,6 +37,8 @@ class EventMap(LineMap):
         Ranges of parameters within which bifurcations and diagrams are searched for.
     """
 
+    model: TwoBlock
+    _settings = ("rtol", "max_events", "max_time", "engine", "device", "threads")
     searched: ClassVar = {"alpha": (0.0, 1e6), "V": (0.0, 10.0), "damping": (0.0, 50.0)}
 
     def __init__(
@@ -55,18 +55,10 @@ class EventMap(LineMap):
         if not isinstance(model, TwoBlock):
             raise ValueError(f"model = {shown(model)} is not a model. Take ss.TwoBlock(...).")
         self.model = model
-        self.rtol = tolerance(rtol)
-        self.max_events = whole_number("max_events", max_events, what="events of one motion")
-        self.max_time = time_limit(max_time)
+        self._set(rtol, max_events, max_time, threads)
         self.engine: EngineName = engine
         self.device = device
-        self.threads = (
-            available_threads()
-            if threads is None
-            else whole_number("threads", threads, what="processor cores used")
-        )
-        controls = Controls(self.rtol, self.max_events, self.max_time)
-        self._backend = self._backend_of(controls)
+        self._backend = self._backend_of(self._controls)
         self._end = model.domain[1]
 
     def _backend_of(self, controls: Controls) -> Backend:
@@ -79,40 +71,12 @@ class EventMap(LineMap):
         """Ends of the interval of definition, ``|d| <= (1 + beta) / (1 + 2 alpha)``."""
         return self.model.domain
 
-    @property
-    def parameters(self) -> dict[str, float]:
-        """Parameters of the model by name."""
-        return self.model.parameters
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """Keyword arguments that make this map from its model."""
-        names = ("rtol", "max_events", "max_time", "engine", "device", "threads")
-        return {name: getattr(self, name) for name in names}
-
-    def replace(self, **changes: Any) -> EventMap:
-        """Make the map of a changed model, with the same settings."""
-        return type(self)(self.model.replace(**changes), **self.settings)
-
-    def __eq__(self, other: object) -> bool:
-        """Equal models and settings."""
-        if not isinstance(other, EventMap) or type(self) is not type(other):
-            return NotImplemented
-        return (self.model, self.settings) == (other.model, other.settings)
-
-    def __hash__(self) -> int:
-        """Hash of the model and the settings."""
-        return hash((self.model, *self.settings.values()))
-
     def __repr__(self) -> str:
         """One line."""
         return f"EventMap({self.model!r}, engine={self._backend.name!r})"
 
     def slip_from(self, d: float, max_events: int) -> Trajectory:
-        """Follow the motion from one global stick phase to the next.
-
-        Its displacements, modes and needed forces are those of the map, whatever limit it is.
-        """
+        """Follow the motion, with the map's displacements, modes and forces, to the next stick."""
         from stickslip.mechanics.flow.trajectory import simulate  # not for the first value
 
         return simulate(self.model, d=d, until="stick", max_events=max_events, engine=self.engine)
@@ -232,17 +196,7 @@ class EventMap(LineMap):
         """
         points = self.model.admit(d)
         outputs = self._backend.carry(points.ravel(), slope=True, watch=True)
-        shape = points.shape
-        return EventMapResult(
-            value=_shaped_array(outputs.value, shape),
-            derivative=_shaped_array(outputs.derivative[:, 0], shape),
-            duration=_shaped_array(outputs.duration, shape),
-            n_events=_shaped_array(outputs.n_events, shape),
-            label=_shaped_array(outputs.label, shape),
-            margin=_shaped_array(outputs.margin, shape),
-            status=_shaped_array(outputs.status, shape),
-            d=points,
-        )
+        return self._result(points, outputs, points.shape, points.shape)
 
     @overload
     def itinerary(self, d: float) -> str: ...
@@ -295,10 +249,6 @@ class EventMap(LineMap):
 
 def _shaped(values: Floats, shape: tuple[int, ...]) -> float | Floats:
     return float(values[0]) if shape == () else values.reshape(shape)
-
-
-def _shaped_array(values: NDArray[Any], shape: tuple[int, ...]) -> Any:
-    return values.reshape(shape)[()] if shape == () else values.reshape(shape)
 
 
 DEVICES = ("cpu", "cuda")

@@ -1,8 +1,6 @@
-"""Orbits of many event maps at once: one compiled loop for models that differ in numbers only.
+"""Orbits of many event maps at once: one compiled loop for models that differ in numbers only."""
 
-Under constant kinetic friction lanes carry orbits of different models side by side; the others
-follow one another.
-"""
+# Under constant kinetic friction lanes carry orbits side by side; other orbits follow one another.
 
 from __future__ import annotations
 
@@ -40,12 +38,10 @@ def follow(
     tail: int,
     device: str = "cpu",
 ) -> tuple[LongRun, Followed]:
-    """Follow the orbit of each starting point under the map of its own model.
-
-    `engine` serves all models by its kernels alone. Starts that are NaN are passed over. After
-    `transient` maps, `n` are looked at, for periods up to `max_period`; `tail` <= n + 1 last points
-    are kept. Results have an entry for each start and depend on no other start.
-    """
+    """Follow the orbit of each starting point under the map of its own model."""
+    # `engine` serves all models by its kernels alone. Starts that are NaN are passed over. After
+    # `transient` maps, `n` are looked at, for periods up to `max_period`; `tail` <= n + 1 last
+    # points are kept. Results have an entry for each start and depend on no other start.
     verdicts, followed = new_long_run(starts.size), new_followed(starts.size, tail)
     if device == "cuda":
         from stickslip.mechanics.eventmap.cuda import follow_on_gpu  # needs numba-cuda

@@ -1,26 +1,32 @@
-"""Many motions with constant kinetic friction at once, and one at small cost."""
+"""Many motions at once: in lanes under constant kinetic friction, in pools under other laws."""
 
 from __future__ import annotations
 
 import math
 import threading
-from functools import cached_property
+from collections.abc import Sequence
+from functools import cached_property, lru_cache
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend
-from stickslip.mechanics.eventmap.records import new_outputs
+from stickslip.mechanics.eventmap.records import Controls, Outputs, Pools, new_outputs
 from stickslip.mechanics.flow._lane_kernels import constants_at
+from stickslip.mechanics.flow.engine import Engine, start_direction
+from stickslip.mechanics.flow.lanes.layout import ALIGNMENT, HANDED_OVER, KEPT, ORDER, PLACES
+from stickslip.mechanics.flow.lanes.text import lane_kernels
+from stickslip.mechanics.flow.system import new_motion
 from stickslip.mechanics.friction.interface import STATIC_COLUMN
+from stickslip.mechanics.friction.series import LawSeries
 from stickslip.numerics.targets import config, instantiate, launch
+from stickslip.numerics.vector import LANES
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.mechanics.eventmap.records import Controls, Outputs
-    from stickslip.mechanics.flow.engine import Engine
+    from stickslip.mechanics.friction.law import FrictionLaw
     from stickslip.mechanics.model.two_block import TwoBlock
     from stickslip.numerics.arrays import Floats
 
@@ -88,14 +94,13 @@ class Lanes:
         return column.item(0)
 
 
-SMALLEST_TILE = 8192
+LANE_TILE = 8192
 
 
 class LaneBackend(ScalarBackend):
-    """Constant kinetic friction: values and slopes by lanes, all else by the exact engine.
+    """Constant kinetic friction: values and slopes by lanes, all else by the exact engine."""
 
-    Which of them answers depends on d alone: not on how many are asked together, nor on threads.
-    """
+    # Which of them answers depends on d alone: not on how many are asked together, nor on threads.
 
     def __init__(self, model: TwoBlock, engine: Engine, controls: Controls, threads: int) -> None:
         super().__init__(model, engine, controls, threads)
@@ -140,7 +145,7 @@ class LaneBackend(ScalarBackend):
             part[rest] = math.nan
             passed.append(start + rest[unknown])
 
-        launch(task, d.size, self.threads, SMALLEST_TILE)
+        launch(task, d.size, self.threads, LANE_TILE)
         return values, np.concatenate(passed)
 
     def iterate(self, orbits: Floats) -> None:
@@ -171,3 +176,135 @@ class LaneBackend(ScalarBackend):
     def _orbits(self) -> ModuleType:
         template = "stickslip.mechanics.eventmap._lane_follow_kernels"
         return instantiate(template, self.engine.key, carry=self.kernels.carry)
+
+
+STEPS = ("step_one", "step_both", "tangent_one", "tangent_both")
+DECISIONS = ("blocks_of_event", "event_margin", "mode_code", "value_tangent")
+
+
+def new_pools(n_columns: int, n_law_parameters: int, laws: Floats, size: int) -> Pools:
+    """Arrays of empty pools."""
+    return Pools(
+        laws=laws,
+        x=aligned(3 * KEPT).reshape(3, KEPT),
+        taken=aligned(size),
+        tags=np.zeros((3, PLACES, 4), dtype=np.int64),
+        labels=np.zeros((3, PLACES), dtype=np.uint64),
+        counts=np.zeros(3, dtype=np.int64),
+        flagged=np.zeros(LANES + 1, dtype=np.int64),
+        rows=np.zeros(LANES, dtype=np.int64),
+        motion=new_motion(n_columns, n_law_parameters),
+        w=np.zeros((2, ORDER + 1)),
+        e=np.zeros((2, ORDER + 1)),
+        signal=np.zeros(ORDER + 1),
+        reciprocals=1.0 / np.maximum(np.arange(ORDER + 2), 1),
+    )
+
+
+def aligned(size: int) -> Floats:
+    """Zeros that begin where a vector of any machine may."""
+    store = np.zeros(size + ALIGNMENT // 8)
+    start = -store.ctypes.data % ALIGNMENT // 8
+    return store[start : start + size]
+
+
+POOL_TILE = 512
+
+
+class PoolBackend(ScalarBackend):
+    """Two undamped blocks with one formula for both: many motions at once, in pools.
+
+    The scalar engine carries what pools hand over. Which of them does depends on the motion alone.
+    """
+
+    def __init__(
+        self,
+        model: TwoBlock,
+        engine: Engine,
+        controls: Controls,
+        threads: int,
+        series: LawSeries,
+    ) -> None:
+        super().__init__(model, engine, controls, threads)
+        self.series = series
+
+    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
+        """Values at each d, and slopes."""
+        orbits = np.full((d.size, 2), np.nan)
+        orbits[:, 0] = d
+        outputs = self._advanced(orbits, slope=slope, watch=watch)
+        return outputs._replace(value=orbits[:, 1])
+
+    def iterate(self, orbits: Floats) -> None:
+        """Fill rows (n, steps + 1) from their first entries on."""
+        self._advanced(orbits)
+
+    def _advanced(self, orbits: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
+        """Fill the rows of `orbits`; return what is known of their last motions."""
+        directions = (start_direction(self.engine),) if slope else ()
+        outputs = new_outputs((len(orbits),), len(directions))
+        filled = np.zeros(len(orbits), dtype=np.int64)
+
+        def task(start: int, stop: int) -> None:
+            self._driver.advance_orbits(
+                self.engine.system,
+                self.engine.laws,
+                orbits,
+                filled,
+                start,
+                stop,
+                self._pools(directions),
+                self.controls,
+                watch,
+                outputs,
+            )
+
+        steps = max(1, orbits.shape[1] - 1)
+        while True:
+            launch(task, len(orbits), self.threads, max(1, POOL_TILE // steps))
+            rows = np.flatnonzero(outputs.status == HANDED_OVER)
+            if rows.size == 0:
+                return outputs
+            carried = self._carried(orbits[rows, filled[rows]], directions, watch)
+            for kept, found in zip(outputs, carried, strict=True):
+                kept[rows] = found
+            filled[rows] += 1
+            orbits[rows, filled[rows]] = carried.value
+
+    @cached_property
+    def _steps(self) -> ModuleType:
+        return lane_kernels(self.series)
+
+    @cached_property
+    def _driver(self) -> ModuleType:
+        """Kernels bound to the law's steps and to the decisions of the scalar engine."""
+        return instantiate(
+            "stickslip.mechanics.eventmap._pool_kernels",
+            f"{self.engine.key}-{self.series.key}",
+            force=self.engine.code.force,
+            rate=self.engine.kernels.rate,
+            **{name: getattr(self._steps, name) for name in STEPS},
+            **{name: getattr(self.kernels, name) for name in DECISIONS},
+        )
+
+    @cached_property
+    def _pools_here(self) -> threading.local:
+        return _pools_of(self.series.key, self.model.laws)
+
+    def _pools(self, directions: Sequence[Floats]) -> Pools:
+        """Pools for this thread."""
+        held: dict[int, Pools] = self._pools_here.__dict__.setdefault("pools", {})
+        n_columns = len(directions)
+        if n_columns not in held:
+            laws = self.series.rows(self.model.laws)
+            pools = new_pools(n_columns, self.engine.n_law_parameters, laws, self._steps.SIZE)
+            for column, direction in enumerate(directions):
+                pools.motion.directions[column] = direction
+            held[n_columns] = pools
+        return held[n_columns]
+
+
+@lru_cache(maxsize=16)
+def _pools_of(series: str, laws: tuple[FrictionLaw, FrictionLaw]) -> threading.local:
+    """Pools of each thread, a quarter of a megabyte: models of the same laws use the same."""
+    return threading.local()

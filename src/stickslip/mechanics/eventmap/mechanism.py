@@ -1,8 +1,6 @@
-"""Why the event map breaks: the mechanism of a breakpoint, read from the motions beside it.
+"""Why the event map breaks: the mechanism of a breakpoint, read from the motions beside it."""
 
-Two motions that start at adjacent floats share their events up to one. What that one is on
-either side names the mechanism.
-"""
+# Motions from adjacent floats share their events up to one, whose kinds name the mechanism.
 
 from __future__ import annotations
 
@@ -35,10 +33,8 @@ TOO_LATE = Mechanism(f"the motions on both sides make the same first {MAX_EVENTS
 
 
 def mechanism_between(f: EventMap, left: float, right: float) -> Mechanism:
-    """Explain why the itinerary changes between two adjacent starting points.
-
-    ``text``, such as "block 2 grazes its stick interval near X_2 = 0.00185".
-    """
+    """Explain why the itinerary changes between two adjacent starting points."""
+    # ``text``, such as "block 2 grazes its stick interval near X_2 = 0.00185".
     found = UNKNOWN
     for ulps in APART:
         found = _compare(f, left - ulps * math.ulp(left), right + ulps * math.ulp(right))
@@ -76,10 +72,8 @@ def _explain(first: Trajectory, second: Trajectory, number: int) -> Mechanism:
 
 
 def _alone(trajectory: Trajectory, number: int) -> Mechanism:
-    """Name an event without counterpart: a touch, or the one that comes with the last event.
-
-    On the tie itself a motion makes both events at once, in either order.
-    """
+    """Name an event without counterpart: a touch, or the one that comes with the last event."""
+    # On the tie itself a motion makes both events at once, in either order.
     event = trajectory.events[number]
     if number > 0:
         last = trajectory.events[number - 1]

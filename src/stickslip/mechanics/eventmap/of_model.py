@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final, overload
+from typing import TYPE_CHECKING, Final, TypedDict, Unpack, overload
 
 from stickslip.checks import one_of, shown
 from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
@@ -23,28 +23,21 @@ if TYPE_CHECKING:
 NOT_KEPT: Final = ("device", "threads")  # of the machine, not of the result
 
 
+class Settings(TypedDict, total=False):
+    """Keyword arguments of `event_map`, for the type checker."""
+
+    rtol: float
+    max_events: int
+    max_time: float
+    engine: EngineName
+    device: str
+    threads: int | None
+
+
 @overload
-def event_map(
-    model: TwoBlock,
-    *,
-    rtol: float = ...,
-    max_events: int = ...,
-    max_time: float = ...,
-    engine: EngineName = ...,
-    device: str = ...,
-    threads: int | None = ...,
-) -> EventMap: ...
+def event_map(model: TwoBlock, **settings: Unpack[Settings]) -> EventMap: ...
 @overload
-def event_map(
-    model: BeltModel,
-    *,
-    rtol: float = ...,
-    max_events: int = ...,
-    max_time: float = ...,
-    engine: EngineName = ...,
-    device: str = ...,
-    threads: int | None = ...,
-) -> BlocksEventMap: ...
+def event_map(model: BeltModel, **settings: Unpack[Settings]) -> BlocksEventMap: ...
 @suggests
 def event_map(
     model: TwoBlock | BeltModel,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -37,10 +37,9 @@ if TYPE_CHECKING:
 
 
 class QuasistaticBackend(ScalarBackend):
-    """Carries motions with the belt at rest: the kernels of the moving belt, V = 0 in them.
+    """Carries motions with the belt at rest: the kernels of the moving belt, V = 0 in them."""
 
-    A block leaves its limit L with the acceleration -L (1 - F(0)), which must not be zero.
-    """
+    # A block leaves its limit L with the acceleration -L (1 - F(0)), which must not be zero.
 
     def __init__(
         self, model: TwoBlock, engine: EngineName, controls: Controls, threads: int
@@ -75,23 +74,18 @@ class QuasistaticBackend(ScalarBackend):
 
     def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
         outputs = super()._carried(d, directions, watch)
-        tied = np.isclose(self._lead(d), 0.0, atol=1e-14, rtol=0.0)
+        alpha, beta, _ = self.engine.system
+        lead = 1.0 + (1.0 + 2.0 * alpha) * d - beta  # of block 2 as block 1 leaves; 0: together
+        tied = np.isclose(lead, 0.0, atol=1e-14, rtol=0.0)
         for column, direction in enumerate(directions):
             outputs.derivative[tied, column] = self._slopes_of_tie(
                 d[tied], outputs.value[tied], direction
             )
         return outputs
 
-    def _lead(self, d: Floats) -> Floats:
-        """How far block 2 is past its limit as block 1 leaves; 0 where both leave together."""
-        alpha, beta, _ = self.engine.system
-        return 1.0 + (1.0 + 2.0 * alpha) * d - beta
-
     def _slopes_of_tie(self, d: Floats, value: Floats, direction: Floats) -> Floats:
-        """One-sided slopes where both leave together: infinite, from the side of smaller d.
-
-        There block 1 frees block 2 after a time that grows as the square root of the distance.
-        """
+        """One-sided slopes where both leave together: infinite, from the side of smaller d."""
+        # There block 1 frees block 2 after a time that grows as the square root of the distance.
         alpha = self.engine.system.alpha
         if alpha == 0.0 or direction[BETA] != 0.0 or direction[START] == 0.0:
             return np.full(d.size, np.nan)
@@ -148,14 +142,13 @@ class QuasistaticMap(EventMap):
     ``duration`` is its own.
     """
 
+    _settings = ("rtol", "max_events", "max_time", "engine", "threads")
+
     def _backend_of(self, controls: Controls) -> QuasistaticBackend:
         return QuasistaticBackend(self.model, self.engine, controls, self.threads)
 
     def slip_from(self, d: float, max_events: int) -> Trajectory:
-        """Follow the slip after a global stick phase to its end, on the resting belt.
-
-        Displacements, modes and needed forces count; velocities are those of a moving belt.
-        """
+        """Follow the slip after a global stick phase; velocities are those of a moving belt."""
         assert isinstance(self._backend, QuasistaticBackend)
         recorder = self._backend.recorder(finite_number("d", d))
         max_events = whole_number("max_events", max_events)
@@ -167,12 +160,7 @@ class QuasistaticMap(EventMap):
         """Parameters of the model by name, without ``V``."""
         return {name: value for name, value in super().parameters.items() if name != "V"}
 
-    @property
-    def settings(self) -> dict[str, Any]:
-        """Keyword arguments that make this map from its model."""
-        return {name: value for name, value in super().settings.items() if name != "device"}
-
-    def replace(self, **changes: Any) -> QuasistaticMap:
+    def replace(self, **changes: Any) -> Self:
         """Make the map of a changed model, with the same settings.
 
         Raises

@@ -1,7 +1,6 @@
-"""What goes into the event map's kernels besides a motion, and what comes out of them.
+"""What goes into the event map's kernels besides a motion, and what comes out of them."""
 
-One class for all engines, not part of a template: numba would look its type up slowly.
-"""
+# No class is part of a template: numba would look its type up slowly.
 
 from __future__ import annotations
 

@@ -1,11 +1,8 @@
-"""Adaptive engine, laws known by their values only: collocation, solved by Picard sweeps.
+"""Adaptive engine, laws known by their values only: collocation, solved by Picard sweeps."""
 
-A template like ``_taylor_kernels``, with the same interface. The accelerations of a step are
-a polynomial through Chebyshev nodes; integrating it gives w and e as polynomials, on which
-events are located as everywhere. A law is never called at s < 0: where |w| would turn
-negative its tangent at 0 is taken, and a step with an event is repeated until it ends so
-close to it that this does not matter.
-"""
+# A template like ``_taylor_kernels``, with the same interface. Accelerations are a polynomial
+# through Chebyshev nodes. A law is never called at s < 0: its tangent at 0 stands there, and a step
+# with an event is repeated until it ends close to the event.
 
 from __future__ import annotations
 

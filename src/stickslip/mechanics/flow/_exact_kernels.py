@@ -1,8 +1,6 @@
-"""Exact engine: constant kinetic friction, so that motion between events is closed form.
+"""Exact engine: constant kinetic friction, so that motion between events is closed form."""
 
-`advance` carries a motion to its next event, or a bounded time on where that is far.
-Derivation of every formula: docs/theory/flow.md.
-"""
+# Derivation of every formula: docs/theory/flow.md.
 
 from __future__ import annotations
 
@@ -130,10 +128,8 @@ def sharp_pull(
 def advance(
     system: System, laws: Floats, motion: Motion, work: Work, rtol: float, cap: float
 ) -> tuple[float, int]:
-    """Carry `motion` to its next event, or on by a bounded time; return that time and a status.
-
-    ``motion.event`` says what happened to each block; modes are left for `settle`.
-    """
+    """Carry `motion` to its next event, or on by a bounded time; return that time and a status."""
+    # ``motion.event`` says what happened to each block; modes are left for `settle`.
     for block in range(2):
         work.start_w[block] = motion.w[block]
         work.start_e[block] = motion.e[block]
@@ -182,10 +178,9 @@ def move_one(
 def time_of_return(
     system: System, laws: Floats, motion: Motion, work: Work, slipper: int
 ) -> tuple[float, float]:
-    """First time at which a slipping block is back while the other rides, and |w'| there.
-
-    (inf, 0): no return. A quadratic in the tangent of half the angle, written so as not to cancel.
-    """
+    """First time at which a slipping block is back while the other rides, and |w'| there."""
+    # (inf, 0): no return. A quadratic in the tangent of half the angle, written so as not to
+    # cancel.
     stiffness = 1.0 + system.alpha
     frequency = math.sqrt(stiffness)
     sign = -float(motion.mode[slipper])
@@ -343,10 +338,8 @@ def rider_tolerance(system: System, work: Work, rider: int, t: float) -> float:
 def rider_reaches_upper(
     system: System, laws: Floats, motion: Motion, work: Work, slipper: int, t: float
 ) -> tuple[float, int]:
-    """First time up to `t` at which the rider reaches its upper limit, if it does.
-
-    Its force grows, at a rate of at least V: the value at `t` (in `motion`) decides.
-    """
+    """First time up to `t` at which the rider reaches its upper limit, if it does."""
+    # Its force grows, at a rate of at least V: the value at `t` (in `motion`) decides.
     rider = 1 - slipper
     end = limit(system, rider)
     excess = motion.e[rider] - end
@@ -383,10 +376,9 @@ def rider_reaches_upper(
 def rider_reaches_either(
     system: System, laws: Floats, motion: Motion, work: Work, slipper: int, t_end: float
 ) -> tuple[float, int]:
-    """First time up to `t_end` at which a rider reaches a limit while the other slips forward.
-
-    Most often two straight lines show that it stays inside; else safe steps follow both distances.
-    """
+    """First time up to `t_end` at which a rider reaches a limit while the other slips forward."""
+    # Most often two straight lines show that it stays inside; else safe steps follow both
+    # distances.
     rider = 1 - slipper
     end = limit(system, rider)
     tolerance = rider_tolerance(system, work, rider, t_end)
@@ -553,10 +545,8 @@ def mode_swings(
 
 @kernel
 def common_period(alpha: float) -> float:
-    """Period of two slipping blocks where their frequencies 1 and W have a small ratio, or inf.
-
-    A period without a contact proves that there is none; else `mode_swings` decides.
-    """
+    """Period of two slipping blocks where their frequencies 1 and W have a small ratio, or inf."""
+    # A period without a contact proves that there is none; else `mode_swings` decides.
     frequency = math.sqrt(1.0 + 2.0 * alpha)
     for turns in range(1, 33):
         if abs(turns * frequency - round(turns * frequency)) <= 4.0 * EPSILON * turns * frequency:

@@ -1,9 +1,7 @@
-"""Phases with constant kinetic friction as straight lines of arithmetic, one motion a lane.
+"""Phases with constant kinetic friction as straight lines of arithmetic, one motion a lane."""
 
-The same physics as `_exact_kernels`, without a branch, so that a loop over motions becomes
-vector instructions. Where a decision is closer than `NEAR`, a lane does not take it: it says
-so, and its motion goes to the exact engine. Derivations: docs/theory/flow.md.
-"""
+# The physics of `_exact_kernels` without a branch. A lane does not take a decision closer than
+# `NEAR`: its motion goes to the exact engine. Derivations: docs/theory/flow.md.
 
 from __future__ import annotations
 
@@ -26,11 +24,10 @@ TURN, TURNS = 2.0 * math.pi, 0.5 / math.pi
 
 
 class CoulombConstants(NamedTuple):
-    """Two blocks with constant kinetic friction, and what follows from their parameters.
+    """Two blocks with constant kinetic friction, and what follows from their parameters."""
 
-    What steps of two slipping blocks need comes first, what only an onset needs last. The rider
-    of a slip has ``e(t) = e(0) + ride_time t - ride_force (e_slipper(t) - e_slipper(0))``.
-    """
+    # What steps of two slipping blocks need comes first, what only an onset needs last. The rider
+    # of a slip has ``e(t) = e(0) + ride_time t - ride_force (e_slipper(t) - e_slipper(0))``.
 
     V: float
     spread: float
@@ -113,10 +110,8 @@ def constants_of_row(row: Floats) -> CoulombConstants:
 
 @kernel(inline=True, fused=True)
 def drawn(constants: CoulombConstants, sign: float, gap: float) -> float:
-    """Give ``stiffness gap - 2 v`` of a slip, gap = |w|, v = sign V (1 backward, -1 forward).
-
-    ``gap'^2 + gap (stiffness gap - 2 v)`` stays: the square of the rate at the return.
-    """
+    """Give ``stiffness gap - 2 v`` of a slip, gap = |w|, v = sign V (1 backward, -1 forward)."""
+    # ``gap'^2 + gap (stiffness gap - 2 v)`` stays: the square of the rate at the return.
     return (gap + constants.alpha * gap) - 2.0 * sign * constants.V
 
 
@@ -155,10 +150,8 @@ def smooth_share(share: float) -> float:
 def dip(
     constants: CoulombConstants, gap: float, rate: float, end: float, time: float, gain: float
 ) -> tuple[float, float, float, float]:
-    """Fall of the rider's force in a forward slip: (begin, its gain there, end, gain there).
-
-    Both times are 0 where the slip is never faster than V / alpha.
-    """
+    """Fall of the rider's force in a forward slip: (begin, its gain there, end, gain there)."""
+    # Both times are 0 where the slip is never faster than V / alpha.
     fast = constants.turning
     square = rate * rate + (gap - fast) * (constants.stiffness * (gap + fast) + 2.0 * constants.V)
     bound = math.sqrt(square if square > 0.0 else 0.0)
@@ -194,10 +187,8 @@ def modes_turned(
     gap_w: float,
     gap_pull: float,
 ) -> tuple[float, float, float, float]:
-    """Carry sum and difference of both blocks through a time of at most `CoulombConstants.cap`.
-
-    ``sum_w = w_1 + w_2 + 2 V``, ``gap_w = w_2 - w_1``; the pulls are their rates.
-    """
+    """Carry sum and difference of both blocks through a time of at most `CoulombConstants.cap`."""
+    # ``sum_w = w_1 + w_2 + 2 V``, ``gap_w = w_2 - w_1``; the pulls are their rates.
     square = t * t
     wide = square + constants.twice * square
     s, v = turn_squared(square)

@@ -1,7 +1,6 @@
-"""What the driver of a motion asks of a law: rates at landings, and whether sliding ever ends.
+"""What the driver of a motion asks of a law: rates at landings, and whether sliding ever ends."""
 
-A template, like the steppers of the adaptive engine, which offer these kernels with their own.
-"""
+# A template; the steppers of the adaptive engine offer these kernels with their own.
 
 from __future__ import annotations
 
@@ -23,10 +22,8 @@ CLEARANCE = 1e-6
 
 @kernel
 def energy_reach(system: System, motion: Motion, force_1: float, force_2: float) -> float:
-    """Largest deviation from steady sliding that the energy of two slipping blocks allows.
-
-    ``(y.y + r.K^-1 r) / 2``, y = w + V, r = e - limit F(V), cannot grow while F rises with speed.
-    """
+    """Largest deviation from steady sliding that the energy of two slipping blocks allows."""
+    # ``(y.y + r.K^-1 r) / 2``, y = w + V, r = e - limit F(V), cannot grow while F rises with speed.
     y_1 = motion.w[0] + system.V
     y_2 = motion.w[1] + system.V
     r_1 = motion.e[0] - force_1

@@ -1,9 +1,7 @@
-"""Adaptive engine, traced laws: Taylor series of high order, whose polynomials locate events.
+"""Adaptive engine, traced laws: Taylor series of high order, whose polynomials locate events."""
 
-A template (`numerics.targets.instantiate`): a law's kernels are bound to the names imported
-below for the type checker. `advance` takes one step, which an event may end.
-Derivation: docs/theory/flow.md.
-"""
+# Template (`numerics.targets.instantiate`): a law's kernels are bound. Derivation:
+# docs/theory/flow.md.
 
 from __future__ import annotations
 

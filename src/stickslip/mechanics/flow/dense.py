@@ -1,9 +1,7 @@
-"""Events, margins and ends of smooth pieces of laws on one step, given as polynomials in time.
+"""Events, margins and ends of smooth pieces of laws on one step, given as polynomials in time."""
 
-The same for every stepper: rows of `w` and `e` hold the coefficients of each block. A step stays on
-the pieces of the laws on which it starts, each continued beyond its ends, and ends where a slip
-speed is `OVERLAP` beyond one: a step never starts on its own end.
-"""
+# Rows of `w` and `e` hold the coefficients of each block. A step ends where a slip speed is
+# `OVERLAP` beyond the smooth piece of the law on which the step starts.
 
 from __future__ import annotations
 
@@ -104,10 +102,8 @@ def ride_signal(system: System, e: Rows, signal: Floats, block: int, event: int)
 def find_events(
     system: System, motion: Motion, w: Rows, e: Rows, signal: Floats, h: float
 ) -> float:
-    """Length of the step up to its first event, or all of it; negative if a search failed.
-
-    ``motion.event`` names the event of each block; events closer than rounding are one.
-    """
+    """Length of the step up to its first event, or all of it; negative if a search failed."""
+    # ``motion.event`` names the event of each block; events closer than rounding are one.
     motion.event[0] = motion.event[1] = 0
     slack = SLACK * EPSILON
     for block in range(2):

@@ -1,12 +1,8 @@
-"""The one closed form behind the exact engine: an oscillator pulled along by the belt.
+"""The one closed form behind the exact engine: an oscillator pulled along by the belt."""
 
-    w' = pull,    pull' = -stiffness w - drive
-
-with ``pull = friction - e`` is one slipping block among riders (stiffness 1 + alpha, drive V) as
-well as each normal mode of two slipping blocks: the sum (1, 2 V) and the difference (1 + 2 alpha,
-0). Friction is not an argument of its own: sums of the friction of two blocks would be rounded,
-in every phase alike, and in motions of hundreds of phases that adds up.
-"""
+#     w' = pull,    pull' = -stiffness w - drive,    pull = friction - e
+# One slipping block among riders: stiffness 1 + alpha, drive V. Both: their sum (1, 2 V) and
+# difference (1 + 2 alpha, 0). Friction as an argument would add a rounding in every phase.
 
 from __future__ import annotations
 

@@ -39,10 +39,9 @@ class _Growing:
 
 
 class SlipTracker:
-    """Joins changes of mode to slips while a motion goes on; holds no more than the open ones.
+    """Joins changes of mode to slips while a motion goes on; holds no more than the open ones."""
 
-    Slips that had begun before the start are left out, unless it is `from_belt`.
-    """
+    # Slips that had begun before the start are left out, unless it is `from_belt`.
 
     def __init__(self, structure: Structure, *, from_belt: bool) -> None:
         n = structure.n_blocks

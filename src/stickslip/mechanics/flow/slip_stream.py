@@ -11,13 +11,13 @@ from stickslip.checks import whole_number
 from stickslip.mechanics.flow.engine import tolerance
 from stickslip.mechanics.flow.slip import Slip, SlipTracker
 from stickslip.mechanics.flow.trajectory import (
-    Model,
     State,
     end_time,
     leaves_belt,
     recorder_for,
     start,
 )
+from stickslip.mechanics.model.arguments import Model
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:

@@ -1,16 +1,8 @@
-"""What kernels know of a model and of a motion: plain tuples and arrays.
+"""What kernels know of a model and of a motion: plain tuples and arrays."""
 
-State of a motion, one entry a block: relative velocity ``w = X' - V``, needed force
-``e = X + alpha (X - X_other)`` (what friction must supply for the block to ride, R of the
-physics contract) and mode. Both are autonomous, and events are entries that reach 0 or
-``+-limit``:
-
-    w_i' = -mode_i limit_i F(|w_i|) - e_i     (0 while riding)
-    e_1' = (1 + alpha) w_1 - alpha w_2 + V    (2 likewise)
-    d    = (e_2 - e_1) / (1 + 2 alpha)
-
-See docs/theory/flow.md.
-"""
+#     w_i' = -mode_i limit_i F(|w_i|) - e_i     (0 while riding), w = X' - V
+#     e_1' = (1 + alpha) w_1 - alpha w_2 + V    (2 likewise), e = X + alpha (X - X_other)
+#     d    = (e_2 - e_1) / (1 + 2 alpha)        see docs/theory/flow.md
 
 from __future__ import annotations
 

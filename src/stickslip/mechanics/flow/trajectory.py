@@ -13,20 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import status as status_codes
 from stickslip.checks import finite_number, one_of, real_numbers, whole_number
-from stickslip.mechanics.flow.blocks.recorder import BlocksRecorder
 from stickslip.mechanics.flow.engine import ENGINES, EngineName, block_engine, engine_for, tolerance
-from stickslip.mechanics.flow.recorder import Recorded, Recorder, TwoBlockRecorder
+from stickslip.mechanics.flow.recorder import BlocksRecorder, Recorded, Recorder, TwoBlockRecorder
 from stickslip.mechanics.flow.slip import Slip, SlipTracker
-from stickslip.mechanics.model.arguments import checked_model, state_vector
-from stickslip.mechanics.model.belt_model import BeltModel
+from stickslip.mechanics.model.arguments import Model, checked_model, state_vector
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.arrays import Floats
 from stickslip.results.parts import part
 from stickslip.results.result import Result
 from stickslip.results.table import Table
 from stickslip.vocabulary import suggests
-
-Model = TwoBlock | BeltModel
 
 EVENT_KINDS = {-1: "slip backward", 0: "stick", 1: "slip forward"}
 # Nodes of the quadrature over one step: far beyond what its smooth integrands need.
@@ -449,4 +445,4 @@ def start(
             raise ValueError("a forced model starts from a state: give x and v instead of d")
         recorder.start_on_belt(model.admit(d))
         return
-    recorder.start(state_vector("x", x, model), state_vector("v", v, model))
+    recorder.start(state_vector("x", x, model.n_blocks), state_vector("v", v, model.n_blocks))

@@ -1,9 +1,7 @@
-"""Transitions: the onset of a slip, modes that blocks take at an event, tangents through events.
+"""Transitions: the onset of a slip, modes that blocks take at an event, tangents through events."""
 
-Rules 1, 2, 3 and 5 of docs/design.md. A motion restarts its clock at each event: the derivative
-of the state there is the one at fixed time plus the state's velocity times the event's shift,
-``-(d g) / g'`` with ``g`` the signal that reaches zero. The flow is autonomous: no more is needed.
-"""
+# Rules 1, 2, 3 and 5 of docs/design.md. Tangents at an event are those at fixed time plus the
+# state's velocity times the event's shift, ``-(d g) / g'`` with ``g`` the signal that reaches zero.
 
 from __future__ import annotations
 
@@ -38,10 +36,8 @@ def excess_force(system: System, motion: Motion, block: int) -> float:
 
 @kernel(inline=True)
 def round_to_limit(system: System, motion: Motion, block: int, rounding: float) -> None:
-    """Put a needed force on its static limit where `rounding`, in EPSILON x limit, explains it.
-
-    Otherwise chance would break ties that the system has by its symmetry.
-    """
+    """Put a needed force on its static limit where `rounding`, in EPSILON x limit, explains it."""
+    # Otherwise chance would break ties that the system has by its symmetry.
     end = limit(system, block)
     if abs(excess_force(system, motion, block)) <= rounding * EPSILON * end:
         motion.e[block] = math.copysign(end, motion.e[block])
@@ -58,17 +54,7 @@ def round_landings(system: System, motion: Motion, rounding: float) -> None:
 
 @kernel(inline=True)
 def mode_on_belt(system: System, motion: Motion, block: int) -> int:
-    """Mode of a block whose relative velocity is zero: table of rule 2.
-
-    ==================  ===========  ========================
-    needed force        it moves     mode
-    ==================  ===========  ========================
-    inside the limits   either way   stick
-    beyond one          either way   slip, backward at the upper end
-    at one              inward       stick
-    at one              outward      slip, backward at the upper end
-    ==================  ===========  ========================
-    """
+    """Mode of a block whose relative velocity is zero: rule 2."""
     excess = excess_force(system, motion, block)
     upper = motion.e[block] > 0.0
     rate = loading_rate(system, motion.w, block)
@@ -100,10 +86,8 @@ def land(system: System, motion: Motion, block: int) -> None:
 
 @kernel(inline=True)
 def settle(system: System, motion: Motion) -> None:
-    """Change the modes of all blocks that are at an event, once.
-
-    Landings come first: they end the motion of w that the rates depend on.
-    """
+    """Change the modes of all blocks that are at an event, once."""
+    # Landings come first: they end the motion of w that the rates depend on.
     for block in range(2):
         if motion.event[block] == LANDING:
             motion.w[block] = 0.0
@@ -141,10 +125,9 @@ def onset(system: System, motion: Motion, d: float) -> None:
 
 @kernel
 def saltation(system: System, motion: Motion, rate_w_1: float, rate_w_2: float) -> None:
-    """Move the tangents to the event that ``motion.event`` names, if any; `rate_w`: w' just before.
-
-    The first block with an event sets the time. At a touch (rate 0) nothing is moved.
-    """
+    """Move the tangents to the event that ``motion.event`` names, if any."""
+    # `rate_w`: w' just before. The first block with an event sets the time; at a touch (rate 0)
+    # nothing is moved.
     for block in range(2):
         event = motion.event[block]
         if event == 0:

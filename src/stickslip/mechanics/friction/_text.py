@@ -1,8 +1,6 @@
-"""The text of a module of friction kernels, generated from the laws' formulas.
+"""The text of a module of friction kernels, generated from the laws' formulas."""
 
-What a parameter row p holds: `friction.interface`. The rows of a series hold: 0 the speed s, 1 the
-force, 2 dF/ds, then dF/d(parameter), then whatever the recurrences look back at.
-"""
+# Rows of a series: 0 the speed s, 1 the force, 2 dF/ds, dF/d(parameter), what recurrences need.
 
 from __future__ import annotations
 

@@ -1,9 +1,6 @@
-"""Kernels of friction laws: force, slope, parameter derivatives and Taylor series.
+"""Kernels of friction laws: force, slope, parameter derivatives and Taylor series."""
 
-The kernels are generated from the laws' formulas. All take a row ``p`` of numbers that says
-which law it is and holds its parameters, and the direction of slip ``m``: -1 backward, +1
-forward (it matters in asymmetric laws only).
-"""
+# All kernels take a parameter row ``p`` and the direction of slip ``m``: -1 backward, +1 forward.
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
-"""What kernels see of friction laws: columns of a parameter row, signatures of generated kernels.
+"""What kernels see of friction laws: parameter rows, signatures of generated kernels."""
 
-The signatures are for the type checker alone (`friction.code`). A row belongs to one smooth piece
-of a law; after PARAMETER_COLUMN stand its formula's parameters, then constants made of them.
-"""
+# A row belongs to one smooth piece of a law; after PARAMETER_COLUMN stand its formula's parameters,
+# then constants made of them.
 
 from __future__ import annotations
 

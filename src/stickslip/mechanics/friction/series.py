@@ -41,10 +41,8 @@ class LawSeries:
 
 
 def law_series(laws: Sequence[FrictionLaw]) -> LawSeries | None:
-    """Series of laws that are one smooth symmetric formula; None for others.
-
-    Optional parameters that are zero in all of them are left out where recurrences go with them.
-    """
+    """Series of laws that are one smooth symmetric formula; None for others."""
+    # Optional parameters that are zero in all of them are left out where recurrences go with them.
     formula, *others = {law.formula for law in laws}
     if any(law.knots for law in laws):
         return None

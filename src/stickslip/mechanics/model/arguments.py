@@ -36,10 +36,9 @@ def checked_parameter(role: str, model: Model, name: object) -> str:
     return parameter_name(role, name, model.parameters, of="this model")
 
 
-def state_vector(name: str, values: object, model: Model) -> Floats:
-    """Return a finite number for each block; else ValueError."""
+def state_vector(name: str, values: object, n: int) -> Floats:
+    """Return a finite number for each of n blocks; else ValueError."""
     array = real_numbers(name, values)
-    n = model.n_blocks
     if array.shape != (n,) or not np.isfinite(array).all():
         raise ValueError(
             f"{name} = {shown(values)} is not allowed: {name} must be {n} finite numbers, one per "

@@ -10,16 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.checks import dimensions, finite_number, one_of, shown
-from stickslip.mechanics.model.arrays import (
+from stickslip.mechanics.model.belt_model import (
+    BeltModel,
+    Friction,
     belt_velocity,
+    laws_of,
     one_per_block,
     positive_definite,
     semidefinite,
     symmetric,
 )
-from stickslip.mechanics.model.belt_model import BeltModel, Friction, laws_of
-from stickslip.mechanics.model.harmonic import Harmonic
-from stickslip.mechanics.model.structure import Structure
+from stickslip.mechanics.model.structure import Harmonic, Structure
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -158,14 +159,11 @@ class Blocks(BeltModel):
     def __repr__(self) -> str:
         """Call that builds the model again."""
         parts = [f"{name}={getattr(self, name).tolist()!r}" for name in self._fields]
-        parts += [f"friction={_laws_text(self.friction)}", f"V={self.V!r}"]
+        laws = list(self.friction) if isinstance(self.friction, tuple) else self.friction
+        parts += [f"friction={laws!r}", f"V={self.V!r}"]
         if self.forcing is not None:
             parts.append(f"forcing={self.forcing!r}")
         return f"Blocks({', '.join(parts)})"
-
-
-def _laws_text(friction: Friction) -> str:
-    return repr(list(friction)) if isinstance(friction, tuple) else repr(friction)
 
 
 def _frozen(array: Any) -> Any:

@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -21,10 +21,10 @@ from stickslip.mechanics.friction.values import (
     refuse_unknown,
     within,
 )
-from stickslip.mechanics.model.arguments import checked_model
+from stickslip.mechanics.model.arguments import Model, checked_model
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.blocks import Blocks, Chain, Oscillator
-from stickslip.mechanics.model.harmonic import Harmonic
+from stickslip.mechanics.model.structure import Harmonic
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.units import Units
 from stickslip.results.files import register_part
@@ -33,8 +33,6 @@ from stickslip.vocabulary import did_you_mean, suggests
 if TYPE_CHECKING:
     from os import PathLike
 
-
-Model: TypeAlias = TwoBlock | BeltModel
 
 NUMBERS: Final = ("alpha", "beta", "V")
 PHYSICAL: Final = ("m", "k", "k12", "fs1", "fs2", "v_dr")

@@ -1,9 +1,6 @@
-"""The global stick locus (eq. 6a): where both blocks can ride on the belt together.
+"""The global stick locus (eq. 6a): where both blocks can ride on the belt together."""
 
-Displacements carry a block axis last: ``x[..., 0]`` is X_1, ``x[..., 1]`` is X_2.
-A riding block needs the force R_i = X_i + alpha (X_i - X_j) from the belt; the
-locus is |R_1| < 1, |R_2| < beta, a parallelogram in the plane of displacements.
-"""
+# ``x[..., 0]`` is X_1, ``x[..., 1]`` is X_2; a rider needs R_i = X_i + alpha (X_i - X_j).
 
 from __future__ import annotations
 
@@ -39,11 +36,9 @@ def half_width(alpha: float, beta: float) -> float:
 
 
 def corners(alpha: float, beta: float) -> NDArray[np.float64]:
-    """Corners A, B, C, D of the locus, counterclockwise (the paper's figure 2), shape (4, 2).
-
-    A and C are the ends of the event map's domain; a global stick phase ends on AB (block 1 slips)
-    or on BC (block 2 slips).
-    """
+    """Corners A, B, C, D of the locus, counterclockwise (the paper's figure 2), shape (4, 2)."""
+    # A and C are the ends of the event map's domain; a global stick phase ends on AB (block 1
+    # slips) or on BC (block 2 slips).
     limits = np.array([[1.0, -beta], [1.0, beta], [-1.0, beta], [-1.0, -beta]])
     return displacement(limits, alpha)
 
@@ -63,11 +58,9 @@ def onset(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:
 
 
 def admit(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:
-    """Return relative displacements of the domain as floats; ValueError names the first outside.
-
-    The result is the input itself where it is writable, contiguous and inside. Values up to
-    `ULP_SLACK` ulp outside become the end: ``linspace`` rounds.
-    """
+    """Return relative displacements of the domain as floats; ValueError names the first outside."""
+    # The result is the input itself where it is writable, contiguous and inside. Values up to
+    # `ULP_SLACK` ulp outside become the end: ``linspace`` rounds.
     values = np.require(
         real_numbers("d", d), np.float64, ["C", "W"]
     )  # kernels are compiled for such arrays

@@ -10,8 +10,7 @@ import numpy as np
 from stickslip.checks import finite_number, instance, real_numbers, shown
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
-from stickslip.mechanics.model.arrays import belt_velocity
-from stickslip.mechanics.model.belt_model import laws_of
+from stickslip.mechanics.model.belt_model import belt_velocity, laws_of
 from stickslip.mechanics.model.blocks import Chain
 from stickslip.mechanics.model.structure import Structure
 from stickslip.mechanics.model.units import PhysicalTrajectory, Units
@@ -334,11 +333,8 @@ class TwoBlock:
 
     @property
     def monotone_loading(self) -> bool:
-        """Whether a rider's spring force only grows while the others ride or slip backward.
-
-        R_i' = V + alpha (V - X_j') with X_j' <= V: always so here, hence such a
-        rider can leave at its upper limit alone, once.
-        """
+        """Whether a rider's spring force only grows while the others ride or slip backward."""
+        # R_i' = V + alpha (V - X_j') with X_j' <= V: a rider can leave at its upper limit alone.
         return True
 
     def admit(self, d: ArrayLike) -> NDArray[np.float64]:

@@ -1,11 +1,7 @@
-"""One step of n blocks: Taylor series of high order, whose polynomials locate the events.
+"""One step of n blocks: Taylor series of high order, whose polynomials locate the events."""
 
-A template (`numerics.targets.instantiate`): a law's kernels are bound to the names imported
-below for the type checker. Only slipping blocks have series; a rider among riders is a straight
-line, whose event is a quotient. Where friction is constant the equations are linear and the
-series are those of sines and exponentials, to rounding, whatever the damping. Derivation:
-docs/theory/blocks.md.
-"""
+# Template (`numerics.targets.instantiate`): a law's kernels are bound. Derivation:
+# docs/theory/blocks.md. Only slipping blocks have series; a rider among riders is a straight line.
 
 from __future__ import annotations
 
@@ -217,10 +213,8 @@ def stay_on_pieces(laws: Floats, motion: BlockMotion, work: BlockWork, h: float)
 
 @kernel
 def find_events(system: BlockSystem, motion: BlockMotion, work: BlockWork, h: float) -> float:
-    """Length of the step up to its first event, or all of it; negative if a search failed.
-
-    ``motion.event`` names the event of each block; events closer than rounding are one.
-    """
+    """Length of the step up to its first event, or all of it; negative if a search failed."""
+    # ``motion.event`` names the event of each block; events closer than rounding are one.
     motion.event[:] = 0
     for i in range(motion.mode.shape[0]):
         mode = motion.mode[i]
@@ -429,10 +423,8 @@ def landing_rate(system: BlockSystem, laws: Floats, motion: BlockMotion, block: 
 def slides_for_ever(
     system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWork
 ) -> bool:
-    """Whether blocks that all slip backward can be shown never to reach the belt again.
-
-    The energy of deviations from steady sliding bounds every speed: docs/theory/blocks.md.
-    """
+    """Whether blocks that all slip backward can be shown never to reach the belt again."""
+    # The energy of deviations from steady sliding bounds every speed: docs/theory/blocks.md.
     n = motion.mode.shape[0]
     if system.forced:
         return False

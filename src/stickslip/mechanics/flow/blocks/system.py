@@ -1,14 +1,8 @@
-"""What kernels know of a model with n blocks and of its motion: plain tuples and arrays.
+"""What kernels know of a model with n blocks and of its motion: plain tuples and arrays."""
 
-State of a motion: displacement x and relative velocity ``w = X' - V`` of each block, the phase
-of the forcing, and modes. The force that a block needs in order to ride follows from them,
-
-    e = K x + C (w + V) - amplitude cos(phase),
-
-and the motion obeys ``m w' = -mode limit F(|w|) - e`` (0 while riding), ``x' = w + V``. With
-the phase as part of the state the flow is autonomous: events restart its clock. Matrices are
-kept by rows of non-zero entries, so that a chain costs what its neighbours cost.
-"""
+#     e = K x + C (w + V) - amplitude cos(phase)           needed force, w = X' - V
+#     m w' = -mode limit F(|w|) - e, or 0 while riding;  x' = w + V
+# With the phase as part of the state the flow is autonomous: events restart its clock.
 
 from __future__ import annotations
 

@@ -156,10 +156,8 @@ def stop(motion: BlockMotion, block: int) -> None:
 
 @kernel(inline=True)
 def settle(system: BlockSystem, motion: BlockMotion, rates: Floats) -> bool:
-    """Change the modes of all blocks at an event, once; tell whether any changed.
-
-    Needed forces are continuous there; `rates` (w' just before) matter exactly at a limit alone.
-    """
+    """Change the modes of all blocks at an event, once; tell whether any changed."""
+    # Needed forces are continuous there; `rates` (w' just before) matter exactly at a limit alone.
     n = motion.mode.shape[0]
     for block in range(n):
         if motion.event[block] != 0:
@@ -200,10 +198,9 @@ def needed_tangent(
 def saltation(
     system: BlockSystem, directions: BlockDirections, motion: BlockMotion, rates: Floats
 ) -> None:
-    """Move the tangents to the event that ``motion.event`` names, if any; `rates`: w' just before.
-
-    The first block with an event sets the time. At a touch (rate 0) nothing is moved.
-    """
+    """Move the tangents to the event that ``motion.event`` names, if any."""
+    # `rates`: w' just before. The first block with an event sets the time; at a touch (rate 0)
+    # nothing is moved.
     n = motion.mode.shape[0]
     for block in range(n):
         event = motion.event[block]

@@ -1,11 +1,7 @@
-"""Where motions keep their numbers: a row for each quantity, a place in it for each motion.
+"""Where motions keep their numbers: a row for each quantity, a place in it for each motion."""
 
-A pool holds motions whose modes make the same blocks slip. The *first* block of its rows is
-one that slips; the *second* slips too, or rides. Speeds are s = mode w >= 0, tangents
-likewise. One array holds what the motions of a pool keep from step to step; another what the
-step that was taken last has left, of whichever pool: so all of it stays in the fastest cache.
-Constants are offsets into these arrays: a row's offset plus the place, or the lane.
-"""
+# The *first* block of a pool's rows slips; the *second* slips too, or rides. Speeds are s = mode w
+# >= 0, tangents likewise. Constants are offsets: a row's offset plus the place, or the lane.
 
 from __future__ import annotations
 

@@ -1,11 +1,7 @@
-"""The text of one step of all lanes, generated from a law's formula.
+"""The text of one step of all lanes, generated from a law's formula."""
 
-Recurrences are written below as loops over the order and written out by `unrolling`; names stand
-for whole rows of lanes (`numerics.vector`). `step_one` moves motions of which one block slips,
-`step_both` those of which both do; `tangent_one` and `tangent_both` carry derivatives over the
-same step.
-Derivation: docs/theory/flow.md, "Lanes".
-"""
+# Recurrences are loops over the order, which `unrolling` writes out. `step_one` and `tangent_one`
+# move motions of which one block slips, `step_both` and `tangent_both` those of which both do.
 
 from __future__ import annotations
 
