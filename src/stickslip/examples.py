@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from stickslip.mechanics.friction.builtin import Coulomb, PoppStelter
+from stickslip.mechanics.friction.coulomb import Coulomb
+from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model.two_block import TwoBlock
 
 __all__ = ["coulomb", "law9"]

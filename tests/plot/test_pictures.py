@@ -5,7 +5,8 @@ import pytest
 from matplotlib.patches import FancyArrowPatch, Polygon
 
 from stickslip import PiecewiseMap, examples, periodic_orbits, simulate
-from stickslip.mechanics.friction.builtin import Coulomb, PoppStelter
+from stickslip.mechanics.friction.coulomb import Coulomb
+from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.blocks import Chain, Oscillator
 from stickslip.plot.breaks import mechanism

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.mechanics.flow.trajectory import simulate
-from stickslip.mechanics.friction.builtin import PoppStelter
+from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.units import Units
 

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip import examples
-from stickslip.mechanics.friction.builtin import Coulomb, PoppStelter
+from stickslip.mechanics.friction.coulomb import Coulomb
+from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.units import Units
 

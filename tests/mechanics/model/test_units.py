@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.mechanics.friction.builtin import Coulomb
+from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.units import Quantity, Units
 

@@ -1,7 +1,9 @@
 """Kinetic friction laws. `LAWS` lists those that are built in; everything else reads it."""
 
-from stickslip.mechanics.friction.builtin import Coulomb, PoppStelter, Stribeck
+from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.mechanics.friction.popp_stelter import PoppStelter
+from stickslip.mechanics.friction.stribeck import Stribeck
 from stickslip.mechanics.friction.tabulated import TabulatedFriction
 from stickslip.mechanics.friction.user_law import UserLaw, friction_law
 

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.mechanics.cycle.continuation import follow_cycle
 from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
-from stickslip.mechanics.friction.builtin import Coulomb
+from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.blocks import Oscillator
 from stickslip.mechanics.model.structure import Harmonic
 from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure

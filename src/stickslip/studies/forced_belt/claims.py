@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from stickslip.mechanics.cycle.stroboscopic import StroboscopicMap, stroboscopic_map
-from stickslip.mechanics.friction.builtin import PoppStelter
+from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model.blocks import Oscillator
 from stickslip.mechanics.model.structure import Harmonic
 from stickslip.numerics.arrays import Floats

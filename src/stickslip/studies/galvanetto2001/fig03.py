@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from stickslip.mechanics.friction.builtin import PoppStelter
+from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.numerics.arrays import Floats
 from stickslip.plot.law import friction_characteristic
 

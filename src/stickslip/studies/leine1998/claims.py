@@ -12,7 +12,7 @@ from stickslip.mechanics.cycle.continuation import follow_cycle
 from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.equilibria import equilibria
 from stickslip.mechanics.cycle.search import find_cycle
-from stickslip.mechanics.friction.builtin import PoppStelter
+from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model.blocks import Oscillator
 from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
 

@@ -14,7 +14,7 @@ from stickslip import examples
 from stickslip.analysis.branches.branches import breakpoints
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.eventmap.quasistatic_map import quasistatic_map
-from stickslip.mechanics.friction.builtin import Coulomb
+from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.arrays import Floats
 from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
