@@ -114,7 +114,7 @@ ax.set(xlabel="$d$", ylabel="$f^2(d)$")
 # interval arithmetic, :doc:`/theorems`.
 #
 # **Checked.** Orbits, multipliers and jumps (to 1e-14) against references of 30 digits and
-# against the paper's printed numbers, in ``tests/studies`` and ``tests/study``.
+# against the paper's printed numbers, in ``tests/studies`` and ``tests/mechanics/eventmap``.
 #
 # **Fails, or is only evidence.** `attractors` searches from starting points and may miss one; the
 # list of orbits is complete only above a resolution. :doc:`/evidence` has the whole account.

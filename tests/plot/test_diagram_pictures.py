@@ -261,3 +261,11 @@ class TestCurve:
 )
 def test_parameters_without_a_symbol_keep_their_name(name, label):
     assert parameter_label(name) == label
+
+
+def test_mu_of_a_map_of_ones_own_is_not_that_of_friction():
+    own = SimpleNamespace(parameters={"mu": 0.2, "a": 1.0})
+    assert parameter_label("mu", own) == "mu"
+    assert parameter_label("mu", SimpleNamespace(system=own)) == "mu"
+    model = SimpleNamespace(parameters={"mu": 0.2, "V": 1.0})
+    assert parameter_label("mu", model) == parameter_label("mu") == r"$\mu_{\mathrm{k}}$"

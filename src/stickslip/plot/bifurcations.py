@@ -38,7 +38,7 @@ def draw_orbit_curve(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
     draw_stretches(ax, curve.values, curve.points, curve.multipliers, **style)
     for item in curve.bifurcations:
         mark(ax, item.kind, np.full(len(item.points), item.value), item.points)
-    _name_axes(ax, curve.parameter, "$d$")
+    _name_axes(ax, curve, "$d$")
     return ax
 
 
@@ -48,7 +48,7 @@ def draw_orbit_curve_nd(curve: Any, ax: Axes | None = None, **style: Any) -> Axe
     for wanted, look in ((True, "-"), (False, "--")):
         shown = np.where((curve.stable == wanted)[:, np.newaxis], curve.points[:, :, 0], np.nan)
         ax.plot(curve.values, shown, **{"ls": look, "color": PALETTE["blue"], **style})
-    _name_axes(ax, curve.parameter, "$d_1$")
+    _name_axes(ax, curve, "$d_1$")
     return ax
 
 
@@ -78,7 +78,7 @@ def draw_bifurcations(bifurcations: Any, ax: Axes | None = None, *, legend: bool
         draw_stretches(ax, curve.values, curve.points, curve.multipliers)
     for item in bifurcations:
         draw_bifurcation(item, ax)
-    _name_axes(ax, bifurcations.parameter, "$d$")
+    _name_axes(ax, bifurcations, "$d$")
     ax.set_xlim(bifurcations.range)
     if bifurcations.window is not None:
         ax.set_ylim(bifurcations.window)
@@ -94,7 +94,7 @@ def draw_bifurcation(item: Any, ax: Axes | None = None, **style: Any) -> Axes:
     points = np.asarray(item.points)
     mark(ax, item.kind, np.full(len(points), item.value), points, **style)
     if new:
-        _name_axes(ax, item.parameter, "$d$")
+        _name_axes(ax, item, "$d$")
     return ax
 
 
@@ -111,7 +111,7 @@ def draw_curve(curve: Any, ax: Axes | None = None, *, names: bool = True, **styl
         ax.plot(*where, "o", mfc="white", mec=color, ms=4.5, zorder=5)
         if names:
             ax.annotate(item.kind, where, (5, 4), textcoords="offset points", fontsize=7.0)
-    _name_axes(ax, curve.parameter, parameter_label(curve.solve_for))
+    _name_axes(ax, curve, parameter_label(curve.solve_for, curve))
     return ax
 
 
@@ -119,15 +119,20 @@ def draw_breakpoint_curve(curve: Any, ax: Axes | None = None, **style: Any) -> A
     """Draw a breakpoint of a map along a parameter: a dashed line, as D in the paper."""
     ax = axes_or_new(ax)
     ax.plot(curve.values, curve.points[:, 0], **{**BREAK, **style})
-    _name_axes(ax, curve.parameter, "$d$")
+    _name_axes(ax, curve, "$d$")
     return ax
 
 
-def parameter_label(name: str) -> str:
-    """Axis label of a parameter: its symbol, or its name where it has none."""
+def parameter_label(name: str, result: Any = None) -> str:
+    """Axis label of a parameter: its symbol if a model has it, else its name.
+
+    A map of one's own may have a ``mu`` that is not friction's; every model has a ``V``.
+    """
+    holder = getattr(result, "system", None) or result
+    of_model = "V" in (name, *getattr(holder, "parameters", ("V",)))
     base, _, block = name.rpartition("_")
     known = name in TERMS or (base in TERMS and block.isdigit())
-    return symbol(name) if known else name
+    return symbol(name) if known and of_model else name
 
 
 def mark(ax: Axes, kind: str, x: Floats, y: Floats, **style: Any) -> None:
@@ -152,6 +157,6 @@ def _words(kind: str) -> str:
     return kind.replace("_", " ")
 
 
-def _name_axes(ax: Axes, name: str, vertical: str) -> None:
-    ax.set_xlabel(parameter_label(name))
+def _name_axes(ax: Axes, result: Any, vertical: str) -> None:
+    ax.set_xlabel(parameter_label(result.parameter, result))
     ax.set_ylabel(vertical)

@@ -84,7 +84,7 @@ def draw_diagram(
         window = diagram.window
     if window is not None:
         ax.set_ylim(window)
-    ax.set_xlabel(parameter_label(diagram.parameter))
+    ax.set_xlabel(parameter_label(diagram.parameter, diagram))
     ax.set_ylabel("$d$")
     return ax
 
