@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import csv
 import errno
 import os
 import reprlib
 import shutil
 import stat
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, TextIO
 
 PICTURE_FORMATS: Final = ("svg", "pdf", "png")
 LONGEST_PATH: Final = 4096
@@ -125,3 +126,44 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
     """Write a text file, UTF-8 with the line ends it has; see `whole_file`."""
     with whole_file(checked_path(path)) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="")
+
+
+# ------------------------------------------------------------------ CSV
+
+
+def write_table(path: Path, columns: Mapping[str, Any]) -> None:
+    """Write columns as a CSV file; see `whole_file` and `write_csv`."""
+    with whole_file(path) as temporary:
+        with temporary.open("w", encoding="utf-8", newline="") as stream:
+            write_csv(stream, columns)
+
+
+def write_csv(stream: TextIO, columns: Mapping[str, Any]) -> None:
+    """Write a header and one line per row.
+
+    Floats keep every digit, NaN is ``nan``; numbers of a list stand in one cell with spaces
+    between them; None is an empty cell.
+    """
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(columns)
+    cells = ([flat(cell, _exact) for cell in as_list(column)] for column in columns.values())
+    writer.writerows(zip(*cells, strict=True))
+
+
+def as_list(column: Any) -> list[Any]:
+    """Turn an array or any sequence into a list of Python's own numbers and strings."""
+    return list(column.tolist() if hasattr(column, "tolist") else column)
+
+
+def flat(cell: Any, text: Callable[[float], str]) -> Any:
+    """Write floats and lists of them by `text`; leave anything else as it is."""
+    if isinstance(cell, list | tuple):
+        return " ".join(str(flat(item, text)) for item in cell)
+    if cell is None:
+        return ""
+    return text(cell) if isinstance(cell, float) else cell
+
+
+def _exact(number: float) -> str:
+    """Write every digit, of a NumPy float as of Python's."""
+    return repr(float(number))

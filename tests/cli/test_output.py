@@ -12,7 +12,7 @@ import pytest
 from stickslip.cli import main
 from stickslip.cli.failure import REFUSED, RefusalError, UsageError
 from stickslip.cli.output import document, error_document, new_files, new_folder
-from stickslip.results.table import write_csv
+from stickslip.files import write_csv
 
 
 def listing(folder):

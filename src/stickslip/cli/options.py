@@ -12,8 +12,7 @@ from cyclopts import Group, Parameter, Token
 
 from stickslip.cli.failure import UsageError
 from stickslip.cli.output import PICTURE_SUFFIXES, document, draw_pictures, new_files, show_table
-from stickslip.files import checked_suffix
-from stickslip.results.table import write_table
+from stickslip.files import checked_suffix, write_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

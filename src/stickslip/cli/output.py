@@ -18,10 +18,12 @@ from stickslip.cli.failure import RefusalError, UsageError, shortened
 from stickslip.cli.process import all_or_none
 from stickslip.files import (
     PICTURE_FORMATS,
+    as_list,
+    flat,
     undone_unless_finished,
     whole_file,
+    write_csv,
 )
-from stickslip.results.table import as_list, flat, write_csv
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -29,8 +29,7 @@ from stickslip.cli.output import (
     show_table,
 )
 from stickslip.cli.progress import notes, shares
-from stickslip.files import checked_suffix, write_text
-from stickslip.results.table import write_csv, write_table
+from stickslip.files import checked_suffix, write_csv, write_table, write_text
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.bifurcation import BifurcationList

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar, overload
 import numpy as np
 
 from stickslip.extras import require_extra
-from stickslip.files import checked_path, checked_suffix, whole_file
+from stickslip.files import as_list, checked_path, checked_suffix, flat, whole_file, write_table
 from stickslip.results import files
 from stickslip.results.parts import equal_results, hash_of_result, register
-from stickslip.results.table import Table, as_list, flat, write_table
+from stickslip.results.table import Table
 
 if TYPE_CHECKING:
     import os

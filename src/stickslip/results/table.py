@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import csv
 import html
-from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Final, TextIO, TypeAlias
+from collections.abc import Iterator, Mapping
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.files import whole_file
+from stickslip.files import as_list, flat
 from stickslip.results.parts import equal
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 Column: TypeAlias = NDArray[Any]
 
@@ -141,47 +137,6 @@ def _is_several(cell: Any) -> bool:
 
 def _same(a: Column, b: Column) -> bool:
     return equal(a, b) if a.dtype.kind != "O" else equal(a.tolist(), b.tolist())
-
-
-# ------------------------------------------------------------------ CSV
-
-
-def write_table(path: Path, columns: Mapping[str, Any]) -> None:
-    """Write columns as a CSV file; see `whole_file` and `write_csv`."""
-    with whole_file(path) as temporary:
-        with temporary.open("w", encoding="utf-8", newline="") as stream:
-            write_csv(stream, columns)
-
-
-def write_csv(stream: TextIO, columns: Mapping[str, Any]) -> None:
-    """Write a header and one line per row.
-
-    Floats keep every digit, NaN is ``nan``; numbers of a list stand in one cell with spaces
-    between them; None is an empty cell.
-    """
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(columns)
-    cells = ([flat(cell, _exact) for cell in as_list(column)] for column in columns.values())
-    writer.writerows(zip(*cells, strict=True))
-
-
-def as_list(column: Any) -> list[Any]:
-    """Turn an array or any sequence into a list of Python's own numbers and strings."""
-    return list(column.tolist() if hasattr(column, "tolist") else column)
-
-
-def flat(cell: Any, text: Callable[[float], str]) -> Any:
-    """Write floats and lists of them by `text`; leave anything else as it is."""
-    if isinstance(cell, list | tuple):
-        return " ".join(str(flat(item, text)) for item in cell)
-    if cell is None:
-        return ""
-    return text(cell) if isinstance(cell, float) else cell
-
-
-def _exact(number: float) -> str:
-    """Write every digit, of a NumPy float as of Python's."""
-    return repr(float(number))
 
 
 def _short(number: float) -> str:
