@@ -22,6 +22,7 @@ from stickslip.mechanics.cycle.along import follow_equilibrium
 from stickslip.mechanics.cycle.continuation import follow_cycle
 from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.equilibria import Equilibrium
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,6 +36,7 @@ MEANT_FOR: Final = {
 }
 
 
+@suggests
 def follow(
     thing: Any,
     parameter: str,

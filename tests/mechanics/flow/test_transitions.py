@@ -21,6 +21,7 @@ from stickslip.mechanics.flow._sliding_kernels import energy_reach
 from stickslip.mechanics.flow.dense import find_events
 from stickslip.mechanics.flow.engine import engine_for
 from stickslip.mechanics.flow.oscillator import oscillator, oscillator_sharp, oscillator_tangent
+from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.system import (
     AT_LOWER_LIMIT,
     AT_UPPER_LIMIT,
@@ -39,7 +40,6 @@ from stickslip.mechanics.flow.transitions import (
     onset,
     release,
     round_landings,
-    saltation,
     settle,
 )
 

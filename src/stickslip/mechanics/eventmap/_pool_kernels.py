@@ -51,6 +51,7 @@ from stickslip.mechanics.flow.lanes.layout import (
     TIME,
     TIME_BEFORE,
 )
+from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.system import (
     AT_LOWER_LIMIT,
     AT_UPPER_LIMIT,
@@ -60,7 +61,7 @@ from stickslip.mechanics.flow.system import (
     System,
     limit,
 )
-from stickslip.mechanics.flow.transitions import onset, round_landings, saltation, settle
+from stickslip.mechanics.flow.transitions import onset, round_landings, settle
 from stickslip.numerics.polynomial import search, signal_rounding
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel

@@ -19,6 +19,7 @@ from stickslip.mechanics.flow.dense import (
     stay_on_pieces,
     watch_step,
 )
+from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.system import (
     ALPHA,
     BETA,
@@ -31,7 +32,7 @@ from stickslip.mechanics.flow.system import (
     law_parameters,
     limit,
 )
-from stickslip.mechanics.flow.transitions import round_landings, saltation
+from stickslip.mechanics.flow.transitions import round_landings
 from stickslip.numerics import collocation
 from stickslip.numerics.polynomial import value
 from stickslip.numerics.roots import EPSILON

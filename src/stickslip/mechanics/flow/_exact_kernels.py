@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip.mechanics.flow._sliding_kernels import CLEARANCE
 from stickslip.mechanics.flow.oscillator import oscillator, oscillator_sharp, oscillator_tangent
+from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.system import (
     ALPHA,
     AT_LOWER_LIMIT,
@@ -28,12 +29,7 @@ from stickslip.mechanics.flow.system import (
     limit,
     loading_rate,
 )
-from stickslip.mechanics.flow.transitions import (
-    excess_force,
-    round_landings,
-    round_to_limit,
-    saltation,
-)
+from stickslip.mechanics.flow.transitions import excess_force, round_landings, round_to_limit
 from stickslip.mechanics.friction.interface import STATIC_COLUMN
 from stickslip.numerics.roots import (
     EPSILON,

@@ -17,6 +17,7 @@ from stickslip.mechanics.flow.dense import (
     stay_on_pieces,
     watch_step,
 )
+from stickslip.mechanics.flow.saltation import saltation
 from stickslip.mechanics.flow.system import (
     ALPHA,
     BETA,
@@ -31,7 +32,7 @@ from stickslip.mechanics.flow.system import (
     limit,
     loading_rate,
 )
-from stickslip.mechanics.flow.transitions import excess_force, round_landings, saltation
+from stickslip.mechanics.flow.transitions import excess_force, round_landings
 from stickslip.numerics.polynomial import value, value_sharp
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.rounding import two_product, two_sum

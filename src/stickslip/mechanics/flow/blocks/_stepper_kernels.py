@@ -9,6 +9,7 @@ import math
 from typing import TYPE_CHECKING
 
 from stickslip.mechanics.flow._sliding_kernels import CLEARANCE
+from stickslip.mechanics.flow.blocks.saltation import saltation
 from stickslip.mechanics.flow.blocks.system import (
     BlockDirections,
     BlockMotion,
@@ -16,12 +17,7 @@ from stickslip.mechanics.flow.blocks.system import (
     BlockWork,
     Floats,
 )
-from stickslip.mechanics.flow.blocks.transitions import (
-    force_tolerance,
-    loading_rate,
-    saltation,
-    update_needed,
-)
+from stickslip.mechanics.flow.blocks.transitions import force_tolerance, loading_rate, update_needed
 from stickslip.mechanics.flow.dense import clearance, leaving_time, piece_row
 from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING
 from stickslip.numerics.polynomial import NO_ROOT, UNFINISHED, first_contact, value
