@@ -381,6 +381,12 @@ def test_instances_of_a_template_are_kept_apart_by_their_key(template):
     assert one is not two
 
 
+def test_one_key_stands_for_one_set_of_bindings(template):
+    targets.instantiate(template, "one set", scale=double)
+    with pytest.raises(ValueError, match="made with other bindings than"):
+        targets.instantiate(template, "one set", scale=double, other=triple)
+
+
 @pytest.mark.kernel
 def test_an_uncached_instance_works(template):
     module = targets.instantiate(template, "uncached", cached=False, scale=triple)

@@ -344,7 +344,10 @@ def instantiate(template: str, key: str, *, cached: bool = True, **bindings: Any
     name = f"{template}[{key}]"
     with _making:
         if name in sys.modules:
-            return sys.modules[name]
+            made = sys.modules[name]
+            if not bindings.keys() <= vars(made).keys():
+                raise ValueError(f"{name} was made with other bindings than {sorted(bindings)}")
+            return made
         spec = importlib.util.find_spec(template)
         if spec is None or spec.origin is None:
             raise ModuleNotFoundError(template)

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import PchipInterpolator
 
 import stickslip as ss
-from stickslip.mechanics.flow.engine import least_slope_kernel
+from stickslip.mechanics.flow.engine import sliding_kernels
 from stickslip.mechanics.friction.code import law_code
 
 TABLE = ss.TabulatedFriction([0, 0.05, 0.2, 0.5, 1.5], [1, 0.7, 0.45, 0.4, 0.55])
@@ -129,5 +129,5 @@ def test_energy_is_balanced():
 def test_the_proof_of_sliding_sees_a_narrow_dent(low, high, falls):
     dented = ss.TabulatedFriction([0, 0.9, 0.901, 4.0], [0.1, 0.28, 0.25, 0.9])
     code = law_code([dented])
-    least_slope = least_slope_kernel(code)
+    least_slope = sliding_kernels(code).least_slope
     assert bool(least_slope(code.parameter_rows([dented]), 0, low, high) < 0.0) is falls

@@ -175,7 +175,8 @@ class LaneBackend(ScalarBackend):
     @cached_property
     def _orbits(self) -> ModuleType:
         template = "stickslip.mechanics.eventmap._lane_follow_kernels"
-        return instantiate(template, self.engine.key, carry=self.kernels.carry)
+        bindings = {name: getattr(self.kernels, name) for name in ("carry", "value_tangent")}
+        return instantiate(template, self.engine.key, cached=self.engine.cached, **bindings)
 
 
 STEPS = ("step_one", "step_both", "tangent_one", "tangent_both")
