@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from tests.analysis import known_maps as examples
 
 from stickslip import examples as models
-from stickslip.analysis import examples
 from stickslip.analysis.continuation.continuation import follow_on, follow_orbit
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
+from tests.analysis.known_maps_nd import SmoothMap, delayed_logistic, henon, kinked
 
 from stickslip.analysis.continuation.continuation_nd import follow_orbit_nd
-from stickslip.analysis.examples_nd import SmoothMap, delayed_logistic, henon, kinked
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.results.files import load, save
 

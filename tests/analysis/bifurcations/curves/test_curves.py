@@ -6,12 +6,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.analysis.known_maps import border_collision, logistic
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
 from stickslip.analysis.bifurcations.curves.curves import follow_bifurcation
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity, TurningPoint
 from stickslip.analysis.branches.branches import breakpoints
-from stickslip.analysis.examples import border_collision, logistic
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 
 ON_CURVE = 1e-11  # of parameters of order 1
