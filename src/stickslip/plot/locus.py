@@ -76,19 +76,12 @@ def trajectory_in_plane(trajectory: Any, ax: Axes | None = None) -> Axes:
 
 def _stick_phases(ax: Axes, corners: Floats) -> None:
     """Show motions at constant d: from the line AC along (1, 1) to the edge where they end."""
-    a, b, c, _ = corners
+    edges = corners[:3] if corners[2, 1] - corners[2, 0] > 0.0 else corners[2::-1]
+    arrow = {"arrowstyle": "-|>", "color": "0.35", "lw": 0.7, "mutation_scale": 7.0}
     for share in (0.2, 0.4, 0.6, 0.8):
-        start = a + share * (c - a)
-        # Along (1, 1) d stays: an edge ends where its own d is that of the start.
-        d_a, d_b, d_c, d = (float(x[1] - x[0]) for x in (a, b, c, start))
-        first, last, d_first, d_last = (
-            (a, b, d_a, d_b) if (d - d_b) * (d_a - d_b) > 0.0 else (b, c, d_b, d_c)
-        )
-        end = first + (d - d_first) / (d_last - d_first) * (last - first)
-        arrow = {"arrowstyle": "-|>", "color": "0.35", "lw": 0.7, "mutation_scale": 7.0}
-        ax.annotate(
-            "", tuple(end), tuple(start), arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.5}
-        )
+        start = edges[0] + share * (edges[2] - edges[0])
+        end = [np.interp(start[1] - start[0], edges[:, 1] - edges[:, 0], x) for x in edges.T]
+        ax.annotate("", end, tuple(start), arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.5})
 
 
 def _name_corners(ax: Axes, corners: Floats) -> None:

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from tests.analysis import known_maps as examples
 
 import stickslip as ss
-from stickslip.analysis import examples
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.bifurcations.conditions.conditions import Crossing
 from stickslip.analysis.bifurcations.conditions.locate import solve_near

@@ -1,29 +1,28 @@
-"""Periodic orbits of a map followed along a parameter, through folds, to where they end."""
+"""Periodic orbits of a map of a line followed along a parameter, to where they end."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stickslip.analysis.continuation.curve import Curve
-from stickslip.analysis.continuation.orbit_curve import OrbitProblem
-from stickslip.analysis.continuation.orbit_follower import Half, OrbitFollower, Row
+from stickslip.analysis.continuation.follower import (
+    Half,
+    checked_steps,
+    contained,
+    is_closed,
+)
+from stickslip.analysis.continuation.orbit_follower import LineOrbitFollower
 from stickslip.analysis.maps.arguments import checked_range
 from stickslip.analysis.maps.derived import WindowMap, windowed
-from stickslip.checks import finite_number, shown, whole_number
+from stickslip.checks import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from stickslip.analysis.continuation.curve import CurveEnd
     from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.numerics.continuation import CurvePoint
-
-MAX_STEP: Final = 1 / 32
-MAX_POINTS: Final = 2000
 
 
 def follow_orbit(
@@ -44,31 +43,16 @@ def follow_orbit(
     and slope do not notice are passed.
     """
     low, high = checked_range(f, name, range)
-    step, most = checked_steps(max_step, max_points)
+    steps = checked_steps(max_step, max_points)
     f = windowed(f, window)
-    value = float(f.parameters[name])
-    if not low <= value <= high:
-        raise ValueError(
-            f"range = ({low:.12g}, {high:.12g}) does not contain {name} = {value:.12g}, at "
-            "which the map and its orbit are given."
-        )
+    value = contained(low, high, name, float(f.parameters[name]), "map and its orbit")
     if orbit.jump is not None:
         raise ValueError(
             f"the orbit through the jump d = {orbit.jump.d:.12g} is infinitely unstable and cannot "
             "be followed: it moves with the jump. Follow the jump itself."
         )
-    follower = OrbitFollower(f, name, low, high, step, most)
-    start = follower.start(orbit.points, value)
-    ahead = follower.go(start, [start])
-    behind = Half([], ahead.end)
-    if not _is_closed(ahead):
-        behind = follower.go(start.reversed(), [])
-    rows = [*reversed(behind.rows), Row.of(start), *ahead.rows]
-    return _curve(f, name, rows, [behind.end, ahead.end])
-
-
-def _is_closed(half: Half) -> bool:
-    return half.end is not None and half.end.reason == "closed"
+    follower = LineOrbitFollower(f, name, low, high, *steps)
+    return follower.follow(follower.start(orbit.points, value))
 
 
 def follow_on(
@@ -88,11 +72,11 @@ def follow_on(
         )
     f = curve.system
     low, high = checked_range(f, name, range)
-    step, most = checked_steps(max_step, max_points)
+    steps = checked_steps(max_step, max_points)
     if window is None and isinstance(f, WindowMap):
         window = f.window
     f = windowed(getattr(f, "whole", f), window)
-    follower = OrbitFollower(f, name, low, high, step, most)
+    follower = LineOrbitFollower(f, name, low, high, *steps)
     starts = [_way_out(follower, curve, which) for which in (0, -1)]
     if starts == [None, None]:
         raise ValueError(
@@ -100,24 +84,25 @@ def follow_on(
             f"they are {curve.end_reasons[0]!r} at {name} = {curve.values[0]:.12g} and "
             f"{curve.end_reasons[1]!r} at {curve.values[-1]:.12g}."
         )
-    rows, ends = _rows_of(curve), list(curve.ends)
     for which, start in enumerate(starts):
         if start is None:
             continue
         other = starts[1 - which]
         # The pieces of the map that the points are on may differ between both ends.
         start = follower.start(start.y[:-1], start.parameter).along(start.tangent)
-        half = follower.go(start, [] if other is None else [other.reversed()])
-        rows = [*reversed(half.rows), *rows] if which == 0 else [*rows, *half.rows]
-        assert half.end is not None
-        ends[which] = half.end
-        if _is_closed(half):
-            ends = [half.end, half.end]
-            break
-    return _curve(f, name, rows, ends)
+        half = follower.half(start, [] if other is None else [other.reversed()])
+        alone = Half([start], end=curve.ends[which])
+        if which == 0:
+            curve = _one_after_the_other(follower.joined(half, alone), curve)
+        else:
+            curve = _one_after_the_other(curve, follower.joined(alone, half))
+        if is_closed(half):
+            assert half.end is not None
+            return replace(curve, ends=(half.end, half.end))
+    return curve
 
 
-def _way_out(follower: OrbitFollower, curve: Curve, which: int) -> CurvePoint | None:
+def _way_out(follower: LineOrbitFollower, curve: Curve, which: int) -> CurvePoint | None:
     """Return the point to go on from at an end of a curve; None if it does not go on there."""
     value = float(curve.values[which])
     goes_on = curve.end_reasons[which] in ("end of range", "point limit")
@@ -135,56 +120,22 @@ def _way_out(follower: OrbitFollower, curve: Curve, which: int) -> CurvePoint | 
     return None if stuck else start
 
 
-def checked_steps(max_step: float | None, max_points: int | None) -> tuple[float, int]:
-    """Return the longest step, as a share of the range, and the number of points to either side."""
-    step = finite_number(
-        "max_step",
-        MAX_STEP if max_step is None else max_step,
-        above=0.0,
-        at_most=1.0,
-        why="It is a share of the range.",
-    )
-    return step, whole_number("max_points", MAX_POINTS if max_points is None else max_points, 1)
-
-
-# ------------------------------------------------------------------ rows of a curve
-
-
-def _rows_of(curve: Curve) -> list[Row]:
-    passed = {item.row: item for item in curve.bifurcations}
-    return [
-        Row(
-            float(curve.values[i]),
-            curve.points[i],
-            float(curve.multipliers[i]),
-            curve.data["labels"][i],
-            float(curve.data["residual"][i]),
-            passed.get(i),
-        )
-        for i in range(len(curve))
-    ]
-
-
-def _curve(f: MapFamily, name: str, rows: Sequence[Row], ends: Sequence[CurveEnd | None]) -> Curve:
-    """Put rows and ends together."""
-    first, last = ends
-    assert first is not None
-    assert last is not None
-    multipliers = np.array([row.multiplier for row in rows])
-    return Curve(
-        kind="orbit",
-        period=len(rows[0].points),
-        parameters={name: np.array([row.value for row in rows])},
-        points=np.array([row.points for row in rows]),
-        multipliers=multipliers,
-        stable=np.abs(multipliers) < 1,
-        ends=(first, last),
-        bifurcations=tuple(
-            replace(row.passed, row=i) for i, row in enumerate(rows) if row.passed is not None
-        ),
+def _one_after_the_other(first: Curve, second: Curve) -> Curve:
+    """Join two curves; the first row of the second is the last of the first."""
+    rows = len(first) - 1
+    both: dict[str, Any] = {
+        name: np.concatenate([getattr(first, name)[:-1], getattr(second, name)])
+        for name in ("points", "multipliers", "stable")
+    }
+    return replace(
+        second,
+        **both,
+        parameters={first.parameter: np.concatenate([first.values[:-1], second.values])},
+        ends=(first.ends[0], second.ends[1]),
+        bifurcations=first.bifurcations
+        + tuple(replace(item, row=rows + item.row) for item in second.bifurcations),
         data={
-            "labels": np.array([row.labels for row in rows]),
-            "residual": np.array([row.residual for row in rows]),
+            name: np.concatenate([first.data[name][:-1], column])
+            for name, column in second.data.items()
         },
-        problem=OrbitProblem(f),
     )

@@ -1,8 +1,8 @@
 """Border collisions that the search finds in normal forms: exact places, outcomes as predicted."""
 
 import pytest
+from tests.analysis import known_maps as examples
 
-from stickslip.analysis import examples
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.bifurcations.outcome import disagreement
 
