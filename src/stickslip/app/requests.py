@@ -58,6 +58,8 @@ def refuse_far(values: Mapping[str, float]) -> None:
     for name, value in values.items():
         if slider := SLIDERS.get(BLOCK.sub("", name).rpartition(".")[2]):
             low, high = slider["min"], slider["max"]
+            if name.startswith("damping_"):  # of a matrix, whose other entries are below 0
+                low = -high
             finite_number(
                 name,
                 value,
