@@ -101,7 +101,7 @@ def typical(request: requests.Request) -> requests.Request | None:
         case requests.Cobweb():
             return requests.Cobweb(values, d=0.1, n=5)
         case requests.Basins():
-            return requests.Basins(values)
+            return requests.Basins(values, resolution=0.1)
         case requests.Diagram():
             ends, window = (0.0369, 0.037), (-0.1, 0.05)
             return requests.Diagram(
