@@ -121,7 +121,7 @@ class Follower:
         """Follow a solution to both sides; the parameter rises at the start."""
         ahead = self.half(start, [start])
         behind = Half([start], end=ahead.end)
-        if not is_closed(ahead):
+        if ahead.end is None or ahead.end.reason != "closed":
             self.restart(start)
             behind = self.half(start.reversed(), [])
         return self.joined(behind, ahead)
@@ -269,11 +269,6 @@ class Follower:
             if 0 < share <= 1 and aside <= CLOSES * length and same_way:
                 return share, image
         return None
-
-
-def is_closed(half: Half) -> bool:
-    """Tell whether a half of a curve came back to its start."""
-    return half.end is not None and half.end.reason == "closed"
 
 
 def _rate(point: CurvePoint) -> float:
