@@ -80,8 +80,9 @@ def _stick_phases(ax: Axes, corners: Floats) -> None:
     arrow = {"arrowstyle": "-|>", "color": "0.35", "lw": 0.7, "mutation_scale": 7.0}
     for share in (0.2, 0.4, 0.6, 0.8):
         start = edges[0] + share * (edges[2] - edges[0])
-        end = [np.interp(start[1] - start[0], edges[:, 1] - edges[:, 0], x) for x in edges.T]
-        ax.annotate("", end, tuple(start), arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.5})
+        d = edges[:, 1] - edges[:, 0]
+        x_1, x_2 = (float(np.interp(start[1] - start[0], d, x)) for x in edges.T)
+        ax.annotate("", (x_1, x_2), tuple(start), arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.5})
 
 
 def _name_corners(ax: Axes, corners: Floats) -> None:
