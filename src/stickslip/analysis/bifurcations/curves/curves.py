@@ -26,7 +26,7 @@ from stickslip.analysis.bifurcations.curves.plane_equations import (
     closest_to_end,
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost
-from stickslip.analysis.continuation.curve import Curve, Problem
+from stickslip.analysis.continuation.curve import Curve, Problem, between
 from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, Passed, contained
 from stickslip.analysis.maps.arguments import checked_parameter
 from stickslip.analysis.maps.protocol import domain_width
@@ -104,9 +104,7 @@ class BifurcationProblem(Problem):
 
     def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
         """Return the other parameter, on a straight line between two rows."""
-        values = curve.parameters[_other(curve, name)]
-        after = values[row + 1] if share else values[row]
-        return np.array([values[row] + share * (after - values[row])])
+        return np.atleast_1d(between(curve.parameters[_other(curve, name)], row, share))
 
 
 def _other(curve: Curve, name: str) -> str:
