@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
+from stickslip.analysis.bifurcations.accounting import Look, accounted
 from stickslip.analysis.bifurcations.bifurcation import (
     Bifurcation,
     BifurcationList,
@@ -15,7 +16,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
     attempted,
 )
 from stickslip.analysis.bifurcations.cascades import cascades
-from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection
+from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Contact
 from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint, parameter_point
 from stickslip.analysis.bifurcations.crisis.crises import crises
 from stickslip.analysis.bifurcations.explain import (
@@ -152,6 +153,8 @@ def explain_border(item: Bifurcation, f: MapFamily) -> Bifurcation:
         border = condition.border
     elif isinstance(condition, Connection):
         border = condition.critical
+    elif isinstance(condition, Contact):
+        border = condition.border
     else:
         return item
     if not isinstance(border, TrackedDiscontinuity):
@@ -164,6 +167,11 @@ def explain_border(item: Bifurcation, f: MapFamily) -> Bifurcation:
     text, block = explanation(at_value, *reading.interval)
     if isinstance(condition, Connection):
         text = f"image {condition.k} of the break where {text} meets the unstable orbit"
+    elif isinstance(condition, Contact):
+        source = (
+            f"image {condition.k} of the {condition.critical.kind} at {condition.critical.x:.9g}"
+        )
+        text = f"{source} meets the break where {text}"
     return replace(item, mechanism=text, block=block)
 
 
@@ -175,6 +183,7 @@ class _Report:
         self.unresolved: list[UnresolvedChange] = list(survey.unresolved)
         self.values = sorted(event.value for event in survey.events)
         self.accumulations: list[float] = []
+        self.looks: list[Look] = []
 
     def made(self) -> BifurcationList:
         """Return the list."""
@@ -207,6 +216,9 @@ class _Report:
             for chain in chains
         ]
         found = sorted([*full.values(), *crises_found], key=lambda item: item.value)
+        listed = (*self.values, *self.accumulations)
+        unexplained, outside = accounted(self.looks, listed, survey.max_period)
+        self.unresolved += unexplained
         return BifurcationList(
             bifurcations=tuple(found),
             parameter=survey.family.name,
@@ -217,6 +229,7 @@ class _Report:
             branches=branches,
             cascades=tuple(chains),
             unresolved=tuple(sorted(self.unresolved, key=lambda item: item.lo)),
+            outside=tuple(outside),
             n_lists=survey.n_nodes,
         )
 
@@ -239,6 +252,7 @@ class _Report:
         sides = {id(item): self._sides(item.value) for item in items}
         places = sorted({q for pair in sides.values() for q in pair})
         found = dict(zip(places, in_threads(self._attractors_at, places), strict=True))
+        self.looks += [Look(q, seen) for q, seen in found.items() if seen is not None]
         full = {}
         for item in items:
             before, after = (found[q] for q in sides[id(item)])
@@ -271,6 +285,7 @@ class _Report:
         points: list[ParameterPoint] = []
         for node in survey.grid_nodes:
             points.append(parameter_point(survey.family.at, node.q, node.orbits, node.fast))
+        self.looks += [Look(point.value, point.attractors.attractors) for point in points]
         found = crises(survey.family.at, points, breaks=self.values, max_period=survey.max_period)
         return [self._crisis(event) for event in found if not self._explained(event)]
 
@@ -289,8 +304,8 @@ class _Report:
             error=float(event.error),
             period=event.period,
             points=np.roll(event.points, -int(np.argmin(event.points))),
-            orbits_before=self._orbit_at(below, event.points),
-            orbits_after=self._orbit_at(above, event.points),
+            orbits_before=self._orbit_at(below, event),
+            orbits_after=self._orbit_at(above, event),
             attractors_before=event.attractors_before,
             attractors_after=event.attractors_after,
             quality=located.quality,
@@ -301,10 +316,12 @@ class _Report:
             system=self.f,
         )
 
-    def _orbit_at(self, q: float, points: tuple[float, ...]) -> tuple[PeriodicOrbit, ...]:
+    def _orbit_at(self, q: float, event: CrisisEvent) -> tuple[PeriodicOrbit, ...]:
         """Return the unstable orbit that an attractor meets, at a value beside the crisis."""
+        if isinstance(event.condition, Contact):
+            return ()
         try:
-            orbit = solve_orbit(self.survey.family.at(q), np.array(points))
+            orbit = solve_orbit(self.survey.family.at(q), np.array(event.points))
         except ValueError:
             return ()  # the family ends there
         return (orbit,) if orbit.quality == "located" else ()

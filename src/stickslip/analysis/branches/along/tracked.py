@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
 Side: TypeAlias = Literal[-1, 1]
-CriticalKind: TypeAlias = Literal["jump", "corner", "smooth", "edge", "turning point"]
+CriticalKind: TypeAlias = Literal[
+    "jump", "corner", "smooth", "edge", "turning point", "end of the domain"
+]
 
 REACH: Final = 1.5  # times the last move: where a critical point is looked for first
 WINDOW: Final = 1e-3  # of the domain: half width of the window whose table is asked, at least
@@ -155,7 +157,21 @@ class TurningPoint:
         return CriticalReading(x, value, value, 0.0, 0.0, "turning point", interval, moved)
 
 
-Critical: TypeAlias = TrackedDiscontinuity | TurningPoint
+@part
+@dataclass(frozen=True)
+class DomainEnd:
+    """An end of a map's domain, or of its window: beyond it orbits have left."""
+
+    upper: bool
+
+    def at(self, f: Map1D) -> CriticalReading:
+        """Read the end off the map."""
+        x = float(f.domain[self.upper])
+        nothing = (math.nan,) * 4
+        return CriticalReading(x, *nothing, "end of the domain", (x, x), self)
+
+
+Critical: TypeAlias = TrackedDiscontinuity | TurningPoint | DomainEnd
 
 
 # ---------------------------------------------------------------- breaks

@@ -1,0 +1,167 @@
+"""Images of all breaks, between two lists of orbits: none that meets its break is left out.
+
+While the branches that the images of a break visit stay the same, f^k(c) - c is continuous in the
+parameter: it vanishes wherever its signs differ. Where the branches change, the interval is cut.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
+from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
+from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.maps.protocol import sample
+from stickslip.status import OK
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
+    from stickslip.analysis.branches.table import BranchTable
+    from stickslip.analysis.maps.protocol import Floats, Labels
+
+ZERO: Final = 1e-13  # of the domain: an image so close to its break has no sign
+
+Name: TypeAlias = tuple[int, int, int, int]  # classes of the two branches, which of these, side
+
+
+@dataclass(frozen=True)
+class BreakImages:
+    """One side of a break at one value of the parameter."""
+
+    border: TrackedDiscontinuity
+    side: int  # from which side the first image is taken
+    word: tuple[int, ...]  # branches of the images
+    off: tuple[float, ...]  # of each image, and of the next one, from the break
+
+
+@dataclass(frozen=True)
+class HiddenZero:
+    """An image of a break that passes the break between two values of the parameter."""
+
+    images: BreakImages
+    period: int
+    bracket: tuple[float, float]
+
+
+def images_of_breaks(
+    node: Node, max_period: int, classes: SymbolClasses
+) -> dict[Name, BreakImages]:
+    """Follow both sides of all breaks of a node."""
+    return _images(node.table, max_period, classes)
+
+
+def _images(table: BranchTable, max_period: int, classes: SymbolClasses) -> dict[Name, BreakImages]:
+    breaks = [item for item in table.breakpoints if item.kind != "smooth"]
+    if not breaks:
+        return {}
+    places = np.array([item.d for item in breaks])
+    x = np.array([value for item in breaks for value in (item.left, item.right)])
+    start, words, off = np.repeat(places, 2), [], []
+    for _ in range(max_period):
+        off.append(x - start)
+        got = sample(table.f, x)
+        words.append(_symbols(got.label, x, places, classes))
+        x = np.where(got.status == OK, got.value, np.nan)
+    lasting = np.isfinite(off).sum(axis=0).tolist()
+    seen: Counter[tuple[int, int]] = Counter()
+    found = {}
+    for i, item in enumerate(breaks):
+        pair = np.array([item.left_label, item.right_label], dtype=np.uint64)
+        left, right = classes.of(pair).tolist()
+        for j, side in ((2 * i, -1), (2 * i + 1, 1)):
+            n = lasting[j]
+            found[left, right, seen[left, right], side] = BreakImages(
+                TrackedDiscontinuity.of(item),
+                side,
+                tuple(int(word[j]) for word in words[: n - 1]) if n else (),
+                tuple(float(gap[j]) for gap in off[:n]),
+            )
+        seen[left, right] += 1
+    return found
+
+
+def _symbols(labels: Labels, x: Floats, places: Floats, classes: SymbolClasses) -> Labels:
+    """Name the branches of points; by order where labels tell nothing."""
+    if classes.telling:
+        return classes.of(labels)
+    return np.searchsorted(places, x, side="right").astype(np.uint64)
+
+
+def hidden_zeros(
+    left: Node,
+    right: Node,
+    family: Family,
+    max_period: int,
+    classes: SymbolClasses,
+    narrowest: float,
+) -> Iterator[HiddenZero]:
+    """Yield the zeros of f^k(c) - c between two nodes whose signs tell, for all breaks c."""
+    before, after = (images_of_breaks(node, max_period, classes) for node in (left, right))
+    search = _Search(family, max_period, classes, narrowest)
+    for name in sorted(set(before) | set(after)):
+        yield from search.between(name, (left.q, before.get(name)), (right.q, after.get(name)))
+
+
+_Seen: TypeAlias = "tuple[float, BreakImages | None]"
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Intervals of the parameter, halved until the images of a break visit the same branches."""
+
+    family: Family
+    max_period: int
+    classes: SymbolClasses
+    narrowest: float
+
+    def between(self, name: Name, low: _Seen, high: _Seen) -> Iterator[HiddenZero]:
+        (p, a), (q, b) = low, high
+        if a is None and b is None:
+            return
+        if a is not None and b is not None:
+            found = list(self._sign_changes(a, b, (p, q)))
+            yield from found
+            if found or (a.word == b.word and len(a.off) == len(b.off)):
+                return
+        if q - p <= self.narrowest:
+            return
+        middle = 0.5 * (p + q), self._at(name, 0.5 * (p + q), a or b)
+        yield from self.between(name, low, middle)
+        yield from self.between(name, middle, high)
+
+    def _sign_changes(
+        self, a: BreakImages, b: BreakImages, bracket: tuple[float, float]
+    ) -> Iterator[HiddenZero]:
+        """Compare two values as far as the images visit the same branches."""
+        same = 0
+        while same < min(len(a.word), len(b.word)) and a.word[same] == b.word[same]:
+            same += 1
+        lo, hi = self.family.f.domain
+        zero = ZERO * (hi - lo)
+        for k in range(min(same + 1, len(a.off), len(b.off))):
+            if a.off[k] * b.off[k] < 0 and min(abs(a.off[k]), abs(b.off[k])) > zero:
+                yield HiddenZero(min(a, b, key=lambda one: abs(one.off[k])), k + 1, bracket)
+
+    def _at(self, name: Name, q: float, near: BreakImages | None) -> BreakImages | None:
+        """Follow one side of a break at another value; None where the break is not."""
+        assert near is not None
+        f = self.family.at(q)
+        if not (near.border.labelled and self.classes.telling):
+            return _images(branch_table(f), self.max_period, self.classes).get(name)
+        try:
+            reading = near.border.at(f, successors=False)
+        except ConditionLost:
+            return None
+        path = path_from(f, reading, near.side, self.max_period)
+        images = np.array(path.points[1:])
+        labels = np.array(path.labels, dtype=np.uint64)
+        border = reading.critical
+        assert isinstance(border, TrackedDiscontinuity)
+        word = self.classes.of(labels[: max(len(images) - 1, 0)]).tolist()
+        return BreakImages(border, near.side, tuple(word), tuple((images - reading.x).tolist()))
