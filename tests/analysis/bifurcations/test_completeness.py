@@ -1,12 +1,14 @@
 """Nothing is left out, invented or listed twice: families whose lists are known otherwise."""
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 import stickslip as ss
+from stickslip.analysis.bifurcations.accounting import accounted
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 
 SHARP = 1e-12  # of located values
@@ -160,8 +162,8 @@ SQUARE = ss.PiecewiseMap(lambda x, c: x * x + c, (-2, 2), parameters={"c": -1.9}
 )
 def test_chaos_that_fills_the_domain_ends_where_orbits_leave(f, name, ends, value):
     found = bifurcations(f, name, ends, max_period=1)
-    (crisis,) = (item for item in found if item.value == pytest.approx(value, abs=SHARP))
-    assert crisis.kind == "boundary_crisis"
+    (crisis,) = found.of_kind("boundary_crisis")
+    assert crisis.value == pytest.approx(value, abs=SHARP)
     chaos, nothing = crisis.attractors_before, crisis.attractors_after
     if name == "c":
         chaos, nothing = nothing, chaos
@@ -180,6 +182,55 @@ def test_a_band_of_a_two_block_system_that_meets_a_jump():
     assert [a.kind for a in crisis.attractors_after] == ["periodic"]
     assert "meets the break" in crisis.mechanism
     assert not found.unresolved
+
+
+# --- ends of orbits, and what was not asked for -------------------------------------------------
+
+
+def test_an_orbit_that_leaves_the_domain_ends_in_a_solved_condition():
+    # x/2 + mu has the fixed point 2 mu, stable, in (-1, 1) while mu < 1/2.
+    f = ss.PiecewiseMap(lambda x, mu: 0.5 * x + mu, (-1, 1), parameters={"mu": 0.0})
+    found = bifurcations(f, "mu", (0.3, 0.8), max_period=2)
+    (left,) = found
+    assert (left.kind, left.period) == ("enters_gap", 1)
+    assert left.value == pytest.approx(0.5, abs=SHARP)
+    assert [a.period for a in left.attractors_before] == [1]
+    assert left.attractors_after == ()
+    assert found.branches[0].ends[1].reason == "end of domain"
+    assert not found.unresolved
+    assert not found.outside
+
+
+def test_attractors_beyond_the_longest_period_are_told():
+    found = bifurcations(LOGISTIC, "r", (3.3, 3.56), max_period=2)
+    told = [(item.lo, item.hi) for item in found.outside]
+    assert told == [(pytest.approx(1 + np.sqrt(6), abs=SHARP), 3.56)]
+    assert "period 4, 8" in found.outside[0].reason
+    assert "outside the question" in repr(found)
+    assert not found.unresolved
+
+
+def test_a_change_that_nothing_explains_is_told():
+    looks = [look(0.0, ("periodic", 1)), look(1.0), look(2.0)]
+    unresolved, outside = accounted(looks, [1.5], max_period=2)
+    (change,) = unresolved
+    assert (change.lo, change.hi) == (0.0, 1.0)
+    assert "period 1 before, nothing after" in change.reason
+    assert not outside
+
+
+def test_lost_chaos_is_told_and_cycles_that_are_too_long_are_set_apart():
+    looks = [look(0.0, ("chaotic", 1)), look(1.0, ("periodic", 7)), look(2.0), look(3.0)]
+    unresolved, outside = accounted(looks, [], max_period=4)
+    assert not unresolved
+    assert [(item.lo, item.hi) for item in outside] == [(0.0, 2.0)]
+    lost = [look(0.0, ("chaotic", 1)), look(1.0)]
+    assert len(accounted(lost, [], max_period=4)[0]) == 1
+
+
+def look(value, *sorts):
+    attractors = [SimpleNamespace(kind=kind, period=period) for kind, period in sorts]
+    return SimpleNamespace(value=value, attractors=attractors)
 
 
 # --- twins --------------------------------------------------------------------------------------

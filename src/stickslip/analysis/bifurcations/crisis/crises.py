@@ -72,9 +72,18 @@ class CrisisEvent:
     # the unstable orbit there, in the map's order, the point that is met first; or the break met
     points: tuple[float, ...]
     period: int  # of the unstable orbit; 0 if there is none
-    attractors_before: tuple[Attractor, ...]  # all attractors just below and just above `value`
-    attractors_after: tuple[Attractor, ...]
+    sides: tuple[ParameterPoint, ParameterPoint]  # just below and just above `value`
     attractor: Attractor  # that changes
+
+    @property
+    def attractors_before(self) -> tuple[Attractor, ...]:
+        """All attractors just below, without transients: what is undecided beside a crisis."""
+        return tuple(a for a in self.sides[0].attractors if a.kind != "undecided")
+
+    @property
+    def attractors_after(self) -> tuple[Attractor, ...]:
+        """All attractors just above."""
+        return tuple(a for a in self.sides[1].attractors if a.kind != "undecided")
 
     def same_as(self, other: CrisisEvent) -> bool:
         """Tell whether two events are one: twins change at one value, each with its own orbit."""
@@ -372,12 +381,6 @@ def _as_event(
         located=located,
         points=reading.points,
         period=condition.period,
-        attractors_before=_decided(below.attractors),
-        attractors_after=_decided(above.attractors),
+        sides=(below, above),
         attractor=attractor,
     )
-
-
-def _decided(found: Iterable[Attractor]) -> tuple[Attractor, ...]:
-    """Leave out the transients: what is undecided just beside a crisis."""
-    return tuple(a for a in found if a.kind != "undecided")

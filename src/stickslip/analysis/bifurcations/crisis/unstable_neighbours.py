@@ -99,7 +99,7 @@ def borders_beside(table: BranchTable, edges: Iterable[Edge]) -> Iterator[Meetin
             yield Meeting(edge, nearest.d, TrackedDiscontinuity.of(nearest))
         for upper, end in enumerate(table.f.domain):
             if end in edge.gap:
-                yield Meeting(edge, end, DomainEnd(bool(upper)))
+                yield Meeting(edge, end, DomainEnd(bool(upper), end))
 
 
 def meetings(

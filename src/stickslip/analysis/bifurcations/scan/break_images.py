@@ -8,12 +8,16 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias, cast
 
 import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
-from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
+from stickslip.analysis.branches.along.tracked import (
+    ConditionLost,
+    DomainEnd,
+    TrackedDiscontinuity,
+)
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.protocol import sample
 from stickslip.status import OK
@@ -22,6 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
+    from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Labels
 
@@ -34,7 +39,7 @@ Name: TypeAlias = tuple[int, int, int, int]  # classes of the two branches, whic
 class BreakImages:
     """One side of a break at one value of the parameter."""
 
-    border: TrackedDiscontinuity
+    border: TrackedDiscontinuity | DomainEnd
     side: int  # from which side the first image is taken
     word: tuple[int, ...]  # branches of the images
     off: tuple[float, ...]  # of each image, and of the next one, from the break
@@ -50,40 +55,46 @@ class HiddenZero:
 
 
 def images_of_breaks(
-    node: Node, max_period: int, classes: SymbolClasses
+    table: BranchTable, max_period: int, classes: SymbolClasses
 ) -> dict[Name, BreakImages]:
-    """Follow both sides of all breaks of a node."""
-    return _images(node.table, max_period, classes)
-
-
-def _images(table: BranchTable, max_period: int, classes: SymbolClasses) -> dict[Name, BreakImages]:
+    """Follow both sides of all breaks of a map, and the ends of its domain."""
     breaks = [item for item in table.breakpoints if item.kind != "smooth"]
-    if not breaks:
-        return {}
     places = np.array([item.d for item in breaks])
-    x = np.array([value for item in breaks for value in (item.left, item.right)])
-    start, words, off = np.repeat(places, 2), [], []
+    sides = dict(_sides(table, breaks, classes))
+    x = np.array([value for _, _, value in sides.values()])
+    start = np.array([border.x for border, _, _ in sides.values()])
+    words, off = [], []
     for _ in range(max_period):
         off.append(x - start)
         got = sample(table.f, x)
-        words.append(_symbols(got.label, x, places, classes))
+        words.append(_symbols(got.label, x, places, classes).tolist())
         x = np.where(got.status == OK, got.value, np.nan)
-    lasting = np.isfinite(off).sum(axis=0).tolist()
-    seen: Counter[tuple[int, int]] = Counter()
     found = {}
-    for i, item in enumerate(breaks):
+    for j, (name, (border, side, _)) in enumerate(sides.items()):
+        gaps = tuple(float(gap[j]) for gap in off if np.isfinite(gap[j]))
+        word = tuple(word[j] for word in words[: max(len(gaps) - 1, 0)])
+        found[name] = BreakImages(border, side, word, gaps)
+    return found
+
+
+def _sides(
+    table: BranchTable, breaks: list[Breakpoint], classes: SymbolClasses
+) -> Iterator[tuple[Name, tuple[TrackedDiscontinuity | DomainEnd, int, float]]]:
+    """Yield the names of all sides, with what tracks them and the values there."""
+    seen: Counter[tuple[int, int]] = Counter()
+    for item in breaks:
         pair = np.array([item.left_label, item.right_label], dtype=np.uint64)
         left, right = classes.of(pair).tolist()
-        for j, side in ((2 * i, -1), (2 * i + 1, 1)):
-            n = lasting[j]
-            found[left, right, seen[left, right], side] = BreakImages(
-                TrackedDiscontinuity.of(item),
-                side,
-                tuple(int(word[j]) for word in words[: n - 1]) if n else (),
-                tuple(float(gap[j]) for gap in off[:n]),
-            )
+        border = TrackedDiscontinuity.of(item)
+        for side, value in ((-1, item.left), (1, item.right)):
+            yield (left, right, seen[left, right], side), (border, side, value)
         seen[left, right] += 1
-    return found
+    whole = getattr(table.f, "whole", table.f).domain
+    for upper, (end, own) in enumerate(zip(whole, table.f.domain, strict=True)):
+        if end == own:
+            side = -1 if upper else 1
+            value = float(sample(table.f, end).value)
+            yield (-1, -1, upper, side), (DomainEnd(bool(upper), end), side, value)
 
 
 def _symbols(labels: Labels, x: Floats, places: Floats, classes: SymbolClasses) -> Labels:
@@ -102,7 +113,7 @@ def hidden_zeros(
     narrowest: float,
 ) -> Iterator[HiddenZero]:
     """Yield the zeros of f^k(c) - c between two nodes whose signs tell, for all breaks c."""
-    before, after = (images_of_breaks(node, max_period, classes) for node in (left, right))
+    before, after = (images_of_breaks(node.table, max_period, classes) for node in (left, right))
     search = _Search(family, max_period, classes, narrowest)
     for name in sorted(set(before) | set(after)):
         yield from search.between(name, (left.q, before.get(name)), (right.q, after.get(name)))
@@ -151,17 +162,19 @@ class _Search:
     def _at(self, name: Name, q: float, near: BreakImages | None) -> BreakImages | None:
         """Follow one side of a break at another value; None where the break is not."""
         assert near is not None
-        f = self.family.at(q)
-        if not (near.border.labelled and self.classes.telling):
-            return _images(branch_table(f), self.max_period, self.classes).get(name)
+        f, border = self.family.at(q), near.border
+        if isinstance(border, TrackedDiscontinuity):
+            if not (border.labelled and self.classes.telling):
+                return images_of_breaks(branch_table(f), self.max_period, self.classes).get(name)
         try:
-            reading = near.border.at(f, successors=False)
+            # What takes the place of a break that is gone has another name.
+            strict = {} if isinstance(border, DomainEnd) else {"successors": False}
+            reading = border.at(f, **strict)
+            border = cast("TrackedDiscontinuity | DomainEnd", reading.critical)
         except ConditionLost:
             return None
         path = path_from(f, reading, near.side, self.max_period)
-        images = np.array(path.points[1:])
-        labels = np.array(path.labels, dtype=np.uint64)
-        border = reading.critical
-        assert isinstance(border, TrackedDiscontinuity)
-        word = self.classes.of(labels[: max(len(images) - 1, 0)]).tolist()
-        return BreakImages(border, near.side, tuple(word), tuple((images - reading.x).tolist()))
+        gaps = np.array(path.points[1:]) - reading.x
+        labels = np.array(path.labels[: max(len(gaps) - 1, 0)], dtype=np.uint64)
+        word = tuple(self.classes.of(labels).tolist())
+        return BreakImages(border, near.side, word, tuple(gaps.tolist()))

@@ -39,7 +39,7 @@ def near_zeros(node: Node, max_period: int, classes: SymbolClasses) -> list[Near
     """Evaluate all functions that can be evaluated at a node."""
     borders = [
         NearZero((name, one.word[:k]), one.border.x, one.off[k])
-        for name, one in images_of_breaks(node, max_period, classes).items()
+        for name, one in images_of_breaks(node.table, max_period, classes).items()
         for k in range(len(one.off))
     ]
     return [*borders, *_extrema(node, max_period)]

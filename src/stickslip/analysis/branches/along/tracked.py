@@ -28,9 +28,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
 Side: TypeAlias = Literal[-1, 1]
-CriticalKind: TypeAlias = Literal[
-    "jump", "corner", "smooth", "edge", "turning point", "end of the domain"
-]
+CriticalKind: TypeAlias = Literal["jump", "corner", "smooth", "edge", "turning point"]
 
 REACH: Final = 1.5  # times the last move: where a critical point is looked for first
 WINDOW: Final = 1e-3  # of the domain: half width of the window whose table is asked, at least
@@ -160,15 +158,24 @@ class TurningPoint:
 @part
 @dataclass(frozen=True)
 class DomainEnd:
-    """An end of a map's domain, or of its window: beyond it orbits have left."""
+    """An end of a map's domain, or of its window: the edge of the gap outside."""
 
     upper: bool
+    x: float
+
+    @property
+    def kind(self) -> CriticalKind:
+        """``edge``."""
+        return "edge"
 
     def at(self, f: Map1D) -> CriticalReading:
-        """Read the end off the map."""
+        """Read the map off at its end."""
         x = float(f.domain[self.upper])
-        nothing = (math.nan,) * 4
-        return CriticalReading(x, *nothing, "end of the domain", (x, x), self)
+        value, slope = (float(v) for v in values_and_slopes(f, np.array(x)))
+        inside, outside = (value, slope), (math.nan, math.nan)
+        (left, at_left), (right, at_right) = (inside, outside) if self.upper else (outside, inside)
+        end = DomainEnd(self.upper, x)
+        return CriticalReading(x, left, right, at_left, at_right, "edge", (x, x), end)
 
 
 Critical: TypeAlias = TrackedDiscontinuity | TurningPoint | DomainEnd
