@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Final, TypeAlias, cast
 
 import numpy as np
 
+from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
+from stickslip.analysis.bifurcations.scan.events import Suspect
 from stickslip.analysis.branches.along.tracked import (
     ConditionLost,
     DomainEnd,
@@ -43,15 +45,6 @@ class BreakImages:
     side: int  # from which side the first image is taken
     word: tuple[int, ...]  # branches of the images
     off: tuple[float, ...]  # of each image, and of the next one, from the break
-
-
-@dataclass(frozen=True)
-class HiddenZero:
-    """An image of a break that passes the break between two values of the parameter."""
-
-    images: BreakImages
-    period: int
-    bracket: tuple[float, float]
 
 
 def images_of_breaks(
@@ -104,15 +97,15 @@ def _symbols(labels: Labels, x: Floats, places: Floats, classes: SymbolClasses) 
     return np.searchsorted(places, x, side="right").astype(np.uint64)
 
 
-def hidden_zeros(
+def hidden_collisions(
     left: Node,
     right: Node,
     family: Family,
     max_period: int,
     classes: SymbolClasses,
     narrowest: float,
-) -> Iterator[HiddenZero]:
-    """Yield the zeros of f^k(c) - c between two nodes whose signs tell, for all breaks c."""
+) -> Iterator[Suspect]:
+    """Suspect collisions where the signs of f^k(c) - c at two nodes differ, for all breaks c."""
     before, after = (images_of_breaks(node.table, max_period, classes) for node in (left, right))
     search = _Search(family, max_period, classes, narrowest)
     for name in sorted(set(before) | set(after)):
@@ -131,7 +124,7 @@ class _Search:
     classes: SymbolClasses
     narrowest: float
 
-    def between(self, name: Name, low: _Seen, high: _Seen) -> Iterator[HiddenZero]:
+    def between(self, name: Name, low: _Seen, high: _Seen) -> Iterator[Suspect]:
         (p, a), (q, b) = low, high
         if a is None and b is None:
             return
@@ -148,7 +141,7 @@ class _Search:
 
     def _sign_changes(
         self, a: BreakImages, b: BreakImages, bracket: tuple[float, float]
-    ) -> Iterator[HiddenZero]:
+    ) -> Iterator[Suspect]:
         """Compare two values as far as the images visit the same branches."""
         same = 0
         while same < min(len(a.word), len(b.word)) and a.word[same] == b.word[same]:
@@ -157,7 +150,10 @@ class _Search:
         zero = ZERO * (hi - lo)
         for k in range(min(same + 1, len(a.off), len(b.off))):
             if a.off[k] * b.off[k] < 0 and min(abs(a.off[k]), abs(b.off[k])) > zero:
-                yield HiddenZero(min(a, b, key=lambda one: abs(one.off[k])), k + 1, bracket)
+                nearest = min(a, b, key=lambda one: abs(one.off[k]))
+                condition = Collision(k + 1, nearest.border, nearest.side)
+                (low, high) = bracket
+                yield Suspect(condition, 0.5 * (low + high), high - low, bracket)
 
     def _at(self, name: Name, q: float, near: BreakImages | None) -> BreakImages | None:
         """Follow one side of a break at another value; None where the break is not."""

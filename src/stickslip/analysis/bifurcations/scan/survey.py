@@ -14,10 +14,9 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange, attempted
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
-from stickslip.analysis.bifurcations.scan.break_images import hidden_zeros
+from stickslip.analysis.bifurcations.scan.break_images import hidden_collisions
 from stickslip.analysis.bifurcations.scan.events import (
     Event,
-    Suspect,
     flips_on,
     located,
     suspects_at_end,
@@ -216,24 +215,18 @@ class Survey:
 
     def _hidden_collisions(self, span: Span, fresh: list[Event]) -> list[UnresolvedChange]:
         """Find the collisions of orbits that are in neither list; return what is no collision."""
+        sides, what = (span.left, span.right), (self.family, self.max_period, self.classes)
         unexplained = []
-        narrowest = BESIDE * self.scale
-        for hidden in hidden_zeros(
-            span.left, span.right, self.family, self.max_period, self.classes, narrowest
-        ):
-            (low, high), images = hidden.bracket, hidden.images
-            condition = Collision(hidden.period, images.border, images.side)
-            suspect = Suspect(condition, 0.5 * (low + high), high - low, hidden.bracket)
+        for suspect in hidden_collisions(*sides, *what, BESIDE * self.scale):
             event = located(suspect, self.family, self._within(span))
             if event is not None:
                 self._add(event, fresh)
-            else:
-                reason = (
-                    f"an image of the {images.border.kind} passes it, but no collision is found"
-                )
-                unexplained.append(
-                    UnresolvedChange(reason, low, high, hidden.period, images.border.x)
-                )
+                continue
+            reason = "an image of a break passes it, but no collision is found"
+            assert isinstance(suspect.condition, Collision)
+            period, x = suspect.condition.period, suspect.condition.border.x
+            ends = span.left.q, span.right.q
+            unexplained.append(UnresolvedChange(reason, *ends, period, x))
         return unexplained
 
     def _ways(
