@@ -281,7 +281,7 @@ class BifurcationList(ResultList[Bifurcation]):
         Longest period of the orbits that were searched.
     window : tuple of float or None
         The part of the map's domain that was searched; None for all of it.
-    branches : tuple of Curve
+    curves : tuple of Curve
         The orbits between the bifurcations.
     cascades : tuple of Cascade
     unresolved : tuple of UnresolvedChange
@@ -299,7 +299,7 @@ class BifurcationList(ResultList[Bifurcation]):
     parameters: dict[str, float]
     max_period: int
     window: tuple[float, float] | None = None
-    branches: tuple[Curve, ...] = ()
+    curves: tuple[Curve, ...] = ()
     cascades: tuple[Cascade, ...] = ()
     unresolved: tuple[UnresolvedChange, ...] = ()
     outside: tuple[UnresolvedChange, ...] = ()

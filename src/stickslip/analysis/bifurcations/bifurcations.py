@@ -25,7 +25,7 @@ from stickslip.analysis.bifurcations.explain import (
     explained,
     with_attractors,
 )
-from stickslip.analysis.bifurcations.orbit_branches import orbit_branches
+from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.branches.along.tracked import (
@@ -200,10 +200,10 @@ class _Report:
                 self.unresolved += left_open
         family, whole = survey.family, (survey.lo, survey.hi)
         found = [item for k, shares in concerned.items() for item in self._events(k, shares)]
-        branches = self._part(lambda: orbit_branches(survey, concerned), "the branches") or ()
+        curves = self._part(lambda: orbit_curves(survey, concerned), "the curves") or ()
         chains = (
             self._part(
-                lambda: cascades(found, branches, family, whole, survey.max_period), "the cascades"
+                lambda: cascades(found, curves, family, whole, survey.max_period), "the cascades"
             )
             or []
         )
@@ -232,7 +232,7 @@ class _Report:
             parameters=dict(self.f.parameters),
             max_period=survey.max_period,
             window=survey.family.window,
-            branches=branches,
+            curves=curves,
             cascades=tuple(chains),
             unresolved=tuple(sorted([*self.unresolved, *unexplained], key=lambda item: item.lo)),
             outside=tuple(outside),

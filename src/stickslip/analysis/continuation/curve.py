@@ -101,11 +101,9 @@ class CurveEvent:
     error : float
         Bound of the error of `value`; NaN where none is known.
     row : int
-        The curve's row that is this point, or the one just before.
+        The curve's row that is this point; at a Hopf point the one just before.
     what : str
         What else is to be said.
-    share : float
-        Of the way from that row to the next.
     block : int or None
         That touches or lands, from 1.
     outcome : {"persists", "fold", None}
@@ -122,7 +120,6 @@ class CurveEvent:
     error: float
     row: int
     what: str = ""
-    share: float = 0.0
     block: int | None = None
     outcome: str | None = None
     solution: Any = None
@@ -131,11 +128,6 @@ class CurveEvent:
     def value(self) -> float:
         """Of the parameter that the curve is followed along."""
         return next(iter(self.parameters.values()))
-
-    @property
-    def position(self) -> float:
-        """Place on the curve: the row, plus the share of the way to the next."""
-        return self.row + self.share
 
     @property
     def multiplier(self) -> Any:
