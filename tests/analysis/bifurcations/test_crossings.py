@@ -77,7 +77,8 @@ def test_a_cycle_of_a_symmetric_map_loses_its_symmetry():
     # -r x + x^3 has the cycle ±sqrt(r - 1), with multiplier (3 - 2 r)^2, up to r = 2.
     f = family(lambda x, r: -r * x + x**3, r=1.5)
     found = bifurcations(f, "r", (1.5, 2.1), max_period=2)
-    (fork,) = found
+    left, fork = found
+    assert (left.kind, left.value) == ("enters_gap", pytest.approx(1.56, abs=SHARP))  # at 1.6
     assert (fork.kind, fork.period, fork.criticality) == ("pitchfork", 2, "super")
     assert fork.value == pytest.approx(2.0, abs=SHARP)
     assert fork.points == pytest.approx([-1, 1], abs=1e-12)

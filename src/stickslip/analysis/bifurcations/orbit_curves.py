@@ -9,6 +9,7 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.scan.events import orbit_at
+from stickslip.analysis.branches.along.tracked import DomainEnd
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
 from stickslip.analysis.continuation.orbit_follower import OrbitProblem
 from stickslip.analysis.maps.derived import windowed
@@ -315,8 +316,9 @@ def _end(survey: Survey, link: Link | None, row: Row, points: Floats) -> CurveEn
     multiplier = row.multiplier
     if len(there) == event.period:
         multiplier = reading.multipliers[0 if side < 0 else 1]
+    left = isinstance(border.critical, DomainEnd)
     return CurveEnd(
-        REASONS[event.kind],
+        "end of domain" if left else REASONS[event.kind],
         {name: event.value},
         there,
         multiplier,
