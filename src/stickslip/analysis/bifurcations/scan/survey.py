@@ -215,9 +215,10 @@ class Survey:
 
     def _hidden_collisions(self, span: Span, fresh: list[Event]) -> list[UnresolvedChange]:
         """Find the collisions of orbits that are in neither list; return what is no collision."""
-        sides, what = (span.left, span.right), (self.family, self.max_period, self.classes)
         unexplained = []
-        for suspect in hidden_collisions(*sides, *what, BESIDE * self.scale):
+        for suspect in hidden_collisions(
+            span.left, span.right, self.family, self.max_period, self.classes, BESIDE * self.scale
+        ):
             event = located(suspect, self.family, self._within(span))
             if event is not None:
                 self._add(event, fresh)
