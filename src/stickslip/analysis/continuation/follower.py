@@ -160,9 +160,8 @@ class Follower:
                 new = next(walk)
             except StopIteration as stop:
                 return self.stopped(stop.value, half)
-            closing = None
-            if len(half.rows) >= CLOSED_AFTER:
-                closing = self._closing(here, new, goals)
+            early = len(half.rows) < CLOSED_AFTER
+            closing = None if early else self._closing(here, new, goals)
             for share, passed in self.pending:
                 if closing is not None and share > closing[0]:
                     break
