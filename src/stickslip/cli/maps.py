@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
 from stickslip.cli.options import ENGINE, Flag, TableOptions, Whole
-from stickslip.cli.progress import note, notes, tracked
+from stickslip.cli.output import note, notes, tracked
+from stickslip.cli.process import COMPUTATION_FAILED, DONE, UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
