@@ -285,8 +285,9 @@ class _Seen:
         )
 
     def local(self) -> LocalAttractor:
-        bands = len(self.bands) if self.kind == "chaotic" else self.period
-        return LocalAttractor(self.kind, bands if self.kind != "undecided" else 0)
+        if self.kind == "chaotic":
+            return LocalAttractor("chaotic", len(self.bands))
+        return LocalAttractor("periodic", self.period) if self.kind == "periodic" else UNDECIDED
 
 
 def _without_bystanders(

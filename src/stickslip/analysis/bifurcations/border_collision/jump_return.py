@@ -134,7 +134,7 @@ def far_image(
         if _converges(far, multiplier, period):
             return _returned(far, multiplier, period, local, visited)
         if far.k >= look:
-            cycle = _recurrence(np.array(visited), RECURS * domain_width(f))
+            cycle = _recurrence(np.array(visited), domain_width(f))
             look *= 2
         far.step()
         visited.append(far.x)
@@ -199,10 +199,15 @@ def _returned(
     )
 
 
-def _recurrence(orbit: Floats, tolerance: float) -> int:
+def _recurrence(orbit: Floats, width: float) -> int:
     """Return the smallest period with which an orbit's last points recur, 0 if there is none."""
     last = orbit[-2 * LONGEST_CYCLE :]
+
+    def off(m: int) -> float:
+        return float(np.abs(last[m:] - last[:-m])[-m:].max())
+
     for m in range(1, len(last) // 2 + 1):
-        if np.abs(last[m:] - last[:-m])[-m:].max() <= tolerance:
-            return m
+        if off(m) <= RECURS * width:
+            # On a slow approach from both sides, twice the period recurs more closely.
+            return next(q for q in range(1, m + 1) if m % q == 0 and off(q) <= CLOSE * width)
     return 0
