@@ -3,7 +3,8 @@ A chain of blocks
 =================
 
 Any number of blocks on one belt: a chain of springs (Burridge and Knopoff 1967), or any symmetric
-stiffness and damping. The event map of N blocks is a map of N - 1 distances.
+stiffness and damping. The event map of N blocks is a map of N - 1 distances: of two blocks, equal
+or not, a map of the line, for which everything is there that the tutorials do with `TwoBlock`.
 """
 
 import matplotlib.pyplot as plt

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from tests.app.talk import CHAIN, COULOMB
+from tests.mechanics.eventmap.unequal import pair
 
 import stickslip as ss
 from stickslip.app.as_python import TEXTS, as_python
@@ -15,10 +16,11 @@ from stickslip.app.requests import REQUESTS, request_of
 from stickslip.app.views import VIEWS
 from stickslip.app.views.model import watched_map
 from stickslip.mechanics.model import locus
-from stickslip.mechanics.model.file import model_of_values
+from stickslip.mechanics.model.file import model_of_values, model_values
 from stickslip.plot.motion import stick_interval
 
 MODEL = ss.examples.coulomb()
+UNEQUAL = pair(ss.Coulomb(mu=0.22), 0.2, damped=True)
 MIXED = {**COULOMB, "friction": [{"law": "coulomb", "mu": 0.2}, {"law": "coulomb", "mu": 0.3}]}
 
 
@@ -126,7 +128,7 @@ def test_motions_that_are_long_are_missing_only_from_the_first_picture(page):
 
 
 def test_maps_that_can_be_called_off_have_the_numbers_of_the_event_map():
-    for model in (MODEL, ss.examples.coulomb(damping=1.0), ss.examples.law9()):
+    for model in (MODEL, ss.examples.coulomb(damping=1.0), ss.examples.law9(), UNEQUAL):
         f, g = ss.event_map(model), watched_map(model)
         d = np.linspace(*f.domain, 41)
         for ask in (
@@ -181,8 +183,29 @@ def test_laws_that_differ_are_columns(page):
 
 def test_the_locus_has_the_corners_of_the_paper(page):
     data = page.parts("locus")["locus"].data
-    assert data["corners"] == locus.corners(1.2, 1.3).tolist()
+    assert data["corners"] == locus.corners(MODEL.structure).tolist()
     assert data["domain"] == list(MODEL.domain)
+
+
+def test_two_blocks_that_are_not_equal_have_all_views(page):
+    f, values = ss.event_map(UNEQUAL), model_values(UNEQUAL)
+    parts = page.parts("event_map", model=values, points=21, max_period=1)
+    x = np.linspace(*f.domain, 21)
+    np.testing.assert_array_equal(parts["samples"].arrays["f"], f(x))
+    orbits = [o["points"] for o in parts["orbits"].data["orbits"]]
+    assert orbits == [o.points.tolist() for o in ss.periodic_orbits(f, 1, infinitely_unstable=True)]
+    assert "mechanism" in parts["explained"].data["breakpoints"][0]
+    orbit = page.parts("cobweb", model=values, d=0.1, n=5)["orbit"].arrays["orbit"]
+    np.testing.assert_array_equal(orbit, f.iterate(0.1, 5))
+    data = page.parts("locus", model=values)["locus"].data
+    assert data["domain"] == list(UNEQUAL.domain)
+    motion = page.parts("motion", model=values, d=0.1, t_end=20.0, samples=3)["motion"]
+    assert motion.arrays["t"][-1] == 20.0
+    assert "basins" in page.parts("basins", model=values, resolution=1e-3)
+    asked = {"parameter": "mass_2", "range": [2.0, 2.001], "values": 2, "max_period": 1}
+    assert page.parts("diagram", model=values, **asked)
+    forced = {**CHAIN, "static": [1.0, 1.1], "forcing": {"amplitude": 0.1, "frequency": 1.0}}
+    assert "without forcing" in page.error("event_map", model=forced)["message"]
 
 
 def test_basins_have_the_edges_of_the_library(page):

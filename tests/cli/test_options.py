@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from tests.mechanics.eventmap.unequal import pair
 
 import stickslip as ss
 from stickslip.cli import main
@@ -156,3 +157,35 @@ def test_what_asks_about_two_blocks_says_so_of_a_chain(command, file, capsys):
     file(CHAIN)
     assert main([command, "--model", "mine.toml", *QUESTIONS[command].split()]) == 2
     assert "the model is a Chain with n = 3" in capsys.readouterr().err
+
+
+UNEQUAL = pair(ss.Coulomb(mu=0.22), 0.2, damped=True)
+
+
+@pytest.mark.parametrize(
+    "question", ["orbits", "basins --resolution 1e-3", "diagram --parameter mass_2 --values 3"]
+)
+def test_two_blocks_that_are_not_equal_are_asked_alike(question, file, capsys):
+    file(UNEQUAL)
+    if question.startswith("diagram"):
+        question += " --range 2 2.001 --max-period 1"
+    command, *options = question.split()
+    document = answer(capsys, " ".join([command, "--model mine.toml", *options]))
+    assert document["parameters"]["mass_2"] == 2.0
+
+
+def test_the_map_of_two_blocks_that_are_not_equal(file, capsys):
+    file(UNEQUAL)
+    document = answer(capsys, "map --model mine.toml -d 0.1")
+    assert document["result"]["value"] == [ss.event_map(UNEQUAL)(0.1)]
+    document = answer(capsys, "simulate --model mine.toml -d 0.1 --t-end 9 --samples 2")
+    assert document["result"]["x_2"][-1] == ss.simulate(UNEQUAL, d=0.1, t_end=9).x(9.0)[1]
+    assert main(["certify", "--model", "mine.toml", "--max-period", "1"]) == 2
+    assert "two equal blocks" in capsys.readouterr().err
+
+
+def test_a_report_on_two_blocks_that_are_not_equal(file, tmp_path):
+    file(pair(ss.Coulomb(mu=0.22), 0.0366, damped=True))
+    asked = "bifurcations --model mine.toml --parameter V --range 0.0341 0.0343 --max-period 1"
+    assert main([*asked.split(), "--out", "told"]) == 0
+    assert "border collision" in (tmp_path / "told" / "report.md").read_text()

@@ -11,8 +11,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
 from typing import Any, Final
 
+from tests.analysis import known_maps as maps
+
 import stickslip as ss
-from stickslip.analysis import examples as maps
 from stickslip.results.result import Result
 
 API: Final = Path(__file__).parents[2] / "docs" / "api.md"

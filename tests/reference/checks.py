@@ -11,7 +11,7 @@ from .motion import Motion, System, need
 
 def friction(system: System, block: int, x: tuple, v: tuple, mode: int) -> arb:
     """Force of the belt on a block: kinetic when it slips, what it needs when it rides."""
-    pull = need(system, block, x)
+    pull = need(system, block, x, v)
     return system.acceleration(block, x, v, mode) + pull if mode else pull
 
 
@@ -25,7 +25,7 @@ def worst_violation(system: System, motion: Motion, points: int = 60) -> float:
                 breach = (
                     mode * (system.V - v[block])
                     if mode
-                    else abs(need(system, block, x)) - system.limits[block]
+                    else abs(need(system, block, x, v)) - system.limits[block]
                 )
                 worst = worst.max(breach)
     return float(worst)

@@ -12,7 +12,7 @@ from math import isqrt
 
 from flint import arb
 
-from .motion import Modes, Motion, Pair, motion
+from .motion import Modes, Motion, Pair, equal, motion
 from .precision import TIE, ZERO, exact
 from .roots import earliest, first_root
 
@@ -165,6 +165,7 @@ class Coulomb:
     ) -> None:
         self.alpha, self.beta, self.V = exact(alpha), exact(beta), exact(V)
         self.limits = (arb(1), self.beta)
+        self.plant = equal(self.alpha, self.beta, self.V)
         self.mu = tuple(exact(m) for m in (mu if isinstance(mu, tuple) else (mu, mu)))
         self.period = common_period(self.alpha)
 

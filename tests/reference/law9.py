@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from flint import arb
 
-from .motion import Modes, Motion, Pair, motion, need
+from .motion import Modes, Motion, Pair, Plant, equal, motion, need
 from .precision import TIE, ZERO, exact
 from .roots import Search
 
@@ -76,7 +76,9 @@ class SmoothPhase:
         laws = [system.laws[i].series() for i in (0, 1)]
         speeds: list[list[arb]] = [[], []]
         for k in range(ORDER - 1):
-            pulls = [need(system, i, (series[0][k], series[1][k])) for i in (0, 1)]
+            x = (series[0][k], series[1][k])
+            v = ((k + 1) * series[0][k + 1], (k + 1) * series[1][k + 1])
+            pulls = [need(system, i, x, v) for i in (0, 1)]
             for i, mode in enumerate(self.modes):
                 if not mode:
                     series[i].append(ZERO)
@@ -84,7 +86,8 @@ class SmoothPhase:
                 w = (k + 1) * series[i][k + 1] - (system.V if k == 0 else 0)
                 speeds[i].append(mode * w)
                 friction = -mode * system.limits[i] * laws[i](speeds[i])
-                series[i].append((friction - pulls[i]) / ((k + 1) * (k + 2)))
+                inertia = system.plant.mass[i] * ((k + 1) * (k + 2))
+                series[i].append((friction - pulls[i]) / inertia)
         length = min(step_length(s) for s in series)
         return Polynomial(series[0], length), Polynomial(series[1], length)
 
@@ -110,13 +113,15 @@ class SmoothPhase:
         system, found = self.system, []
         length = self.steps[k][0].length
         positions = [p.c for p in self.steps[k]]
+        speeds = [[(n + 1) * c for n, c in enumerate(p[1:])] for p in positions]
         for i, mode in enumerate(self.modes):
             if mode:
-                rates = [(n + 1) * c for n, c in enumerate(positions[i][1:])]
-                rates[0] -= system.V
-                found.append((i, Polynomial([mode * r for r in rates], length)))
+                rates = [mode * r for r in speeds[i]]
+                rates[0] -= mode * system.V
+                found.append((i, Polynomial(rates, length)))
             else:
-                pull = [need(system, i, pair) for pair in zip(*positions, strict=True)]
+                states = zip(*positions, *speeds, strict=False)
+                pull = [need(system, i, state[:2], state[2:]) for state in states]
                 for sign in (1, -1):
                     room = [-sign * c for c in pull]
                     room[0] += system.limits[i]
@@ -161,15 +166,31 @@ class Smooth:
     """Two blocks with an analytic friction law; parameters are doubles, taken exactly."""
 
     def __init__(self, alpha: object, beta: object, V: object, law: object) -> None:
-        self.alpha, self.beta, self.V = exact(alpha), exact(beta), exact(V)
-        self.limits = (arb(1), self.beta)
+        self.alpha, self.beta = exact(alpha), exact(beta)
+        self.use(equal(self.alpha, self.beta, exact(V)), law)
+
+    def use(self, plant: Plant, law: object) -> None:
+        """Take the numbers of a plant, and one law or two."""
+        self.plant, self.V, self.limits = plant, plant.V, plant.limits
         self.laws = law if isinstance(law, tuple) else (law, law)
+
+    @classmethod
+    def of(cls, structure: object, law: object) -> Smooth:
+        """The oracle of any two blocks, from the arrays of a model's structure."""
+        mass, static = (tuple(map(exact, a.tolist())) for a in (structure.mass, structure.static))
+        stiffness, damping = (
+            tuple(tuple(map(exact, row)) for row in a.tolist())
+            for a in (structure.stiffness, structure.damping)
+        )
+        made = cls.__new__(cls)
+        made.use(Plant(mass, stiffness, damping, static, exact(structure.V)), law)
+        return made
 
     def acceleration(self, block: int, x: Pair, v: Pair, mode: int) -> arb:
         """X'' of a slipping block (7a)."""
         speed = mode * (v[block] - self.V)
         friction = -mode * self.limits[block] * self.laws[block].force(speed)
-        return friction - need(self, block, x)
+        return (friction - need(self, block, x, v)) / self.plant.mass[block]
 
     def phase(self, x: Pair, v: Pair, modes: Modes) -> SmoothPhase:
         """The motion from this state as long as the modes last."""

@@ -82,11 +82,43 @@ class Phase(Protocol):
         """Both blocks slip, and it is proved that neither reaches the belt's velocity."""
 
 
-class System(Protocol):
-    """Two blocks, their springs and their friction."""
+class Plant:
+    """Two blocks and their springs and dampers: m X'' + C X' + K X = friction."""
 
-    alpha: arb
-    beta: arb
+    def __init__(
+        self, mass: Pair, stiffness: tuple[Pair, Pair], damping: tuple[Pair, Pair], limits: Pair,
+        V: arb,
+    ) -> None:  # fmt: skip
+        self.mass, self.stiffness, self.damping = mass, stiffness, damping
+        self.limits, self.V = limits, V
+        self.damped = any(c != 0 for row in damping for c in row)
+
+    @property
+    def ends(self) -> Pair:
+        """Of the domain: d of the states at two limits of opposite kind."""
+        (a, b), (c, d) = self.stiffness
+        determinant = a * d - b * c
+        found = []
+        for sides in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+            first, second = (
+                side * limit - sum(row) * self.V
+                for side, limit, row in zip(sides, self.limits, self.damping, strict=True)
+            )
+            found.append((second * (a + b) - first * (c + d)) / determinant)
+        return min(found), max(found)
+
+
+def equal(alpha: arb, beta: arb, V: arb) -> Plant:
+    """The paper's two blocks (eqs. 5a-7a)."""
+    zero = (arb(0), arb(0))
+    rows = ((1 + alpha, -alpha), (-alpha, 1 + alpha))
+    return Plant((arb(1), arb(1)), rows, (zero, zero), (arb(1), beta), V)
+
+
+class System(Protocol):
+    """Two blocks and their friction."""
+
+    plant: Plant
     V: arb
     limits: Pair
 
@@ -97,37 +129,45 @@ class System(Protocol):
         """X'' of a slipping block."""
 
 
-def need(system: System, block: int, x: Pair) -> arb:
+def need(system: System, block: int, x: Pair, v: Pair) -> arb:
     """R: the friction force the block needs in order to stay with the belt (eq. 6a)."""
-    return x[block] + system.alpha * (x[block] - x[1 - block])
+    (first, second), plant = system.plant.stiffness[block], system.plant
+    force = first * x[0] + second * x[1]
+    if plant.damped:
+        force += plant.damping[block][0] * v[0] + plant.damping[block][1] * v[1]
+    return force
 
 
-def direction(system: System) -> int:
-    """Sign of the belt's velocity: the side of the limits that riders are carried to."""
-    return 1 if system.V > 0 else -1
+def loading(system: System, block: int) -> int:
+    """Side of its limits that a rider among riders is carried to."""
+    return 1 if sum(system.plant.stiffness[block]) * system.V > 0 else -1
 
 
 def onset(system: System, d: arb) -> Pair:
     """Where the global stick phase of this d ends (figure 2): at the first limit ahead."""
-    ahead = direction(system)
-    first, second = ahead + system.alpha * d, ahead * system.beta - (1 + system.alpha) * d
-    x1 = first if ahead * first < ahead * second else second
+    v = (system.V, system.V)
+    ahead = []
+    for i, row in enumerate(system.plant.stiffness):
+        room = loading(system, i) * system.limits[i] - need(system, i, (arb(0), d), v)
+        ahead.append(room / sum(row))
+    x1 = min(ahead) if system.V > 0 else max(ahead)
     return (x1.mid(), (x1 + d).mid())
 
 
 def inside(system: System, d: arb) -> arb:
     """``d``, or the end of the domain if it lies up to 4 ulp (2^-50 relative) beyond."""
-    end = (1 + system.beta) / (1 + 2 * system.alpha)
-    if abs(d) <= end:
+    low, high = system.plant.ends
+    if low <= d <= high:
         return d
-    if abs(d) > end * (1 + arb(2) ** -50):
-        raise ValueError(f"d = {float(d)} is outside |d| <= {float(end)}")
-    return (end if d > 0 else -end).mid()
+    slack = abs(low).max(abs(high)) * arb(2) ** -50
+    if not low - slack <= d <= high + slack:
+        raise ValueError(f"d = {float(d)} is outside [{float(low)}, {float(high)}]")
+    return (high if d > high else low).mid()
 
 
 def mode_at_contact(system: System, block: int, x: Pair, v: Pair, other: int) -> int:
     """Mode of a block that moves with the belt at this moment; ``other``: its neighbour's mode."""
-    force, limit = need(system, block, x), system.limits[block]
+    force, limit = need(system, block, x, v), system.limits[block]
     if abs(force) < limit - TIE:
         return 0
     side = 1 if force > 0 else -1
@@ -139,18 +179,22 @@ def mode_at_contact(system: System, block: int, x: Pair, v: Pair, other: int) ->
 def rate_of_need(system: System, block: int, x: Pair, v: Pair, other: int) -> arb:
     """The first derivative of R that is not zero, if the block rides.
 
-    R' = V - alpha w_j, R'' = -alpha w_j'; if both vanish (w_j = V / alpha, at its own extreme) then
-    R''' = alpha (V + (1 + alpha) w_j), whatever the law: its slope multiplies w_j' = 0.
+    R' = k_b . X' + c_bj X_j'', without dampers R'' = k_bj X_j''; if both vanish then
+    R''' = -k_bj k_j . X' / m_j, whatever the law: its slope multiplies X_j'' = 0.
     """
-    neighbour = 1 - block
-    w = v[neighbour] - system.V
-    rate = system.V - system.alpha * w
+    plant, neighbour = system.plant, 1 - block
+    v = (system.V, v[1]) if block == 0 else (v[0], system.V)
+    acceleration = system.acceleration(neighbour, x, v, other) if other else arb(0)
+    rate = plant.stiffness[block][0] * v[0] + plant.stiffness[block][1] * v[1]
+    rate += plant.damping[block][neighbour] * acceleration
     if abs(rate) > TIE:
         return rate
-    acceleration = system.acceleration(neighbour, x, v, other)
+    assert not plant.damped
+    coupling = plant.stiffness[block][neighbour]
     if abs(acceleration) > TIE:
-        return -system.alpha * acceleration
-    return system.alpha * (system.V + (1 + system.alpha) * w)
+        return coupling * acceleration
+    row = plant.stiffness[neighbour]
+    return -coupling * (row[0] * v[0] + row[1] * v[1]) / plant.mass[neighbour]
 
 
 def motion(
@@ -159,8 +203,8 @@ def motion(
     """Carry ``d`` from one global stick phase to the next."""
     x, v = onset(system, inside(system, exact(d))), (system.V, system.V)
     time, modes = arb(0), (0, 0)
-    ahead = direction(system)
-    concerned = [i for i in (0, 1) if ahead * need(system, i, x) > system.limits[i] - TIE]
+    forces = [loading(system, i) * need(system, i, x, v) for i in (0, 1)]
+    concerned = [i for i in (0, 1) if forces[i] > system.limits[i] - TIE]
     events: list[Event] = []
     phases: list[tuple[Phase, arb]] = []
 
@@ -243,9 +287,9 @@ def sensitivity(
     """
     d = inside(system, exact(d))
     base = base or motion(system, d, **limits)
-    end = (1 + system.beta) / (1 + 2 * system.alpha)
+    low, high = system.plant.ends
     for step in (arb("1e-25"), arb("-1e-25")):
-        if abs(d + step) > end:
+        if not low <= d + step <= high:
             continue
         near = motion(system, d + step, **limits)
         if near.itinerary != base.itinerary:

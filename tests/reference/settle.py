@@ -88,12 +88,13 @@ def changes_nearby(
     """
     if not math.isfinite(kappa):
         return True
-    reach = kappa * max(64 * math.ulp(d), math.ulp(1.0) / (1 + 2 * float(system.alpha)))
-    end = (1 + system.beta) / (1 + 2 * system.alpha)
+    (a, b), (c, e) = system.plant.stiffness
+    stiff = float(abs(a * e - b * c) / abs(a + b).max(abs(c + e)))  # force per d; 1 + 2 alpha
+    reach = kappa * max(64 * math.ulp(d), math.ulp(1.0) / stiff)
+    low, high = system.plant.ends
     for side in (-1, 1):
         near = exact(d) + side * arb(reach)
-        if abs(near) > end:
-            near = end if near > 0 else -end
+        near = near.max(low).min(high)
         other = system.motion(near, **limits)
         if (other.status, path(other)) != (reference.status, path(reference)):
             return True

@@ -3,8 +3,10 @@
 from functools import cache
 from typing import ClassVar
 
+from tests.analysis import known_maps as examples
+from tests.analysis import known_maps_nd as examples_nd
+
 import stickslip as ss
-from stickslip.analysis import examples, examples_nd
 
 COULOMB = ss.examples.coulomb()
 BLOCK = ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3), damping=1.0)

@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 import pytest
+from tests.analysis import known_maps as examples
 
 from stickslip import examples as models
-from stickslip.analysis import examples
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.branches.branches import breakpoints

@@ -86,13 +86,13 @@ def typical(request: requests.Request) -> requests.Request | None:
     """Return a small request that needs the same kernels, None if it needs none."""
     model = model_of(request)
     values = _typical_model(model)
-    rest = (0.0,) * (2 if isinstance(model, TwoBlock) else len(values["static"]))
+    rest = (0.0,) * len(values.get("static", (0.0, 0.0)))
     match request:
         case requests.Motion():
             return requests.Motion(values, x=rest, v=rest, t_end=20.0)
         case requests.Cycle():
             return requests.Cycle(values, x=rest, v=rest, max_events=400)
-    if not isinstance(model, TwoBlock):
+    if model.n_blocks != 2 or model.forcing is not None:
         return None
     match request:
         case requests.EventMap():

@@ -13,7 +13,6 @@ from msgspec import Meta, Raw, Struct
 from stickslip.checks import finite_number
 from stickslip.mechanics.model.arguments import Model
 from stickslip.mechanics.model.file import model_of_values
-from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.vocabulary import did_you_mean
 
 FAR: Final = 10.0  # times beyond a slider's end: what is stiffer takes the server minutes
@@ -260,8 +259,7 @@ def model_of(request: Request) -> Model:
     _refuse_large(request.model)
     try:
         model = model_of_values(dict(request.model))
-        damping = {"damping": model.damping} if isinstance(model, TwoBlock) else {}
-        refuse_far(model.parameters | damping)
+        refuse_far(model.parameters)
         return model
     except (ValueError, TypeError, OverflowError, RecursionError) as error:
         if not is_ours(error):

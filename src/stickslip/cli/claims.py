@@ -69,6 +69,7 @@ def certify(
     digits
         Significant digits of the enclosures.
     """
+    from stickslip.mechanics.model.arguments import two_blocks
     from stickslip.proofs import certify
 
     asked = [value is not None for value in (orbit, jump, max_period)]
@@ -80,7 +81,8 @@ def certify(
         raise UsageError("give one of --border, --flip and --fold")
     if varied and orbit is None:
         raise UsageError("--border, --flip and --fold need the orbit: --orbit D --period P")
-    system = model.two_blocks()
+    why = "Proofs are about two equal blocks without damping."
+    system = two_blocks(model.two_blocks(), why=why)
     with ExitStack() as stack:
         files = []
         if file.out is not None:

@@ -71,7 +71,7 @@ def simulate(
     model = table.model()
     start: dict[str, Any] = {"x": x, "v": v}
     if d:
-        start = {"d": d[0] if len(d) == 1 and isinstance(model, ss.TwoBlock) else d}
+        start = {"d": d[0] if len(d) == 1 and model.n_blocks == 2 else d}
     answer: list[Trajectory] = []
 
     def compute() -> Table:

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.eventmap.event_map import EventMap
     from stickslip.mechanics.model.arguments import Model
-    from stickslip.mechanics.model.two_block import TwoBlock
 
 MODEL = Group.create_ordered("Model")
 SWEEP = Group.create_ordered("Parameter and range")
@@ -84,15 +83,13 @@ class ModelOptions:
             )
         return ss.TwoBlock(**given)
 
-    def two_blocks(self) -> TwoBlock:
+    def two_blocks(self) -> Model:
         """Build the model where only one of two blocks will do."""
-        import stickslip as ss
-
         model = self.model()
-        if not isinstance(model, ss.TwoBlock):
+        if model.n_blocks != 2:
             raise UsageError(
-                f"this command asks about a map of one number d = X_2 - X_1, that of kind = "
-                f'"two_block"; the model is a {type(model).__name__} with n = {model.n_blocks}. '
+                "this command asks about a map of one number d = X_2 - X_1, that of two blocks; "
+                f"the model is a {type(model).__name__} with n = {model.n_blocks}. "
                 "stickslip simulate follows any model in time"
             )
         return model
@@ -217,9 +214,9 @@ class SystemOptions:
 
     def event_map(self, **more: Any) -> EventMap:
         """Build the event map of a model of two blocks, with further settings."""
-        import stickslip as ss
+        from stickslip.mechanics.eventmap.event_map import EventMap
 
-        return ss.event_map(self.system.two_blocks(), **self.engine.settings(), **more)
+        return EventMap(self.system.two_blocks(), **self.engine.settings(), **more)
 
     def described(self, model: Model) -> dict[str, Any]:
         """Everything that was asked for: enough to repeat the question."""

@@ -15,17 +15,17 @@ from stickslip.vocabulary import symbol
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.mechanics.model.arguments import Model
     from stickslip.numerics.arrays import Floats
 
 
-def stick_locus(model: TwoBlock, ax: Axes | None = None) -> Axes:
+def stick_locus(model: Model, ax: Axes | None = None) -> Axes:
     """Draw the locus, the edges on which global stick ends, and the map's domain AC.
 
     Parameters
     ----------
-    model : TwoBlock
-        Gives alpha and beta.
+    model : TwoBlock, Chain or Blocks
+        Of two blocks.
     ax : matplotlib.axes.Axes, optional
         Where to draw; by default a new figure.
 
@@ -35,14 +35,14 @@ def stick_locus(model: TwoBlock, ax: Axes | None = None) -> Axes:
         Equal scales; a legend names the edges.
     """
     ax = axes_or_new(ax)
-    corners = locus.corners(model.alpha, model.beta)
+    corners = locus.corners(model.structure)
     a, b, c, _ = corners
     ax.add_patch(Polygon(corners, facecolor=PALETTE["light"], alpha=0.5, lw=0.0))
     ax.add_patch(Polygon(corners, fill=False, ec="black", lw=0.8))
     ax.plot(*np.array([a, b]).T, color=PALETTE["blue"], lw=2.2, label="block 1 slips")
     ax.plot(*np.array([b, c]).T, color=PALETTE["vermillion"], lw=2.2, label="block 2 slips")
     ax.plot(*np.array([a, c]).T, color="black", lw=1.0, ls=(0, (5, 2)), label="domain $AC$")
-    _stick_phases(ax, model)
+    _stick_phases(ax, corners)
     _name_corners(ax, corners)
     ax.axhline(0.0, color=PALETTE["grey"], lw=0.4, zorder=0)
     ax.axvline(0.0, color=PALETTE["grey"], lw=0.4, zorder=0)
@@ -59,7 +59,7 @@ def trajectory_in_plane(trajectory: Any, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     trajectory : Trajectory
-        Of a `TwoBlock`.
+        Of two blocks.
     ax : matplotlib.axes.Axes, optional
         Where to draw; by default a new figure.
 
@@ -74,14 +74,16 @@ def trajectory_in_plane(trajectory: Any, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def _stick_phases(ax: Axes, model: TwoBlock) -> None:
+def _stick_phases(ax: Axes, corners: Floats) -> None:
     """Show motions at constant d: from the line AC along (1, 1) to the edge where they end."""
-    c = locus.corners(model.alpha, model.beta)[2]
-    for share in (-0.6, -0.2, 0.2, 0.6):
-        start, end = share * c, model.onset(share * model.domain[1])
-        arrow = {"arrowstyle": "-|>", "color": "0.35", "lw": 0.7, "mutation_scale": 7.0}
+    edges = corners[:3] if corners[2, 1] - corners[2, 0] > 0.0 else corners[2::-1]
+    arrow = {"arrowstyle": "-|>", "color": "0.35", "lw": 0.7, "mutation_scale": 7.0}
+    for share in (0.2, 0.4, 0.6, 0.8):
+        start = edges[0] + share * (edges[2] - edges[0])
+        d = edges[:, 1] - edges[:, 0]
+        x_1, x_2 = (float(np.interp(start[1] - start[0], d, x)) for x in edges.T)
         ax.annotate(
-            "", tuple(end), tuple(start), arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.5}
+            "", (x_1, x_2), tuple(start), arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.5}
         )
 
 

@@ -72,7 +72,7 @@ def exact_parameters(
     model: TwoBlock, exact: Mapping[str, Exact] | None = None
 ) -> dict[str, Fraction]:
     """Return a model's parameters exactly, floats as printed; `exact` ones replace them."""
-    two_blocks(model, why="Proofs are about the event map of two blocks.")
+    two_blocks(model, why="Proofs are about the event map of two equal blocks.")
     if exact is not None:
         instance("exact", exact, Mapping, 'values by name, such as {"alpha": "1.2"}')
     laws = model.friction if isinstance(model.friction, tuple) else (model.friction,) * 2

@@ -12,15 +12,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import OUTSIDE, clip_to_domain, mix_labels
+from stickslip.analysis.maps.protocol import clip_to_domain, mix_labels, sample
+from stickslip.analysis.maps.protocol_nd import sample as sample_nd
 from stickslip.mechanics.eventmap.records import Followed, new_followed
-from stickslip.numerics.long_run import LongRun, Path, new_long_run, read_off
-from stickslip.status import OK
+from stickslip.numerics.long_run import (
+    PERIODIC,
+    RECURRENCE,
+    UNDECIDED,
+    LongRun,
+    Path,
+    new_long_run,
+    read_off,
+    recurs,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.maps.protocol import Map1D
+    from stickslip.analysis.maps.protocol import MapValues
     from stickslip.numerics.arrays import Floats
     from stickslip.sweeps.job import Points
 
@@ -68,45 +77,79 @@ class Run(NamedTuple):
     max_period: int  # the longest recognised
 
 
-def follow_map(f: Map1D, starts: Floats, run: Run, tail: int) -> tuple[LongRun, Followed]:
+def follow_map(f: Any, starts: Floats, run: Run, tail: int) -> tuple[LongRun, Followed]:
     """Follow orbits under one map; results as `mechanics.eventmap.follow.follow` gives them."""
-    m = starts.size
+    # Points of more than one number: ``tail`` holds their first.
+    m, steps = len(starts), run.transient + run.n
     verdicts, followed = new_long_run(m), new_followed(m, tail)
-    x = starts.copy()
-    for _ in range(run.transient):
-        x = _step(f, x, followed)[0]
-    points = np.empty((m, run.n + 1))
-    labels = np.zeros((m, run.n), dtype=np.uint64)
-    slopes, events, times = (np.full((m, run.n), np.nan) for _ in range(3))
-    points[:, 0] = x
-    for k in range(run.n):
-        x, slopes[:, k], labels[:, k], events[:, k], times[:, k] = _step(f, x, followed)
-        points[:, k + 1] = x
-    with np.errstate(divide="ignore"):
-        logs = np.log(np.abs(slopes))
-    for i in np.flatnonzero(np.isfinite(x)).tolist():
-        read_off(Path(points[i], labels[i], logs[i]), *f.domain, run.max_period, verdicts, i)
-        followed.tail[i] = points[i, run.n + 1 - tail :]
-        followed.mean_events[i], followed.mean_duration[i] = events[i].mean(), times[i].mean()
-        followed.most_events[i] = 0 if np.isnan(events[i, 0]) else int(events[i].max())
+    orbits = np.full((m, steps + 1, *starts.shape[1:]), np.nan)
+    admitted = np.isfinite(starts).reshape(m, -1).all(axis=1)
+    orbits[admitted] = f.iterate(starts[admitted], steps)
+    defined = np.asarray(np.isfinite(orbits).reshape(m, steps + 1, -1).all(axis=2))
+    on_line = starts.ndim == 1
+    for i in np.flatnonzero(admitted).tolist():
+        if not defined[i].all():
+            last = int(np.argmin(defined[i])) - 1
+            at_end = (sample if on_line else sample_nd)(f, orbits[i, last])
+            followed.steps[i], followed.status[i] = last, at_end.status
+            continue
+        points = orbits[i, run.transient :]
+        motions = f.evaluate(points[:-1])
+        followed.steps[i] = steps
+        followed.tail[i] = points[run.n + 1 - tail :].reshape(tail, -1)[:, 0]
+        if hasattr(motions, "n_events"):
+            followed.mean_events[i] = motions.n_events.mean()
+            followed.most_events[i] = motions.n_events.max()
+            followed.mean_duration[i] = motions.duration.mean()
+        if on_line:
+            with np.errstate(divide="ignore"):
+                logs = np.log(np.abs(motions.derivative))
+            path = Path(np.ascontiguousarray(points), motions.label, logs)
+            low, high = f.domain
+            read_off(path, low, high, run.max_period, verdicts, i)
+        else:
+            read_off_nd(f, points, motions, run.max_period, verdicts, i)
     return verdicts, followed
 
 
-def _step(f: Map1D, x: Floats, followed: Followed) -> tuple[Any, ...]:
-    """Apply the map once: values, slopes, labels, events, durations; NaN stays NaN."""
-    clipped, inside = clip_to_domain(f.domain, x)
-    inside &= np.isfinite(x)
-    followed.status[np.isfinite(x) & ~inside] = OUTSIDE
-    value, slope, events, time = (np.full(x.shape, np.nan) for _ in range(4))
-    label = np.zeros(x.shape, dtype=np.uint64)
-    if inside.any():
-        got: Any = f.evaluate(clipped[inside])
-        value[inside], slope[inside], label[inside] = got.value, got.derivative, got.label
-        followed.status[inside] = got.status
-        followed.steps[inside] += np.asarray(got.status) == OK
-        if hasattr(got, "n_events"):
-            events[inside], time[inside] = got.n_events, got.duration
-    return value, slope, label, events, time
+def read_off_nd(
+    f: Any, points: Floats, motions: MapValues, max_period: int, verdicts: LongRun, i: int
+) -> None:
+    """Fill in entry `i` of the verdicts, as `numerics.long_run.read_off` does on the line."""
+    # The exponent is the largest one: growth of one tangent vector, or of a cycle log of the
+    # spectral radius of its monodromy matrix per step.
+    labels, jacobians = motions.label, motions.derivative
+    widths = np.ptp(f.spread(256), axis=0)
+    paths = [Path(np.ascontiguousarray(x), labels, _growth(jacobians)) for x in points.T]
+    tolerances = RECURRENCE * widths
+    # Without periods: exponent, error, and whether that is chaos.
+    read_off(paths[0], -np.inf, np.inf, 0, verdicts, i)
+    for period in range(1, min(max_period, len(labels) // 2) + 1):
+        if not all(map(recurs, paths, [period] * len(paths), tolerances)):
+            continue
+        monodromy = np.eye(len(widths))
+        for jacobian in jacobians[len(labels) - period :]:
+            monodromy = jacobian @ monodromy
+        radius = float(np.abs(np.linalg.eigvals(monodromy)).max())
+        verdicts.exponent[i] = np.log(radius) / period if radius > 0 else -np.inf
+        verdicts.error[i] = 0.0
+        verdicts.kind[i] = PERIODIC if radius < 1 else UNDECIDED
+        verdicts.period[i] = period if radius < 1 else 0
+        return
+
+
+def _growth(jacobians: Floats) -> Floats:
+    """Logarithm of the growth of a tangent vector in each step."""
+    tangent = np.ones(jacobians.shape[-1])
+    logs = np.empty(len(jacobians))
+    with np.errstate(divide="ignore"):
+        for k, jacobian in enumerate(jacobians):
+            tangent = jacobian @ (tangent / np.linalg.norm(tangent))
+            size = float(np.linalg.norm(tangent))
+            logs[k] = np.log(size)
+            if size == 0.0:
+                tangent = np.ones(len(tangent))  # superstable: the mean is -inf whatever follows
+    return logs
 
 
 def joined(parts: list[tuple[LongRun, Followed]]) -> tuple[LongRun, Followed]:

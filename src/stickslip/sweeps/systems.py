@@ -11,10 +11,8 @@ import numpy as np
 
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.checks import shown
-from stickslip.mechanics.eventmap import event_map as mechanics
-from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
-from stickslip.mechanics.eventmap.cuda import check_damping, check_traced
-from stickslip.mechanics.eventmap.event_map import EventMap
+from stickslip.mechanics.eventmap.cuda import check_model, check_traced
+from stickslip.mechanics.eventmap.event_map import BlocksEventMap, EventMap
 from stickslip.mechanics.eventmap.follow import follow
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.eventmap.records import Controls, ModelTable, new_followed
@@ -22,7 +20,7 @@ from stickslip.mechanics.flow.engine import engine_for
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.long_run import new_long_run
-from stickslip.sweeps.blocks_systems import BlocksSystem, MotionSystem
+from stickslip.sweeps.blocks_systems import BlocksSystem, LineSystem, MotionSystem
 from stickslip.sweeps.identity import function_identity, law_identity
 from stickslip.sweeps.system import Run, System, follow_map, joined
 
@@ -46,38 +44,38 @@ def _engine_of(model: TwoBlock, name: EngineName) -> Engine:
 
 def as_system(given: Any) -> System:
     """Take a model, its event map or a map of the user's own."""
-    if isinstance(given, TwoBlock):
-        given = event_map(given)
-    if isinstance(given, mechanics.EventMap):
-        settings = {name: given.settings[name] for name in ModelSystem.SETTINGS}
-        return ModelSystem(given.model, settings)
-    if isinstance(given, PiecewiseMap):
-        return MapSystem(given)
-    if isinstance(given, BeltModel):
+    if isinstance(given, TwoBlock | BeltModel):
         if given.n_blocks == 1 or given.structure.is_forced:
             return MotionSystem(given)
         given = event_map(given)
+    if type(given) is EventMap and isinstance(given.model, TwoBlock):
+        return ModelSystem(given)
+    if isinstance(given, EventMap):
+        return LineSystem(given)
     if isinstance(given, BlocksEventMap):
         return BlocksSystem(given)
+    if isinstance(given, PiecewiseMap):
+        return MapSystem(given)
     raise ValueError(
         f"system = {shown(given)}: a sweep takes a model, its event map or a PiecewiseMap."
     )
 
 
-class ModelSystem(System):
-    """Two blocks."""
+class ModelSystem(LineSystem):
+    """Two equal blocks: kernels that follow the orbits of many models."""
 
-    SETTINGS = ("rtol", "max_events", "max_time", "engine")
-
-    def __init__(self, model: TwoBlock, settings: dict[str, Any], device: str = "cpu") -> None:
-        self.model, self.settings, self.device = model, settings, device
+    def __init__(self, f: EventMap, device: str = "cpu") -> None:
+        super().__init__(f)
+        self.model: TwoBlock = f.model
+        self.settings = {name: f.settings[name] for name in (*Controls._fields, "engine")}
+        self.device = device
 
     def on(self, device: str) -> ModelSystem:
         """Return the same system, followed on a device."""
         if device == "cuda":
-            check_damping(self.model)
+            check_model(self.model)
             check_traced(_engine_of(self.model, self.settings["engine"]))
-        return ModelSystem(self.model, self.settings, device)
+        return ModelSystem(self.f, device)
 
     def identity(self) -> dict[str, Any]:
         """Describe the system in values that JSON can hold."""
@@ -86,18 +84,6 @@ class ModelSystem(System):
         options = [law.options | law_identity(law) for law in laws]
         settings = {name: str(value) for name, value in self.settings.items()}
         return {"model": "two_block", "parameters": numbers, "laws": options, "engine": settings}
-
-    def check(self, values: Mapping[str, float]) -> None:
-        """Raise ValueError if some values are not allowed."""
-        self.model.replace(**values)
-
-    def map_at(self, values: Mapping[str, float]) -> EventMap:
-        """Make the map at some parameter values."""
-        return EventMap(self.model.replace(**values), **self.settings, threads=1)
-
-    def model_at(self, values: Mapping[str, float]) -> TwoBlock:
-        """Make the model at some parameter values."""
-        return self.model.replace(**values)
 
     def domains(self, columns: Columns, size: int) -> tuple[Floats, Floats]:
         """Return the ends of the domains."""
@@ -133,7 +119,7 @@ class ModelSystem(System):
         size = len(models[0][1])
         if models[0][0].damping > 0.0:
             if self.device == "cuda":
-                check_damping(models[0][0])
+                check_model(models[0][0])
             parts = []
             for point in np.unique(of_start):
                 f = self.map_at({name: float(column[point]) for name, column in columns.items()})

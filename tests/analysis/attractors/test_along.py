@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from tests.analysis.known_maps import doubling, logistic, square_root, tent
 
 from stickslip.analysis.attractors.along import Motion, Settler
-from stickslip.analysis.examples import doubling, logistic, square_root, tent
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 
 CORNER = np.array([0.5])

@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-
-from stickslip import Coulomb, TwoBlock, examples
-from stickslip.analysis.attractors.attractors import attractors, attractors_of
-from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.examples import (
+from tests.analysis.known_maps import (
     border_collision,
     doubling,
     logistic,
@@ -19,6 +15,10 @@ from stickslip.analysis.examples import (
     tent,
     tent_with_hole,
 )
+
+from stickslip import Coulomb, TwoBlock, examples
+from stickslip.analysis.attractors.attractors import attractors, attractors_of
+from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import interpolated_map
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap

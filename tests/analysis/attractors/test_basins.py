@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from tests.analysis.known_maps import border_collision, logistic, square_root, tent_with_hole
 
 import stickslip as ss
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.attractors.basins import basins
-from stickslip.analysis.examples import border_collision, logistic, square_root, tent_with_hole
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 
 EXACT = 1e-12

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from tests.analysis.known_maps import border_collision, logistic, tent
 
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.attractors.density import invariant_density
-from stickslip.analysis.examples import border_collision, logistic, tent
 
 
 def density_of(f, **options):

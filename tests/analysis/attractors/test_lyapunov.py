@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from tests.analysis.known_maps import logistic, tent, tent_with_hole
 
 from stickslip.analysis.attractors.lyapunov import blocking_error, lyapunov_exponent, settled_period
-from stickslip.analysis.examples import logistic, tent, tent_with_hole
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 
 ROUNDING = 1e-12

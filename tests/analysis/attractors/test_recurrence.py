@@ -3,10 +3,10 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.analysis.known_maps import logistic
 
 from stickslip.analysis.attractors.lyapunov import advance
 from stickslip.analysis.attractors.recurrence import NEUTRAL, confirmed, promising
-from stickslip.analysis.examples import logistic
 
 MOVED = 0.02
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.analysis import known_maps as examples
 
 import stickslip as ss
-from stickslip.analysis import examples
 from stickslip.analysis.bifurcations.normal_forms import (
     FlipCoefficient,
     FoldCoefficient,

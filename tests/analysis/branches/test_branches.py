@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from tests.analysis import known_maps as examples
 
 import stickslip as ss
-from stickslip.analysis import examples
 from stickslip.analysis.branches.branches import branches, breakpoints
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap

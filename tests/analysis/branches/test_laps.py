@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.analysis import known_maps as examples
 
-from stickslip.analysis import examples
 from stickslip.analysis.branches.pieces import TooManyPiecesError, pieces_of_powers
 from stickslip.analysis.branches.table import branch_table, preimages
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from tests.analysis import known_maps as examples
 
 from stickslip import examples as models
-from stickslip.analysis import examples
 from stickslip.analysis.continuation.continuation import follow_on, follow_orbit
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
@@ -142,6 +142,7 @@ def test_a_closed_branch():
     assert branch.end_reasons == ("closed", "closed")
     assert sorted(passed(branch, "fold")) == pytest.approx([-1, 1], abs=ROUNDING)
     assert len(branch.all_at(q=0.5)) == 2
+    np.testing.assert_array_equal(branch.points[0], branch.points[-1])
     # In a range that cuts the circle there are two branches.
     part = follow_orbit(periodic_orbits(f)[0], f, "q", (-0.6, 0.8))
     assert part.end_reasons == ("end of range", "end of range")

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
+from tests.analysis.known_maps_nd import SmoothMap, delayed_logistic, henon, kinked
 
 from stickslip.analysis.continuation.continuation_nd import follow_orbit_nd
-from stickslip.analysis.examples_nd import SmoothMap, delayed_logistic, henon, kinked
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.results.files import load, save
 
@@ -62,6 +62,7 @@ def test_fold_and_flip_of_the_henon_map_in_closed_form(fixed):
     assert {end.reason for end in fixed.ends} == {"end of domain", "end of range"}
     for item in fixed.bifurcations:
         assert fixed.values[item.row] == item.value
+        assert item.error < EXACT
 
 
 def test_rows_are_orbits(fixed):
@@ -87,7 +88,8 @@ def test_an_orbit_of_twice_the_period_ends_at_the_flip():
     branch = branch_of(henon(0.5), "a", (0.1, 1.2), period=2)
     end = branch.ends[0]
     assert end.reason == "period halves"
-    assert end.value == pytest.approx(3 * 0.49 / 4, abs=1e-10)
+    assert end.value == pytest.approx(3 * 0.49 / 4, abs=EXACT)
+    assert end.points == pytest.approx(np.roll(end.points, 1, axis=0), abs=EXACT)
     (flip,) = branch.bifurcations
     # x1 + x2 = (1 - b) / a and so on: the 2-cycle flips at a = (1 - b)^2 + (1 + b)^2 / 4
     assert flip.value == pytest.approx(0.7**2 + 1.3**2 / 4, abs=EXACT)
@@ -105,7 +107,7 @@ def test_a_branch_goes_on_to_the_other_side_of_where_it_was_halved():
     )
     branch = branch_of(mirrored, "c", (-1.2, -0.1), period=2)
     assert [end.reason for end in branch.ends] == ["end of range", "period halves"]
-    assert branch.ends[1].value == pytest.approx(-3 * 0.49 / 4, abs=1e-10)
+    assert branch.ends[1].value == pytest.approx(-3 * 0.49 / 4, abs=EXACT)
 
 
 @pytest.mark.parametrize(("jump", "kind"), [(0.0, "corner"), (0.2, "jump")])

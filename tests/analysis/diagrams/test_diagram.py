@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from tests.analysis.known_maps import border_collision, logistic, tent
 
 from stickslip import examples
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.diagrams.diagram import Diagram
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram as of_a_system
-from stickslip.analysis.examples import border_collision, logistic, tent
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.results.files import load
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from tests.analysis.known_maps import logistic
 
 from stickslip.analysis.diagrams.orbit_curves import SampledOrbit, fill
-from stickslip.analysis.examples import logistic
 from stickslip.analysis.maps.protocol import PointValues
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.analysis.known_maps import logistic
 
 import stickslip as ss
 from stickslip.analysis.attractors.lyapunov import MANY, advance, trace
-from stickslip.analysis.examples import logistic
 from stickslip.analysis.interpolation._cell_kernels import DIRECT, cell_of
 from stickslip.analysis.interpolation.cell_table import tabulated
 from stickslip.analysis.maps.protocol import PointValues, checked_points

@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from stickslip import examples
-from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.examples import (
+from tests.analysis.known_maps import (
     border_collision,
     doubling,
     logistic,
@@ -17,6 +14,9 @@ from stickslip.analysis.examples import (
     tent,
     tent_with_hole,
 )
+
+from stickslip import examples
+from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import FIT, interpolated_map
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap

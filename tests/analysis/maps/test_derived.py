@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from tests.analysis import known_maps as examples
 
 from stickslip import examples as models
-from stickslip.analysis import examples
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.derived import WindowMap, windowed

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.analysis import known_maps as examples
 
-from stickslip.analysis import examples
 from stickslip.analysis.branches.branches import breakpoints
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.maps.protocol import (

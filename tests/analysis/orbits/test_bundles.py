@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.analysis import known_maps as examples
 
 from stickslip import examples as models
-from stickslip.analysis import examples
 from stickslip.analysis.bifurcations.scan.nodes import velocity
 from stickslip.analysis.orbits.bundles import OrbitBundle, polish_orbits
 from stickslip.analysis.orbits.newton import solve_cyclic

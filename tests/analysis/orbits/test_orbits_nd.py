@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.analysis.known_maps_nd import delayed_logistic, henon, kinked
 
-from stickslip.analysis.examples_nd import delayed_logistic, henon, kinked
 from stickslip.analysis.orbits.newton_nd import monodromy, shooting_matrix, solve_orbits
 from stickslip.analysis.orbits.orbits_nd import Unseen
 from stickslip.analysis.orbits.periodic import periodic_orbits

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from tests.analysis import known_maps as examples
 from tests.reference.affine import Affine, jump_orbits, periodic_points
 
-from stickslip.analysis import examples
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 

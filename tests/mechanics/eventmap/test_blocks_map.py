@@ -48,14 +48,14 @@ def test_two_blocks_agree_with_their_own_engines(name: str, seed: int) -> None:
     model = ss.TwoBlock(rng.uniform(0.1, 3), rng.uniform(0.5, 2), rng.uniform(low, high), law)
     d = model.sample_domain(100 if name == "coulomb" else 20, rng)
     one = ss.event_map(model, max_events=100).evaluate(d)
-    many = ss.event_map(model.chain, max_events=100).evaluate(d[:, None])
+    many = ss.event_map(model.chain, max_events=100).evaluate(d)
     settled = (one.margin > 1e-9) & (many.margin > 1e-9)
     both = settled & (one.status == status.OK)
     np.testing.assert_array_equal(one.status[settled], many.status[settled])
     size = np.maximum(1.0, np.abs(one.derivative[both]))
     assert both.sum() > 5
-    assert (np.abs(one.value - many.value[:, 0])[both] / size).max() < 1e-13
-    assert (np.abs(one.derivative - many.derivative[:, 0, 0])[both] / size).max() < 1e-10
+    assert (np.abs(one.value - many.value)[both] / size).max() < 1e-13
+    assert (np.abs(one.derivative - many.derivative)[both] / size).max() < 1e-10
     np.testing.assert_array_equal(one.n_events[both], many.n_events[both])
 
 
@@ -138,12 +138,12 @@ def test_two_damped_blocks_are_a_map_of_the_line(damping: float) -> None:
     model = ss.TwoBlock(1.2, 1.3, 0.05, ss.PoppStelter(gamma=3), damping=damping)
     f, g = ss.event_map(model), ss.event_map(model.chain)
     d = model.sample_domain(30, 3)
-    np.testing.assert_array_equal(f(d), g(d[:, None])[:, 0])
-    np.testing.assert_array_equal(f.derivative(d), g.derivative(d[:, None])[:, 0, 0])
-    np.testing.assert_array_equal(f.iterate(d, 2), g.iterate(d[:, None], 2)[..., 0])
-    beta = g.parameter_derivative(d[:, None], "static_2")[:, 0]
+    np.testing.assert_array_equal(f(d), g(d))
+    np.testing.assert_array_equal(f.derivative(d), g.derivative(d))
+    np.testing.assert_array_equal(f.iterate(d, 2), g.iterate(d, 2))
+    beta = g.parameter_derivative(d, "static_2")
     np.testing.assert_array_equal(f.parameter_derivative(d, "beta"), beta)
-    assert f.itinerary(d[0]) == g.itinerary(d[:1])
+    assert f.itinerary(d[0]) == g.itinerary(d[0])
     assert f.replace(damping=0.0) == ss.event_map(model.replace(damping=0.0))
     for name in ("support", []):
         with pytest.raises(ValueError, match="is not a parameter of the model"):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.analysis.maps.protocol import PointValues
 
 COULOMB = ss.examples.coulomb()
 CHAIN = ss.Chain(static=[1, 1.3, 1.1], alpha=1.2, V=0.0366, friction=ss.Coulomb(mu=0.22))
@@ -14,9 +15,39 @@ def orbits():
     return ss.periodic_orbits(CHAIN, 3, n_starts=256)
 
 
+class OnTheLine:
+    """The map of two blocks as one of R^1."""
+
+    dimension = 1
+
+    def __init__(self, model):
+        self.model, self.f = model, ss.event_map(model)
+        self.parameters = model.parameters
+
+    def contains(self, x):
+        return self.model.contains(x[..., 0])
+
+    def spread(self, n):
+        return self.model.spread_domain(n)[:, None]
+
+    def evaluate(self, x):
+        found = self.f.evaluate(x[..., 0])
+        value, derivative = found.value[..., None], found.derivative[..., None, None]
+        return PointValues(value, derivative, found.label, found.status, found.margin)
+
+    def itinerary(self, x):
+        return self.f.itinerary(x[..., 0])
+
+    def replace(self, **changes):
+        return OnTheLine(self.model.replace(**changes))
+
+    def parameter_derivative(self, x, name):
+        return np.asarray(self.f.parameter_derivative(x[..., 0], name))[..., None]
+
+
 def test_two_blocks_have_the_orbits_that_the_complete_list_on_the_line_has():
     """S1, U1, U2 and S4 of the paper."""
-    found = ss.periodic_orbits(COULOMB.chain, 4, n_starts=128)
+    found = ss.periodic_orbits(OnTheLine(COULOMB.chain), 4, n_starts=128)
     known = ss.periodic_orbits(COULOMB, 4)
     assert [orbit.period for orbit in found] == [orbit.period for orbit in known] == [1, 1, 1, 4]
     for one, other in zip(found, known, strict=True):
@@ -27,7 +58,7 @@ def test_two_blocks_have_the_orbits_that_the_complete_list_on_the_line_has():
 
 
 def test_the_border_collision_of_s4_is_that_on_the_line():
-    (s4,) = ss.periodic_orbits(COULOMB.chain, period=4, n_starts=32)
+    (s4,) = ss.periodic_orbits(OnTheLine(COULOMB.chain), period=4, n_starts=32)
     branch = ss.follow(s4, "V", (0.0366, 0.0372))
     line = ss.follow(ss.periodic_orbits(COULOMB, period=4)[0], "V", (0.0366, 0.0372))
     end = branch.ends[1]
@@ -78,6 +109,6 @@ def test_options_of_the_other_kind_of_map_are_refused():
         ss.periodic_orbits(CHAIN, infinitely_unstable=True)
     with pytest.raises(ValueError, match="n_starts = 3 is for maps of R"):
         ss.periodic_orbits(COULOMB, n_starts=3)
-    orbit = ss.periodic_orbits(COULOMB.chain, 1, n_starts=32)[0]
+    orbit = ss.periodic_orbits(CHAIN, 1, n_starts=32)[0]
     with pytest.raises(ValueError, match="window is for orbits of maps of a line"):
         ss.follow(orbit, "V", (0.03, 0.04), window=(-0.5, 0.5))

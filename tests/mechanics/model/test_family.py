@@ -74,10 +74,16 @@ def test_samples_are_legal() -> None:
 def test_the_domain_of_two_blocks_is_that_of_the_paper() -> None:
     model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.05, friction=LAW)
     _, end = model.domain
-    inside = model.chain.contains(np.array([[end], [end * (1 + 4e-16)], [end * 1.001]]))
-    assert inside.tolist() == [True, True, False]
+    chain = model.chain
+    np.testing.assert_allclose(chain.domain, model.domain, rtol=1e-15)
+    assert chain.contains(np.array([[0.1], [end * 1.001]])).tolist() == [[True], [False]]
+    np.testing.assert_allclose(chain.admit([end, end * (1 + 4e-16)]), end, rtol=1e-15)
+    with pytest.raises(ValueError, match="outside the global stick locus"):
+        chain.admit([np.nan])
     with pytest.raises(ValueError, match="belongs to no global stick phase"):
-        model.chain.admit([np.nan])
+        CHAIN.admit([np.nan, 0.1])
+    with pytest.raises(ValueError, match="the domain of 3 blocks is no interval"):
+        _ = CHAIN.domain
 
 
 def test_positions_have_the_given_differences() -> None:

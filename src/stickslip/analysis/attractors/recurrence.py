@@ -37,6 +37,8 @@ NEWTON_STEPS: Final = 30
 TRUST_RADIUS: Final = 4.0  # times what a cycle may have moved: steps on the way to it stay within
 ROUNDING: Final = 64 * np.finfo(np.float64).eps
 FAMILY: Final = 1e-3  # of the domain's width: beside a single neutral orbit rounding hides less
+TWIN: Final = 1e-6  # of a capture radius: a closer cycle is not told apart
+MAX_TURNS: Final = 256
 LOOKED_AT: Final = 1024  # points on the way to an end of the domain
 HALVINGS: Final = 50  # for an end of a family
 
@@ -201,11 +203,13 @@ def capture_radius(f: Map1D, cycle: Cycle) -> float:
     low, high = f.domain
     shares = np.array([-1.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6, 1.0])
     share_left = 0.5 * (1 + max(abs(cycle.multiplier), 0.5))
+    # One turn also brings points closer that end on a twin of the cycle beside it.
+    turns = min(int(np.ceil(np.log(TWIN) / np.log(share_left))), MAX_TURNS)
     centre, radius = cycle.points[0], 0.02 * (high - low)
     while radius > 1e-12 * (high - low):
         trial = np.clip(centre + radius * shares, low, high)
-        last = advance(f, trial, cycle.period)[:, -1]
-        allowed = share_left * np.abs(trial - centre) + ROUNDING * (high - low)
+        last = advance(f, trial, turns * cycle.period)[:, -1]
+        allowed = share_left**turns * np.abs(trial - centre) + ROUNDING * (high - low)
         if np.all(np.abs(last - centre) <= allowed):
             return float(radius)
         radius *= 0.5

@@ -232,7 +232,7 @@ class AttractorSearch:
         slack = STANDS_IN * domain_width(self.f)
         for item in self.known:
             cycle, theirs = item.cycle, item.attractor.bands
-            if cycle is not None and cycle.stable and np.any(bands.contain(cycle.points)):
+            if cycle is not None and cycle.stable and np.any(bands.contain(cycle.points, slack)):
                 return f"a stable cycle of period {cycle.period} hides in the bands"
             if item.attractor.kind == "chaotic" and np.all(bands.contain(theirs, slack)):
                 return "comes to its attractor late, or its bands hold those of another"
@@ -241,6 +241,8 @@ class AttractorSearch:
     def _why_no_trap(self, bands: Bands) -> str:
         if bands.reason:
             return bands.reason
+        if np.ptp(bands.intervals) <= TRAPPED * domain_width(self.f):
+            return "the bands are narrower than can be told from a point"
         if bands.residual > TRAPPED * domain_width(self.f):
             return f"the map misses the bands it should fill by {bands.residual:.1e}"
         return ""
@@ -253,7 +255,7 @@ class AttractorSearch:
             if not cycle.stable:
                 continue
             self.add_cycle(cycle)
-            if np.any(bands.contain(cycle.points)):
+            if np.any(bands.contain(cycle.points, TRAPPED * domain_width(self.f))):
                 return f"a stable cycle of period {cycle.period} hides in the bands"
         value, error = motion.exponent
         if value <= SIGMAS * error:

@@ -95,6 +95,11 @@ def _adds_up(event: Event, lost: list[int], born: list[int], span: Span) -> bool
     if event.kind == "flip":
         doubled = [2 * event.period]
         within = doubled[0] <= span.left.orbits.max_period
+        # On a straight branch the doubled orbit is born on the break at its end, at that value.
+        within &= not any(
+            isinstance(other.condition, Collision) and other.period == doubled[0]
+            for other in span.events
+        )
         return sorted([lost, born]) == [[], doubled if within else []]
     return bool(lost or born)
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stickslip.analysis.continuation.walls import Wall
+    from stickslip.analysis.continuation.borders import Border
     from stickslip.analysis.maps.protocol import Floats, MapFamily
 
 MAX_STEPS: Final = 60
@@ -33,12 +33,12 @@ STALLED: Final = 1e-9  # of the parameter's range: steps that do not shrink belo
 
 @dataclass(frozen=True, eq=False)
 class Meeting:
-    """A periodic orbit with a point on a wall."""
+    """A periodic orbit with a point on a border."""
 
     value: float
     points: Floats
-    slopes: Floats  # one-sided at the wall
-    labels: NDArray[np.uint64]  # at the wall maybe that of the other side
+    slopes: Floats  # one-sided at the border
+    labels: NDArray[np.uint64]  # at the border maybe that of the other side
     residual: float
 
 
@@ -61,16 +61,16 @@ def meet(
     name: str,
     points: Floats,
     index: int,
-    wall: Wall,
+    border: Border,
     value: float,
     low: float,
     high: float,
 ) -> Meeting:
-    """Solve for the parameter at which point ``index`` of a periodic orbit lies on a wall.
+    """Solve for the parameter at which point ``index`` of a periodic orbit lies on a border.
 
-    Raises `ConditionLost` if the wall is gone, the orbit leaves the domain, or nothing is nearby.
+    Raises `ConditionLost` if the border is gone, the orbit leaves the domain, or nothing is nearby.
     """
-    problem = _Problem(at, name, index, wall)
+    problem = _Problem(at, name, index, border)
     aside = FIRST_CHANGE * (high - low)
     before = problem.state(value + aside if value + aside <= high else value - aside, points)
     now = problem.state(value, points)
@@ -93,12 +93,12 @@ class _Problem:
     at: Callable[[float], MapFamily]
     name: str
     index: int
-    wall: Wall
+    border: Border
 
     def state(self, q: float, guess: Floats) -> _State:
-        """Evaluate the equations, the pinned point on the wall."""
+        """Evaluate the equations, the pinned point on the border."""
         f, k = self.at(q), self.index
-        place, value, slope = self.wall.reading(f)
+        place, value, slope = self.border.reading(f)
         points = np.clip(guess, *f.domain)
         points[k] = place
         values = sample(f, points)

@@ -101,11 +101,9 @@ class CurveEvent:
     error : float
         Bound of the error of `value`; NaN where none is known.
     row : int
-        The curve's row that is this point, or the one just before.
+        The curve's row that is this point; at a Hopf point the one just before.
     what : str
         What else is to be said.
-    share : float
-        Of the way from that row to the next.
     block : int or None
         That touches or lands, from 1.
     outcome : {"persists", "fold", None}
@@ -122,7 +120,6 @@ class CurveEvent:
     error: float
     row: int
     what: str = ""
-    share: float = 0.0
     block: int | None = None
     outcome: str | None = None
     solution: Any = None
@@ -131,11 +128,6 @@ class CurveEvent:
     def value(self) -> float:
         """Of the parameter that the curve is followed along."""
         return next(iter(self.parameters.values()))
-
-    @property
-    def position(self) -> float:
-        """Place on the curve: the row, plus the share of the way to the next."""
-        return self.row + self.share
 
     @property
     def multiplier(self) -> Any:
@@ -180,7 +172,7 @@ class Problem:
 
     def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
         """Return numbers by which solutions at one value are told apart: points, on a line."""
-        return _between(curve.points, row, share).ravel()
+        return between(curve.points, row, share).ravel()
 
     def same(self, one: Any, other: Any) -> bool:
         """Tell whether two solutions at one parameter value are one."""
@@ -437,7 +429,7 @@ class Curve(Result):
         return picture
 
 
-def _between(rows: Floats, row: int, share: float) -> Floats:
+def between(rows: Floats, row: int, share: float) -> Floats:
     """Go from a row along a straight line to the next."""
     here: Floats = rows[row]
     return here + share * (rows[row + 1] - here) if share else here

@@ -1,33 +1,41 @@
-"""The equations of a periodic orbit and a parameter, inside one smooth piece of the map."""
+"""The equations of a periodic orbit and a parameter, inside smooth pieces of the map, in R^n."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import sample
+from stickslip.analysis.maps import protocol, protocol_nd
+from stickslip.analysis.orbits.newton_nd import shooting_matrix
+from stickslip.analysis.orbits.orbits_nd import multipliers_of
 from stickslip.numerics.continuation import LeavesRegion, StepTooLong
 from stickslip.status import OK
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.maps.protocol import Floats, Labels, MapFamily
+    from stickslip.analysis.maps.protocol import Floats, Labels, PointValues
 
 
 @dataclass(frozen=True, eq=False)
 class Linearized:
-    """What a map says at the points of an orbit; shapes (p,)."""
+    """What a map says at the points of an orbit; shapes (p,) and (p,), or (p, n, n) and (p, n)."""
 
     slopes: Floats
+    values: Floats
     labels: Labels
 
     @property
-    def multiplier(self) -> float:
-        """Product of the slopes."""
-        return float(self.slopes.prod())
+    def multipliers(self) -> Any:
+        """On a line the product of the slopes; all, largest modulus first, in R^n."""
+        return float(self.slopes.prod()) if self.slopes.ndim == 1 else multipliers_of(self.slopes)
+
+    def turned(self, turn: int) -> Linearized:
+        """Start the orbit at another of its points."""
+        slopes, values = (np.roll(each, turn, axis=0) for each in (self.slopes, self.values))
+        return Linearized(slopes, values, np.roll(self.labels, turn))
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,34 +51,48 @@ class Departure:
 class OrbitEquations:
     """F(x_1 ... x_p, q)_i = f(x_i; q) - x_(i+1) of an admissible orbit, points in their pieces."""
 
-    f: MapFamily
+    f: Any  # a family of maps, of a line if it has no dimension
     name: str
     # labels that each point may have, smooth continuations of its branch included
     pieces: list[set[int]]
 
-    def at(self, value: float) -> MapFamily:
+    def __post_init__(self) -> None:
+        """Find out how points are kept."""
+        self.on_line = not isinstance(self.f, protocol_nd.MapND)
+
+    def at(self, value: float) -> Any:
         """Return the map at a value of the parameter."""
         return self.f.replace(**{self.name: float(value)})
 
+    def points(self, y: Floats) -> Floats:
+        """Return the points of an orbit, shape (p,), or (p, n) in R^n."""
+        return y[:-1] if self.on_line else y[:-1].reshape(len(self.pieces), -1)
+
+    def sample(self, f: Any, points: Floats) -> PointValues:
+        """Evaluate a map of the family."""
+        return (protocol if self.on_line else protocol_nd).sample(f, points)
+
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Linearized]:
         """Evaluate F, its Jacobian and more; the cause of a `LeavesRegion` is a `Departure`."""
-        f, points = self.at(y[-1]), y[:-1]
-        values = sample(f, points)
+        f, points = self.at(y[-1]), self.points(y)
+        values = self.sample(f, points)
         inside = self.stays(values.label, values.status == OK)
         if not inside.all():
             gone = tuple(np.flatnonzero(~inside).tolist())
             raise LeavesRegion(Departure(float(y[-1]), points.copy(), gone))
-        rates = np.asarray(f.parameter_derivative(np.clip(points, *f.domain), self.name))
+        held = np.clip(points, *f.domain) if self.on_line else points
+        rates = np.asarray(f.parameter_derivative(held, self.name))
         if not (np.isfinite(rates).all() and np.isfinite(values.derivative).all()):
             raise StepTooLong("an infinite slope")
-        p = len(points)
-        jacobian = np.zeros((p, p + 1))
-        i = np.arange(p)
-        jacobian[i, i] = values.derivative
-        jacobian[i, (i + 1) % p] -= 1.0
-        jacobian[:, p] = rates
-        residual = values.value - np.roll(points, -1)
-        return residual, jacobian, Linearized(values.derivative, values.label)
+        n = 1 if self.on_line else points.shape[1]
+        by_points = shooting_matrix(values.derivative.reshape(-1, n, n))
+        residual, note = self.described(points, values)
+        return residual, np.column_stack([by_points, rates.ravel()]), note
+
+    def described(self, points: Floats, values: PointValues) -> tuple[Floats, Linearized]:
+        """Return F, and what a map said at points."""
+        residual = values.value - np.roll(points, -1, axis=0)
+        return residual.ravel(), Linearized(values.derivative, values.value, values.label)
 
     def stays(self, labels: Labels, ok: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Tell which points have a value and are on their pieces, shape (p,)."""

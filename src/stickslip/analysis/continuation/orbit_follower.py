@@ -1,53 +1,50 @@
-"""One periodic orbit on its way along a parameter: steps, bifurcations passed, the end."""
+"""Periodic orbits on their way along a parameter: in R^n, and on a line with all its borders."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
+from stickslip.analysis.branches.along.tracked import ConditionLost
+from stickslip.analysis.continuation.borders import Break, encounters, unlabelled_encounters
 from stickslip.analysis.continuation.collision import meet
-from stickslip.analysis.continuation.curve import CurveEnd, CurveEvent
-from stickslip.analysis.continuation.half_period import flip_of_half, shrinks_to_half
-from stickslip.analysis.continuation.obstacles import obstacles, unlabelled_obstacles
-from stickslip.analysis.continuation.orbit_equations import OrbitEquations
-from stickslip.analysis.continuation.walls import BorderWall
-from stickslip.analysis.maps.protocol import domain_width, sample
-from stickslip.analysis.orbits.newton import EPS
-from stickslip.numerics.continuation import (
-    ArclengthCurve,
-    CurvePoint,
-    LeavesRegion,
-    StepControl,
-    StepTooLong,
-    turns_back,
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
+from stickslip.analysis.continuation.follower import (
+    MAX_POINTS,
+    MAX_STEP,
+    Follower,
+    Passed,
+    first_point,
 )
+from stickslip.analysis.continuation.half_period import flip_of_half, shrinks_to_half
+from stickslip.analysis.continuation.orbit_equations import Linearized, OrbitEquations
+from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.orbits.newton import itinerary_of, solve_orbit
+from stickslip.analysis.orbits.orbit import PeriodicOrbit
+from stickslip.numerics.continuation import CurvePoint, StepControl, StepTooLong
+from stickslip.results.parts import part
 from stickslip.status import OK
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from typing import Literal
+    from collections.abc import Iterator
 
+    from stickslip.analysis.continuation.borders import Encounter
     from stickslip.analysis.continuation.collision import Meeting
-    from stickslip.analysis.continuation.obstacles import Obstacle
-    from stickslip.analysis.maps.protocol import Floats, Labels, MapFamily
+    from stickslip.analysis.continuation.follower import Half
+    from stickslip.analysis.maps.protocol import Floats, MapFamily
     from stickslip.numerics.continuation import WalkEnd
 
-MAX_OBSTACLES: Final = 200  # smooth breaks crossed, and false alarms
 BENDS: Final = 0.5  # a slope changes at most so much per step, beside 1 + abs(slope) ...
 BENDS_UNLABELLED: Final = 0.05  # ... and where no label would tell of a corner
 AHEAD: Final = 0.5  # cosine: the end of a curve lies in the direction of travel
 REACHES: Final = 32.0  # times the last step that failed
 TOUCHING: Final = 1e-6  # scaled: an end so close has no direction
-ON_WALL: Final = 1e-10  # of the domain
+ON_BORDER: Final = 1e-10  # of the domain
 NEARBY: Final = 1e-3  # scaled: where the end at a break without a label may be
 ORBIT_OF_MAP: Final = 1e-6  # of the domain: the orbit given must be so close to one of the map
-CLOSES: Final = 0.1  # of a step: this close to the curve the start is met again
-CLOSED_AFTER: Final = 3  # rows: the start is not met again before
-SAME_WAY: Final = 0.7  # cosine
-ROUNDINGS: Final = 64.0  # in a multiplier
+SAME: Final = 1e-13  # of the points: orbits that coincide
 REASONS: Final[dict[str, Any]] = {
     "jump": "breakpoint",
     "corner": "breakpoint",
@@ -56,215 +53,190 @@ REASONS: Final[dict[str, Any]] = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Row:
-    """A point of a curve of orbits, and the bifurcation that it is, if it is one."""
+class OrbitFollower(Follower):
+    """Follows one orbit of a map; ``max_step`` is a share of range and domain."""
 
-    value: float
-    points: Floats
-    multiplier: float
-    labels: Labels
-    residual: float
-    passed: CurveEvent | None = None
-
-    @classmethod
-    def of(cls, point: CurvePoint, passed: CurveEvent | None = None) -> Row:
-        """Take over a point of the curve."""
-        note = point.note
-        return cls(
-            point.parameter, point.y[:-1], note.multiplier, note.labels, point.residual, passed
-        )
-
-    def ends(self, name: str, reason: str) -> CurveEnd:
-        """Make this the end of a curve along a parameter."""
-        return CurveEnd(reason, {name: self.value}, self.points, self.multiplier)
-
-
-@dataclass(eq=False)
-class Half:
-    """A curve to one side of its start, which is not part of it."""
-
-    rows: list[Row] = field(default_factory=list)
-    end: CurveEnd | None = None
-
-
-class OrbitFollower:
-    """Follows one orbit of a map along a parameter; ``max_step`` is a share of range and domain."""
+    kind: ClassVar = "orbit"
+    bends = BENDS
 
     def __init__(
-        self, f: MapFamily, name: str, low: float, high: float, max_step: float, max_points: int
+        self,
+        f: Any,
+        name: str,
+        low: float,
+        high: float,
+        max_step: float,
+        max_points: int,
+        **control: Any,
     ) -> None:
-        self.f, self.name, self.low, self.high = f, name, low, high
-        self.control = StepControl(first=min(0.01, max_step), largest=max_step)
-        self.max_points = max_points
-        self.pending: list[Row] = []
-        self.halved = False
+        steps = StepControl(first=min(0.01, max_step), largest=max_step, **control)
+        super().__init__(name, low, high, steps, max_points)
+        self.f = f
+
+    def problem(self) -> Problem:
+        """Say how the curve's orbits are solved for anew."""
+        raise NotImplementedError
+
+    def size(self) -> Any:
+        """Width of the domain, in each direction."""
+        raise NotImplementedError
+
+    def solved(self, value: float, guess: Floats) -> tuple[Floats, float]:
+        """Solve for an orbit, in the order of a guess; and det(M + 1), NaN if there is none."""
+        raise NotImplementedError
 
     def start(self, points: Floats, value: float) -> CurvePoint:
         """Set out from an orbit, the parameter rising; a ValueError if the map has none there."""
-        f = self.f.replace(**{self.name: value})
-        values = sample(f, points)
-        pieces = [{label} for label in values.label.tolist()]
-        self.equations = OrbitEquations(f, self.name, pieces)
-        scale = np.append(np.full(len(points), domain_width(f)), self.high - self.low)
-        self.curve = ArclengthCurve(
-            self.equations, scale, self.low, self.high, self.control, self._accept
-        )
-        self.unlabelled = not values.label.any()
+        equations = OrbitEquations(self.f, self.name, [])
+        values = equations.sample(equations.at(value), points)
+        equations.pieces = [{label} for label in values.label.tolist()]
+        self.equations = equations
+        scale = np.append(np.tile(self.size(), len(points)), self.high - self.low)
+        self.curve = self.line(equations, scale)
         wrong = f"the map has no such orbit at {self.name} = {value:.15g}: "
         if (values.status != OK).any():
             raise ValueError(f"{wrong}no value at one of its points.")
-        try:
-            found = self.curve.point(np.append(points, value))
-        except (StepTooLong, LeavesRegion) as reason:
-            raise ValueError(f"{wrong}Newton's method does not converge.") from reason
-        if np.abs((found.y - np.append(points, value)) / scale).max() > ORBIT_OF_MAP:
-            raise ValueError(f"{wrong}the nearest one is at {found.y[:-1]}.")
+        return first_point(self.curve, np.append(points.ravel(), value), wrong, ORBIT_OF_MAP)
+
+    def points(self, point: CurvePoint) -> Floats:
+        """Return the points of the orbit."""
+        return self.equations.points(point.y)
+
+    def images(self, point: CurvePoint) -> Iterator[CurvePoint]:
+        """Start an orbit at each of its points; the parameter stays last."""
+        points, tangent = self.points(point), self.equations.points(point.tangent)
+        for turn in range(len(points)):
+            ahead = np.roll(tangent, turn, axis=0).ravel()
+            yield replace(
+                point,
+                y=np.append(np.roll(points, turn, axis=0).ravel(), point.parameter),
+                tangent=np.append(ahead, point.tangent[-1]),
+                note=point.note.turned(turn),
+            )
+
+    def accept(self, here: CurvePoint, new: CurvePoint) -> None:
+        """Let no slope change by much."""
+        before, after = here.note.slopes, new.note.slopes
+        if (np.abs(after - before) > self.bends * (1 + np.minimum(abs(before), abs(after)))).any():
+            raise StepTooLong("a slope changes")
+
+    def passed(self, here: CurvePoint, new: CurvePoint) -> Iterator[Passed]:
+        """Solve for bifurcations, and for the orbit of half the period that ends the curve."""
+        if shrinks_to_half(self.points(here), self.points(new)):
+            yield self._merged(here)
+        else:
+            yield from super().passed(here, new)
+
+    def _merged(self, last: CurvePoint) -> Passed:
+        """Solve for the flip at which the orbit merges with one of half its period."""
+        start = self.points(last), last.parameter
+        found = flip_of_half(self.solved, *start, self.low, self.high)
+        if found is None:
+            raise StepTooLong("no flip of half the orbit")
+        value, half = found
+        points = np.concatenate([half, half])
+        values = self.equations.sample(self.equations.at(value), points)
+        point = self.at(last, points, value, *self.equations.described(points, values))
+        return Passed(point, end=self.end(point, "period halves"))
+
+    def at(
+        self, last: CurvePoint, points: Floats, value: float, residual: Floats, note: Linearized
+    ) -> CurvePoint:
+        """Describe an orbit where the curve ends, beyond the last point of a walk."""
+        y, size = np.append(points.ravel(), value), float(np.abs(residual).max())
+        return replace(last, y=y, residual=size, note=note)
+
+    def assembled(self, rows: list[CurvePoint], **known: Any) -> Curve:
+        """Make a curve of its rows."""
+        points = np.array([self.points(row) for row in rows])
+        multipliers = np.array([row.note.multipliers for row in rows])
+        return Curve(
+            kind=self.kind,
+            period=points.shape[1],
+            parameters={self.name: np.array([row.parameter for row in rows])},
+            points=points,
+            multipliers=multipliers,
+            stable=np.abs(multipliers.reshape(len(rows), -1)).max(axis=1) < 1,
+            data={
+                "labels": np.array([row.note.labels for row in rows]),
+                "residual": np.array([row.residual for row in rows]),
+            },
+            problem=self.problem(),
+            **known,
+        )
+
+
+class LineOrbitFollower(OrbitFollower):
+    """Follows an orbit of a map of a line to borders, which are solved for as conditions."""
+
+    def problem(self) -> Problem:
+        """Orbits of this map."""
+        return OrbitProblem(self.f)
+
+    def size(self) -> float:
+        """Width of the domain."""
+        return domain_width(self.f)
+
+    def start(self, points: Floats, value: float) -> CurvePoint:
+        """Set out from an orbit; without labels more carefully."""
+        found = super().start(points, value)
+        self.bends = BENDS if any(map(any, self.equations.pieces)) else BENDS_UNLABELLED
         return found
 
-    def go(self, start: CurvePoint, targets: Sequence[CurvePoint]) -> Half:
-        """Follow the orbit along its tangent, to a target passed in the direction of its own."""
-        half, here = Half(), start
-        for _ in range(MAX_OBSTACLES):
-            outcome = self._walk(here, half, targets)
-            if isinstance(outcome, CurveEnd):
-                half.end = outcome
-                return half
-            here = outcome
-        half.end = Row.of(here).ends(self.name, "step limit")
-        return half
+    def tests(self, here: CurvePoint, new: CurvePoint) -> Iterator[Any]:
+        """One multiplier may fold or flip."""
+        yield from list(super().tests(here, new))[:2]
 
-    def _walk(
-        self, here: CurvePoint, half: Half, targets: Sequence[CurvePoint]
-    ) -> CurveEnd | CurvePoint:
-        """Walk as far as it goes; return the end, or where to go on from."""
-        walk = self.curve.walk(here)
-        while True:
-            try:
-                new = next(walk)
-            except StopIteration as stop:
-                return self._stopped(stop.value, half)
-            if self.halved:
-                return self._merged(here, half)
-            half.rows += [*self.pending, Row.of(new)]
-            if len(half.rows) > CLOSED_AFTER and self._closes(here, new, targets):
-                return half.rows[-1].ends(self.name, "closed")
-            if len(half.rows) >= self.max_points:
-                return half.rows[-1].ends(self.name, "point limit")
-            here = new
+    def solved(self, value: float, guess: Floats) -> tuple[Floats, float]:
+        """Solve for an orbit, points in the order of the guess."""
+        orbit = solve_orbit(self.equations.at(value), guess)
+        if orbit.quality != "located":
+            return guess, np.nan
+        shift = int(np.argmin(np.abs(orbit.points - guess[0])))
+        return np.roll(orbit.points, -shift), orbit.multiplier + 1.0
 
-    # ------------------------------------------------------------------ on the way
-
-    def _accept(self, here: CurvePoint, new: CurvePoint) -> None:
-        """Look at a step: no slope may change by much; note what it passes."""
-        before, after = here.note.slopes, new.note.slopes
-        allowed = BENDS_UNLABELLED if self.unlabelled else BENDS
-        if (np.abs(after - before) > allowed * (1 + np.minimum(abs(before), abs(after)))).any():
-            raise StepTooLong("a slope changes")
-        self.halved = shrinks_to_half(here.y[:-1], new.y[:-1])
-        self.pending = [] if self.halved else self._passed(here, new)
-
-    def _passed(self, here: CurvePoint, new: CurvePoint) -> list[Row]:
-        """Solve for the folds and flips between two neighbours, in their order."""
-        chord = (new.y - here.y) / self.curve.scale
-        found: list[tuple[float, Row]] = []
-
-        def add(kind: Literal["fold", "flip"], point: CurvePoint) -> None:
-            place = float((point.y - here.y) / self.curve.scale @ chord)
-            found.append((place, self._bifurcation(kind, point, here, new)))
-
-        if turns_back(here, new):
-            add("fold", self.curve.turning_point(here, new))
-        if _off_flip(here) * _off_flip(new) < 0:
-            add("flip", self.curve.between(here, new, _off_flip))
-        return [row for _, row in sorted(found, key=lambda pair: pair[0])]
-
-    def _bifurcation(
-        self, kind: Literal["fold", "flip"], point: CurvePoint, here: CurvePoint, new: CurvePoint
-    ) -> Row:
-        multiplier = point.note.multiplier
-        error = self._solution_error(point)
-        if kind == "flip":
-            rise = abs(new.note.multiplier - here.note.multiplier)
-            noise = abs(multiplier + 1) + ROUNDINGS * EPS * len(point.y)
-            error += noise * abs(new.parameter - here.parameter) / rise
-        passed = CurveEvent(
-            kind, {self.name: point.parameter}, point.y[:-1], multiplier, error, row=-1
-        )
-        return Row.of(point, passed)
-
-    def _solution_error(self, point: CurvePoint) -> float:
-        """Bound how far residual and rounding may have moved the parameter of a point."""
-        _, jacobian, _ = self.equations(point.y)
-        scale = self.curve.scale
-        matrix = np.vstack([jacobian * scale, point.tangent])
-        influence = np.abs(np.linalg.inv(matrix)[-1, :-1])
-        size = max(abs(end) for end in self.equations.f.domain)
-        off = point.residual + 4 * EPS * size
-        return float(scale[-1] * influence.sum() * off) + 2 * float(np.spacing(abs(point.y[-1])))
-
-    def _closes(self, here: CurvePoint, new: CurvePoint, targets: Sequence[CurvePoint]) -> bool:
-        """Tell whether a step passes a target, or one that starts at another of its points."""
-        scale = self.curve.scale
-        chord = (new.y - here.y) / scale
-        for target in targets:
-            for turn in range(len(target.y) - 1):
-                offset = (_turned(target.y, turn) - here.y) / scale
-                share = float(offset @ chord / (chord @ chord))
-                aside = float(np.linalg.norm(offset - share * chord))
-                along = float(_turned(target.tangent, turn) @ new.tangent)
-                if 0 < share <= 1 and aside <= CLOSES * np.linalg.norm(chord) and along > SAME_WAY:
-                    return True
-        return False
-
-    # ------------------------------------------------------------------ ends
-
-    def _stopped(self, stop: WalkEnd, half: Half) -> CurveEnd | CurvePoint:
+    def stopped(self, stop: WalkEnd, half: Half) -> CurvePoint | CurveEnd:
         """Find out what ended a walk."""
         last = stop.last
-        points, value = last.y[:-1], last.parameter
+        points, value = self.points(last), last.parameter
         if stop.reason == "end of range":
-            return Row.of(last).ends(self.name, "end of range")
+            return self.end(last, "end of range")
         if stop.reason == "step limit":
-            f = self.equations.at(value)
-            for obstacle in unlabelled_obstacles(f, points):
-                if (end := self._end_at(last, obstacle, NEARBY, half)) is not None:
+            for met in unlabelled_encounters(self.equations.at(value), points):
+                if (end := self._end_at(last, met, NEARBY, half)) is not None:
                     return end
-            return Row.of(last).ends(self.name, "step limit")
-        for obstacle in obstacles(self.equations, points, value, stop.cause):
-            if obstacle.kind == "smooth" and obstacle.beyond is not None:
-                self.equations.pieces[obstacle.index].add(obstacle.beyond)
+            return self.end(last, "step limit")
+        for met in encounters(self.equations, points, value, stop.cause):
+            if met.kind == "smooth" and met.beyond is not None:
+                self.equations.pieces[met.index].add(met.beyond)
                 return replace(last, step=self.control.first)
-            if (end := self._end_at(last, obstacle, REACHES * last.step, half)) is not None:
+            if (end := self._end_at(last, met, REACHES * last.step, half)) is not None:
                 return end
         return last  # a false alarm: Newton's method went astray
 
     def _end_at(
-        self, last: CurvePoint, obstacle: Obstacle, reach: float, half: Half
+        self, last: CurvePoint, encounter: Encounter, reach: float, half: Half
     ) -> CurveEnd | None:
-        """Solve for the orbit on an obstacle; None if that is not where the curve leads."""
-        eq, index = self.equations, obstacle.index
+        """Solve for the orbit on a border; None if that is not where the curve leads."""
+        eq, index, border = self.equations, encounter.index, encounter.border
+        start = self.points(last), index, border, last.parameter
         try:
-            met = meet(
-                eq.at, self.name, last.y[:-1], index, obstacle.wall, last.parameter,
-                self.low, self.high,
-            )  # fmt: skip
+            met = meet(eq.at, self.name, *start, self.low, self.high)
         except ConditionLost:
             return None
-        # Points on the wall itself, of which there may be several, are seen from their pieces.
-        on_wall = np.abs(met.points - met.points[index]) <= ON_WALL * self.curve.scale[:-1]
-        labels = np.where(on_wall, last.note.labels, met.labels)
+        # Points on the border itself, of which there may be several, are seen from their pieces.
+        on_border = np.abs(met.points - met.points[index]) <= ON_BORDER * self.curve.scale[:-1]
+        labels = np.where(on_border, last.note.labels, met.labels)
         if not eq.stays(labels, np.ones(len(labels), dtype=bool)).all():
             return None
         if not self._lies_ahead(last, met, reach):
             return None
-        row = Row(met.value, met.points, float(met.slopes.prod()), labels, met.residual)
-        half.rows.append(row)
-        wall = obstacle.wall
-        border: TrackedDiscontinuity | None = wall.border if isinstance(wall, BorderWall) else None
-        return replace(
-            row.ends(self.name, REASONS[obstacle.kind]), border=border, index=index, side=wall.side
-        )
+        note = Linearized(met.slopes, met.points, labels)
+        point = self.at(last, met.points, met.value, np.array([met.residual]), note)
+        half.rows.append(point)
+        break_ = border.discontinuity if isinstance(border, Break) else None
+        reason = REASONS[encounter.kind]
+        return self.end(point, reason, index=index, side=border.side, border=break_)
 
     def _lies_ahead(self, last: CurvePoint, met: Meeting, reach: float) -> bool:
         way = (np.append(met.points, met.value) - last.y) / self.curve.scale
@@ -272,25 +244,58 @@ class OrbitFollower:
         ahead = float(way @ last.tangent) >= AHEAD * length
         return length <= reach and (ahead or length <= TOUCHING)
 
-    def _merged(self, last: CurvePoint, half: Half) -> CurveEnd:
-        """Solve for the flip at which the orbit merges with one of half its period."""
-        found = flip_of_half(self.equations.at, last.y[:-1], last.parameter, self.low, self.high)
-        if found is None:
-            return Row.of(last).ends(self.name, "step limit")
-        value, points = found
-        twice = np.tile(points, 2)
-        values = sample(self.equations.at(value), twice)
-        residual = float(np.abs(values.value - np.roll(twice, -1)).max())
-        multiplier = float(values.derivative.prod())
-        half.rows.append(Row(value, twice, multiplier, values.label, residual))
-        return half.rows[-1].ends(self.name, "period halves")
 
+@part
+@dataclass(frozen=True, eq=False)
+class OrbitProblem(Problem):
+    """The equations of a periodic orbit; `system` is restricted to the window if one was given."""
 
-def _off_flip(point: CurvePoint) -> float:
-    multiplier: float = point.note.multiplier
-    return multiplier + 1.0
+    system: MapFamily | None = None
+    picture: ClassVar = "bifurcations.draw_orbit_curve"
 
+    def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> PeriodicOrbit:
+        """Start from a straight line between two rows; beside a fold, walk there."""
+        if not share:
+            return self.row(curve, row)
+        orbit = self._solved(curve, value, between(curve.points, row, share))
+        for start in (row + 1, row):
+            if orbit.quality == "located":
+                break
+            own = float(curve.values[start])
+            low, high = sorted((own, value))
+            follower = LineOrbitFollower(self.system, name, low, high, MAX_STEP, MAX_POINTS)
+            last = follower.reached(follower.start(curve.points[start], own), value)
+            if last is not None:
+                orbit = self._solved(curve, value, last.y[:-1])
+        return orbit
 
-def _turned(y: Floats, turn: int) -> Floats:
-    """Start an orbit at another of its points; the parameter stays last."""
-    return np.append(np.roll(y[:-1], turn), y[-1])
+    def _solved(self, curve: Curve, number: float, guess: Floats) -> PeriodicOrbit:
+        assert self.system is not None
+        return solve_orbit(self.system.replace(**{curve.parameter: number}), guess)
+
+    def row(self, curve: Curve, row: int) -> PeriodicOrbit:
+        """Return the orbit of a row as it was solved: at an end, a one-sided limit."""
+        assert self.system is not None
+        f = self.system.replace(**{curve.parameter: float(curve.values[row])})
+        start = int(np.argmin(curve.points[row]))
+        points = np.roll(curve.points[row], -start)
+        labels = np.roll(curve.data["labels"][row], -start)
+        multiplier, residual = float(curve.multipliers[row]), float(curve.data["residual"][row])
+        return PeriodicOrbit(
+            points=points,
+            period=len(points),
+            multiplier=multiplier,
+            stable=abs(multiplier) < 1,
+            itinerary=itinerary_of(f, points, labels),
+            labels=labels,
+            quality="located",
+            interval=points[:, None] + residual * np.array([-1.0, 1.0]),
+            residual=residual,
+            system=f,
+        )
+
+    def same(self, one: PeriodicOrbit, other: PeriodicOrbit) -> bool:
+        """Tell whether two orbits coincide, to their errors."""
+        errors = np.ptp(one.interval, axis=1) + np.ptp(other.interval, axis=1)
+        apart = np.abs(one.points - other.points)
+        return bool((apart <= errors + SAME * np.abs(one.points).max()).all())

@@ -15,7 +15,7 @@ export const perBlock = (model, values) =>
   Array.from({ length: blockCount(model) }, (_, k) => values[k] ?? 0);
 
 /** Whether its event map is a map of an interval. @param {Model} model */
-export const hasLineMap = (model) => model.kind === "two_block";
+export const hasLineMap = (model) => blockCount(model) === 2 && !model.forcing;
 
 /** A symbol with its index as `mathText` reads it: V_dr is V_{dr}. @param {string} symbol */
 export const indexed = (symbol) => symbol.replace(/_(\w+)/, "_{$1}");

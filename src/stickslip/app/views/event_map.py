@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.app import requests
     from stickslip.app.views.model import WatchedMap
-    from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.mechanics.model.arguments import Model
     from stickslip.numerics.arrays import Floats
 
     Arrays = dict[str, NDArray[Any]]
@@ -149,7 +149,7 @@ def _break(item: Breakpoint) -> dict[str, Any]:
     }
 
 
-def _orbits(f: Map1D, model: TwoBlock, max_period: int, progress: float) -> Part:
+def _orbits(f: Map1D, model: Model, max_period: int, progress: float) -> Part:
     """Orbits of the map itself, also where a power of it is shown."""
     found = periodic_orbits(f, max_period, infinitely_unstable=True)
     KNOWN.add(model, found)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Map1D
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
-    from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.mechanics.model.arguments import Model
     from stickslip.numerics.arrays import Floats
 
 NEAR: Final = 0.05  # largest change of a parameter, of its size
@@ -32,13 +32,13 @@ class Known:
     """Orbits of the latest models, of all users."""
 
     def __init__(self) -> None:
-        self._lists: deque[tuple[TwoBlock, tuple[Floats, ...]]] = deque(maxlen=MODELS)
+        self._lists: deque[tuple[Model, tuple[Floats, ...]]] = deque(maxlen=MODELS)
 
-    def add(self, model: TwoBlock, orbits: Iterable[PeriodicOrbit]) -> None:
+    def add(self, model: Model, orbits: Iterable[PeriodicOrbit]) -> None:
         """Remember the orbits of a model, those through a jump aside."""
         self._lists.append((model, tuple(o.points for o in orbits if o.jump is None)))
 
-    def followed(self, f: Map1D, model: TwoBlock, max_period: int) -> Iterator[dict[str, Any]]:
+    def followed(self, f: Map1D, model: Model, max_period: int) -> Iterator[dict[str, Any]]:
         """Solve for the orbits of the nearest model that is known, if one is near."""
         latest_first = tuple(self._lists)[::-1]
         nearest = min(latest_first, key=lambda item: _distance(item[0], model), default=None)
@@ -51,7 +51,7 @@ class Known:
             yield from _solved(f, np.array(by_period[period]))
 
 
-def _distance(one: TwoBlock, other: TwoBlock) -> float:
+def _distance(one: Model, other: Model) -> float:
     """Largest change of a parameter, relative to its size; infinite between other laws."""
     if [type(law) for law in one.laws] != [type(law) for law in other.laws]:
         return np.inf

@@ -16,7 +16,6 @@ from stickslip.app.requests import BadRequestError, is_ours, model_of, refuse_fa
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.eventmap.records import Outputs
 from stickslip.mechanics.model import locus as geometry
-from stickslip.mechanics.model.two_block import TwoBlock
 
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, MapFamily
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     from stickslip.app.requests import Diagram, Request
     from stickslip.mechanics.eventmap.backend import Backend
     from stickslip.mechanics.eventmap.records import Controls
+    from stickslip.mechanics.model.arguments import Model
 
 SLOW: Final = 0.05  # seconds between two checks: from then on fewer motions are followed at once
 QUICK: Final = 0.01  # ... more of them
@@ -95,19 +95,19 @@ class WatchedMap(EventMap):
         return WatchedBackend(super()._backend_of(controls))
 
 
-def watched_map(model: TwoBlock, **settings: Any) -> WatchedMap:
+def watched_map(model: Model, **settings: Any) -> WatchedMap:
     """Make the event map of a model; with one thread: other users need the others."""
     return WatchedMap(model, threads=1, **settings)
 
 
-def two_blocks(request: Request) -> TwoBlock:
-    """Make the model of a view that only two blocks have."""
+def two_blocks(request: Request) -> Model:
+    """Make the model of a view that only two blocks have, which are not forced."""
     model = model_of(request)
-    if isinstance(model, TwoBlock):
+    if model.n_blocks == 2 and model.forcing is None:
         return model
     raise BadRequestError(
-        f"kind = {request.model['kind']!r}: this view is of two blocks, whose event map is one "
-        "of the line.",
+        f"kind = {request.model['kind']!r}: this view is of two blocks without forcing, whose "
+        "event map is one of the line.",
         "model.kind",
     )
 
@@ -154,7 +154,7 @@ def law(request: requests.Law) -> Iterator[Part]:
 def locus(request: requests.Locus) -> Iterator[Part]:
     """Give the corners of the locus and the edges on which global stick ends."""
     model = two_blocks(request)
-    a, b, c, d = geometry.corners(model.alpha, model.beta)
+    a, b, c, d = geometry.corners(model.structure)
     data = {
         "corners": [a, b, c, d],
         "domain": model.domain,

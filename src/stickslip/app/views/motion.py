@@ -12,7 +12,6 @@ from stickslip.app.requests import BadRequestError, model_of
 from stickslip.app.views.model import naming
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.flow.trajectory import simulate
-from stickslip.mechanics.model.two_block import TwoBlock
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -82,9 +81,11 @@ def start_of(model: Model, request: requests.Start) -> dict[str, Any]:
         raise BadRequestError("give either d, a global stick phase, or both x and v, a state", "d")
     if request.d is None:
         return {"x": list(request.x or ()), "v": list(request.v or ())}
-    if isinstance(request.d, float) == isinstance(model, TwoBlock):
+    if isinstance(request.d, float) == (model.n_blocks == 2):
         return {"d": request.d if isinstance(request.d, float) else list(request.d)}
-    raise BadRequestError("d is a number for two_block, else a list of one per pair of blocks", "d")
+    raise BadRequestError(
+        "d is a number for two blocks, else a list of one per pair of blocks", "d"
+    )
 
 
 def _start_field(request: requests.Start) -> str:

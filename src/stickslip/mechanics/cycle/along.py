@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 import numpy as np
 
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem
+from stickslip.analysis.continuation.follower import contained
 from stickslip.checks import checked_interval
 from stickslip.mechanics.cycle.equilibria import Equilibrium, equilibria
 from stickslip.mechanics.cycle.hopf import NEUTRAL, crossings
@@ -47,12 +48,7 @@ def follow_equilibrium(
     model = equilibrium.model
     checked_parameter("parameter", model, parameter)
     low, high = checked_interval("range", range)
-    own = model.parameters[parameter]
-    if not low <= own <= high:
-        raise ValueError(
-            f"range = ({low:.12g}, {high:.12g}) does not contain the model's own {parameter} = "
-            f"{own!r}, where the equilibrium is."
-        )
+    own = contained(low, high, parameter, model.parameters[parameter], "model and its equilibrium")
     for end in (low, high):
         model.replace(**{parameter: end})
 

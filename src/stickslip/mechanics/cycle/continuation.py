@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-import itertools
+import contextlib
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 from scipy.optimize import brentq
 
-from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem, between
+from stickslip.analysis.continuation.follower import (
+    MAX_POINTS,
+    Follower,
+    Passed,
+    contained,
+    first_point,
+)
 from stickslip.checks import checked_interval, whole_number
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_of
 from stickslip.mechanics.cycle.mode_changes import Touch, on_section, partners, touches
-from stickslip.mechanics.cycle.section import Shot
 from stickslip.mechanics.cycle.shooting import Shooter
 from stickslip.mechanics.cycle.sliding import modes
 from stickslip.mechanics.model.arguments import checked_model, checked_parameter
 from stickslip.numerics.continuation import (
-    ArclengthCurve,
     CurvePoint,
     LeavesRegion,
     StepControl,
@@ -29,17 +34,17 @@ from stickslip.numerics.continuation import (
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
+    from stickslip.analysis.continuation.follower import Half
+    from stickslip.mechanics.cycle.section import Shooting
     from stickslip.mechanics.cycle.sliding import Model
 
     Floats = NDArray[np.float64]
 
 CONTROL: Final = StepControl(first=0.005, smallest=1e-13, largest=1 / 32, patience=64)
-MAX_POINTS: Final = 2000  # to either side
-MAX_CHANGES: Final = 24  # changes of the sequence of modes that one curve is followed through
 TOLD: Final = {"persists": ", goes on with other modes", "fold": ", meets another cycle", None: ""}
 ORDER: Final = ("landing", "grazing", "limit", "tie")
 DECISIVE: Final = 1e-5  # room that a touch may have left where a walk could go no further
@@ -63,20 +68,13 @@ class CycleProblem(Problem):
         """Walk from a row to the value, with its sequence of modes."""
         if not share:
             return self.cycles[row]
-        for start, ahead in ((row, row + 1), (row + 1, row)):
-            shooting, y = on_section(self.cycles[start], name)
+        for start in (row, row + 1):
             low, high = sorted((float(curve.values[start]), value))
-            period = float(y[-2]) if shooting.section.block is not None else 1.0
-            scale = shooting.scale(float(np.ptp(curve.values)), period)
-            line = ArclengthCurve(shooting, scale, low, high, CONTROL)
-            try:
-                here = line.point(y)
-                rises = curve.values[ahead] > curve.values[start]
-                *_, last = line.walk(here if rises else here.reversed())
-            except (StepTooLong, LeavesRegion, ValueError):
-                continue
-            if last.parameter == value:
-                return cycle_of(last.note)
+            follower = _CycleFollower(self.cycles[start], name, low, high, MAX_POINTS)
+            with contextlib.suppress(ValueError):
+                last = follower.reached(follower.start(), value)
+                if last is not None:
+                    return _cycle(last)
         raise ValueError(
             f"{name} = {value:.12g}: the cycle is not found there with the modes that it has "
             "beside it."
@@ -84,9 +82,7 @@ class CycleProblem(Problem):
 
     def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
         """Return the period, on a straight line between two rows."""
-        periods = curve.data["period"]
-        after = periods[row + 1] if share else periods[row]
-        return np.array([periods[row] + share * (after - periods[row])])
+        return np.atleast_1d(between(curve.data["period"], row, share))
 
 
 def follow_cycle(
@@ -101,42 +97,15 @@ def follow_cycle(
     """
     low, high = _checked(cycle, parameter, range)
     most = whole_number("max_points", MAX_POINTS if max_points is None else max_points)
-    backward, forward = (_Walk(cycle, parameter, (low, high), sign, most).run() for sign in (-1, 1))
-    # One curve in one order: the walk downward is turned round.
-    cycles = [*reversed(backward.cycles), *forward.cycles[1:]]
-    values = [*reversed(backward.values), *forward.values[1:]]
-    offset = len(backward.cycles) - 1
-    passed = [
-        replace(item, row=max(offset - item.row - 1, 0)) for item in reversed(backward.passed)
-    ]
-    passed += [replace(item, row=offset + item.row) for item in forward.passed]
-    multipliers = np.array([each.multipliers for each in cycles])
-    return Curve(
-        kind="cycle",
-        parameters={parameter: np.array(values)},
-        points=np.array([each.x for each in cycles]),
-        multipliers=multipliers,
-        stable=np.array([each.stable for each in cycles]),
-        ends=(backward.end(), forward.end()),
-        bifurcations=tuple(passed),
-        data={
-            "period": np.array([each.period for each in cycles]),
-            "events": np.array([len(each.events) for each in cycles]),
-        },
-        problem=CycleProblem(cycle.model, tuple(cycles)),
-    )
+    follower = _CycleFollower(cycle, parameter, low, high, most)
+    return follower.follow(follower.start())
 
 
 def _checked(cycle: Cycle, parameter: str, ends: tuple[float, float]) -> tuple[float, float]:
     model = cycle.model
     checked_parameter("parameter", checked_model(model), parameter)
     low, high = checked_interval("range", ends)
-    own = model.parameters[parameter]
-    if not low <= own <= high:
-        raise ValueError(
-            f"range = ({low:.12g}, {high:.12g}) does not contain the model's own {parameter} = "
-            f"{own!r}, where the cycle is."
-        )
+    contained(low, high, parameter, model.parameters[parameter], "model and its cycle")
     for end in (low, high):
         model.replace(**{parameter: end})
     if not cycle.events and not (np.abs(np.abs(cycle.multipliers) - 1.0) > 1e-9).any():
@@ -147,116 +116,65 @@ def _checked(cycle: Cycle, parameter: str, ends: tuple[float, float]) -> tuple[f
     return low, high
 
 
-class _Walk:
-    """From a cycle in one direction of the parameter, through changes of modes."""
+class _CycleFollower(Follower):
+    """Follows a limit cycle through changes of modes."""
 
-    def __init__(
-        self,
-        cycle: Cycle,
-        name: str,
-        ends: tuple[float, float],
-        sign: int,
-        max_points: int,
-    ) -> None:
-        self.model, self.name, self.ends, self.max_points = cycle.model, name, ends, max_points
-        self.shooting, y = on_section(cycle, name)
-        self.curve = self._curve(y)
-        try:
-            here = self.curve.point(y)
-        except (StepTooLong, LeavesRegion) as reason:
-            raise ValueError(
-                "the cycle cannot be solved for with its own sequence of modes: it stands at a "
-                "bifurcation, or touches a change of modes. Start from one beside it."
-            ) from reason
-        self.here = here if sign > 0 else here.reversed()
-        self.cycles: list[Cycle] = [self._cycle(here)]
-        self.values = [here.parameter]
-        self.passed: list[CurveEvent] = []
-        self.reason = "step limit"
-        self.touch: Touch | None = None
-        self.fresh = 0  # cycles when the section was last chosen
+    kind: ClassVar = "cycle"
+    most_borders: ClassVar = 24  # changes of the sequence of modes
 
-    def _curve(self, y: np.ndarray) -> ArclengthCurve:
-        low, high = self.ends
-        period = float(y[-2]) if self.shooting.section.block is not None else 1.0
-        return ArclengthCurve(
-            self.shooting, self.shooting.scale(high - low, period), low, high, CONTROL
+    def __init__(self, cycle: Cycle, name: str, low: float, high: float, max_points: int) -> None:
+        super().__init__(name, low, high, CONTROL, max_points)
+        self.model, self.cycle = cycle.model, cycle
+        self.fresh = 0  # rows when the section was last chosen
+
+    def start(self) -> CurvePoint:
+        """Set out from the cycle, the parameter rising."""
+        y = self._on_section(self.cycle)
+        self.first = self.shooting
+        wrong = (
+            "the cycle cannot be solved for with its own sequence of modes: it stands at a "
+            "bifurcation, or touches a change of modes. Start from one beside it: "
         )
+        return first_point(self.curve, y, wrong)
 
-    def _cycle(self, point: CurvePoint) -> Cycle:
-        shot: Shot = point.note
-        return cycle_of(shot)
+    def restart(self, start: CurvePoint) -> None:
+        """Return to the start's section and modes."""
+        self.fresh = 0
+        self._take(self.first, start.y)
+
+    def _on_section(self, cycle: Cycle) -> Floats:
+        """Choose the section, and return the unknowns there."""
+        shooting, y = on_section(cycle, self.name)
+        self._take(shooting, y)
+        return y
+
+    def _take(self, shooting: Shooting, y: Floats) -> None:
+        period = float(y[-2]) if shooting.section.block is not None else 1.0
+        self.shooting = shooting
+        self.curve = self.line(shooting, shooting.scale(self.high - self.low, period))
 
     # --- along the curve --------------------------------------------------------------------
 
-    def run(self) -> _Walk:
-        """Walk to the end."""
-        for _ in range(MAX_CHANGES):
-            reason = self._smooth_piece() or self._change_modes()
-            if reason is not None:
-                self.reason = reason
-                return self
-        self.reason = "point limit"
-        return self
+    def points(self, point: CurvePoint) -> Floats:
+        """Return the displacements where the period begins."""
+        return _cycle(point).x
 
-    def end(self) -> CurveEnd:
-        """Why the walk ended, at its last cycle."""
-        last = self.cycles[-1]
-        return CurveEnd(self.reason, {self.name: self.here.parameter}, last.x, last.multipliers)
+    def event(self, kind: str, point: CurvePoint, error: float, **more: Any) -> CurveEvent:
+        """Describe a bifurcation, with the cycle there."""
+        return super().event(kind, point, error, solution=_cycle(point), **more)
 
-    def _event(self, kind: str, value: float, error: float, cycle: Cycle, **more: Any) -> None:
-        """Note a bifurcation at the last row, or just after."""
-        self.passed.append(
-            CurveEvent(
-                kind,
-                {self.name: value},
-                cycle.x,
-                cycle.multipliers,
-                error,
-                len(self.cycles) - 1,
-                solution=cycle,
-                **more,
-            )
-        )
+    def tests(self, here: CurvePoint, new: CurvePoint) -> Iterator[Any]:
+        """A multiplier 1 may also tell of a branch point."""
+        yield from super().tests(here, new)
+        if not turns_back(here, new):
+            yield "branch_point", _off_one
 
-    def _smooth_piece(self) -> str | None:
-        """Walk while the sequence of modes stays; None where it changes."""
-        steps = self.curve.walk(self.here)
-        while True:
-            try:
-                new = next(steps)
-            except StopIteration as stop:
-                return self._stopped(stop.value)
-            if self._passes_rest(self.here, new):
-                return self._vanish(self.here, new)
-            self._look_between(self.here, new)
-            self.here = new
-            self.cycles.append(self._cycle(new))
-            self.values.append(new.parameter)
-            if len(self.cycles) >= self.max_points:
-                return "point limit"
-
-    def _stopped(self, end: WalkEnd) -> str | None:
-        self.here = end.last
-        if end.reason == "end of range":
-            return "end of range"
-        self.touch = self._touch()
-        return None if self.touch is not None else self._elsewhere()
-
-    def _elsewhere(self) -> str | None:
-        """Go on from another section, where an event of another block has come to this one."""
-        if len(self.cycles) < self.fresh + 2:
-            return "step limit"
-        rising = self.here.tangent[-1] > 0.0
-        self.shooting, y = on_section(self.cycles[-1], self.name)
-        self.curve = self._curve(y)
-        try:
-            start = self.curve.point(y)
-        except (StepTooLong, LeavesRegion):
-            return "step limit"
-        self.here = start if (start.tangent[-1] > 0.0) == rising else start.reversed()
-        self.fresh = len(self.cycles)
-        return self._smooth_piece()
+    def passed(self, here: CurvePoint, new: CurvePoint) -> Iterator[Passed]:
+        """Solve for bifurcations, and for the Hopf point in which the curve ends."""
+        if self._passes_rest(here, new):
+            yield self._vanished(here, new)
+        else:
+            yield from super().passed(here, new)
 
     def _passes_rest(self, a: CurvePoint, b: CurvePoint) -> bool:
         """Whether a slip cycle has shrunk to steady sliding and grown again, mirrored in time."""
@@ -266,9 +184,9 @@ class _Walk:
         row = self.model.n_blocks + block
         return bool(a.note.velocity[row] * b.note.velocity[row] < 0.0)
 
-    def _vanish(self, a: CurvePoint, b: CurvePoint) -> str:
+    def _vanished(self, a: CurvePoint, b: CurvePoint) -> Passed:
         """End at the Hopf point, which is solved for on the modes of steady sliding."""
-        frequency = 2.0 * np.pi / self.cycles[-1].period
+        frequency = 2.0 * np.pi / a.note.leg.duration
 
         def growth(value: float) -> float:
             model = self.model.replace(**{self.name: value})
@@ -278,90 +196,82 @@ class _Walk:
         # On both sides the parameter has left its extreme, which is at the Hopf point.
         reach = 4 * abs(a.parameter - b.parameter) + AWAY
         low, high = b.parameter - reach, b.parameter + reach
-        if growth(low) * growth(high) < 0.0:
-            value = float(brentq(growth, low, high, xtol=1e-300, rtol=1e-15))
-            self._event("hopf", value, 1e-15 * abs(value), self.cycles[-1])
-            self.here = replace(a, y=np.append(a.y[:-1], value))
-        return "vanishes"
+        if growth(low) * growth(high) >= 0.0:
+            return Passed(None, end=self.end(a, "vanishes"))
+        value = float(brentq(growth, low, high, xtol=1e-300, rtol=1e-15))
+        there = replace(a, y=np.append(a.y[:-1], value))
+        event = self.event("hopf", there, 1e-15 * abs(value))
+        return Passed(None, event, self.end(there, "vanishes"))
 
-    def _look_between(self, a: CurvePoint, b: CurvePoint) -> None:
-        """Note what happens between two points: signs of test functions of the multipliers."""
-        if turns_back(a, b):
-            self._note("fold", a, b, lambda point: float(point.tangent[-1]))
-        tests: list[tuple[str, Callable[[CurvePoint], float]]] = [
-            ("flip", lambda point: _product(point.note.multipliers + 1.0)),
-            ("neimark_sacker", _torus),
-        ]
-        if not turns_back(a, b):
-            tests.append(("branch_point", lambda point: _product(point.note.multipliers - 1.0)))
-        for kind, test in tests:
-            if test(a) * test(b) < 0:
-                self._note(kind, a, b, test)
-
-    def _note(
-        self, kind: str, a: CurvePoint, b: CurvePoint, test: Callable[[CurvePoint], float]
-    ) -> None:
-        try:
-            point = self.curve.between(a, b, test)
-        except (StepTooLong, LeavesRegion):
-            return
-        if kind == "neimark_sacker" and not _on_circle(point):
-            return  # two real multipliers whose product is 1: nothing happens
-        error = max(1e-15 * abs(point.parameter), abs(point.residual))
-        self._event(kind, point.parameter, error, self._cycle(point))
+    def assembled(self, rows: list[CurvePoint], **known: Any) -> Curve:
+        """Make a curve of its cycles."""
+        cycles = [_cycle(row) for row in rows]
+        return Curve(
+            kind=self.kind,
+            parameters={self.name: np.array([row.parameter for row in rows])},
+            points=np.array([each.x for each in cycles]),
+            multipliers=np.array([each.multipliers for each in cycles]),
+            stable=np.array([each.stable for each in cycles]),
+            data={
+                "period": np.array([each.period for each in cycles]),
+                "events": np.array([len(each.events) for each in cycles]),
+            },
+            problem=CycleProblem(self.model, tuple(cycles)),
+            **known,
+        )
 
     # --- where modes change -------------------------------------------------------------------
 
-    def _touch(self) -> Touch | None:
-        """Whatever is about to change the modes at the present point."""
-        model, state, period = self.shooting.start(self.here.y)
+    def stopped(self, stop: WalkEnd, half: Half) -> CurvePoint | CurveEnd:
+        """Go on with other modes, or from another section; else tell why not."""
+        last = stop.last
+        if stop.reason == "end of range":
+            return self.end(last, stop.reason)
+        touch = self._touch(last)
+        return self._elsewhere(last, half) if touch is None else self._beyond(last, touch, half)
+
+    def _touch(self, last: CurvePoint) -> Touch | None:
+        """Whatever is about to change the modes at a point."""
+        model, state, period = self.shooting.start(last.y)
         shooter = Shooter(model, rtol=self.shooting.rtol, tangents=False)
         found = [t for t in touches(shooter, state, period) if abs(t.room) < DECISIVE]
         # A law with F(0) = 1 lets a landing at the limit also graze: it is named a landing.
         return min(found, key=lambda touch: ORDER.index(touch.kind), default=None)
 
-    def _change_modes(self) -> str | None:
-        """Go on with a cycle of other modes beside the present point; else tell why not."""
-        touch = self.touch
-        assert touch is not None
-        beside = partners(self.shooting, self.here, self.ends)
-        before = self.here.parameter
+    def _elsewhere(self, last: CurvePoint, half: Half) -> CurvePoint | CurveEnd:
+        """Go on from another section, where an event of another block has come to this one."""
+        end = self.end(last, "step limit")
+        if len(half.rows) < self.fresh + 2:
+            return end
+        y = self._on_section(_cycle(last))
+        self.fresh = len(half.rows)
+        try:
+            start = self.curve.point(y)
+        except (StepTooLong, LeavesRegion):
+            return end
+        return start if (start.tangent[-1] > 0.0) == (last.tangent[-1] > 0.0) else start.reversed()
+
+    def _beyond(self, last: CurvePoint, touch: Touch, half: Half) -> CurvePoint | CurveEnd:
+        """Go on with a cycle of other modes beside a change of modes."""
+        beside = partners(self.shooting, last, (self.low, self.high))
         outcome = None if beside is None else beside.outcome
         # The walk has halved its steps down to rounding: what is left is its last one.
-        error = max(abs(touch.room) ** 2, 4e-16 * abs(before), 2.0 * self.here.step)
-        what = f"block {touch.block + 1}{TOLD[outcome]}"
-        self._event(
-            touch.kind,
-            before,
-            error,
-            self.cycles[-1],
-            what=what,
-            block=touch.block + 1,
-            outcome=outcome,
-        )
+        error = max(abs(touch.room) ** 2, 4e-16 * abs(last.parameter), 2.0 * last.step)
+        block = touch.block + 1
+        what = f"block {block}{TOLD[outcome]}"
+        half.note(self.event(touch.kind, last, error, what=what, block=block, outcome=outcome))
         if beside is None:
-            return touch.kind
-        self.shooting = beside.shooting
-        self.curve = self._curve(beside.y)
+            return self.end(last, touch.kind)
+        self._take(beside.shooting, beside.y)
         start = self.curve.point(beside.y)
-        self.here = start if beside.rising else start.reversed()
-        self.cycles.append(self._cycle(start))
-        self.values.append(start.parameter)
-        return None
+        half.rows.append(start if beside.rising else start.reversed())
+        return half.rows[-1]
 
 
-def _product(values: np.ndarray) -> float:
-    """Real product of numbers that come in conjugate pairs, kept in bounds."""
-    return float(np.prod(values / np.maximum(np.abs(values), 1.0)).real)
+def _cycle(point: CurvePoint) -> Cycle:
+    return cycle_of(point.note)
 
 
-def _torus(point: CurvePoint) -> float:
-    """Product of mu_i mu_j - 1 over pairs: zero where a complex pair is on the unit circle."""
-    values = point.note.multipliers
-    pairs = [a * b - 1.0 for a, b in itertools.combinations(values, 2)]
-    return _product(np.array(pairs)) if pairs else 1.0
-
-
-def _on_circle(point: CurvePoint) -> bool:
-    values = point.note.multipliers
-    return bool(((np.abs(np.abs(values) - 1.0) < 1e-6) & (np.abs(values.imag) > 1e-9)).any())
+def _off_one(point: CurvePoint) -> float:
+    """det(M - 1), zero where a multiplier is 1."""
+    return float(np.prod(point.note.multipliers - 1.0).real)

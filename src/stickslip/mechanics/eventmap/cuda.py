@@ -11,12 +11,14 @@ import numpy as np
 from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend, new_scratch
 from stickslip.mechanics.eventmap.records import Outputs, new_outputs
 from stickslip.mechanics.flow.engine import engine_for
+from stickslip.mechanics.model.arguments import two_blocks
 from stickslip.numerics.gpu import device_array, launch_on_gpu, local_arrays, require_gpu
 from stickslip.numerics.targets import instantiate
 
 if TYPE_CHECKING:
     from stickslip.mechanics.eventmap.records import Controls, Followed, ModelTable
     from stickslip.mechanics.flow.engine import Engine, EngineName
+    from stickslip.mechanics.model.arguments import Model
     from stickslip.mechanics.model.two_block import TwoBlock
     from stickslip.numerics.arrays import Floats
     from stickslip.numerics.long_run import LongRun
@@ -29,9 +31,9 @@ LARGEST_BATCH = 1 << 26
 class CudaBackend(ScalarBackend):
     """Two undamped blocks on a GPU, one orbit a thread; itineraries come from the CPU."""
 
-    def __init__(self, model: TwoBlock, engine: EngineName, controls: Controls) -> None:
+    def __init__(self, model: Model, engine: EngineName, controls: Controls) -> None:
+        model = check_model(model)
         require_gpu()
-        check_damping(model)
         super().__init__(model, engine_for(model, engine), controls, threads=1)
         check_traced(self.engine)
 
@@ -58,13 +60,15 @@ class CudaBackend(ScalarBackend):
         return np.array([self.engine.system]), self.engine.laws[None].copy()
 
 
-def check_damping(model: TwoBlock) -> None:
-    """Raise ValueError if a model has damping, which a GPU does not carry."""
+def check_model(model: Model) -> TwoBlock:
+    """Return a model that a GPU carries, undamped equal blocks; else ValueError."""
+    model = two_blocks(model, why="device = 'cuda' carries two equal blocks. Take device='cpu'.")
     if model.damping > 0.0:
         raise ValueError(
             "device = 'cuda' carries blocks without damping, and this model has damping = "
             f"{model.damping!r}. Take device='cpu'."
         )
+    return model
 
 
 def check_traced(engine: Engine) -> None:

@@ -3,47 +3,58 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, ClassVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Self, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.analysis.maps.derived import LineMap
-from stickslip.checks import MOST_STEPS, Many, one_of, parameter_name, shown, whole_number
+from stickslip.checks import MOST_STEPS, Many, one_of, parameter_name, whole_number
 from stickslip.mechanics.eventmap.backend import Backend, ScalarBackend
-from stickslip.mechanics.eventmap.base import EventMapResult, ModelMap
-from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
+from stickslip.mechanics.eventmap.blocks import BlocksBackend
 from stickslip.mechanics.eventmap.lanes import LaneBackend, PoolBackend, lanes_serve
-from stickslip.mechanics.eventmap.records import Controls, Outputs
-from stickslip.mechanics.flow.engine import EngineName, engine_for
+from stickslip.mechanics.eventmap.records import Controls
+from stickslip.mechanics.eventmap.result import EventMapResult
+from stickslip.mechanics.flow.engine import (
+    EngineName,
+    block_engine,
+    engine_for,
+    time_limit,
+    tolerance,
+)
 from stickslip.mechanics.friction.series import law_series
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.arrays import Floats
+from stickslip.numerics.targets import available_threads
 
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Mechanism
     from stickslip.mechanics.flow.trajectory import Trajectory
+    from stickslip.mechanics.model.arguments import Model
 
 
-class EventMap(ModelMap, LineMap):
-    """The event map of a model; `stickslip.event_map` makes it.
+class ModelMap:
+    """The event map of a model; equal models and settings compare equal.
 
-    Calling it carries relative displacements from one global stick phase to the next:
-    ``f(d)`` for a float or an array of any shape. Immutable; equal settings compare equal.
-
-    Attributes
-    ----------
-    searched : dict of str to pair of float
-        Ranges of parameters within which bifurcations and diagrams are searched for.
+    A point d is what ``model.d_shape`` says: a number ``X_2 - X_1`` of two blocks, the
+    differences ``X_{i+1} - X_i`` of more. Arrays of points have any shape before that.
     """
 
-    model: TwoBlock
-    _settings = ("rtol", "max_events", "max_time", "engine", "device", "threads")
-    searched: ClassVar = {"alpha": (0.0, 1e6), "V": (0.0, 10.0), "damping": (0.0, 50.0)}
+    model: Any
+    _low: float  # ends of the domain, if it is an interval
+    _high: float
+    _settings: ClassVar[tuple[str, ...]] = (
+        "rtol",
+        "max_events",
+        "max_time",
+        "engine",
+        "device",
+        "threads",
+    )
 
     def __init__(
         self,
-        model: TwoBlock,
+        model: Any,
         *,
         rtol: float = 1e-15,
         max_events: int = 10_000,
@@ -52,14 +63,30 @@ class EventMap(ModelMap, LineMap):
         device: str = "cpu",
         threads: int | None = None,
     ) -> None:
-        if not isinstance(model, TwoBlock):
-            raise ValueError(f"model = {shown(model)} is not a model. Take ss.TwoBlock(...).")
+        if model.forcing is not None:
+            raise ValueError(
+                "a forced model has no event map: what a global stick phase leads to depends on "
+                "its time as well. Take stickslip.stroboscopic_map(model)."
+            )
+        if model.n_blocks < 2:
+            raise ValueError(
+                f"the event map of {model.n_blocks} block has no differences d to map: two blocks "
+                "or more are needed. stickslip.simulate follows the block in time."
+            )
         self.model = model
-        self._set(rtol, max_events, max_time, threads)
+        self.rtol = tolerance(rtol)
+        self.max_events = whole_number("max_events", max_events, what="events of one motion")
+        self.max_time = time_limit(max_time)
+        self.threads = (
+            available_threads()
+            if threads is None
+            else whole_number("threads", threads, what="processor cores used")
+        )
         self.engine: EngineName = engine
         self.device = device
-        self._backend = self._backend_of(self._controls)
-        self._end = model.domain[1]
+        self._backend = self._backend_of(Controls(self.rtol, self.max_events, self.max_time))
+        nowhere = (math.inf, -math.inf)
+        self._low, self._high = model.domain if model.n_blocks == 2 else nowhere
 
     def _backend_of(self, controls: Controls) -> Backend:
         return backend_for(self.model, self.engine, controls, self.device, self.threads)
@@ -67,27 +94,45 @@ class EventMap(ModelMap, LineMap):
     # --- what it is -----------------------------------------------------------------------
 
     @property
-    def domain(self) -> tuple[float, float]:
-        """Ends of the interval of definition, ``|d| <= (1 + beta) / (1 + 2 alpha)``."""
-        return self.model.domain
+    def dimension(self) -> int:
+        """Numbers in a point d: one less than blocks."""
+        n: int = self.model.n_blocks
+        return n - 1
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters of the model by name."""
+        return dict(self.model.parameters)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Keyword arguments that make this map from its model."""
+        return {name: getattr(self, name) for name in self._settings}
+
+    def replace(self, **changes: Any) -> Self:
+        """Make the map of a changed model, with the same settings."""
+        return type(self)(self.model.replace(**changes), **self.settings)
+
+    def __eq__(self, other: object) -> bool:
+        """Equal models and settings."""
+        if not isinstance(other, ModelMap) or type(self) is not type(other):
+            return NotImplemented
+        return bool((self.model, self.settings) == (other.model, other.settings))
+
+    def __hash__(self) -> int:
+        """Hash of the model and the settings."""
+        return hash((self.model, *self.settings.values()))
 
     def __repr__(self) -> str:
         """One line."""
-        return f"EventMap({self.model!r}, engine={self._backend.name!r})"
-
-    def slip_from(self, d: float, max_events: int) -> Trajectory:
-        """Follow the motion, with the map's displacements, modes and forces, to the next stick."""
-        from stickslip.mechanics.flow.trajectory import simulate  # not for the first value
-
-        return simulate(self.model, d=d, until="stick", max_events=max_events, engine=self.engine)
-
-    def explain_break(self, left: float, right: float) -> Mechanism:
-        """Return why the map breaks between two starting points, adjacent floats."""
-        from stickslip.mechanics.eventmap.mechanism import mechanism_between  # seldom asked
-
-        return mechanism_between(self, left, right)
+        return f"{type(self).__name__}({self.model!r}, engine={self._backend.name!r})"
 
     # --- values ---------------------------------------------------------------------------
+
+    def _admitted(self, d: ArrayLike) -> tuple[Floats, Floats]:
+        """Return points of the domain as given, and as rows for the backend."""
+        points = self.model.admit(d)
+        return points, points.reshape(-1, *self.model.d_shape)
 
     @overload
     def __call__(self, d: float) -> float: ...
@@ -100,8 +145,8 @@ class EventMap(ModelMap, LineMap):
 
         Parameters
         ----------
-        d : array_like of float, any shape
-            ``X_2 - X_1`` of global stick phases, units of f_s1 / k, inside `domain`.
+        d : array_like of float, any shape; of N > 2 blocks (..., N - 1)
+            ``X_{i+1} - X_i`` of global stick phases, units of f_s1 / k, inside the domain.
 
         Returns
         -------
@@ -111,12 +156,12 @@ class EventMap(ModelMap, LineMap):
         Raises
         ------
         ValueError
-            Some ``d`` is NaN or outside the locus of eq. (6a).
+            Some ``d`` is NaN or belongs to no global stick phase.
         """
-        if isinstance(d, float) and -self._end <= d <= self._end:
+        if isinstance(d, float) and self._low <= d <= self._high:
             return self._backend.value(d)
-        points = self.model.admit(d)
-        return _shaped(self._backend.carry(points.ravel()).value, points.shape)
+        points, rows = self._admitted(d)
+        return _shaped(self._backend.carry(rows).value, points.shape)
 
     @overload
     def derivative(self, d: float) -> float: ...
@@ -127,11 +172,10 @@ class EventMap(ModelMap, LineMap):
     def derivative(self, d: ArrayLike) -> float | Floats:
         """Slope df/dd, exact (saltation at every event), one-sided at a breakpoint.
 
-        Arguments, shape and errors as for calling the map.
+        Arguments and errors as for calling the map, and shape on the line. Of N > 2 blocks the
+        Jacobian, shape (..., N - 1, N - 1): entry (i, j) is that of value i in d_j.
         """
-        points = self.model.admit(d)
-        slopes = self._backend.carry(points.ravel(), slope=True).derivative[:, 0]
-        return _shaped(slopes, points.shape)
+        return self.value_and_derivative(d)[1]
 
     @overload
     def value_and_derivative(self, d: float) -> tuple[float, float]: ...
@@ -142,12 +186,12 @@ class EventMap(ModelMap, LineMap):
     def value_and_derivative(self, d: ArrayLike) -> tuple[float | Floats, float | Floats]:
         """Value and slope at once, without what `evaluate` tells besides, and sooner.
 
-        Arguments, shape and errors as for calling the map.
+        Arguments, shapes and errors as for calling the map and its `derivative`.
         """
-        points = self.model.admit(d)
-        found = self._backend.carry(points.ravel(), slope=True)
-        slopes = found.derivative[:, 0]
-        return _shaped(found.value, points.shape), _shaped(slopes, points.shape)
+        points, rows = self._admitted(d)
+        found = self._backend.carry(rows, slope=True)
+        slopes = points.shape + self.model.d_shape
+        return _shaped(found.value, points.shape), _shaped(found.derivative, slopes)
 
     @overload
     def parameter_derivative(self, d: float, name: str) -> float: ...
@@ -160,27 +204,27 @@ class EventMap(ModelMap, LineMap):
 
         Arguments, shape and errors as for calling the map; ValueError for an unknown name.
         """
-        points = self.model.admit(d)
+        points, rows = self._admitted(d)
         parameter_name("name", name, self.parameters, of="the model")
-        return _shaped(self._backend.parameter_slope(points.ravel(), name), points.shape)
+        return _shaped(self._backend.parameter_slope(rows, name), points.shape)
 
     def evaluate(self, d: ArrayLike) -> EventMapResult:
         """Carry relative displacements to the next global stick phase, and tell how.
 
         Parameters
         ----------
-        d : array_like of float, any shape
-            ``X_2 - X_1`` in units of f_s1 / k, inside `domain`.
+        d : array_like of float, any shape; of N > 2 blocks (..., N - 1)
+            ``X_{i+1} - X_i`` in units of f_s1 / k, inside the domain.
 
         Returns
         -------
         EventMapResult
-            Fields shaped like ``d``.
+            Fields with an entry for each point; ``value`` is shaped like ``d``.
 
         Raises
         ------
         ValueError
-            Some ``d`` is NaN or outside the locus of eq. (6a).
+            Some ``d`` is NaN or belongs to no global stick phase.
 
         Notes
         -----
@@ -194,9 +238,16 @@ class EventMap(ModelMap, LineMap):
         >>> f.evaluate([-0.2, 0.1]).value.shape
         (2,)
         """
-        points = self.model.admit(d)
-        outputs = self._backend.carry(points.ravel(), slope=True, watch=True)
-        return self._result(points, outputs, points.shape, points.shape)
+        points, rows = self._admitted(d)
+        outputs = self._backend.carry(rows, slope=True, watch=True)
+        cell = self.model.d_shape
+        shapes = {"value": points.shape, "derivative": points.shape + cell}
+        one_each = points.shape[: points.ndim - len(cell)]
+        told: dict[str, Any] = {
+            name: array.reshape(shapes.get(name, one_each))[()]
+            for name, array in outputs._asdict().items()
+        }
+        return EventMapResult(**told, d=points)
 
     @overload
     def itinerary(self, d: float) -> str: ...
@@ -205,33 +256,32 @@ class EventMap(ModelMap, LineMap):
     @overload
     def itinerary(self, d: ArrayLike) -> str | NDArray[np.str_]: ...
     def itinerary(self, d: ArrayLike) -> str | NDArray[np.str_]:
-        """Modes of both blocks from the onset to the next global stick, as text.
+        """Modes of all blocks from the onset to the next global stick, as text.
 
         Returns
         -------
-        str or ndarray of str shaped like ``d``
+        str or ndarray of str, one for each point
             ``"-. -- .- .."``: one character per block and phase (``.`` stick, ``-`` backward,
             ``+`` forward). A motion without return ends with its last phase.
         """
-        points = self.model.admit(d)
-        texts = [self._backend.itinerary(value) for value in points.ravel().tolist()]
-        if points.ndim == 0:
-            return texts[0]
-        return np.array(texts).reshape(points.shape)
+        points, rows = self._admitted(d)
+        texts = [self._backend.itinerary(row) for row in rows.tolist()]
+        shape = points.shape[: points.ndim - len(self.model.d_shape)]
+        return np.array(texts).reshape(shape) if shape else texts[0]
 
     def iterate(self, d: ArrayLike, n: int) -> Floats:
         """Apply the map ``n`` times, keeping every point.
 
         Parameters
         ----------
-        d : array_like of float, any shape
-            Starting points inside `domain`.
+        d : array_like of float, any shape; of N > 2 blocks (..., N - 1)
+            Starting points inside the domain.
         n : int
             Number of applications, >= 0.
 
         Returns
         -------
-        ndarray of float, shape (..., n + 1)
+        ndarray of float, shape (..., n + 1); of N > 2 blocks (..., n + 1, N - 1)
             ``[..., 0]`` is ``d``; after a motion without return NaN stays NaN.
 
         Raises
@@ -240,30 +290,91 @@ class EventMap(ModelMap, LineMap):
             Some ``d`` is NaN or outside the domain; ``n`` is negative.
         """
         n = whole_number("n", n, 0, at_most=MOST_STEPS, what="applications of the map")
-        points = self.model.admit(d)
-        orbits = np.empty((points.size, n + 1))
-        orbits[:, 0] = points.ravel()
+        points, rows = self._admitted(d)
+        cell = self.model.d_shape
+        orbits = np.empty((len(rows), n + 1, *cell))
+        orbits[:, 0] = rows
         self._backend.iterate(orbits)
-        return orbits.reshape(*points.shape, n + 1)
+        return orbits.reshape(*points.shape[: points.ndim - len(cell)], n + 1, *cell)
 
 
 def _shaped(values: Floats, shape: tuple[int, ...]) -> float | Floats:
-    return float(values[0]) if shape == () else values.reshape(shape)
+    return values.item() if shape == () else values.reshape(shape)
+
+
+class EventMap(ModelMap, LineMap):
+    """The event map of two blocks, a map of the line; `stickslip.event_map` makes it.
+
+    Calling it carries relative displacements from one global stick phase to the next:
+    ``f(d)`` for a float or an array of any shape. Immutable; equal settings compare equal.
+    """
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """Ends of the interval of definition: the global stick locus, projected on d."""
+        return self._low, self._high
+
+    @property
+    def searched(self) -> dict[str, tuple[float, float]]:
+        """Ranges of parameters within which bifurcations and diagrams are searched for."""
+        # In units of block 1 and the slowest mode.
+        s = self.model.structure
+        slowest = math.sqrt(np.linalg.eigvals(s.stiffness / s.mass[:, None]).real.min())
+        impedance = float(slowest * s.mass[0])
+        speed, damper = (float(f"{x:.6g}") for x in (10 * s.static[0] / impedance, 50 * impedance))
+        dampers = [name for name in self.parameters if name.startswith("damping_")]
+        return {
+            "alpha": (0.0, 1e6),
+            "V": (0.0, speed),
+            "damping": (0.0, damper),
+            **dict.fromkeys(dampers, (-damper, damper)),
+        }
+
+    def slip_from(self, d: float, max_events: int) -> Trajectory:
+        """Follow the motion, with the map's displacements, modes and forces, to the next stick."""
+        from stickslip.mechanics.flow.trajectory import simulate  # not for the first value
+
+        return simulate(self.model, d=d, until="stick", max_events=max_events, engine=self.engine)
+
+    def explain_break(self, left: float, right: float) -> Mechanism:
+        """Return why the map breaks between two starting points, adjacent floats."""
+        from stickslip.mechanics.eventmap.mechanism import mechanism_between  # seldom asked
+
+        return mechanism_between(self, left, right)
+
+
+class BlocksEventMap(ModelMap):
+    """The event map of more than two blocks, a map of R^n; `stickslip.event_map` makes it.
+
+    Calling it carries differences ``d_i = X_{i+1} - X_i`` from one global stick phase to the
+    next: ``f(d)`` for arrays of shape (..., n_blocks - 1). Immutable; equal settings compare
+    equal.
+    """
+
+    def contains(self, d: ArrayLike) -> NDArray[np.bool_]:
+        """Whether ``d`` (..., n_blocks - 1) belongs to a global stick phase; False for NaN."""
+        inside: NDArray[np.bool_] = self.model.contains(d)
+        return inside
+
+    def spread(self, n: int) -> Floats:
+        """Return n points spread evenly over the domain, always the same."""
+        points: Floats = self.model.spread_domain(n)
+        return points
 
 
 DEVICES = ("cpu", "cuda")
 
 
 def backend_for(
-    model: TwoBlock, engine: EngineName, controls: Controls, device: str, threads: int
+    model: Model, engine: EngineName, controls: Controls, device: str, threads: int
 ) -> Backend:
     """Choose what carries the motions of a model; ValueError if the device cannot."""
     if one_of("device", device, DEVICES) == "cuda":
         from stickslip.mechanics.eventmap.cuda import CudaBackend  # needs numba-cuda
 
         return CudaBackend(model, engine, controls)
-    if model.damping > 0.0:
-        return DampedBackend(model, engine, controls, threads)
+    if not (isinstance(model, TwoBlock) and model.damping == 0.0):
+        return BlocksBackend(model, block_engine(model, engine), controls, threads)
     moved = engine_for(model, engine)
     if lanes_serve(moved, controls):
         return LaneBackend(model, moved, controls, threads)
@@ -271,37 +382,3 @@ def backend_for(
     if series is not None:
         return PoolBackend(model, moved, controls, threads, series)
     return ScalarBackend(model, moved, controls, threads)
-
-
-class DampedBackend:
-    """Two damped blocks: the flow of the family."""
-
-    name = "series"
-
-    def __init__(
-        self, model: TwoBlock, engine: EngineName, controls: Controls, threads: int
-    ) -> None:
-        engine_for(model.replace(damping=0.0), engine)  # the same errors
-        self.inner = BlocksEventMap(model.chain, **controls._asdict(), threads=threads)
-
-    def value(self, d: float) -> float:
-        """Value at one d."""
-        return float(self.carry(np.array([d])).value[0])
-
-    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
-        """Values at each d, and slopes."""
-        found = self.inner.carry(d[:, None], slope=slope, watch=watch)
-        return Outputs(found.value[:, 0], found.derivative[:, 0], *found[2:])
-
-    def parameter_slope(self, d: Floats, name: str) -> Floats:
-        """df/d(name) at each d."""
-        name = {"beta": "static_2"}.get(name, name)
-        return self.inner.parameter_derivative(d[:, None], name)[:, 0]
-
-    def iterate(self, orbits: Floats) -> None:
-        """Fill rows (n, steps + 1) from their first entries on."""
-        self.inner._fill(orbits[..., None])
-
-    def itinerary(self, d: float) -> str:
-        """Modes of each phase, as text."""
-        return str(self.inner.itinerary([d]))

@@ -115,7 +115,8 @@ def _extra(trajectory: Trajectory, event: Event) -> Mechanism:
     if _mode_before(trajectory, event) == 0:
         end = "upper" if force > 0.0 else "lower"
         return Mechanism(f"the force on riding block {i} touches its {end} static limit", i)
-    at_end = abs(abs(force) - trajectory.model.limits[i - 1]) < 1e-6
+    limit = trajectory.model.limits[i - 1]
+    at_end = abs(abs(force) - limit) < 1e-6 * limit
     where = "at an end point" if at_end else "inside"
     return Mechanism(f"block {i} grazes its stick interval near X_{i} = {x:.3g}, {where}", i)
 

@@ -5,11 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final, TypedDict, Unpack, overload
 
-from stickslip.checks import one_of, shown
-from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
-from stickslip.mechanics.eventmap.event_map import DEVICES, EventMap
-from stickslip.mechanics.flow.engine import ENGINES
-from stickslip.mechanics.model.belt_model import BeltModel
+from stickslip.mechanics.eventmap.event_map import BlocksEventMap, EventMap
+from stickslip.mechanics.model.arguments import checked_model
 from stickslip.mechanics.model.file import model_of_values, model_values
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.results.files import register_map
@@ -19,6 +16,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from stickslip.mechanics.flow.engine import EngineName
+    from stickslip.mechanics.model.belt_model import BeltModel
 
 NOT_KEPT: Final = ("device", "threads")  # of the machine, not of the result
 
@@ -37,7 +35,7 @@ class Settings(TypedDict, total=False):
 @overload
 def event_map(model: TwoBlock, **settings: Unpack[Settings]) -> EventMap: ...
 @overload
-def event_map(model: BeltModel, **settings: Unpack[Settings]) -> BlocksEventMap: ...
+def event_map(model: BeltModel, **settings: Unpack[Settings]) -> EventMap | BlocksEventMap: ...
 @suggests
 def event_map(
     model: TwoBlock | BeltModel,
@@ -54,7 +52,8 @@ def event_map(
     Parameters
     ----------
     model : TwoBlock, Blocks or Chain
-        Of a `TwoBlock`, d is a number; of N blocks, the N - 1 differences ``X_{i+1} - X_i``.
+        Of two blocks, d is the number ``X_2 - X_1``; of N, the N - 1 differences
+        ``X_{i+1} - X_i``.
     rtol : float
         Local truncation error of the adaptive engine. The default leaves rounding dominant;
         a larger one is faster and voids the guarantee next to grazing points.
@@ -76,6 +75,7 @@ def event_map(
     Returns
     -------
     EventMap or BlocksEventMap
+        The first, a map of the line, of two blocks whatever they are.
 
     Raises
     ------
@@ -89,21 +89,9 @@ def event_map(
     >>> round(f(0.1), 8)
     0.13121305
     """
-    if isinstance(model, BeltModel):
-        if one_of("engine", engine, ENGINES) == "exact":
-            raise ValueError(
-                "engine = 'exact' is that of two undamped blocks with constant friction; other "
-                "models have one engine, whose series are exact to rounding. Take engine='auto'."
-            )
-        if one_of("device", device, DEVICES) != "cpu":
-            raise ValueError(
-                f"device = {shown(device)} is not allowed: of the event maps only that of two "
-                "undamped blocks runs elsewhere. Take device='cpu'."
-            )
-        return BlocksEventMap(
-            model, rtol=rtol, max_events=max_events, max_time=max_time, threads=threads
-        )
-    return EventMap(
+    checked_model(model)
+    made = EventMap if model.n_blocks == 2 else BlocksEventMap
+    return made(
         model,
         rtol=rtol,
         max_events=max_events,

@@ -267,7 +267,7 @@ def quasistatic_map(
 
 def _checked(model: object) -> TwoBlock:
     """Return a model that has a quasi-static limit, or refuse it with the reason."""
-    model = two_blocks(model, why="The quasi-static map is that of two blocks.")
+    model = two_blocks(model, why="The quasi-static map is that of two equal blocks.")
     if model.damping != 0.0:
         raise ValueError(
             f"damping = {model.damping!r} is not allowed: the quasi-static map is that of "

@@ -204,8 +204,13 @@ class BlockEngine:
         return new_block_work(len(self.system.mass), self.code.N_ROWS, self.kernels.ORDER)
 
 
-def block_engine(model: BeltModel | TwoBlock) -> BlockEngine:
-    """Prepare the engine for a model; ValueError for a law that cannot be traced."""
+def block_engine(model: BeltModel | TwoBlock, engine: EngineName = "auto") -> BlockEngine:
+    """Prepare the engine for a model; ValueError for "exact", or a law that cannot be traced."""
+    if one_of("engine", engine, ENGINES) == "exact":
+        raise ValueError(
+            "engine = 'exact' is that of two undamped blocks with constant friction; other models "
+            "have one engine, whose series are exact to rounding. Take engine='auto'."
+        )
     code = law_code(model.laws)
     if not code.traceable:
         raise ValueError(

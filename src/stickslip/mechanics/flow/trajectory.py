@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import status as status_codes
 from stickslip.checks import finite_number, one_of, real_numbers, whole_number
-from stickslip.mechanics.flow.engine import ENGINES, EngineName, block_engine, engine_for, tolerance
+from stickslip.mechanics.flow.engine import EngineName, block_engine, engine_for, tolerance
 from stickslip.mechanics.flow.recorder import BlocksRecorder, Recorded, Recorder, TwoBlockRecorder
 from stickslip.mechanics.flow.slip import Slip, SlipTracker
 from stickslip.mechanics.model.arguments import Model, checked_model, state_vector
@@ -91,7 +91,7 @@ class Trajectory(Result):
     events : tuple of Event
     slips : tuple of Slip
         Those that both begin and end within the trajectory.
-    d : ndarray, shape (k,) for a `TwoBlock`, else (k, N - 1)
+    d : ndarray, shape (k,) for two blocks, else (k, N - 1)
         ``X_{i+1} - X_i`` of its global stick phases: an orbit of the event map.
     final_state : State
     status : int
@@ -356,7 +356,7 @@ def simulate(
         start. A block at belt velocity rides if its force lies within its limits.
     d : float or array_like of float, shape (N - 1,), optional
         Instead of `x` and `v`: start as the global stick phase with ``X_{i+1} - X_i = d_i``
-        ends; a number for a `TwoBlock`.
+        ends; a number for two blocks.
     t_end : float, optional
         Time to follow, units of sqrt(m / k).
     until : {"stick"}, optional
@@ -396,8 +396,7 @@ def simulate(
     recorder = recorder_for(model, engine, rtol=tolerance(rtol), dense=record == "motion")
     start(recorder, model, x, v, d)
     status = recorder.run(end, max_events, until_stick=until == "stick")
-    d_shape = (-1,) if isinstance(model, TwoBlock) else (-1, model.n_blocks - 1)
-    phases = np.array(recorder.d, dtype=np.float64).reshape(len(recorder.d), *d_shape[1:])
+    phases = np.array(recorder.d, dtype=np.float64).reshape(len(recorder.d), *model.d_shape)
     return Trajectory(model, recorder.finish(), phases, status)
 
 
@@ -417,13 +416,8 @@ def recorder_for(
     """Choose what follows the motion of a model; its settings as in `Recorder`."""
     if isinstance(model, TwoBlock) and model.damping == 0.0:
         return TwoBlockRecorder(engine_for(model, engine), rtol=rtol, dense=dense, last=last)
-    checked_model(model)
-    if one_of("engine", engine, ENGINES) == "exact":
-        raise ValueError(
-            "engine = 'exact' is that of two undamped blocks with constant friction; other models "
-            "have one engine, whose series are exact to rounding. Take engine='auto'."
-        )
-    return BlocksRecorder(block_engine(model), model.structure, rtol=rtol, dense=dense, last=last)
+    moved = block_engine(checked_model(model), engine)
+    return BlocksRecorder(moved, model.structure, rtol=rtol, dense=dense, last=last)
 
 
 def start(
@@ -437,12 +431,10 @@ def start(
     if (d is None) == (x is None) or (x is None) != (v is None):
         raise ValueError("give either d=, a global stick phase, or both x and v, a state")
     if d is not None:
-        if isinstance(model, TwoBlock):
-            d = finite_number("d", d, why="d is X_2 - X_1 of a global stick phase.")
-            recorder.start_on_belt(np.atleast_1d(model.admit(d)))
-            return
         if model.forcing is not None:
             raise ValueError("a forced model starts from a state: give x and v instead of d")
-        recorder.start_on_belt(model.admit(d))
+        if model.n_blocks == 2:
+            d = finite_number("d", d, why="d is X_2 - X_1 of a global stick phase.")
+        recorder.start_on_belt(np.atleast_1d(model.admit(d)))
         return
     recorder.start(state_vector("x", x, model.n_blocks), state_vector("v", v, model.n_blocks))

@@ -12,13 +12,14 @@ import numpy as np
 
 from stickslip.checks import dimensions, finite_number, real_numbers, shown, whole_number
 from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.structure import Harmonic, Structure
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from stickslip.mechanics.eventmap.blocks_map import BlocksEventMap
+    from stickslip.mechanics.eventmap.event_map import BlocksEventMap, EventMap
     from stickslip.numerics.arrays import Floats
 
 
@@ -145,7 +146,7 @@ class BeltModel(ABC):
     def _rebuilt(self, numbers: Mapping[str, float], **changes: Any) -> Self:
         """Model with these numbers, checked, and some fields changed."""
 
-    def as_map(self) -> BlocksEventMap:
+    def as_map(self) -> EventMap | BlocksEventMap:
         """Return the event map with its default settings."""
         from stickslip.mechanics.eventmap.of_model import event_map  # not for the model alone
 
@@ -245,7 +246,7 @@ class BeltModel(ABC):
         forcing = {**self._forcing_numbers}
         for_laws: dict[str, Any] = {}
         fields: dict[str, Any] = {}
-        own = set(getattr(self, "__dataclass_fields__", ()))
+        own = {"friction", "forcing", *getattr(self, "__dataclass_fields__", ())}
         for name, value in changes.items():
             if name in numbers:
                 numbers[name] = value
@@ -294,12 +295,34 @@ class BeltModel(ABC):
         undamped = not s.damping.any() and not s.is_forced
         return bool(undamped and (off <= 0.0).all() and (s.loading >= 0.0).all())
 
+    @property
+    def d_shape(self) -> tuple[int, ...]:
+        """Shape of the d of one global stick phase: a number of two blocks, else (n - 1,)."""
+        n = self.n_blocks
+        return () if n == 2 else (n - 1,)
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """(d_min, d_max) of two blocks: the locus projected on d = X_2 - X_1.
+
+        Raises
+        ------
+        ValueError
+            There are not two blocks.
+        """
+        if self.n_blocks != 2:
+            raise ValueError(
+                f"the domain of {self.n_blocks} blocks is no interval: model.contains(d) tells "
+                "which differences belong to it."
+            )
+        return locus.ends(self.structure)
+
     def positions(self, d: ArrayLike) -> Floats:
         """Displacements of the blocks with the first one at 0, shape (..., n).
 
         Parameters
         ----------
-        d : array_like of float, shape (..., n - 1)
+        d : array_like of float, shape (..., n - 1); of two blocks any shape
             ``X_{i+1} - X_i``.
 
         Raises
@@ -309,6 +332,8 @@ class BeltModel(ABC):
         """
         steps = real_numbers("d", d)
         n = self.n_blocks
+        if n == 2:
+            steps = steps[..., None]
         if steps.ndim == 0 or steps.shape[-1] != n - 1:
             raise ValueError(
                 f"d has the shape {steps.shape}: its last axis must have {n - 1} entries, the "
@@ -338,13 +363,17 @@ class BeltModel(ABC):
 
         Parameters
         ----------
-        d : array_like of float, shape (..., n - 1)
+        d : array_like of float, shape (..., n - 1); of two blocks any shape
 
         Returns
         -------
         ndarray of bool, shape (...)
             False for NaN.
         """
+        if self.n_blocks == 2:
+            least, largest = self.domain
+            values = real_numbers("d", d)
+            return np.asarray((values >= least) & (values <= largest))
         low, high = self._stick_range(d)
         s = self.structure
         rate = np.abs(s.stiffness.sum(axis=1))
@@ -359,7 +388,10 @@ class BeltModel(ABC):
         ValueError
             Some ``d`` is NaN or belongs to no global stick phase; the first one is named.
         """
-        points = real_numbers("d", d)
+        if self.n_blocks == 2:
+            low, high = self.domain
+            return locus.admit(d, low, high, f"[{low:.17g}, {high:.17g}]")
+        points = np.require(real_numbers("d", d), np.float64, ["C", "W"])
         inside = self.contains(points)
         if not inside.all():
             where = tuple(int(i) for i in np.argwhere(~inside)[0])
@@ -372,22 +404,23 @@ class BeltModel(ABC):
         return points
 
     def sample_domain(self, n: int, rng: np.random.Generator | int | None = None) -> Floats:
-        """Draw differences of global stick phases, shape (n, n_blocks - 1).
+        """Draw differences of global stick phases, shape (n, *d_shape).
 
         They belong to displacements drawn uniformly from those with which all blocks ride.
         """
-        return np.asarray(np.diff(self.structure.sample_sticking(n, rng), axis=-1))
+        x = self.structure.sample_sticking(n, rng)
+        return np.asarray(np.diff(x, axis=-1).reshape(len(x), *self.d_shape))
 
     def spread_domain(self, n: int) -> Floats:
         """Return differences spread evenly over those of global stick phases, always the same.
 
-        Shape (n, n_blocks - 1); the needed forces are a Sobol sequence within the limits.
+        Shape (n, *d_shape); the needed forces are a Sobol sequence within the limits.
         """
         from scipy.stats.qmc import Sobol
 
         n = whole_number("n", n, at_most=MOST_POINTS)
         shares = Sobol(self.n_blocks, rng=0).random_base2(max(n - 1, 1).bit_length())[:n]
-        return np.asarray(np.diff(self.structure.sticking(shares), axis=-1))
+        return np.asarray(np.diff(self.structure.sticking(shares)).reshape(n, *self.d_shape))
 
     def sample_state(
         self, rng: np.random.Generator | int | None = None, *, riding: bool = False

@@ -1,6 +1,4 @@
-"""The global stick locus (eq. 6a): where both blocks can ride on the belt together."""
-
-# ``x[..., 0]`` is X_1, ``x[..., 1]`` is X_2; a rider needs R_i = X_i + alpha (X_i - X_j).
+"""The global stick locus (eq. 6a): where all blocks can ride on the belt together."""
 
 from __future__ import annotations
 
@@ -13,21 +11,10 @@ from stickslip.checks import real_numbers
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from stickslip.mechanics.model.structure import Structure
+
 ULP_SLACK = 4
 """How many units in the last place outside its domain a ``d`` may lie and count as its end."""
-
-
-def spring_force(x: ArrayLike, alpha: float) -> NDArray[np.float64]:
-    """Force R_i = X_i + alpha (X_i - X_j) that the springs ask of the belt, shape (..., 2)."""
-    x = np.asarray(x, dtype=np.float64)
-    force: NDArray[np.float64] = x + alpha * (x - x[..., ::-1])
-    return force
-
-
-def displacement(force: ArrayLike, alpha: float) -> NDArray[np.float64]:
-    """Displacements that need given forces, shape (..., 2): the inverse of `spring_force`."""
-    force = np.asarray(force, dtype=np.float64)
-    return ((1.0 + alpha) * force + alpha * force[..., ::-1]) / (1.0 + 2.0 * alpha)
 
 
 def half_width(alpha: float, beta: float) -> float:
@@ -35,19 +22,28 @@ def half_width(alpha: float, beta: float) -> float:
     return (1.0 + beta) / (1.0 + 2.0 * alpha)
 
 
-def corners(alpha: float, beta: float) -> NDArray[np.float64]:
-    """Corners A, B, C, D of the locus, counterclockwise (the paper's figure 2), shape (4, 2)."""
+def ends(structure: Structure) -> tuple[float, float]:
+    """Least and largest d of two blocks: the locus |K x + V C 1| <= L, projected on X_2 - X_1."""
+    # det(K) d = s_1 R_2 - s_2 R_1 with s = K 1 and R the springs' part of the needed forces.
+    (a, b), (c, d) = structure.stiffness.tolist()
+    first, second = a + b, c + d
+    determinant = a * d - b * c
+    load = structure.V * structure.damping.sum(axis=1)
+    middle = (second * load[0] - first * load[1]) / determinant
+    room = abs(second) * structure.static[0] + abs(first) * structure.static[1]
+    half = room / abs(determinant)
+    return float(middle - half), float(middle + half)
+
+
+def corners(structure: Structure) -> NDArray[np.float64]:
+    """Corners A, B, C, D of the locus of two blocks (the paper's figure 2), shape (4, 2)."""
     # A and C are the ends of the event map's domain; a global stick phase ends on AB (block 1
-    # slips) or on BC (block 2 slips).
-    limits = np.array([[1.0, -beta], [1.0, beta], [-1.0, beta], [-1.0, -beta]])
-    return displacement(limits, alpha)
-
-
-def contains(x: ArrayLike, alpha: float, beta: float) -> NDArray[np.bool_]:
-    """Whether both blocks can ride (eq. 6a, open inequalities), shape (...); False for NaN."""
-    force = spring_force(x, alpha)
-    inside: NDArray[np.bool_] = np.all(np.abs(force) < np.array([1.0, beta]), axis=-1)
-    return inside
+    # slips) or on BC (block 2 slips). A belt that unloads a block takes it to its lower limit.
+    s = structure
+    side = np.where(s.loading < 0.0, -1.0, 1.0) * s.static
+    forces = side * np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
+    load = s.V * s.damping.sum(axis=1)
+    return np.asarray(np.linalg.solve(s.stiffness, (forces - load).T).T)
 
 
 def onset(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:
@@ -57,26 +53,25 @@ def onset(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:
     return np.stack([x1, x1 + d], axis=-1)
 
 
-def admit(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:
+def admit(d: ArrayLike, low: float, high: float, why: str) -> NDArray[np.float64]:
     """Return relative displacements of the domain as floats; ValueError names the first outside."""
     # The result is the input itself where it is writable, contiguous and inside. Values up to
     # `ULP_SLACK` ulp outside become the end: ``linspace`` rounds.
     values = np.require(
         real_numbers("d", d), np.float64, ["C", "W"]
     )  # kernels are compiled for such arrays
-    end = half_width(alpha, beta)
     # Two passes without an array between them: nearly always that is all. NaN fails both.
-    if values.size == 0 or (values.max() <= end and values.min() >= -end):
+    if values.size == 0 or (values.max() <= high and values.min() >= low):
         return values
+    slack = ULP_SLACK * np.spacing(max(abs(low), abs(high)))
     # `not <=` also catches NaN
-    bad = np.flatnonzero(~(np.abs(values) <= end + ULP_SLACK * np.spacing(end)))
+    bad = np.flatnonzero(~((values >= low - slack) & (values <= high + slack)))
     if bad.size:
         where = np.unravel_index(bad[0], values.shape)
         index = f"[{', '.join(map(str, where))}]" if values.ndim else ""
         raise ValueError(
-            f"d{index} = {float(values[where])!r} is outside the global stick locus "
-            f"|d| <= {end:.17g} (alpha={alpha:g}, beta={beta:g}, eq. 6a). "
+            f"d{index} = {float(values[where])!r} is outside the global stick locus {why}. "
             "Take d from model.domain."
         )
-    inside: NDArray[np.float64] = np.clip(values, -end, end)
+    inside: NDArray[np.float64] = np.clip(values, low, high)
     return inside

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
 
 import numpy as np
 
@@ -78,6 +78,7 @@ class TwoBlock:
     friction: Friction
     units: Units | None = None
     damping: float = 0.0
+    forcing: ClassVar[None] = None
 
     def __post_init__(self) -> None:
         """Check every number once and store it as a float."""
@@ -321,6 +322,11 @@ class TwoBlock:
         return 2
 
     @property
+    def d_shape(self) -> tuple[int, ...]:
+        """Shape of the d of one global stick phase: a number."""
+        return ()
+
+    @property
     def limits(self) -> tuple[float, float]:
         """Static limits of the blocks in units of f_s1: (1, beta)."""
         return (1.0, self.beta)
@@ -355,7 +361,9 @@ class TwoBlock:
         ValueError
             Some ``d`` is NaN or outside; the first one is named.
         """
-        return locus.admit(d, self.alpha, self.beta)
+        end = self.domain[1]
+        why = f"|d| <= {end:.17g} (alpha={self.alpha:g}, beta={self.beta:g}, eq. 6a)"
+        return locus.admit(d, -end, end, why)
 
     def contains(self, d: ArrayLike) -> NDArray[np.bool_]:
         """Whether relative displacements lie in `domain`, ends included.

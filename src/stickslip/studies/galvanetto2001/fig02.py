@@ -30,7 +30,7 @@ class Data:
 def compute() -> Data:
     """Find the corners of the locus of the Coulomb system."""
     model = examples.coulomb()
-    return Data(model, locus.corners(model.alpha, model.beta), model.domain)
+    return Data(model, locus.corners(model.structure), model.domain)
 
 
 def draw(data: Data, figure: Figure) -> None:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from tests.analysis import known_maps as examples
 
 import stickslip as ss
-from stickslip.analysis import examples
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.bifurcations.border_collision.classification import (
     observed,

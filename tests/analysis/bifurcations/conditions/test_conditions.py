@@ -5,6 +5,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from tests.analysis.known_maps import border_collision, logistic, square_root, tent
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
 from stickslip.analysis.bifurcations.conditions.locate import Readings, solve, solve_near
@@ -14,7 +15,6 @@ from stickslip.analysis.branches.along.tracked import (
     TurningPoint,
 )
 from stickslip.analysis.branches.branches import breakpoints
-from stickslip.analysis.examples import border_collision, logistic, square_root, tent
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from tests.analysis.known_maps import logistic, tent
 
 import stickslip as ss
 from stickslip import examples
 from stickslip.analysis.bifurcations.crisis.comparison import parameter_point
 from stickslip.analysis.bifurcations.crisis.crises import crises
-from stickslip.analysis.examples import logistic, tent
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.mechanics.eventmap.event_map import EventMap

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from tests.analysis.known_maps import logistic
 
 from stickslip.analysis.bifurcations.conditions.conditions import Connection
 from stickslip.analysis.bifurcations.crisis.crises import RememberingMap
 from stickslip.analysis.branches.along.tracked import TurningPoint
-from stickslip.analysis.examples import logistic
 from stickslip.analysis.maps.derived import WindowMap
 
 

@@ -6,12 +6,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.analysis.known_maps import border_collision, logistic
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
 from stickslip.analysis.bifurcations.curves.curves import follow_bifurcation
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity, TurningPoint
 from stickslip.analysis.branches.branches import breakpoints
-from stickslip.analysis.examples import border_collision, logistic
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 
 ON_CURVE = 1e-11  # of parameters of order 1
@@ -78,7 +78,7 @@ def test_closed_curve():
     curve = follow(f, Fold(1, (0.0,)), "a", 6.0, along="b", range=(-2, 2), solve_for="a")
     a, b = curve.parameters["a"] - 5, curve.parameters["b"]
     assert a * a + b * b == pytest.approx(np.ones(len(a)), abs=ON_CURVE)
-    assert curve.end_reasons == ("the curve is closed", "the curve is closed")
+    assert curve.end_reasons == ("closed", "closed")
     angle = np.unwrap(np.arctan2(b, a))
     assert abs(angle[-1] - angle[0]) == pytest.approx(2 * np.pi, abs=1e-9)
 
@@ -101,8 +101,9 @@ def test_cusp():
         assert cusp.kind == "cusp"
         assert list(cusp.parameters.values()) == pytest.approx([0, 0], abs=SPECIAL)
         assert cusp.points == pytest.approx((0,), abs=1e-6)
-        k = int(cusp.position)
-        assert x[k] * x[k + 1] < 0
+        k = cusp.row
+        assert curve.parameters["a"][k] == cusp.parameters["a"]
+        assert x[k - 1] * x[k + 1] < 0
 
 
 def test_generalised_flip():

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.analysis import known_maps as examples
 
 import stickslip as ss
-from stickslip.analysis import examples
 from stickslip.analysis.bifurcations.explain import concerned_orbits
 from stickslip.analysis.bifurcations.scan.nodes import Family, SymbolClasses
 from stickslip.analysis.bifurcations.scan.survey import Survey

@@ -4,6 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from tests.analysis.known_maps import (
+    border_collision,
+    doubling,
+    logistic,
+    square_root,
+    tent_with_hole,
+)
 
 from stickslip import Coulomb, TwoBlock, examples
 from stickslip.analysis.bifurcations.curves.breakpoint_curves import follow_breakpoint
@@ -13,13 +20,6 @@ from stickslip.analysis.branches.along.tracked import (
     TurningPoint,
 )
 from stickslip.analysis.branches.branches import breakpoints
-from stickslip.analysis.examples import (
-    border_collision,
-    doubling,
-    logistic,
-    square_root,
-    tent_with_hole,
-)
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.mechanics.eventmap.event_map import EventMap

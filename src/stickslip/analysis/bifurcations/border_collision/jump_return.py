@@ -107,8 +107,8 @@ def far_image(
 
     ``multiplier``: of that orbit, for one that meets other breaks too; else f tells.
 
-    >>> from stickslip.analysis import examples
-    >>> f = examples.border_collision(a=0.5, b=-0.4, mu=0.0, jump=-1.0)
+    >>> f = ss.PiecewiseMap(
+    ...     lambda x: np.where(x < 0, 0.5 * x, -0.4 * x - 1), (-3, 3), breakpoints=[0.0])
     >>> far = far_image(f, ss.breakpoints(f)[0], side=-1, period=1)
     >>> far.fate, far.steps, round(far.height, 6), round(far.slope, 6)
     ('returns', 1, 1.0, -0.4)

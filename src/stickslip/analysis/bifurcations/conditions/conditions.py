@@ -7,6 +7,7 @@
 | `Crossing` | x where d f^p(x) / dq = 0 | (f^p)'(x) - 1 |
 | `Collision` | the border c | f^p(c-) - c or f^p(c+) - c; of several borders at once, the first |
 | `Connection` | the critical point c, the unstable orbit u | f^k(c) - u |
+| `Contact` | the critical point c, the break b or an end of the domain | f^k(c) - b |
 """
 
 from __future__ import annotations
@@ -25,7 +26,11 @@ from stickslip.analysis.bifurcations.conditions.orbit_paths import (
     rounding,
     slope_one,
 )
-from stickslip.analysis.branches.along.tracked import ConditionLost
+from stickslip.analysis.branches.along.tracked import (
+    ConditionLost,
+    DomainEnd,
+    TrackedDiscontinuity,
+)
 from stickslip.analysis.maps.protocol import MapFamily, domain_width, sample
 from stickslip.results.parts import part
 
@@ -277,4 +282,40 @@ class Connection:
         )
 
 
-Condition: TypeAlias = Fold | Flip | Crossing | Collision | Connection
+@part
+@dataclass(frozen=True)
+class Contact:
+    """An image of a critical point on a break b or an end of the domain, f^k(c±) - b: crises."""
+
+    critical: Critical
+    side: int  # of the critical point, -1 or 1; of no account at a turning point
+    k: int  # applications of the map
+    border: TrackedDiscontinuity | DomainEnd
+
+    @property
+    def period(self) -> int:
+        """0: no orbit is concerned."""
+        return 0
+
+    def at(self, f: Map1D) -> Reading:
+        """Evaluate the test function; `ConditionLost` without c, b, or an image of c."""
+        critical, border = self.critical.at(f), self.border.at(f)
+        path = path_from(f, critical, self.side, self.k)
+        if not path.complete:
+            raise ConditionLost(path.end_reason(critical))
+        met = border.critical
+        assert isinstance(met, TrackedDiscontinuity | DomainEnd)
+        return Reading(
+            value=path.points[-1] - border.x,
+            noise=rounding(f, path, critical.uncertainty + border.uncertainty),
+            points=(border.x,),
+            multipliers=(math.nan,),
+            condition=Contact(critical.critical, self.side, self.k, met),
+            labels=path.labels,
+            visited=path.points[1:-1],
+            critical=critical,
+            path=path.points,
+        )
+
+
+Condition: TypeAlias = Fold | Flip | Crossing | Collision | Connection | Contact

@@ -149,9 +149,8 @@ def solve(condition: Condition, at: MapAt, low: float, high: float) -> Located:
     "failed" where the test function only jumps over zero; `ConditionLost` where it does not exist
     all over the bracket; a ValueError where its signs agree.
 
-    >>> from stickslip.analysis.examples import logistic
     >>> from stickslip.analysis.bifurcations.conditions.conditions import Flip
-    >>> f = logistic(3.2)
+    >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.2})
     >>> solve(Flip(1, (0.6875,)), lambda r: f.replace(r=r), 2.5, 3.5).value
     3.0
     """

@@ -4,25 +4,29 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.branches.breakpoints import Breakpoint
-from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem
+from stickslip.analysis.continuation.curve import Curve, Problem
+from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, contained
 from stickslip.analysis.maps.arguments import checked_parameter
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.checks import checked_interval
+from stickslip.numerics.continuation import CurvePoint, StepControl, WalkEnd
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
-    from stickslip.analysis.branches.along.tracked import CriticalReading
-    from stickslip.analysis.maps.protocol import MapFamily
+    from collections.abc import Generator
 
-FIRST: Final = 1 / 64  # of the range: the first step
-LARGEST: Final = 1 / 16
-SMALLEST: Final = 1e-10  # ... and how far an end is closed in on
+    from stickslip.analysis.branches.along.tracked import CriticalReading
+    from stickslip.analysis.continuation.curve import CurveEnd
+    from stickslip.analysis.continuation.follower import Half
+    from stickslip.analysis.maps.protocol import Floats, MapFamily
+
+CONTROL: Final = StepControl(first=1 / 64, smallest=1e-10, largest=1 / 16)  # of the range
 BENT: Final = 2e-3  # of the breakpoint's whole way: larger misses of a prediction halve a step
 STRAIGHT: Final = 2e-4  # ... and smaller ones double it
 SUDDEN: Final = 1e-3  # of the domain: a value that changes with a label by more has jumped
@@ -73,89 +77,96 @@ def follow_breakpoint(
     range: tuple[float, float],
 ) -> Curve:
     """Follow a breakpoint of a map along one parameter; see `stickslip.follow`."""
-    low, high, start = _checked(system, name, range)
+    checked_parameter(system, name)
+    low, high = checked_interval("range", range)
+    start = contained(low, high, name, float(system.parameters[name]), "map and its breakpoint")
     border = point if isinstance(point, TrackedDiscontinuity) else TrackedDiscontinuity.of(point)
     try:
         here = border.at(system)
     except ConditionLost as lost:
         raise ValueError(f"{name} = {start:.12g}: {lost}. Take a breakpoint of this map.") from lost
-    walk = _Walk(system, name, high - low)
-    down, first_reason = walk.go(start, here, low)
-    up, last_reason = walk.go(start, here, high)
-    rows = [*reversed(down), (start, here), *up]
-    readings = [reading for _, reading in rows]
-    values, d = np.array([value for value, _ in rows]), np.array([r.x for r in readings])
-    return Curve(
-        kind="breakpoint",
-        parameters={name: values},
-        points=d[:, None],
-        multipliers=np.empty((len(rows), 0)),
-        stable=np.zeros(len(rows), dtype=bool),
-        ends=(
-            CurveEnd(first_reason, {name: float(values[0])}, d[:1]),
-            CurveEnd(last_reason, {name: float(values[-1])}, d[-1:]),
-        ),
-        bifurcations=(),
-        data={
-            "left": np.array([r.left for r in readings]),
-            "right": np.array([r.right for r in readings]),
-            "left_slope": np.array([r.left_slope for r in readings]),
-            "right_slope": np.array([r.right_slope for r in readings]),
-            "kind": tuple(r.kind for r in readings),
-        },
-        problem=BreakpointProblem(
-            system,
-            tuple(r.critical for r in readings if isinstance(r.critical, TrackedDiscontinuity)),
-        ),
-    )
+    follower = _BreakFollower(system, name, low, high)
+    return follower.follow(follower.point(start, here, 1.0))
 
 
-def _checked(
-    system: MapFamily, name: str, range: tuple[float, float]
-) -> tuple[float, float, float]:
-    checked_parameter(system, name)
-    low, high = checked_interval("range", range)
-    start = float(system.parameters[name])
-    if not low <= start <= high:
-        raise ValueError(
-            f"range = ({low:.12g}, {high:.12g}) does not contain {name} = {start:.12g}, the "
-            "value of the system that the breakpoint was found in."
-        )
-    return low, high, start
+class _BreakFollower(Follower):
+    """Follows a border from value to value, in steps as long as its line is straight."""
 
+    kind: ClassVar = "breakpoint"
 
-class _Walk:
-    """Follow a border from value to value, in steps as long as its line is straight."""
+    def __init__(self, system: MapFamily, name: str, low: float, high: float) -> None:
+        super().__init__(name, low, high, CONTROL, MAX_POINTS)
+        self.system, self.width = system, high - low
 
-    def __init__(self, system: MapFamily, name: str, width: float) -> None:
-        self.system, self.name, self.width = system, name, width
+    def point(self, value: float, reading: CriticalReading, rate: float) -> CurvePoint:
+        """Describe a border that is left with the parameter rising or falling."""
+        y, tangent = np.array([reading.x, value]), np.array([0.0, rate])
+        return CurvePoint(y, tangent, 0.0, 0, reading, CONTROL.first)
 
-    def go(
-        self, start: float, here: CriticalReading, end: float
-    ) -> tuple[list[tuple[float, CriticalReading]], str]:
-        """Return values and readings up to an end, without the start, and why they stop."""
-        rows = [(start, here)]
-        step = FIRST * self.width
-        while rows[-1][0] != end:
-            value = rows[-1][0]
+    def points(self, point: CurvePoint) -> Floats:
+        """Return the place of the border."""
+        return point.y[:1]
+
+    def multipliers(self, point: CurvePoint) -> Floats:
+        """Return none."""
+        return np.empty(0)
+
+    def images(self, point: CurvePoint) -> tuple[CurvePoint, ...]:
+        """Return none: a line that does not turn back does not close."""
+        return ()
+
+    def walk(self, start: CurvePoint) -> Generator[CurvePoint, None, WalkEnd]:
+        """Yield points up to an end of the range, or to where the border is lost."""
+        rate = float(start.tangent[-1])
+        end = self.high if rate > 0 else self.low
+        rows = [(start.parameter, start.note)]
+        step, smallest = CONTROL.first * self.width, CONTROL.smallest * self.width
+        here = start
+        while here.parameter != end:
+            value = here.parameter
             to_end = abs(end - value)
             # A rest shorter than half a step would be a step of its own.
             new = end if to_end <= 1.5 * step else value + math.copysign(step, end - value)
             try:
-                reading = self._read(rows[-1][1], new)
+                reading = self._read(here.note, new)
             except ConditionLost as lost:
-                if step <= SMALLEST * self.width:
-                    return rows[1:], str(lost).split(". ")[0]
+                if step <= smallest:
+                    return WalkEnd("region", here, str(lost).split(". ")[0])
                 step = 0.5 * abs(new - value)
                 continue
             miss, allowed = self._miss(rows, new, reading)
-            if miss > allowed and abs(new - value) > SMALLEST * self.width:
+            if miss > allowed and abs(new - value) > smallest:
                 step = 0.5 * abs(new - value)
                 continue
             rows.append((new, reading))
+            here = self.point(new, reading, rate)
+            yield here
             if miss < STRAIGHT / BENT * allowed:
-                step = min(2 * step, LARGEST * self.width)
-        return rows[1:], "end of range"
+                step = min(2 * step, CONTROL.largest * self.width)
+        return WalkEnd("end of range", here)
+
+    def stopped(self, stop: WalkEnd, half: Half) -> CurveEnd:
+        """Say why the border ends."""
+        return self.end(stop.last, stop.cause or stop.reason)
+
+    def assembled(self, rows: list[CurvePoint], **known: Any) -> Curve:
+        """Make a curve of its readings."""
+        readings: list[CriticalReading] = [row.note for row in rows]
+        columns = ("left", "right", "left_slope", "right_slope")
+        return Curve(
+            kind=self.kind,
+            parameters={self.name: np.array([row.parameter for row in rows])},
+            points=np.array([self.points(row) for row in rows]),
+            multipliers=np.empty((len(rows), 0)),
+            stable=np.zeros(len(rows), dtype=bool),
+            data={name: np.array([getattr(r, name) for r in readings]) for name in columns}
+            | {"kind": tuple(r.kind for r in readings)},
+            problem=BreakpointProblem(
+                self.system,
+                tuple(r.critical for r in readings if isinstance(r.critical, TrackedDiscontinuity)),
+            ),
+            **known,
+        )
 
     def _read(self, last: CriticalReading, value: float) -> CriticalReading:
         try:
@@ -184,4 +195,4 @@ class _Walk:
         foretold = last.x + (last.x - old.x) * (new - value) / (value - before)
         way = max(abs(row.x - rows[0][1].x) for _, row in rows)
         moved = abs(foretold - last.x)
-        return abs(reading.x - foretold), max(BENT * way, JUMPED * moved, SMALLEST)
+        return abs(reading.x - foretold), max(BENT * way, JUMPED * moved, CONTROL.smallest)

@@ -9,8 +9,8 @@ range or to where the condition is lost.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
@@ -19,36 +19,38 @@ from stickslip.analysis.bifurcations.conditions.conditions import Crossing, Fold
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.curves.curve_ends import end_event
 from stickslip.analysis.bifurcations.curves.curve_events import Watch
-from stickslip.analysis.bifurcations.curves.curve_steps import closest_to_end
 from stickslip.analysis.bifurcations.curves.plane_equations import (
     FoldEquations,
     Plane,
     PlaneEquations,
+    closest_to_end,
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost
-from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem
+from stickslip.analysis.continuation.curve import Curve, Problem, between
+from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, Passed, contained
 from stickslip.analysis.maps.arguments import checked_parameter
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.checks import checked_interval
-from stickslip.numerics.continuation import ArclengthCurve, LeavesRegion, StepControl, StepTooLong
+from stickslip.numerics.continuation import LeavesRegion, StepControl, StepTooLong
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
     from stickslip.analysis.bifurcations.curves.curve_events import Event
+    from stickslip.analysis.bifurcations.curves.plane_equations import Equations
+    from stickslip.analysis.continuation.curve import CurveEnd, CurveEvent
+    from stickslip.analysis.continuation.follower import Half
     from stickslip.analysis.maps.protocol import Floats, MapFamily
-    from stickslip.numerics.continuation import CurvePoint
+    from stickslip.numerics.continuation import CurvePoint, WalkEnd
 
-    Equations: TypeAlias = PlaneEquations | FoldEquations
 
 CONTROL: Final = StepControl(first=0.01, smallest=1e-7, largest=1 / 32, patience=100)
-MAX_NODES: Final = 2000  # a curve that winds on is cut here
 START: Final = 1e-4  # of a parameter: how far off the start of a curve may be
 SUDDEN: Final = 4.0  # times the last velocity of the orbit: a jump, or a step to be halved
 FLOOR: Final = 1e-4  # of the domain: smaller moves of the orbit are no jumps
 THIN: Final = 1e-4  # scaled: the approach to an end is not kept, only the end
-RETURNED: Final = 0.5  # of a step: a curve that comes back so close to its start is closed
-END_OF_RANGE: Final = "end of range"
 KIND: Final = "bifurcation: "  # before the kind of a bifurcation in that of its curve
 AT_STEP: Final = 1e-4  # of a parameter: least error of an interpolated guess
 MARGINAL: Final = 1e-9  # multipliers this close to the unit circle do not attract
@@ -102,9 +104,7 @@ class BifurcationProblem(Problem):
 
     def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
         """Return the other parameter, on a straight line between two rows."""
-        values = curve.parameters[_other(curve, name)]
-        after = values[row + 1] if share else values[row]
-        return np.array([values[row] + share * (after - values[row])])
+        return np.atleast_1d(between(curve.parameters[_other(curve, name)], row, share))
 
 
 def _other(curve: Curve, name: str) -> str:
@@ -122,22 +122,18 @@ def follow_bifurcation(
             item.condition, lambda t: plane.map_at(t, s), q, step=START * max(abs(q), START)
         )
         equations = _equations(plane, start.reading, start.value, s, high - low)
-        curve = ArclengthCurve(
-            equations, equations.scale, low, high, CONTROL, _Continuity(equations)
-        )
-        first = curve.point(equations.unknowns(start.reading, start.value, s))
+        follower = _ConditionFollower(item, equations, low, high)
+        first = follower.curve.point(equations.unknowns(start.reading, start.value, s))
     except (ConditionLost, LeavesRegion, StepTooLong) as reason:
         raise ValueError(
             f"there is no such bifurcation near {name} = {s:.12g}, {solve_for} = {q:.12g}: "
             f"{reason}. Take the system in which it was found."
         ) from reason
     equations.accept(first.y, first.note)
-    back = _Walk(curve, equations).go(first.reversed())
-    on = _Walk(curve, equations, [first], reason=back.reason)
-    if not back.closed:
-        equations.restart(first.y)
-        on = _Walk(curve, equations).go(first)
-    return _assembled(item, plane, equations, first, back, on)
+    follower.column = 0
+    if len(first.note.multipliers) > 1 and getattr(item.condition, "side", -1) > 0:
+        follower.column = -1
+    return follower.follow(first)
 
 
 def _start(
@@ -157,11 +153,7 @@ def _start(
     low, high = checked_interval("range", range)
     here = system.replace(**{item.parameter: item.value})
     s, q = here.parameters[along], here.parameters[solve_for]
-    if not low <= s <= high:
-        raise ValueError(
-            f"range = ({low:.12g}, {high:.12g}) does not contain {along} = {s:.12g}, where the "
-            "bifurcation was found."
-        )
+    contained(low, high, along, s, "bifurcation")
     return Plane(here, along, solve_for), q, s
 
 
@@ -170,143 +162,85 @@ def _equations(plane: Plane, start: Reading, q: float, s: float, width: float) -
     return kind.at(plane, start, q, s, width)
 
 
-@dataclass
-class _Continuity:
-    """Lets a point of the curve pass if the orbit has moved as it may; remembers it then."""
+class _ConditionFollower(Follower):
+    """Follows a condition in the plane of two parameters."""
 
-    equations: Equations
-    velocity: float = math.inf
+    def __init__(self, item: Any, equations: Equations, low: float, high: float) -> None:
+        super().__init__(equations.plane.along, low, high, CONTROL, MAX_POINTS)
+        self.item, self.equations = item, equations
+        self.curve = self.line(equations, equations.scale)
+        self.watch = Watch(self.curve, equations)
+        self.velocity = math.inf  # of the orbit, in the last step
+        self.column = 0  # of the multipliers: on the side that the orbit comes from
 
-    def __call__(self, previous: CurvePoint, new: CurvePoint) -> None:
-        scale = self.equations.scale
-        step = float(np.linalg.norm((new.y - previous.y) / scale))
-        moved = float(np.max(np.abs(np.subtract(new.note.points, previous.note.points))))
+    def restart(self, start: CurvePoint) -> None:
+        """Take the gradient at the start."""
+        self.equations.restart(start.y)
+        self.velocity, self.watch = math.inf, Watch(self.curve, self.equations)
+
+    def points(self, point: CurvePoint) -> Floats:
+        """Return the points of the orbit."""
+        return np.array(point.note.points)
+
+    def multipliers(self, point: CurvePoint) -> float:
+        """Return the multiplier, of a border collision on the side that the orbit comes from."""
+        return float(point.note.multipliers[self.column])
+
+    def parameters(self, point: CurvePoint) -> dict[str, float]:
+        """Return the varied parameter, then the one that is solved for."""
+        q, s = self.equations.parameters(point.y)
+        return {self.name: s, self.equations.plane.solve_for: q}
+
+    def accept(self, here: CurvePoint, new: CurvePoint) -> None:
+        """Let the orbit move as it may, and remember it."""
+        step = float(np.linalg.norm((new.y - here.y) / self.equations.scale))
+        moved = float(np.max(np.abs(np.subtract(new.note.points, here.note.points))))
         floor = FLOOR * domain_width(self.equations.plane.system)
         if moved > max(SUDDEN * self.velocity * step, floor):
             raise StepTooLong("the orbit jumps")
         self.velocity = max(moved, floor) / step
         self.equations.accept(new.y, new.note)
 
+    def passed(self, here: CurvePoint, new: CurvePoint) -> Iterator[Passed]:
+        """Solve for what changes the type of the bifurcation."""
+        for event in self.watch.between(here, new):
+            end = self.end(event.node, event.what) if event.ends else None
+            yield Passed(event.node, self._described(event), end)
 
-@dataclass
-class _Walk:
-    """One way along a curve."""
+    def _described(self, event: Event) -> CurveEvent:
+        return self.event(event.kind, event.node, math.nan, what=event.what)
 
-    curve: ArclengthCurve
-    equations: Equations
-    nodes: list[CurvePoint] = field(default_factory=list)
-    events: list[tuple[int, Event]] = field(default_factory=list)
-    reason: str = END_OF_RANGE
-    closed: bool = False
-
-    def go(self, start: CurvePoint) -> _Walk:
-        """Walk to the end."""
-        self.nodes.append(start)
-        steps, watch = self.curve.walk(start), Watch(self.curve, self.equations)
-        while True:
-            try:
-                node = next(steps)
-            except StopIteration as end:
-                self._finish(end.value.reason)
-                return self
-            here = len(self.nodes) - 1
-            self.nodes.append(node)
-            for event in watch.between(self.nodes[here], node):
-                if event.ends:
-                    self.nodes[-1], self.reason = event.node, event.what
-                self.events.append((here, event))
-            if self.reason != END_OF_RANGE:
-                return self
-            if len(self.nodes) > MAX_NODES:
-                self.reason = f"more than {MAX_NODES} points"
-                return self
-            if self._is_closed(start, node):
-                self.nodes.append(start)
-                self.reason, self.closed = "the curve is closed", True
-                return self
-
-    def _finish(self, how: str) -> None:
+    def stopped(self, stop: WalkEnd, half: Half) -> CurveEnd:
         """Say why a walk has ended; keep of its last steps only the end."""
-        if how == END_OF_RANGE:
-            return
-        last = closest_to_end(self.equations, self.nodes[-1], 2 * CONTROL.smallest)
-        event, self.reason = end_event(self.equations, last)
+        if stop.reason == "end of range":
+            return self.end(stop.last, stop.reason)
+        last = closest_to_end(self.equations, half.rows[-1], 2 * CONTROL.smallest)
+        event, reason = end_event(self.equations, last)
         scale = self.equations.scale
-        kept = [n for n in self.nodes[:-1] if np.linalg.norm((n.y - last.y) / scale) > THIN]
-        self.nodes = [*(kept or self.nodes[:1]), last]
-        self.events = [(min(i, len(self.nodes) - 2), e) for i, e in self.events]
+        kept = [row for row in half.rows if np.linalg.norm((row.y - last.y) / scale) > THIN]
+        half.rows = [*(kept or half.rows[:1]), last if event is None else event.node]
+        half.events = [replace(item, row=min(item.row, len(half.rows) - 1)) for item in half.events]
         if event is not None:
-            self.events.append((len(self.nodes) - 2, event))
+            half.note(self._described(event))
+        return self.end(half.rows[-1], reason)
 
-    def _is_closed(self, start: CurvePoint, node: CurvePoint) -> bool:
-        if len(self.nodes) < 8:
-            return False
-        away = float(np.linalg.norm((node.y - start.y) / self.equations.scale))
-        return away < RETURNED * node.step and float(node.tangent @ start.tangent) > 0
-
-
-def _assembled(
-    item: Any, plane: Plane, equations: Equations, first: CurvePoint, back: _Walk, on: _Walk
-) -> Curve:
-    """Join both ways into one curve, in which the parameter rises at the start."""
-    nodes = [*reversed(back.nodes[1:]), first, *on.nodes[1:]]
-    zero = len(back.nodes) - 1
-    side = -1
-    if len(first.note.multipliers) > 1:
-        side = getattr(item.condition, "side", -1)
-    column = 0 if side < 0 else -1
-    marks = [_mark(plane, equations, nodes, zero - 1 - i, e, column) for i, e in back.events]
-    marks += [_mark(plane, equations, nodes, zero + i, e, column) for i, e in on.events]
-    where = np.array([equations.parameters(node.y) for node in nodes])
-    readings: list[Reading] = [node.note for node in nodes]
-    one_sided = np.array([[r.multipliers[0], r.multipliers[-1]] for r in readings])
-    multipliers = one_sided[:, column]
-    parameters = {plane.along: where[:, 1], plane.solve_for: where[:, 0]}
-    points = np.array([r.points for r in readings])
-    kind = getattr(item, "kind", type(item.condition).__name__.lower())
-    ends = [
-        CurveEnd(
-            reason,
-            {name: float(values[k]) for name, values in parameters.items()},
-            points[k],
-            float(multipliers[k]),
+    def assembled(self, rows: list[CurvePoint], **known: Any) -> Curve:
+        """Make a curve of its readings."""
+        readings: list[Reading] = [row.note for row in rows]
+        where = [self.parameters(row) for row in rows]
+        one_sided = np.array([[r.multipliers[0], r.multipliers[-1]] for r in readings])
+        multipliers = one_sided[:, self.column]
+        kind = getattr(self.item, "kind", type(self.item.condition).__name__.lower())
+        return Curve(
+            kind=f"{KIND}{kind}",
+            period=self.item.condition.period,
+            parameters={name: np.array([each[name] for each in where]) for name in where[0]},
+            points=np.array([r.points for r in readings]),
+            multipliers=multipliers,
+            stable=np.abs(multipliers) < 1 - MARGINAL,
+            data={"multiplier_left": one_sided[:, 0], "multiplier_right": one_sided[:, 1]},
+            problem=BifurcationProblem(
+                self.equations.plane.system, tuple(r.condition for r in readings)
+            ),
+            **known,
         )
-        for k, reason in ((0, back.reason), (-1, on.reason))
-    ]
-    return Curve(
-        kind=f"{KIND}{kind}",
-        period=item.condition.period,
-        parameters=parameters,
-        points=points,
-        multipliers=multipliers,
-        stable=np.abs(multipliers) < 1 - MARGINAL,
-        ends=(ends[0], ends[1]),
-        bifurcations=tuple(sorted(marks, key=lambda mark: mark.position)),
-        data={"multiplier_left": one_sided[:, 0], "multiplier_right": one_sided[:, 1]},
-        problem=BifurcationProblem(plane.system, tuple(r.condition for r in readings)),
-    )
-
-
-def _mark(
-    plane: Plane,
-    equations: Equations,
-    nodes: list[CurvePoint],
-    index: int,
-    event: Event,
-    column: int,
-) -> CurveEvent:
-    """Describe an event between nodes ``index`` and ``index + 1``."""
-    q, s = equations.parameters(event.node.y)
-    before, after = nodes[index], nodes[index + 1]
-    way = [np.linalg.norm((end.y - event.node.y) / equations.scale) for end in (before, after)]
-    share = float(way[0] / sum(way)) if sum(way) > 0 else 0.0
-    return CurveEvent(
-        kind=event.kind,
-        parameters={plane.along: s, plane.solve_for: q},
-        points=np.array(event.node.note.points),
-        multipliers=float(event.node.note.multipliers[column]),
-        error=math.nan,
-        row=index,
-        share=share,
-        what=event.what,
-    )

@@ -19,7 +19,11 @@ from stickslip.analysis.bifurcations.conditions.locate import solve, solve_near
 from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
 from stickslip.analysis.bifurcations.conditions.simultaneous import solve_together
 from stickslip.analysis.bifurcations.normal_forms import CrossingCoefficients, crossing_coefficients
-from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
+from stickslip.analysis.branches.along.tracked import (
+    ConditionLost,
+    DomainEnd,
+    TrackedDiscontinuity,
+)
 from stickslip.analysis.branches.table import RESOLUTION, branch_table
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width
@@ -240,9 +244,12 @@ def flips_on(piece: Piece) -> list[Suspect]:
 
 
 def suspects_at_end(way: Way, family: Family) -> Iterator[Suspect]:
-    """Suspect what may have ended an orbit's way, the likeliest first; nothing outside."""
+    """Suspect what may have ended an orbit's way, the likeliest first."""
     end = way.end
-    if end is None or end.reason in ("arrived", "outside"):
+    if end is None or end.reason == "arrived":
+        return
+    if end.reason == "outside":
+        yield from _leaving(way, family)
         return
     if end.reason == "border":
         yield from _collisions(way, family)
@@ -318,6 +325,19 @@ def _meeting(f: MapFamily, end: End, place: int) -> Meeting | None:
     if border is None:
         return None
     return Meeting(place, TrackedDiscontinuity.of(border), -1 if x < border.d else 1)
+
+
+def _leaving(way: Way, family: Family) -> Iterator[Suspect]:
+    """Suspect that the orbit meets the end of the domain; no end of a window is an event."""
+    end = way.end
+    assert end is not None
+    f, whole = family.at(end.q), family.whole(end.q)
+    x, speed = float(end.points[end.place]), float(end.velocity[end.place])
+    upper = bool(speed * end.step > 0)
+    if f.domain[upper] == whole.domain[upper]:
+        border = DomainEnd(upper, whole.domain[upper])
+        condition = Collision(len(end.points), border, -1 if upper else 1)
+        yield Suspect(condition, end.q + (border.x - x) / speed, abs(end.step))
 
 
 def _nearest_border(f: MapFamily, x: float, distance: float) -> Breakpoint | None:

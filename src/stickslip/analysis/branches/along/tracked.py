@@ -169,7 +169,30 @@ class TurningPoint:
         return CriticalReading(x, value, value, 0.0, 0.0, "turning point", interval, moved)
 
 
-Critical: TypeAlias = TrackedDiscontinuity | TurningPoint
+@part
+@dataclass(frozen=True)
+class DomainEnd:
+    """An end of a map's domain, or of its window: the edge of the gap outside."""
+
+    upper: bool
+    x: float
+
+    @property
+    def kind(self) -> CriticalKind:
+        """``edge``."""
+        return "edge"
+
+    def at(self, f: Map1D) -> CriticalReading:
+        """Read the map off at its end."""
+        x = float(f.domain[self.upper])
+        value, slope = (float(v) for v in values_and_slopes(f, np.array(x)))
+        inside, outside = (value, slope), (math.nan, math.nan)
+        (left, at_left), (right, at_right) = (inside, outside) if self.upper else (outside, inside)
+        end = DomainEnd(self.upper, x)
+        return CriticalReading(x, left, right, at_left, at_right, "edge", (x, x), end)
+
+
+Critical: TypeAlias = TrackedDiscontinuity | TurningPoint | DomainEnd
 
 
 # ---------------------------------------------------------------- breaks

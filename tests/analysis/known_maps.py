@@ -1,4 +1,4 @@
-"""Maps whose orbits are known in closed form: answers for tests, first steps for readers."""
+"""Maps whose orbits are known in closed form."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Smooth maps of the plane with known orbits and bifurcations: answers for tests."""
+"""Smooth maps of the plane with known orbits and bifurcations."""
 
 from __future__ import annotations
 

@@ -1,87 +1,29 @@
-"""What the event maps of two and of many blocks share: settings, and what they tell of motions."""
+"""What the motions from points of an event map leave, as a result."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import status as status_codes
-from stickslip.checks import whole_number
-from stickslip.mechanics.eventmap.records import Controls, Outputs
-from stickslip.mechanics.flow.engine import time_limit, tolerance
 from stickslip.numerics.arrays import Floats
-from stickslip.numerics.targets import available_threads
 from stickslip.results.result import Result
 from stickslip.results.table import numbered
 
 
-class ModelMap:
-    """The model and the settings of an event map; equal ones compare equal."""
-
-    model: Any
-    _settings: ClassVar[tuple[str, ...]] = ("rtol", "max_events", "max_time", "threads")
-
-    def _set(self, rtol: float, max_events: int, max_time: float, threads: int | None) -> None:
-        """Check the settings."""
-        self.rtol = tolerance(rtol)
-        self.max_events = whole_number("max_events", max_events, what="events of one motion")
-        self.max_time = time_limit(max_time)
-        self.threads = (
-            available_threads()
-            if threads is None
-            else whole_number("threads", threads, what="processor cores used")
-        )
-        self._controls = Controls(self.rtol, self.max_events, self.max_time)
-
-    @property
-    def parameters(self) -> dict[str, float]:
-        """Parameters of the model by name."""
-        return dict(self.model.parameters)
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """Keyword arguments that make this map from its model."""
-        return {name: getattr(self, name) for name in self._settings}
-
-    def replace(self, **changes: Any) -> Self:
-        """Make the map of a changed model, with the same settings."""
-        return type(self)(self.model.replace(**changes), **self.settings)  # type: ignore[call-arg]
-
-    def __eq__(self, other: object) -> bool:
-        """Equal models and settings."""
-        if not isinstance(other, ModelMap) or type(self) is not type(other):
-            return NotImplemented
-        return bool((self.model, self.settings) == (other.model, other.settings))
-
-    def __hash__(self) -> int:
-        """Hash of the model and the settings."""
-        return hash((self.model, *self.settings.values()))
-
-    def _result(
-        self, d: Floats, outputs: Outputs, shape: tuple[int, ...], slopes: tuple[int, ...]
-    ) -> EventMapResult:
-        """Shape what motions left: one number a motion by `shape`, derivatives by `slopes`."""
-        shapes = {"value": d.shape, "derivative": slopes}
-        told: dict[str, Any] = {
-            name: array.reshape(shapes.get(name, shape))[()]
-            for name, array in outputs._asdict().items()
-        }
-        return EventMapResult(**told, d=d)
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class EventMapResult(Result):
-    """What `EventMap.evaluate` knows of each motion; every field is shaped like `d`.
+    """What ``evaluate`` knows of each motion; on the line every field is shaped like `d`.
 
     Attributes
     ----------
     value : ndarray of float
         d of the next global stick phase, units of f_s1 / k; NaN where there is none.
     derivative : ndarray of float
-        Slope of the map, one-sided at a breakpoint.
+        Slope of the map, one-sided at a breakpoint; the Jacobian of more than two blocks.
     duration : ndarray of float
         Time between the two phases, units of sqrt(m / k).
     n_events : ndarray of int
