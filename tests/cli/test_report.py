@@ -19,8 +19,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
 )
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.bifurcations.outcome import LocalAttractor, Outcome
-from stickslip.cli.report import Report
-from stickslip.cli.report_data import agrees
+from stickslip.cli.report import Report, agrees
 from stickslip.studies.claim import digits, with_error
 
 CYCLE, CHAOS = LocalAttractor("periodic", 2), LocalAttractor("chaotic", 1)

@@ -10,10 +10,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from stickslip.cli.failure import CLAIM_FAILED, DONE, ComputationError, UsageError
 from stickslip.cli.options import OUTPUT, FileOptions, Flag, ModelOptions, OutputOptions, Whole
-from stickslip.cli.output import document, new_files
-from stickslip.cli.progress import tracked
+from stickslip.cli.output import document, new_files, tracked
+from stickslip.cli.process import CLAIM_FAILED, DONE, ComputationError, UsageError
 from stickslip.files import checked_suffix, read_text
 
 CERTIFY_EXAMPLES = """\

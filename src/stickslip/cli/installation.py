@@ -11,10 +11,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from stickslip.cli.failure import UsageError
 from stickslip.cli.options import Flag, OutputOptions, Whole
-from stickslip.cli.output import document
-from stickslip.cli.progress import note, tracked
+from stickslip.cli.output import document, note, tracked
+from stickslip.cli.process import UsageError
 
 EXPLORE_EXAMPLES = """\
 stickslip explore
@@ -59,7 +58,7 @@ def explore(
 
     require_extra("app", "explorers", *EXTRA)
     from stickslip.app.page import preset_names
-    from stickslip.app.serving import listening_socket, serve, url_of
+    from stickslip.app.server import listening_socket, serve, url_of
 
     if preset is not None and preset not in preset_names():
         raise UsageError(f"--preset {preset}: choose one of {', '.join(preset_names())}")

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
 from stickslip.cli.options import Flag, TableOptions, Whole, check_equally_spaced
-from stickslip.cli.progress import note
+from stickslip.cli.output import note
+from stickslip.cli.process import COMPUTATION_FAILED, DONE, UsageError
 
 if TYPE_CHECKING:
     from stickslip.mechanics.cycle.limit_cycles import CycleList

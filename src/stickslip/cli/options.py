@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from cyclopts import Group, Parameter, Token
 
-from stickslip.cli.failure import UsageError
 from stickslip.cli.output import PICTURE_SUFFIXES, document, draw_pictures, new_files, show_table
+from stickslip.cli.process import UsageError
 from stickslip.files import checked_suffix, write_table
 
 if TYPE_CHECKING:

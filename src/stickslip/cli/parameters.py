@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, cast
 
 from cyclopts import Parameter
 
-from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
 from stickslip.cli.options import (
     OUTPUT,
     Flag,
@@ -26,9 +25,11 @@ from stickslip.cli.output import (
     draw_pictures,
     new_files,
     new_folder,
+    notes,
+    shares,
     show_table,
 )
-from stickslip.cli.progress import notes, shares
+from stickslip.cli.process import COMPUTATION_FAILED, DONE, UsageError
 from stickslip.files import checked_suffix, write_csv, write_table, write_text
 
 if TYPE_CHECKING:

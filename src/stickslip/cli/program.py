@@ -14,16 +14,17 @@ from cyclopts import App, CycloptsError
 
 from stickslip import __version__
 from stickslip.cli import claims, installation, maps, motions, parameters, sweeps
-from stickslip.cli.failure import (
+from stickslip.cli.process import (
     BAD_USAGE,
     DONE,
     INTERRUPTED,
     CommandError,
     UsageError,
     exit_code_of,
+    interrupted,
+    say_interrupted,
     shortened,
 )
-from stickslip.cli.process import interrupted, say_interrupted
 from stickslip.files import FULL
 
 LONGEST_NAME = 40

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from stickslip.cli.failure import ComputationError, RefusalError, UsageError
 from stickslip.cli.options import OUTPUT, Flag, OutputOptions, Whole
-from stickslip.cli.output import PICTURE_SUFFIXES, document, draw_pictures, new_files
-from stickslip.cli.process import advise
-from stickslip.cli.progress import points
+from stickslip.cli.output import PICTURE_SUFFIXES, document, draw_pictures, new_files, points
+from stickslip.cli.process import ComputationError, RefusalError, UsageError, advise
 from stickslip.files import checked_suffix
 
 if TYPE_CHECKING:

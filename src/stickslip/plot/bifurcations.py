@@ -74,7 +74,7 @@ def draw_stretches(
 def draw_bifurcations(bifurcations: Any, ax: Axes | None = None, *, legend: bool = True) -> Axes:
     """Draw the orbits of a range, stable ones heavy, and a mark per bifurcation."""
     ax = axes_or_new(ax)
-    for curve in bifurcations.branches:
+    for curve in bifurcations.curves:
         draw_stretches(ax, curve.values, curve.points, curve.multipliers)
     for item in bifurcations:
         draw_bifurcation(item, ax)

@@ -114,7 +114,7 @@ def plot_return_region(region: Any, ax: Axes | None = None) -> Axes:
                 color=PALETTE["vermillion"],
                 alpha=alpha,
             )
-    for number in range(len(region.branches)):
+    for number in range(len(region.curves)):
         for low, high in region.attracting(number):
             for end in (low, high):
                 if region.values[0] < end < region.values[-1]:

@@ -1,4 +1,4 @@
-"""The description of a sweep, cut into tiles, and the computation of one tile.
+"""The description of a sweep: axes, cut into tiles, and the computation of one tile.
 
 A tile is one task and one chunk of each array of the store. `compute` is a pure function of a job
 and a tile, so that it may run in any thread or process, any number of times.
@@ -8,27 +8,121 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from math import inf
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stickslip.analysis.maps.protocol import OUTSIDE
-from stickslip.sweeps.identity import digest
+from stickslip.checks import MOST_VALUES, finite_number, grid, instance, one_of, whole_number
+from stickslip.numerics.arrays import Floats
+from stickslip.sweeps.identity import digest, target
 from stickslip.sweeps.system import rows
-from stickslip.sweeps.target import target
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.mechanics.eventmap.records import Followed
-    from stickslip.numerics.arrays import Floats
     from stickslip.numerics.long_run import LongRun
-    from stickslip.sweeps.axis import Axis
     from stickslip.sweeps.observable import Observable, Output
     from stickslip.sweeps.system import Run, System
+
+
+SCALES: Final = ("linear", "log")
+
+AxisLike: TypeAlias = "Axis | tuple[float, float, int] | ArrayLike"
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """Values of one parameter; `axis` makes it.
+
+    Attributes
+    ----------
+    values : ndarray of float64, shape (n,)
+        Distinct, in ascending or descending order.
+    """
+
+    values: Floats
+
+    def __len__(self) -> int:
+        """Count the values."""
+        return len(self.values)
+
+
+@suggests
+def axis(lo: float, hi: float, n: int, scale: Literal["linear", "log"] = "linear") -> Axis:
+    """Make an axis of equally spaced values, both ends included.
+
+    Parameters
+    ----------
+    lo, hi : float
+        Ends; with ``scale="log"`` both above 0.
+    n : int
+        Number of values, >= 1; with 1, ``lo`` alone.
+    scale : {"linear", "log"}
+        Whether differences or ratios of neighbours are equal.
+
+    Returns
+    -------
+    Axis
+        For `stickslip.sweep`.
+
+    Raises
+    ------
+    ValueError
+        An end is not finite or out of range, n is no whole number >= 1, the scale is unknown.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> ss.axis(0.01, 1.0, 3, scale="log").values
+    array([0.01, 0.1 , 1.  ])
+    """
+    one_of("scale", scale, SCALES)
+    count = whole_number("n", n, at_most=MOST_VALUES, what="values of an axis")
+    least = 0.0 if scale == "log" else -inf
+    why = "A logarithmic axis has ends above 0." if scale == "log" else ""
+    ends = [
+        finite_number(name, end, above=least, why=why) for name, end in (("lo", lo), ("hi", hi))
+    ]
+    spaced = np.geomspace if scale == "log" else np.linspace
+    return Axis(_ordered(spaced(ends[0], ends[1], count)))
+
+
+def as_axes(given: Mapping[str, AxisLike]) -> dict[str, Axis]:
+    """Read the axes of a sweep in the forms that `stickslip.sweep` takes."""
+    instance("axes", given, Mapping, 'values by name, {"V": (0.03, 0.05, 12)}')
+    if not given:
+        raise ValueError("axes = {}: a sweep needs at least one axis, {name: values}.")
+    return {name: _as_axis(name, values) for name, values in given.items()}
+
+
+def _as_axis(name: str, given: Any) -> Axis:
+    if isinstance(given, Axis):
+        return given
+    try:
+        return Axis(_ordered(grid(name, given)))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"axis {name!r}: {error}") from error
+
+
+def _ordered(values: Sequence[float] | Floats) -> Floats:
+    """Return a copy of values that are finite, distinct and in order."""
+    array = np.array(values, dtype=np.float64)
+    if array.size == 0 or not np.isfinite(array).all():
+        raise ValueError("finite numbers are needed, at least one.")
+    steps = np.diff(array)
+    if not (np.all(steps > 0) or np.all(steps < 0)):
+        raise ValueError("its values must be distinct and in ascending or descending order.")
+    array.setflags(write=False)
+    return array
+
 
 FORMAT: Final = 2  # raised when the same description would give other results
 START: Final = "d"  # name of an axis of starting points

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
-from stickslip.checks import whole_number
-from stickslip.sweeps.axis import MOST_VALUES
+from stickslip.checks import MOST_VALUES, whole_number
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -62,12 +62,12 @@ def test_a_flip_tells_orbits_and_attractors_on_both_sides(doubling_logistic):
 
 
 def test_branches_join_the_orbits_between_bifurcations(doubling_logistic):
-    one, other, double = doubling_logistic.branches
+    one, other, double = doubling_logistic.curves
     assert [branch.period for branch in (one, other, double)] == [1, 1, 2]
     assert double.end_reasons == ("period halves", "end of range")
     passed = [item.value for branch in (one, other, double) for item in branch.bifurcations]
     assert passed == pytest.approx(LOGISTIC_FLIPS[:2], abs=SHARP)
-    for branch in doubling_logistic.branches:
+    for branch in doubling_logistic.curves:
         assert np.all(branch.data["residual"] < 1e-14)
         assert np.all(np.diff(branch.values) > 0)
     assert double.at(r=3.2).points == pytest.approx(double_of_logistic(3.2), abs=SHARP)
@@ -86,7 +86,7 @@ def test_the_fold_of_period_3_of_the_logistic_map():
     assert fold.error < 1e-12
     assert (fold.period, len(fold.orbits_before), len(fold.orbits_after)) == (3, 0, 2)
     assert sorted(orbit.stable for orbit in fold.orbits_after) == [False, True]
-    (branch,) = [branch for branch in found.branches if branch.period == 3]
+    (branch,) = [branch for branch in found.curves if branch.period == 3]
     # One branch turns at the fold: the stable and the unstable orbit are its two halves.
     assert [item.kind for item in branch.bifurcations] == ["fold"]
     assert branch.values[0] == branch.values[-1] == 3.835
@@ -149,7 +149,7 @@ def test_where_there_are_no_orbits_nothing_happens():
     f = ss.PiecewiseMap(lambda x, a: x + a, (0, 1), parameters={"a": 0.3})
     found = bifurcations(f, "a", (0.2, 0.4), max_period=2)
     assert len(found) == 0
-    assert found.branches == ()
+    assert found.curves == ()
     assert found.unresolved == ()
 
 
@@ -175,7 +175,7 @@ def test_lists_are_saved_and_loaded(doubling_logistic, tmp_path):
     again = load(path)
     assert repr(again) == repr(doubling_logistic)
     assert again[0].condition == doubling_logistic[0].condition
-    np.testing.assert_array_equal(again.branches[0].points, doubling_logistic.branches[0].points)
+    np.testing.assert_array_equal(again.curves[0].points, doubling_logistic.curves[0].points)
 
 
 def test_aitken_extrapolates_a_geometric_sequence_exactly():
@@ -247,14 +247,14 @@ def test_an_orbit_that_meets_a_jump_goes_on_with_another_period(
     assert collision.value == pytest.approx(0.5, abs=SHARP)
     assert [o.period for o in collision.orbits_before] == [len(before)]
     assert [o.period for o in collision.orbits_after] == [len(after)]
-    assert [branch.end_reasons for branch in found.branches] == [
+    assert [branch.end_reasons for branch in found.curves] == [
         ("end of range", "breakpoint"),
         ("breakpoint", "end of range"),
     ]
     assert not found.unresolved
     diagram = ss.bifurcation_diagram(f, "r", np.linspace(0.4, 0.61, 8), n_lists=4)
     assert not diagram.unresolved
-    for one, two in (found.branches, diagram.orbits):
+    for one, two in (found.curves, diagram.orbits):
         assert sorted(one.ends[1].points) == pytest.approx(before, abs=SHARP)
         assert sorted(two.ends[0].points) == pytest.approx(after, abs=SHARP)
 
@@ -264,7 +264,7 @@ def test_an_orbit_that_meets_a_jump_goes_on_with_another_period(
     [
         ("scan.survey", "join", "the changes of orbits"),
         ("bifurcations", "explained", "a flip"),
-        ("bifurcations", "orbit_branches", "the branches"),
+        ("bifurcations", "orbit_curves", "the curves"),
         ("bifurcations", "cascades", "the cascades"),
         ("bifurcations", "crises", "the crises"),
         ("bifurcations", "parameter_point", "the crises"),

@@ -45,7 +45,7 @@ def test_two_orbits_that_both_move_cross(c, s, t):
     assert crossing.points == pytest.approx([s * at], abs=1e-12)
     rate = float(crossing.note.split("±")[1].split("(")[0])
     assert rate == pytest.approx(abs(c * (s - t)), rel=1e-4)  # five digits are given
-    through = [branch for branch in found.branches if branch.bifurcations]
+    through = [branch for branch in found.curves if branch.bifurcations]
     assert len(through) == 2
     for branch in through:
         assert [item.kind for item in branch.bifurcations] == ["transcritical"]
@@ -66,7 +66,7 @@ def test_a_pitchfork_is_super_or_subcritical(sign):
     assert counts(fork) == ((1, 3) if sign > 0 else (3, 1))
     assert f"{-sign:.0f} u^3" in fork.note.replace("+ -", "-").replace("- 1", "-1")
     assert not found.unresolved
-    trunk, arms = sorted(found.branches, key=lambda branch: np.ptp(branch.points))
+    trunk, arms = sorted(found.curves, key=lambda branch: np.ptp(branch.points))
     assert trunk.end_reasons == arms.end_reasons == ("end of range", "end of range")
     assert np.abs(arms.points[:, 0] - 0.2) == pytest.approx(
         np.sqrt(np.abs(arms.values - 1)), abs=1e-9
@@ -77,7 +77,8 @@ def test_a_cycle_of_a_symmetric_map_loses_its_symmetry():
     # -r x + x^3 has the cycle ±sqrt(r - 1), with multiplier (3 - 2 r)^2, up to r = 2.
     f = family(lambda x, r: -r * x + x**3, r=1.5)
     found = bifurcations(f, "r", (1.5, 2.1), max_period=2)
-    (fork,) = found
+    left, fork = found
+    assert (left.kind, left.value) == ("enters_gap", pytest.approx(1.56, abs=SHARP))  # at 1.6
     assert (fork.kind, fork.period, fork.criticality) == ("pitchfork", 2, "super")
     assert fork.value == pytest.approx(2.0, abs=SHARP)
     assert fork.points == pytest.approx([-1, 1], abs=1e-12)

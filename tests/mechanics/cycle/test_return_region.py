@@ -23,7 +23,7 @@ def test_law_9_has_a_gap_at_the_papers_own_speed() -> None:
     assert np.isnan(f(list(gap.d))).all()
     assert np.isfinite(f([gap.d[0] - 1e-9, gap.d[1] + 1e-9])).all()
     assert gap.shown
-    (branch,) = region.branches
+    (branch,) = region.curves
     ((low, high),) = region.attracting(0)
     flip = next(item for item in branch.bifurcations if item.kind == "flip")
     assert (low, high) == (flip.value, 0.295)
@@ -47,7 +47,7 @@ def test_the_coulomb_system_is_defined_everywhere_at_small_speeds() -> None:
     assert all(gap.shown for gap in region.gaps[1])
     assert region.lost[1] == pytest.approx(0.35, abs=0.005)
     order = np.argsort([region.attracting(number)[0][0] for number in range(2)])
-    first, second = (region.branches[number] for number in order)
+    first, second = (region.curves[number] for number in order)
     starts = [region.attracting(number)[0][0] for number in order]
     np.testing.assert_allclose(starts, [0.3052777301711, 0.3726915672690], rtol=0, atol=1e-12)
     ends = [branch[-1] for branch in (first, second)]
@@ -150,7 +150,7 @@ def test_a_region_comes_back_from_its_file(tmp_path: Path) -> None:
     # ... and goes on working
     x, v = LAW9.onset(0.6), [LAW9.V] * 2
     assert same.ball.entered(x, v) == gap.ball.entered(x, v)
-    again.branches[0].save(tmp_path / "branch.json")
+    again.curves[0].save(tmp_path / "branch.json")
     branch = ss.load(tmp_path / "branch.json")
-    np.testing.assert_array_equal(branch.data["period"], region.branches[0].data["period"])
-    assert repr(branch) == repr(region.branches[0])
+    np.testing.assert_array_equal(branch.data["period"], region.curves[0].data["period"])
+    assert repr(branch) == repr(region.curves[0])

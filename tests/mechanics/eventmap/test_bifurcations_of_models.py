@@ -49,10 +49,10 @@ def test_what_follows_s4_is_periodic_with_a_long_period(coulomb):
 
 
 def test_the_orbits_of_figure_4_are_the_branches(coulomb):
-    ends = [(branch.period, branch.end_reasons) for branch in coulomb.branches]
+    ends = [(branch.period, branch.end_reasons) for branch in coulomb.curves]
     whole = ("end of range", "end of range")
     assert ends == [(1, whole)] * 3 + [(4, ("end of range", "breakpoint"))]
-    s4 = coulomb.branches[3]
+    s4 = coulomb.curves[3]
     assert s4.ends[1].value == pytest.approx(V_STAR, abs=1e-13)
     assert s4.ends[1].border.kind == "jump"
     assert s4.values[0] == 0.0366
@@ -67,7 +67,7 @@ def test_where_s4_is_born_an_orbit_of_period_3_meets_the_same_jump():
         [3],
         [4],
     ]
-    assert [end.value for branch in found.branches for end in branch.ends].count(birth.value) == 2
+    assert [end.value for branch in found.curves for end in branch.ends].count(birth.value) == 2
     assert not found.unresolved
 
 
@@ -87,7 +87,7 @@ def test_a_window_and_a_map_give_the_same(coulomb):
     f = ss.event_map(ss.examples.coulomb())
     inside = ss.bifurcations(f, "V", (0.0366, 0.0372), window=(0.05, 0.5), max_period=1)
     assert len(inside) == 0
-    assert [branch.period for branch in inside.branches] == [1, 1]
+    assert [branch.period for branch in inside.curves] == [1, 1]
 
 
 @pytest.mark.parametrize("system", [None, 0.1, ss.event_map(ss.examples.coulomb()).power(2)])
@@ -205,7 +205,7 @@ def test_every_border_collision_of_law_9_has_a_mechanism(law9):
 @pytest.mark.paper
 def test_branches_of_law_9_reach_from_bifurcation_to_bifurcation(law9):
     values = np.array([b.value for b in law9])
-    for branch in law9.branches:
+    for branch in law9.curves:
         for end in branch.ends:
             if end.reason in ("breakpoint", "period halves"):
                 assert np.abs(values - end.value).min() <= 1e-12

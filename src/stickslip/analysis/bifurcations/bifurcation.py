@@ -58,10 +58,10 @@ class Bifurcation(Result):
     error : float
         ... how far off that may be: residual and rounding through the test function's slope.
     period : int
-        Of the orbit concerned; the shortest, if several meet.
+        Of the orbit concerned; the shortest, if several meet; 0 where chaos meets a break.
     points : ndarray of float, shape (period,)
         The orbit there, in the map's order, the smallest point first; for a crisis, the
-        orbit that the attractor meets.
+        orbit that the attractor meets, or the break or end of the domain.
     criticality : {"super", "sub"} or None
         Of a flip or a pitchfork.
     orbits_before, orbits_after : tuple of PeriodicOrbit
@@ -281,11 +281,14 @@ class BifurcationList(ResultList[Bifurcation]):
         Longest period of the orbits that were searched.
     window : tuple of float or None
         The part of the map's domain that was searched; None for all of it.
-    branches : tuple of Curve
+    curves : tuple of Curve
         The orbits between the bifurcations.
     cascades : tuple of Cascade
     unresolved : tuple of UnresolvedChange
         Changes that no located bifurcation explains.
+    outside : tuple of UnresolvedChange
+        Where cycles above `max_period`, chaos or undecided motions attract: what becomes of such
+        cycles there was not asked for.
     n_lists : int
         Parameter values at which complete lists of orbits were made.
     """
@@ -296,9 +299,10 @@ class BifurcationList(ResultList[Bifurcation]):
     parameters: dict[str, float]
     max_period: int
     window: tuple[float, float] | None = None
-    branches: tuple[Curve, ...] = ()
+    curves: tuple[Curve, ...] = ()
     cascades: tuple[Cascade, ...] = ()
     unresolved: tuple[UnresolvedChange, ...] = ()
+    outside: tuple[UnresolvedChange, ...] = ()
     n_lists: int = 0
     _column_names: ClassVar = (
         *("kind", "criticality", "parameter", "value", "error", "period", "points"),
@@ -343,6 +347,7 @@ class BifurcationList(ResultList[Bifurcation]):
                 f"{cascade.where}"
             )
         lines += [f"  unresolved: {item}" for item in self.unresolved]
+        lines += [f"  {item}" for item in self.outside]
         return "\n".join(lines)
 
 

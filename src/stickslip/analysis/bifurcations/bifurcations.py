@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
+from stickslip.analysis.bifurcations.accounting import accounted
 from stickslip.analysis.bifurcations.bifurcation import (
     Bifurcation,
     BifurcationList,
@@ -15,7 +16,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
     attempted,
 )
 from stickslip.analysis.bifurcations.cascades import cascades
-from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection
+from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Contact
 from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint, parameter_point
 from stickslip.analysis.bifurcations.crisis.crises import crises
 from stickslip.analysis.bifurcations.explain import (
@@ -24,10 +25,14 @@ from stickslip.analysis.bifurcations.explain import (
     explained,
     with_attractors,
 )
-from stickslip.analysis.bifurcations.orbit_branches import orbit_branches
+from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
-from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
+from stickslip.analysis.branches.along.tracked import (
+    ConditionLost,
+    DomainEnd,
+    TrackedDiscontinuity,
+)
 from stickslip.analysis.maps.arguments import checked_range, line_family
 from stickslip.analysis.maps.protocol import explanation
 from stickslip.analysis.orbits.newton import solve_orbit
@@ -36,9 +41,9 @@ from stickslip.checks import MOST_KEPT, check_callback, whole_number
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
-    from stickslip.analysis.attractors.attractor import Attractor
+    from stickslip.analysis.bifurcations.bifurcation import Cascade
     from stickslip.analysis.bifurcations.crisis.crises import CrisisEvent
     from stickslip.analysis.maps.protocol import MapFamily, Modelled
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
@@ -48,6 +53,7 @@ T = TypeVar("T")
 N_LISTS: Final = 24
 HALF: Final = 0.5  # share of the work that the survey is, roughly
 BESIDE: Final = 2e-3  # of the range: how far from an event attractors are looked at, at most
+LAST_FLIP: Final = 5  # of a cascade: as far beyond its accumulation attractors are looked at
 SAME_VALUE: Final = 1e-11  # of the range, beside its error: a crisis is part of another event
 
 
@@ -149,21 +155,31 @@ def explain_border(item: Bifurcation, f: MapFamily) -> Bifurcation:
     """Add the mechanism of the break of f, at any parameter value, that takes part, if one does."""
     condition = item.condition
     if isinstance(condition, Collision):
-        border = condition.border
+        borders = [condition.border, *(other.border for other in condition.others)]
     elif isinstance(condition, Connection):
-        border = condition.critical
+        borders = [condition.critical]
+    elif isinstance(condition, Contact):
+        borders = [condition.border]
     else:
         return item
-    if not isinstance(border, TrackedDiscontinuity):
-        return item
     at_value = f.replace(**{item.parameter: item.value})
-    try:
-        reading = border.at(at_value)
-    except ConditionLost:
-        return item
-    text, block = explanation(at_value, *reading.interval)
+    known = []
+    for border in borders:
+        if not isinstance(border, TrackedDiscontinuity):
+            return item
+        try:
+            known.append(explanation(at_value, *border.at(at_value).interval))
+        except ConditionLost:
+            return item
+    text = ", together with: ".join(text for text, _ in known)
+    block = known[0][1] if len(known) == 1 else None
     if isinstance(condition, Connection):
         text = f"image {condition.k} of the break where {text} meets the unstable orbit"
+    elif isinstance(condition, Contact):
+        source = (
+            f"image {condition.k} of the {condition.critical.kind} at {condition.critical.x:.9g}"
+        )
+        text = f"{source} meets the break where {text}"
     return replace(item, mechanism=text, block=block)
 
 
@@ -175,6 +191,7 @@ class _Report:
         self.unresolved: list[UnresolvedChange] = list(survey.unresolved)
         self.values = sorted(event.value for event in survey.events)
         self.accumulations: list[float] = []
+        self.looks: dict[float, ParameterPoint] = {}
 
     def made(self) -> BifurcationList:
         """Return the list."""
@@ -186,21 +203,25 @@ class _Report:
                 self.unresolved += left_open
         family, whole = survey.family, (survey.lo, survey.hi)
         found = [item for k, shares in concerned.items() for item in self._events(k, shares)]
-        branches = self._part(lambda: orbit_branches(survey, concerned), "the branches") or ()
+        curves = self._part(lambda: orbit_curves(survey, concerned), "the curves") or ()
         chains = (
             self._part(
-                lambda: cascades(found, branches, family, whole, survey.max_period), "the cascades"
+                lambda: cascades(found, curves, family, whole, survey.max_period), "the cascades"
             )
             or []
         )
         later = [flip for chain in chains for flip in chain.flips if flip.in_cascade]
-        # Beyond the last flip that was solved for come more, up to there.
-        self.accumulations = [chain.accumulation for chain in chains]
         self.tell(0.65)
         crises_found = self._part(self._crises, "the crises") or []
+        # Beyond the last flip that was solved for come more, up to there.
+        self.accumulations = [chain.accumulation for chain in chains]
         self.values += [item.value for item in (*later, *crises_found)]
         self.tell(0.8)
-        full = self._with_attractors([*found, *later])
+        full = self._with_attractors([*found, *later], chains)
+        self.tell(0.9)
+        unexplained, outside = accounted(
+            self.looks.values(), [*self.values, *self.accumulations], survey.max_period
+        )
         self.tell(1.0)
         chains = [
             replace(chain, flips=tuple(full.get(id(flip), flip) for flip in chain.flips))
@@ -214,9 +235,10 @@ class _Report:
             parameters=dict(self.f.parameters),
             max_period=survey.max_period,
             window=survey.family.window,
-            branches=branches,
+            curves=curves,
             cascades=tuple(chains),
-            unresolved=tuple(sorted(self.unresolved, key=lambda item: item.lo)),
+            unresolved=tuple(sorted([*self.unresolved, *unexplained], key=lambda item: item.lo)),
+            outside=tuple(outside),
             n_lists=survey.n_nodes,
         )
 
@@ -234,24 +256,32 @@ class _Report:
             if item is not None:
                 yield item
 
-    def _with_attractors(self, items: list[Bifurcation]) -> dict[int, Bifurcation]:
+    def _with_attractors(
+        self, items: list[Bifurcation], chains: list[Cascade]
+    ) -> dict[int, Bifurcation]:
         """Add the attractors on both sides; two neighbours that are close share those between."""
         sides = {id(item): self._sides(item.value) for item in items}
-        places = sorted({q for pair in sides.values() for q in pair})
-        found = dict(zip(places, in_threads(self._attractors_at, places), strict=True))
+        beyond = [2 * c.accumulation - c.values[:LAST_FLIP][-1] for c in chains]
+        places = {q for pair in sides.values() for q in pair}
+        places |= {q for q in beyond if self.survey.lo < q < self.survey.hi}
+        self._looked_at(filter(None, in_threads(self._point_at, sorted(places))))
         full = {}
         for item in items:
-            before, after = (found[q] for q in sides[id(item)])
+            before, after = (self.looks.get(q) for q in sides[id(item)])
             full[id(item)] = (
                 item
                 if before is None or after is None
-                else with_attractors(item, before, after, self.survey.width)
+                else with_attractors(
+                    item,
+                    before.attractors.attractors,
+                    after.attractors.attractors,
+                    self.survey.width,
+                )
             )
         return full
 
-    def _attractors_at(self, q: float) -> tuple[Attractor, ...] | None:
-        point = self._part(lambda: parameter_point(self.survey.family.at, q), "attractors", q)
-        return None if point is None else point.attractors.attractors
+    def _point_at(self, q: float) -> ParameterPoint | None:
+        return self._part(lambda: parameter_point(self.survey.family.at, q), "attractors", q)
 
     def _sides(self, value: float) -> tuple[float, float]:
         """Where, just below and above a value, attractors are looked at: clear of other events."""
@@ -266,16 +296,23 @@ class _Report:
 
     # ------------------------------------------------------------------ crises
 
+    def _looked_at(self, points: Iterable[ParameterPoint]) -> None:
+        self.looks |= {point.value: point for point in points}
+
     def _crises(self) -> list[Bifurcation]:
-        survey = self.survey
-        points: list[ParameterPoint] = []
-        for node in survey.grid_nodes:
-            points.append(parameter_point(survey.family.at, node.q, node.orbits, node.fast))
-        found = crises(survey.family.at, points, breaks=self.values, max_period=survey.max_period)
+        """Find crises between the values of the grid."""
+        survey, at = self.survey, self.survey.family.at
+        grid = [parameter_point(at, node.q, node.orbits, node.fast) for node in survey.grid_nodes]
+        self._looked_at(grid)
+        found = crises(at, grid, breaks=self.values, max_period=survey.max_period)
+        self._looked_at(side for event in found for side in event.sides)
         return [self._crisis(event) for event in found if not self._explained(event)]
 
     def _explained(self, event: CrisisEvent) -> bool:
         """Whether a collision makes or ends the chaos, and the orbits that it meets there too."""
+        condition = event.condition
+        if isinstance(condition, Contact) and isinstance(condition.border, DomainEnd):
+            return False  # beside orbits that leave there, too
         same = event.error + SAME_VALUE * self.survey.scale
         return any(abs(event.value - value) <= same for value in self.values)
 
@@ -289,8 +326,8 @@ class _Report:
             error=float(event.error),
             period=event.period,
             points=np.roll(event.points, -int(np.argmin(event.points))),
-            orbits_before=self._orbit_at(below, event.points),
-            orbits_after=self._orbit_at(above, event.points),
+            orbits_before=self._orbit_at(below, event),
+            orbits_after=self._orbit_at(above, event),
             attractors_before=event.attractors_before,
             attractors_after=event.attractors_after,
             quality=located.quality,
@@ -301,10 +338,12 @@ class _Report:
             system=self.f,
         )
 
-    def _orbit_at(self, q: float, points: tuple[float, ...]) -> tuple[PeriodicOrbit, ...]:
+    def _orbit_at(self, q: float, event: CrisisEvent) -> tuple[PeriodicOrbit, ...]:
         """Return the unstable orbit that an attractor meets, at a value beside the crisis."""
+        if isinstance(event.condition, Contact):
+            return ()
         try:
-            orbit = solve_orbit(self.survey.family.at(q), np.array(points))
+            orbit = solve_orbit(self.survey.family.at(q), np.array(event.points))
         except ValueError:
             return ()  # the family ends there
         return (orbit,) if orbit.quality == "located" else ()

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.bifurcations.conditions.locate import Located
     from stickslip.analysis.bifurcations.scan.nodes import Family
-    from stickslip.analysis.continuation.curve import Curve
+    from stickslip.analysis.continuation.curve import Curve, CurveEvent
     from stickslip.analysis.maps.protocol import Floats, MapFamily
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
@@ -40,14 +40,14 @@ APART: Final = 0.1  # of its expected size: a doubled orbit is further from its 
 
 def cascades(
     found: Sequence[Bifurcation],
-    branches: Sequence[Curve],
+    curves: Sequence[Curve],
     family: Family,
     range: tuple[float, float],
     max_period: int,
 ) -> list[Cascade]:
     """Follow the cascade from each supercritical flip of no doubled orbit, to the range's ends."""
     flips = [b for b in found if b.kind == "flip" and b.criticality == "super"]
-    after = {id(flip): _successor(flip, flips, branches) for flip in flips}
+    after = {id(flip): _successor(flip, flips, curves) for flip in flips}
     followers = {id(flip) for flip in after.values()}
 
     def chain_from(flip: Bifurcation) -> list[Bifurcation]:
@@ -63,21 +63,26 @@ def cascades(
 
 
 def _successor(
-    flip: Bifurcation, flips: list[Bifurcation], branches: Sequence[Curve]
+    flip: Bifurcation, flips: list[Bifurcation], curves: Sequence[Curve]
 ) -> Bifurcation | None:
     """Return the flip of the orbit that is born at a flip."""
-    for branch in branches:
-        if branch.period != 2 * flip.period:
+    for curve in curves:
+        if curve.period != 2 * flip.period:
             continue
-        for end, rows in ((branch.ends[0], 1), (branch.ends[1], -1)):
+        for end, rows in ((curve.ends[0], 1), (curve.ends[1], -1)):
             if end.reason != "period halves" or end.value != flip.value:
                 continue
             if not np.isin(flip.points, end.points).all():
                 continue
-            passed = [item for item in branch.bifurcations[::rows] if item.kind == "flip"]
+            passed = [item for item in curve.bifurcations[::rows] if item.kind == "flip"]
             if passed:
-                return next((b for b in flips if b.value == passed[0].value), None)
+                return next((b for b in flips if _is(b, passed[0])), None)
     return None
+
+
+def _is(flip: Bifurcation, passed: CurveEvent) -> bool:
+    """Tell whether a flip is the one that a branch passes: twins flip at one value."""
+    return flip.value == passed.value and bool(np.isin(flip.points, passed.points).all())
 
 
 # ------------------------------------------------------------------ beyond the lists

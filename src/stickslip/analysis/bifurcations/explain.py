@@ -95,6 +95,11 @@ def _adds_up(event: Event, lost: list[int], born: list[int], span: Span) -> bool
     if event.kind == "flip":
         doubled = [2 * event.period]
         within = doubled[0] <= span.left.orbits.max_period
+        # On a straight branch the doubled orbit is born on the break at its end, at that value.
+        within &= not any(
+            isinstance(other.condition, Collision) and other.period == doubled[0]
+            for other in span.events
+        )
         return sorted([lost, born]) == [[], doubled if within else []]
     return bool(lost or born)
 
@@ -165,14 +170,20 @@ def _predicted(event: Event, condition: Collision, family: Family) -> Outcome | 
         return None
     direction = 1 if found.slope > 0 else -1
     left, right = found.reading.multipliers
+    slope = left if condition.side < 0 else right
+    if condition.others and border.kind != "jump":
+        return None  # two corners at once are no skew tent, and no rule is known
     try:
         if border.kind == "corner":
             return predicted_at_corner(left, right, direction, period=event.period)
         if border.kind == "jump":
             f = family.whole(found.value)
-            return predicted_at_jump(f, border, condition.side, direction, period=event.period)
+            others = [(other.border.at(f), other.side) for other in condition.others]
+            p, side = event.period, condition.side
+            return predicted_at_jump(
+                f, border, side, direction, period=p, multiplier=slope, others=others
+            )
         if border.kind == "edge":
-            slope = left if condition.side < 0 else right
             return predicted_at_gap(slope, condition.side, direction, period=event.period)
     except (ConditionLost, ValueError):
         return None

@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from stickslip.analysis.continuation.curve import Curve
-from stickslip.analysis.continuation.follower import (
-    Half,
-    checked_steps,
-    contained,
-    is_closed,
-)
+from stickslip.analysis.continuation.follower import checked_steps, contained
 from stickslip.analysis.continuation.orbit_follower import LineOrbitFollower
 from stickslip.analysis.maps.arguments import checked_range
 from stickslip.analysis.maps.derived import WindowMap, windowed
 from stickslip.checks import shown
 
 if TYPE_CHECKING:
+    from stickslip.analysis.continuation.curve import Curve
     from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
-    from stickslip.numerics.continuation import CurvePoint
 
 
 def follow_orbit(
@@ -64,78 +55,28 @@ def follow_on(
     max_step: float | None = None,
     max_points: int | None = None,
 ) -> Curve:
-    """Go on from the ends of a curve of orbits that are ends of its range."""
+    """Follow a curve of orbits anew over a wider range, if one of its ends goes on there."""
     if name != curve.parameter:
         raise ValueError(
             f"the curve is one along {curve.parameter}, not {shown(name)}. To follow its orbits "
             f"along {name}, take curve.at({curve.parameter}=...) at a value of your choice."
         )
-    f = curve.system
+    f, values = curve.system, curve.values
     low, high = checked_range(f, name, range)
-    steps = checked_steps(max_step, max_points)
+    step, most = checked_steps(max_step, max_points)
+    wide = min(low, float(values.min())), max(high, float(values.max()))
+    if not any(
+        end.reason == "point limit" or (end.reason == "end of range" and wide[0] < value < wide[1])
+        for end, value in zip(curve.ends, values[[0, -1]].tolist(), strict=True)
+    ):
+        raise ValueError(
+            f"neither end of the curve can go on inside range = ({low:.12g}, {high:.12g}): "
+            f"they are {curve.end_reasons[0]!r} at {name} = {values[0]:.12g} and "
+            f"{curve.end_reasons[1]!r} at {values[-1]:.12g}."
+        )
     if window is None and isinstance(f, WindowMap):
         window = f.window
     f = windowed(getattr(f, "whole", f), window)
-    follower = LineOrbitFollower(f, name, low, high, *steps)
-    starts = [_way_out(follower, curve, which) for which in (0, -1)]
-    if starts == [None, None]:
-        raise ValueError(
-            f"neither end of the curve can go on inside range = ({low:.12g}, {high:.12g}): "
-            f"they are {curve.end_reasons[0]!r} at {name} = {curve.values[0]:.12g} and "
-            f"{curve.end_reasons[1]!r} at {curve.values[-1]:.12g}."
-        )
-    for which, start in enumerate(starts):
-        if start is None:
-            continue
-        other = starts[1 - which]
-        # The pieces of the map that the points are on may differ between both ends.
-        start = follower.start(start.y[:-1], start.parameter).along(start.tangent)
-        half = follower.half(start, [] if other is None else [other.reversed()])
-        alone = Half([start], end=curve.ends[which])
-        if which == 0:
-            curve = _one_after_the_other(follower.joined(half, alone), curve)
-        else:
-            curve = _one_after_the_other(curve, follower.joined(alone, half))
-        if is_closed(half):
-            assert half.end is not None
-            return replace(curve, ends=(half.end, half.end))
-    return curve
-
-
-def _way_out(follower: LineOrbitFollower, curve: Curve, which: int) -> CurvePoint | None:
-    """Return the point to go on from at an end of a curve; None if it does not go on there."""
-    value = float(curve.values[which])
-    goes_on = curve.end_reasons[which] in ("end of range", "point limit")
-    if not goes_on or not follower.low <= value <= follower.high:
-        return None
-    start = follower.start(curve.points[which], value)
-    ahead = np.append(np.zeros(curve.points.shape[1]), -1.0 if which == 0 else 1.0)
-    if len(curve) > 1:
-        inner = 1 if which == 0 else -2
-        last, before = (np.append(curve.points[i], curve.values[i]) for i in (which, inner))
-        ahead = last - before
-    start = start.along(ahead)
-    rate = start.tangent[-1]
-    stuck = (value >= follower.high and rate > 0) or (value <= follower.low and rate < 0)
-    return None if stuck else start
-
-
-def _one_after_the_other(first: Curve, second: Curve) -> Curve:
-    """Join two curves; the first row of the second is the last of the first."""
-    rows = len(first) - 1
-    both: dict[str, Any] = {
-        name: np.concatenate([getattr(first, name)[:-1], getattr(second, name)])
-        for name in ("points", "multipliers", "stable")
-    }
-    return replace(
-        second,
-        **both,
-        parameters={first.parameter: np.concatenate([first.values[:-1], second.values])},
-        ends=(first.ends[0], second.ends[1]),
-        bifurcations=first.bifurcations
-        + tuple(replace(item, row=rows + item.row) for item in second.bifurcations),
-        data={
-            name: np.concatenate([first.data[name][:-1], column])
-            for name, column in second.data.items()
-        },
-    )
+    follower = LineOrbitFollower(f, name, *wide, step, most + len(curve))
+    middle = len(curve) // 2
+    return follower.follow(follower.start(curve.points[middle], float(values[middle])))

@@ -7,25 +7,23 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.bifurcations.explain import concerned_orbits
+from stickslip.analysis.bifurcations.orbit_curves import Row, columns_of, orbit_chains
 from stickslip.analysis.bifurcations.scan.events import orbit_at
+from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.analysis.orbits.bundles import evaluate_padded
-from stickslip.analysis.orbits.newton import solve_cyclic, turn_towards
-from stickslip.results.parts import part
+from stickslip.analysis.orbits.bundles import OrbitBundle, polish_orbits
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
-    from numpy.typing import NDArray
-
-    from stickslip.analysis.bifurcations.scan.events import Event
-    from stickslip.analysis.bifurcations.scan.nodes import Family, Node
-    from stickslip.analysis.bifurcations.scan.survey import Span, Survey
-    from stickslip.analysis.bifurcations.scan.tracking import Piece
+    from stickslip.analysis.bifurcations.orbit_curves import Link
+    from stickslip.analysis.bifurcations.scan.survey import Survey
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
 PASSED: Final = 3  # values just passed that foretell the next
@@ -34,8 +32,6 @@ NEAR_ROOT: Final = 0.5  # share of an orbit that is seen in the square root of t
 ASTRAY: Final = 0.3  # of the way since the last place: how far an orbit may be from its guess
 FLOOR: Final = 1e-6  # of the domain's width: errors of a guess that count for nothing
 TINY: Final = 1e-10  # of the domain's width: after a Newton step this small, points are exact
-STALLED: Final = 1e-7  # of the domain's width: smaller steps must go on shrinking
-MOST_STEPS: Final = 12
 ROOTS: Final = ("fold", "flip", "standstill", "doubling")  # where points move like a square root
 CLOSE: Final = 0.05  # of the domain's width: how far an orbit may be from the event that ends it
 
@@ -123,7 +119,12 @@ def _solve(f: Map1D, value: float, k: int, courses: list[_Course]) -> None:
     for line, course in zip(guess, courses, strict=True):
         line[: course.sampled.period] = course.sampled.foretell(value, course.passed)
     periods = np.array([course.sampled.period for course in courses], dtype=np.intp)
-    points, multipliers = _newton(f, guess, periods)
+    labels = np.zeros(guess.shape, dtype=np.uint64)
+    moved = polish_orbits(
+        OrbitBundle(periods, guess, guess, labels), f, enough=TINY * domain_width(f)
+    )
+    points = moved.bundle.points
+    multipliers = np.where(moved.converged, moved.bundle.multipliers, np.nan)
     slack = FLOOR * domain_width(f)
     for row, course in enumerate(courses):
         p = course.sampled.period
@@ -131,32 +132,6 @@ def _solve(f: Map1D, value: float, k: int, courses: list[_Course]) -> None:
             course.points[k] = points[row, :p]
             course.multipliers[k] = multipliers[row]
             course.passed = [*course.passed, (value, points[row, :p])][-PASSED:]
-
-
-def _newton(
-    f: Map1D, guess: Floats, periods: NDArray[np.intp]
-) -> tuple[Floats, NDArray[np.float64]]:
-    """Solve for orbits, one per row padded with NaN; the multiplier is NaN where that failed."""
-    points = np.clip(guess, *f.domain)
-    multipliers = np.full(len(points), np.nan)
-    todo = np.arange(len(points))
-    last = np.full(len(points), np.inf)
-    enough, small = TINY * domain_width(f), STALLED * domain_width(f)
-    for _ in range(MOST_STEPS):
-        slopes, _, residuals = evaluate_padded(f, points[todo], periods[todo])
-        steps = solve_cyclic(slopes, -residuals, periods[todo])
-        used = np.arange(points.shape[1]) < periods[todo, None]
-        with np.errstate(invalid="ignore"):
-            size = np.where(used, np.abs(steps), 0.0).max(axis=1)
-        points[todo] = np.clip(points[todo] + np.where(used, steps, 0.0), *f.domain)
-        # Small steps that shrink no more are the map's rounding over 1 - multiplier.
-        done = (size <= enough) | ((size <= small) & (size >= 0.25 * last[todo]))
-        multipliers[todo] = np.where(done, slopes.prod(axis=1), np.nan)
-        last[todo] = size
-        todo = todo[~done & np.isfinite(size)]
-        if not todo.size:
-            break
-    return points, multipliers
 
 
 def _is_the_orbit(
@@ -174,152 +149,79 @@ def _is_the_orbit(
     return bool(np.abs(now - guess).max() <= ASTRAY * way + slack)
 
 
-@part
-@dataclass(frozen=True, eq=False)
-class OrbitCurveEnd:
-    """Where an orbit begins or ends.
-
-    Attributes
-    ----------
-    value : float
-        Of the parameter.
-    points : ndarray of float, shape (p,)
-        The orbit there, as far as it is known.
-    reason : str
-        "end of range", "fold", "flip", "border_collision", "enters_gap", "outside" (it leaves
-        the window), or how an orbit ends that no event explains.
-    """
-
-    value: float
-    points: Floats
-    reason: str
-
-
 @dataclass(frozen=True, eq=False)
 class Traced:
     """An orbit with both ends, the lower first."""
 
     sampled: SampledOrbit
-    ends: tuple[OrbitCurveEnd, OrbitCurveEnd]
-
-
-@dataclass
-class _Open:
-    """An orbit that still grows: samples in ascending order of the parameter."""
-
-    start: str
-    values: list[float] = field(default_factory=list)
-    points: list[Floats] = field(default_factory=list)
-    multipliers: list[float] = field(default_factory=list)
-
-    def add(self, values: Floats, points: Floats, multipliers: Floats) -> None:
-        """Append samples, turned so that each column goes on with the same point."""
-        if self.points:
-            points = np.roll(points, -turn_towards(points[0], self.points[-1]), axis=1)
-        for q, x, multiplier in zip(values, points, multipliers, strict=True):
-            if not self.values or q > self.values[-1]:
-                self.values.append(float(q))
-                self.points.append(x)
-                self.multipliers.append(float(multiplier))
-
-    def closed(self, reason: str) -> Traced:
-        """Finish the orbit."""
-        values, points = np.array(self.values), np.array(self.points)
-        roots = (self.start in ROOTS, reason in ROOTS)
-        sampled = SampledOrbit(values, points, np.array(self.multipliers), roots)
-        return Traced(
-            sampled,
-            (
-                OrbitCurveEnd(float(values[0]), points[0], self.start),
-                OrbitCurveEnd(float(values[-1]), points[-1], reason),
-            ),
-        )
+    ends: tuple[CurveEnd, CurveEnd]
 
 
 def trace_orbits(survey: Survey) -> list[Traced]:
-    """Link what a survey found between its values: by period, then by lower end and place."""
-    done: list[Traced] = []
-    first = survey.spans[0].left
-    growing = {k: _begun(first, k, "end of range") for k in range(len(first.orbits))}
-    for span in survey.spans:
-        pieces = [*span.pieces, *(ending.piece for ending in span.endings)]
-        arrived: dict[int, _Open] = {}
-        for piece in pieces:
-            sampled = _grown(growing, piece, _reason(span, piece))
-            if piece.right is not None:
-                arrived[piece.right] = sampled
-            else:
-                done.append(sampled.closed(_reason(span, piece)))
-        for k in span.loose_left:
-            sampled = growing.pop(k) if k in growing else _begun(span.left, k, "unexplained")
-            done.append(_ended(sampled, span, survey.family))
-        for k in span.loose_right:
-            arrived[k] = _born(span, k, survey.family)
-        growing = arrived
-    done += [sampled.closed("end of range") for sampled in growing.values()]
-    return sorted(done, key=lambda t: (t.sampled.period, t.ends[0].value, t.sampled.points[0, 0]))
+    """Take apart what a survey joined where orbits turn back: by period, lower end and place."""
+    concerned = {k: concerned_orbits(span)[0] for k, span in enumerate(survey.spans) if span.events}
+    traced = [
+        _traced(survey.family.name, stretch)
+        for chain in orbit_chains(survey, concerned)
+        for stretch in _stretches(survey, *chain)
+    ]
+    return sorted(traced, key=lambda t: (t.sampled.period, t.ends[0].value, t.sampled.points[0, 0]))
 
 
-def _begun(node: Node, k: int, reason: str) -> _Open:
-    orbit, sampled = node.orbits[k], _Open(reason)
-    sampled.add(np.array([node.q]), orbit.points[None], np.array([orbit.multiplier]))
-    return sampled
+def _stretches(
+    survey: Survey, first: Link | None, rows: list[Row], last: Link | None
+) -> Iterator[tuple[str, list[Row], str]]:
+    """Cut a chain where orbits meet: reasons at both ends, and the rows between."""
+    cuts = [k for k, row in enumerate(rows) if row.event is not None and row.event.kind != "flip"]
+    begun = _reason(survey, first, rows[0])
+    if last is not None and last.to is not None and cuts:
+        # A closed curve: begin where two orbits meet.
+        rows, cuts = rows[cuts[0] :] + rows[: cuts[0] + 1], [k - cuts[0] for k in cuts[1:]]
+        begun = _reason(survey, None, rows[0])
+        last = None
+    for a, b in pairwise([0, *cuts, len(rows) - 1]):
+        ended = _reason(survey, last if b == len(rows) - 1 else None, rows[b])
+        inner = rows[a : b + 1]
+        if a == 0 and first is not None:
+            inner = _led_up(survey, first, inner[0]) + inner
+        if b == len(rows) - 1 and last is not None:
+            inner = inner + _led_up(survey, last, inner[-1])
+        if a < b or not cuts:
+            yield begun, inner, ended
+        begun = ended
 
 
-def _grown(growing: dict[int, _Open], piece: Piece, reason: str) -> _Open:
-    """Append a piece to the orbit that it continues, or begin one with it."""
-    sampled = None if piece.left is None else growing.pop(piece.left, None)
-    sampled = _Open(reason) if sampled is None else sampled
-    sampled.add(piece.values, piece.points, piece.multipliers)
-    return sampled
+def _reason(survey: Survey, link: Link | None, row: Row) -> str:
+    """Say why an orbit ends at a row, or beyond it."""
+    if link is not None and link.to is None:
+        return link.event.kind if link.event is not None else link.reason or "unexplained"
+    if row.event is not None:
+        return row.event.kind
+    return "end of range" if row.value in (survey.lo, survey.hi) else "unexplained"
 
 
-def _reason(span: Span, piece: Piece) -> str:
-    """Why a piece ends inside a span."""
-    return next(
-        (e.event.kind if e.event else e.reason for e in span.endings if e.piece is piece),
-        "unexplained",
-    )
+def _led_up(survey: Survey, link: Link, row: Row) -> list[Row]:
+    """Return the orbit at the event in which its way ends beyond a row, if that is known."""
+    event = link.event
+    there = None if event is None else orbit_at(event, row.points, survey.family)
+    if event is None or there is None or event.value == row.value:
+        return []
+    if np.abs(there - row.points).max() >= CLOSE * domain_width(survey.family.f):
+        return []
+    one = event.kind in ("fold", "flip", "transcritical", "pitchfork")
+    return [Row(event.value, there, 1.0 if one else row.multiplier, event)]
 
 
-def _ended(sampled: _Open, span: Span, family: Family) -> Traced:
-    """Lead an orbit up to the event in a span, and end it there."""
-    event, points = _event_at(span, sampled.points[-1], family)
-    if event is None:
-        return sampled.closed("unexplained")
-    if points is not None:
-        multiplier = _multiplier_at(event, sampled.multipliers[-1])
-        sampled.add(np.array([event.value]), points[None], np.array([multiplier]))
-    return sampled.closed(event.kind)
-
-
-def _born(span: Span, k: int, family: Family) -> _Open:
-    """Begin an orbit at the event in a span."""
-    orbit = span.right.orbits[k]
-    event, points = _event_at(span, orbit.points, family)
-    sampled = _Open("unexplained" if event is None else event.kind)
-    if event is not None and points is not None:
-        multiplier = _multiplier_at(event, orbit.multiplier)
-        sampled.add(np.array([event.value]), points[None], np.array([multiplier]))
-    sampled.add(np.array([span.right.q]), orbit.points[None], np.array([orbit.multiplier]))
-    return sampled
-
-
-def _event_at(span: Span, points: Floats, family: Family) -> tuple[Event | None, Floats | None]:
-    """Choose the event of a span that an orbit ends at, and the orbit's points there."""
-    best, best_gap, best_points = None, CLOSE * span.left.width, None
-    for event in span.events:
-        there = orbit_at(event, points, family)
-        if there is None:
-            continue
-        gap = float(np.abs(there - points).max())
-        if gap < best_gap:
-            best, best_gap, best_points = event, gap, there
-    if best is None and span.events:
-        return span.events[0], None
-    return best, best_points
-
-
-def _multiplier_at(event: Event, beside: float) -> float:
-    """Multiplier of an orbit that ends in an event, from its multiplier just beside."""
-    return 1.0 if event.kind in ("fold", "flip", "transcritical", "pitchfork") else beside
+def _traced(name: str, stretch: tuple[str, list[Row], str]) -> Traced:
+    """Describe an orbit from its lower to its upper end."""
+    begun, rows, ended = stretch
+    if rows[-1].value < rows[0].value:
+        begun, rows, ended = ended, rows[::-1], begun
+    values, points = columns_of(rows)
+    listed = next((k for k, row in enumerate(rows) if row.event is None), 0)
+    points = np.roll(points, -int(np.argmin(points[listed])), axis=1)
+    roots = (begun in ROOTS, ended in ROOTS)
+    sampled = SampledOrbit(values, points, np.array([row.multiplier for row in rows]), roots)
+    ends = ((values[0], points[0], begun), (values[-1], points[-1], ended))
+    low, high = (CurveEnd(why, {name: float(value)}, there) for value, there, why in ends)
+    return Traced(sampled, (low, high))

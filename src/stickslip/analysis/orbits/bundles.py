@@ -94,9 +94,11 @@ def polish_orbits(
     *,
     trust_radius: float = np.inf,
     contraction: float = np.inf,
+    enough: float = 0.0,
 ) -> Moved:
     """Solve for orbits of f from ``start``, by default the bundle's points."""
     # Given up: further than `trust_radius` from the bundle, or steps that do not contract so.
+    # A step no longer than `enough` is the last: the next would be its square.
     scale = max(abs(end) for end in f.domain)
     points = np.clip(bundle.points if start is None else start, *f.domain)
     slopes, residuals, steps = (np.full(points.shape, np.nan) for _ in range(3))
@@ -112,7 +114,7 @@ def polish_orbits(
         with np.errstate(invalid="ignore"):
             moves = ~residual_is_rounding(slope, residual, scale)
             size = np.abs(step).max(axis=1)
-            moves &= size > EPS * scale  # not if NaN: the orbit is lost
+            moves &= size > max(EPS * scale, enough)  # not if NaN: the orbit is lost
             # Small steps that shrink no more are the rounding of the map itself.
             moves &= (size > STALLED * scale) | (size < 0.25 * last[todo])
             lost = moves & (size > STALLED * scale) & ~(size <= contraction * last[todo])
@@ -126,7 +128,7 @@ def polish_orbits(
         todo = todo[moves & ~lost]
         if not todo.size:
             break
-    converged = residual_is_rounding(slopes, residuals, scale, MANY)
+    converged = residual_is_rounding(slopes, residuals, scale, MANY) | (last <= enough)
     converged &= np.isfinite(steps).all(axis=1) & ~given_up
     # The last residuals still make for one step, which need not be checked.
     points[converged] = np.clip(points[converged] + steps[converged], *f.domain)

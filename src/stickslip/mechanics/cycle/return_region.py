@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 HALVINGS: Final = 44  # of a cell of the grid: its edges are found to rounding
-SAME_PERIOD: Final = 1e-3  # relative, between a cycle and the branch that it is compared with
+SAME_PERIOD: Final = 1e-3  # relative, between a cycle and the curve that it is compared with
 UNDECIDED: Final = (status_codes.EVENT_LIMIT, status_codes.TIME_LIMIT)
 
 
@@ -44,8 +44,8 @@ class Gap(Result):
         Its ends: the last points of the grid's cells without a return, solved for to rounding.
     status : int
         At its middle, as in `stickslip.status`; an event limit means that it is undecided.
-    branch : int or None
-        Which branch of cycles attracts the motion from its middle.
+    curve : int or None
+        Which of the curves of cycles attracts the motion from its middle.
     ball : TrappingBall or None
         That this motion enters and that the cycle's return map takes into itself.
     """
@@ -53,7 +53,7 @@ class Gap(Result):
     value: float
     d: tuple[float, float]
     status: int
-    branch: int | None
+    curve: int | None
     ball: TrappingBall | None
     _column_names: ClassVar = (
         *("value", "d_low", "d_high", "status", "period", "multiplier", "shown"),
@@ -92,7 +92,7 @@ class ReturnRegion(Result):
         Share of the domain without a return, undecided parts included.
     undecided : ndarray of float, shape (n,)
         Share of the domain whose motions were given up.
-    branches : tuple of Curve
+    curves : tuple of Curve
         Cycles without global stick phases that attract from gaps, followed over the range.
     n_points : int
         Differences tried at each value: a narrower gap may be missed.
@@ -103,33 +103,29 @@ class ReturnRegion(Result):
     gaps: tuple[tuple[Gap, ...], ...]
     lost: Floats
     undecided: Floats
-    branches: tuple[Curve, ...]
+    curves: tuple[Curve, ...]
     n_points: int
     model: TwoBlock = field(repr=False)
     _plot: ClassVar = "cycles.plot_return_region"
 
-    def attracting(self, branch: int) -> tuple[tuple[float, float], ...]:
-        """Intervals of the parameter in which a branch attracts without global stick.
+    def attracting(self, curve: int) -> tuple[tuple[float, float], ...]:
+        """Intervals of the parameter in which the cycles of a curve attract without global stick.
 
-        Their ends are bifurcations of the branch, or ends of the range.
+        Their ends are bifurcations on the curve, or ends of the range.
         """
-        if not self.branches:
-            raise ValueError("branch: this region has none.")
-        last_branch = len(self.branches) - 1
-        followed = self.branches[whole_number("branch", branch, 0, at_most=last_branch)]
-        holds = [bool(cycle.stable) and cycle.d.size == 0 for cycle in followed]
-        crossings = {item.row: item.value for item in followed.bifurcations}
-        intervals: list[tuple[float, float]] = []
-        start: float | None = None
-        for row, held in enumerate(holds):
-            if held and start is None:
-                start = crossings.get(row - 1, float(followed.values[row]))
-            last = row + 1 == len(holds) or not holds[row + 1]
-            if held and last and start is not None:
-                end = crossings.get(row, float(followed.values[row]))
-                intervals.append((min(start, end), max(start, end)))
-                start = None
-        return tuple(intervals)
+        if not self.curves:
+            raise ValueError("curve: this region has none.")
+        followed = self.curves[whole_number("curve", curve, 0, at_most=len(self.curves) - 1)]
+        holds = np.array([False, *(each.stable and each.d.size == 0 for each in followed), False])
+        changes = {item.row: item.value for item in followed.bifurcations}
+
+        def beside(row: int, step: int) -> float:
+            return changes.get(row + step, changes.get(row, float(followed.values[row])))
+
+        first = np.flatnonzero(~holds[:-1] & holds[1:]).tolist()
+        last = (np.flatnonzero(holds[:-1] & ~holds[1:]) - 1).tolist()
+        ends = [(beside(a, -1), beside(b, 1)) for a, b in zip(first, last, strict=True)]
+        return tuple((min(pair), max(pair)) for pair in ends)
 
     def _columns(self) -> dict[str, Any]:
         """Lay out the gaps, a row each."""
@@ -144,10 +140,10 @@ class ReturnRegion(Result):
             shown = sum(gap.shown for gap in gaps)
             told = f"{len(gaps)} gaps, {100 * lost:.3g} % of the domain, {shown} shown"
             lines.append(f"  {value:<12.8g} {told if gaps else 'defined everywhere'}")
-        for number, branch in enumerate(self.branches):
+        for number, curve in enumerate(self.curves):
             held = self.attracting(number)
             where = ", ".join(f"{low:.12g} .. {high:.12g}" for low, high in held) or "nowhere"
-            lines.append(f"  cycle {number}, {len(branch)} computed, attracts at {where}")
+            lines.append(f"  cycle {number}, {len(curve)} computed, attracts at {where}")
         return "\n".join(lines)
 
 
@@ -197,7 +193,7 @@ def return_region(
         "n_points", n_points, at_most=MOST_KEPT, what="differences tried at each value"
     )
     values = np.linspace(low, high, count)
-    branches: list[Curve] = []
+    curves: list[Curve] = []
     gaps: list[tuple[Gap, ...]] = []
     lost, undecided = np.zeros(count), np.zeros(count)
     for k, value in enumerate(values):
@@ -205,7 +201,7 @@ def return_region(
         intervals = _intervals(here, points, max_events)
         gaps.append(
             tuple(
-                _gap(here, parameter, (low, high), branches, ends, status, max_events)
+                _gap(here, parameter, (low, high), curves, ends, status, max_events)
                 for ends, status in intervals
             )
         )
@@ -215,7 +211,7 @@ def return_region(
             lost[k] += share
             undecided[k] += share if gap.status in UNDECIDED else 0.0
     return ReturnRegion(
-        parameter, values, tuple(gaps), lost, undecided, tuple(branches), points, model
+        parameter, values, tuple(gaps), lost, undecided, tuple(curves), points, model
     )
 
 
@@ -263,7 +259,7 @@ def _gap(
     model: TwoBlock,
     parameter: str,
     ends: tuple[float, float],
-    branches: list[Curve],
+    curves: list[Curve],
     d: tuple[float, float],
     status: int,
     max_events: int,
@@ -277,23 +273,23 @@ def _gap(
         return Gap(value, d, status, None, None)
     if cycle.d.size or not any(event.kind == "stick" for event in cycle.events):
         return Gap(value, d, status, None, None)
-    number = _known(branches, cycle, value)
+    number = _known(curves, cycle, value)
     if number is None:
-        branches.append(follow_cycle(cycle, parameter, ends))
-        number = len(branches) - 1
+        curves.append(follow_cycle(cycle, parameter, ends))
+        number = len(curves) - 1
     ball = trapping_ball(cycle)
     if ball is not None and ball.entered(x, v, max_events=max_events) is None:
         ball = None
     return Gap(value, d, status, number, ball)
 
 
-def _known(branches: list[Curve], cycle: Cycle, value: float) -> int | None:
-    """Find the branch that passes through a cycle, by its period and events."""
-    for number, branch in enumerate(branches):
-        periods, events = branch.data["period"], branch.data["events"]
-        steps = np.flatnonzero((branch.values[:-1] - value) * (branch.values[1:] - value) <= 0.0)
+def _known(curves: list[Curve], cycle: Cycle, value: float) -> int | None:
+    """Find the curve that passes through a cycle, by its period and events."""
+    for number, curve in enumerate(curves):
+        periods, events = curve.data["period"], curve.data["events"]
+        steps = np.flatnonzero((curve.values[:-1] - value) * (curve.values[1:] - value) <= 0.0)
         for row in steps:
-            a, b = branch.values[row], branch.values[row + 1]
+            a, b = curve.values[row], curve.values[row + 1]
             share = 0.5 if a == b else (value - a) / (b - a)
             period = (1 - share) * periods[row] + share * periods[row + 1]
             same = len(cycle.events) in (events[row], events[row + 1])

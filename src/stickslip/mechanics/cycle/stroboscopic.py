@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.checks import MOST_KEPT, MOST_STEPS, grid, real_numbers, shown, whole_number
+from stickslip.checks import MOST_KEPT, MOST_STEPS, real_numbers, shown, whole_number
+from stickslip.checks import grid as grid_values
 from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.cycle.shooting import Leg, Shooter
@@ -155,23 +156,29 @@ class StroboscopicMap:
         return np.sort(sums / (count * self.period))[::-1]
 
     def diagram(
-        self, name: str, values: ArrayLike, state: ArrayLike, *, transient: int = 200, n: int = 64
+        self,
+        parameter: str,
+        grid: ArrayLike,
+        state: ArrayLike,
+        *,
+        transient: int = 200,
+        n: int = 64,
     ) -> Floats:
         """States that a motion visits at values of a parameter, shape (values, n, 2 N).
 
-        ``values`` is a grid ``(lo, hi, n)``, or a list or array.
+        ``grid`` is ``(lo, hi, n)``, or a list or array of values.
 
         Each value starts where the one before it ended, ``transient`` periods before the first
         of the ``n`` states kept.
         """
-        checked_parameter("name", self.model, name)
+        checked_parameter("parameter", self.model, parameter)
         here = self._one(state)
         kept = whole_number("n", n, at_most=MOST_KEPT, what="states kept")
         settle = whole_number("transient", transient, at_most=MOST_STEPS, what="periods")
-        values = grid("values", values)
+        values = grid_values("grid", grid)
         visited = np.full((len(values), kept, self.n_states), np.nan)
         for row, value in zip(visited, values, strict=True):
-            orbit = self.replace(**{name: float(value)}).iterate(here, settle + kept - 1)
+            orbit = self.replace(**{parameter: float(value)}).iterate(here, settle + kept - 1)
             row[:] = orbit[settle:]
             here = here if np.isnan(row[-1]).any() else row[-1]
         return visited

@@ -60,8 +60,8 @@ def _gaps() -> Iterator[Claim]:
 def _cycles() -> Iterator[Claim]:
     found = region()
     (born, _), *_rest = found.attracting(0)
-    starts = sorted(found.attracting(number)[0][0] for number in range(len(found.branches)))
-    kinds = [item.kind for branch in found.branches for item in branch.bifurcations]
+    starts = sorted(found.attracting(number)[0][0] for number in range(len(found.curves)))
+    kinds = [item.kind for curve in found.curves for item in curve.bifurcations]
     opened = found.values[np.flatnonzero(found.lost)[0]]
     yield claim(
         "fast.cycles",
@@ -70,7 +70,7 @@ def _cycles() -> Iterator[Claim]:
         "Gaps open where a cycle without global stick begins to attract",
         Finding(
             "the first such cycle begins to attract at a flip, the second is born at a grazing",
-            f"bifurcations on the branches: {', '.join(kinds)}",
+            f"bifurcations on the curves: {', '.join(kinds)}",
             "flip" in kinds and "grazing" in kinds,
         ),
         Finding(

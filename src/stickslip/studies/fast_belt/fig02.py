@@ -20,15 +20,15 @@ compute = region
 def draw(data: ReturnRegion, figure: Figure) -> None:
     """Draw the periods of the cycles over the speed of the belt."""
     ax = figure.add_subplot()
-    for branch in data.branches:
-        draw_cycle_curve(branch, ax)
+    for curve in data.curves:
+        draw_cycle_curve(curve, ax)
 
 
 def caption(data: ReturnRegion) -> str:
     """Say where the cycles attract."""
     told = "; ".join(
         f"cycle {number + 1} from V = {data.attracting(number)[0][0]:.6f}"
-        for number in range(len(data.branches))
+        for number in range(len(data.curves))
     )
     return (
         "Periods of the cycles to which motions from the gaps tend, over the speed of the belt. "

@@ -62,6 +62,6 @@ def test_an_orbit_that_stays_on_the_corner_makes_no_event():
     found = bifurcations(f, "mu", (0.1, 0.9), max_period=3, n_lists=9)
     assert len(found) == 0
     assert not found.unresolved
-    (branch,) = (b for b in found.branches if b.period == 3)
+    (branch,) = (b for b in found.curves if b.period == 3)
     assert branch.end_reasons == ("end of range", "end of range")
     assert abs(branch.points[:, 1]).max() < 1e-15

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.conditions.conditions import Connection
+from stickslip.analysis.bifurcations.conditions.conditions import Connection, Contact
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.crisis.comparison import (
     KINDS,
@@ -27,7 +27,12 @@ from stickslip.analysis.bifurcations.crisis.comparison import (
     parameter_point,
     partner_of,
 )
-from stickslip.analysis.bifurcations.crisis.unstable_neighbours import Meeting, edges_of, meetings
+from stickslip.analysis.bifurcations.crisis.unstable_neighbours import (
+    Meeting,
+    borders_beside,
+    edges_of,
+    meetings,
+)
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.threads import in_threads
@@ -62,13 +67,33 @@ class CrisisEvent:
     kind: CrisisKind
     value: float
     error: float
-    condition: Connection  # started from here
+    condition: Connection | Contact  # started from here
     located: Located
-    # the unstable orbit there, in the map's order, the point that is met first
+    # the unstable orbit there, in the map's order, the point that is met first; or the break met
     points: tuple[float, ...]
-    period: int  # of the unstable orbit
-    attractors_before: tuple[Attractor, ...]  # all attractors just below and just above `value`
-    attractors_after: tuple[Attractor, ...]
+    period: int  # of the unstable orbit; 0 if there is none
+    sides: tuple[ParameterPoint, ParameterPoint]  # just below and just above `value`
+    attractor: Attractor  # that changes
+
+    @property
+    def attractors_before(self) -> tuple[Attractor, ...]:
+        """All attractors just below, without transients: what is undecided beside a crisis."""
+        return tuple(a for a in self.sides[0].attractors if a.kind != "undecided")
+
+    @property
+    def attractors_after(self) -> tuple[Attractor, ...]:
+        """All attractors just above."""
+        return tuple(a for a in self.sides[1].attractors if a.kind != "undecided")
+
+    def same_as(self, other: CrisisEvent) -> bool:
+        """Tell whether two events are one: twins change at one value, each with its own orbit."""
+        if abs(self.value - other.value) > self.error + other.error:
+            return False
+        one, two = np.sort(self.points), np.sort(other.points)
+        met = len(one) == len(two) and np.abs(one - two).max() <= TOUCHING * np.ptp(
+            self.attractor.bands
+        )
+        return bool(met) or partner_of(self.attractor, [other.attractor]) is not None
 
 
 def crises(
@@ -177,6 +202,10 @@ class _Search:
                 continue
             event, below, above = found
             self.keep(event)
+            for twin in changes(below, above):
+                same = self._event(twin, BESIDE * width)
+                if same is not None:
+                    self.keep(same[0])
             if change.start is left:
                 self._wait(above, right)
             else:
@@ -242,11 +271,11 @@ class _Search:
             near, far = (below, above) if upwards else (above, below)
             kind = kind_of_change(attractor, near, far)
             if kind in KINDS:
-                return _as_event(kind, located, below, above), below, above
+                return _as_event(kind, located, attractor, below, above), below, above
             if kind is None:
                 return None
             if kind == "transient":
-                last = _as_event("boundary_crisis", located, below, above), below, above
+                last = _as_event("boundary_crisis", located, attractor, below, above), below, above
         # Transients beside a boundary crisis live long, but the attractor is gone.
         return last
 
@@ -295,20 +324,25 @@ class _Search:
         if attractor.period % 2 == 0:
             periods.add(attractor.period // 2)
         edges = edges_of(attractor, point.table)
-        return islice(meetings(point.fast, edges, tuple(sorted(periods))), MEETINGS)
+        yield from islice(meetings(point.fast, edges, tuple(sorted(periods))), MEETINGS)
+        yield from borders_beside(point.table, edges)
 
     def at_end(self, point: ParameterPoint, width: float) -> None:
         """Look for an event exactly at the first or last value; outwards is where width points."""
         for attractor in point.chaotic:
             for item in self._meetings(attractor, point):
-                if abs(item.points[0] - item.edge.x) > TOUCHING * domain_width(point.f):
+                if abs(item.x - item.edge.x) > TOUCHING * domain_width(point.f):
                     continue
                 event = self._just_here(item.condition, attractor, point, width)
                 if event is not None and self.keep(event):
                     return
 
     def _just_here(
-        self, condition: Connection, attractor: Attractor, point: ParameterPoint, width: float
+        self,
+        condition: Connection | Contact,
+        attractor: Attractor,
+        point: ParameterPoint,
+        width: float,
     ) -> CrisisEvent | None:
         """Return the event of a condition that holds at a value, if that is one."""
         try:
@@ -323,18 +357,22 @@ class _Search:
 
     def keep(self, event: CrisisEvent) -> bool:
         """Add an event unless it is there already; tell which."""
-        new = all(abs(event.value - e.value) > event.error + e.error for e in self.events)
+        new = not any(event.same_as(known) for known in self.events)
         if new:
             self.events.append(event)
         return new
 
 
 def _as_event(
-    kind: CrisisKind, located: Located, below: ParameterPoint, above: ParameterPoint
+    kind: CrisisKind,
+    located: Located,
+    attractor: Attractor,
+    below: ParameterPoint,
+    above: ParameterPoint,
 ) -> CrisisEvent:
     reading = located.reading
     condition = reading.condition
-    assert isinstance(condition, Connection)
+    assert isinstance(condition, Connection | Contact)
     return CrisisEvent(
         kind=kind,
         value=located.value,
@@ -342,12 +380,7 @@ def _as_event(
         condition=condition,
         located=located,
         points=reading.points,
-        period=len(reading.points),
-        attractors_before=_decided(below.attractors),
-        attractors_after=_decided(above.attractors),
+        period=condition.period,
+        sides=(below, above),
+        attractor=attractor,
     )
-
-
-def _decided(found: Iterable[Attractor]) -> tuple[Attractor, ...]:
-    """Leave out the transients: what is undecided just beside a crisis."""
-    return tuple(a for a in found if a.kind != "undecided")

@@ -1,4 +1,4 @@
-"""Unstable orbits beside the bands of a chaotic attractor: what its edges may run into."""
+"""What the edges of a chaotic attractor may run into: unstable orbits, breaks, domain ends."""
 
 from __future__ import annotations
 
@@ -8,8 +8,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.attractors.recurrence import confirmed
-from stickslip.analysis.bifurcations.conditions.conditions import Connection
-from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity, TurningPoint
+from stickslip.analysis.bifurcations.conditions.conditions import Connection, Contact
+from stickslip.analysis.branches.along.tracked import (
+    DomainEnd,
+    TrackedDiscontinuity,
+    TurningPoint,
+)
 from stickslip.analysis.maps.protocol import domain_width
 
 if TYPE_CHECKING:
@@ -66,15 +70,36 @@ def _critical(table: BranchTable, x: float) -> Critical | None:
 
 @dataclass(frozen=True)
 class Meeting:
-    """An edge and an unstable orbit beside it; see `meetings`."""
+    """An edge and what lies beside it; see `meetings` and `borders_beside`."""
 
     edge: Edge
-    points: tuple[float, ...]
+    x: float  # what may be met there
+    met: tuple[float, ...] | TrackedDiscontinuity | DomainEnd  # an orbit, this point first; or that
 
     @property
-    def condition(self) -> Connection:
-        """That the edge meets the orbit."""
-        return Connection(self.edge.critical, self.edge.side, self.edge.k, self.points)
+    def condition(self) -> Connection | Contact:
+        """That the edge is there."""
+        source = self.edge.critical, self.edge.side, self.edge.k
+        return (
+            Connection(*source, self.met)
+            if isinstance(self.met, tuple)
+            else Contact(*source, self.met)
+        )
+
+
+def borders_beside(table: BranchTable, edges: Iterable[Edge]) -> Iterator[Meeting]:
+    """Find the nearest break beside each edge beyond which orbits go elsewhere, or have left."""
+    breaks = [item for item in table.breakpoints if item.kind in ("jump", "edge")]
+    slack = SLACK * domain_width(table.f)
+    for edge in edges:
+        lo, hi = edge.gap
+        beside = [item for item in breaks if lo - slack <= item.d <= hi + slack]
+        if beside:
+            nearest = min(beside, key=lambda item: abs(item.d - edge.x))
+            yield Meeting(edge, nearest.d, TrackedDiscontinuity.of(nearest))
+        for upper, end in enumerate(table.f.domain):
+            if end in edge.gap:
+                yield Meeting(edge, end, DomainEnd(bool(upper), end))
 
 
 def meetings(
@@ -91,7 +116,7 @@ def meetings(
         points = _polished(fast, place, same)
         if points is not None and all(abs(points[0] - x) > same for x in known):
             known.append(points[0])
-            yield Meeting(place.edge, points)
+            yield Meeting(place.edge, points[0], points)
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import Labels, mix_labels, sample
-from stickslip.status import OK
+from stickslip.analysis.bifurcations.scan.break_images import images_of_breaks
+from stickslip.analysis.maps.protocol import Labels, mix_labels
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,30 +37,12 @@ class NearZero:
 
 def near_zeros(node: Node, max_period: int, classes: SymbolClasses) -> list[NearZero]:
     """Evaluate all functions that can be evaluated at a node."""
-    return [*_borders(node, max_period, classes), *_extrema(node, max_period)]
-
-
-def _borders(node: Node, max_period: int, classes: SymbolClasses) -> Iterator[NearZero]:
-    """Distances of the images of all breaks from where they started."""
-    breaks = [item for item in node.table.breakpoints if item.kind != "smooth"]
-    if not breaks:
-        return
-    start = np.repeat([item.d for item in breaks], 2)
-    x = np.array([value for item in breaks for value in (item.left, item.right)])
-    names = [
-        (classes.of(np.array([item.left_label, item.right_label], dtype=np.uint64)).tobytes(), side)
-        for item in breaks
-        for side in (-1, 1)
+    borders = [
+        NearZero((name, one.word[:k]), one.border.x, one.off[k])
+        for name, one in images_of_breaks(node.table, max_period, classes).items()
+        for k in range(len(one.off))
     ]
-    word: Labels = np.zeros(len(x), dtype=np.uint64)
-    for period in range(1, max_period + 1):
-        for k in np.flatnonzero(np.isfinite(x)):
-            yield NearZero(
-                (names[k], period, int(word[k])), float(start[k]), float(x[k] - start[k])
-            )
-        got = sample(node.f, x)
-        word = mix_labels(word, classes.of(got.label))
-        x = np.where(got.status == OK, got.value, np.nan)
+    return [*borders, *_extrema(node, max_period)]
 
 
 def _extrema(node: Node, max_period: int) -> Iterator[NearZero]:

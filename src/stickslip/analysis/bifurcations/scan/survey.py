@@ -13,7 +13,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange, attempted
-from stickslip.analysis.bifurcations.scan.events import Event, flips_on, located, suspects_at_end
+from stickslip.analysis.bifurcations.conditions.conditions import Collision
+from stickslip.analysis.bifurcations.scan.break_images import hidden_collisions
+from stickslip.analysis.bifurcations.scan.events import (
+    Event,
+    flips_on,
+    located,
+    suspects_at_end,
+)
 from stickslip.analysis.bifurcations.scan.near_misses import NearZero, hidden_values, near_zeros
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
 from stickslip.analysis.bifurcations.scan.tracking import Piece, Way, follow, join
@@ -202,7 +209,26 @@ class Survey:
             elif way.end.reason != "outside":
                 unexplained.append(self._open(span, piece, f"an orbit ends ({way.end.reason})"))
             span.endings.append(Ending(piece, event, way.end.reason))
+        if not (fresh or unexplained):
+            unexplained += self._hidden_collisions(span, fresh)
         return fresh, unexplained
+
+    def _hidden_collisions(self, span: Span, fresh: list[Event]) -> list[UnresolvedChange]:
+        """Find the collisions of orbits that are in neither list; return what is no collision."""
+        unexplained = []
+        for suspect in hidden_collisions(
+            span.left, span.right, self.family, self.max_period, self.classes, BESIDE * self.scale
+        ):
+            event = located(suspect, self.family, self._within(span))
+            if event is not None:
+                self._add(event, fresh)
+                continue
+            reason = "an image of a break passes it, but no collision is found"
+            assert isinstance(suspect.condition, Collision)
+            period, x = suspect.condition.period, suspect.condition.border.x
+            ends = span.left.q, span.right.q
+            unexplained.append(UnresolvedChange(reason, *ends, period, x))
+        return unexplained
 
     def _ways(
         self, span: Span, loose_left: list[int], loose_right: list[int]
@@ -259,6 +285,7 @@ class Survey:
             velocity=goal.velocity[there, : way.end.points.size],
             step=float((border - x) / speed),
             place=place,
+            others=tuple(passed[1:].tolist()),
         )
 
     def _arrival(self, way: Way, node: Node) -> int | None:

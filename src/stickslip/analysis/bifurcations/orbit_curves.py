@@ -1,4 +1,4 @@
-"""The orbits of a surveyed range as branches: pieces between lists, joined through folds."""
+"""The orbits of a surveyed range as curves: pieces between lists, joined through folds."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.scan.events import orbit_at
+from stickslip.analysis.branches.along.tracked import DomainEnd
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
-from stickslip.analysis.continuation.orbit_curve import OrbitProblem
+from stickslip.analysis.continuation.orbit_follower import OrbitProblem
 from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.maps.protocol import sample
 from stickslip.analysis.orbits.newton import successors, turned
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from stickslip.analysis.bifurcations.explain import Concerned
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Node
@@ -40,7 +43,7 @@ REASONS: Final[dict[str, str]] = {
 
 
 @dataclass(frozen=True, eq=False)
-class _Row:
+class Row:
     """An orbit at one value of the parameter; `event` if it is a fold or flip of its own."""
 
     value: float
@@ -50,10 +53,10 @@ class _Row:
 
 
 @dataclass(frozen=True, eq=False)
-class _Link:
+class Link:
     """What follows beyond a port: rows, then another orbit's port, or an end."""
 
-    rows: tuple[_Row, ...]
+    rows: tuple[Row, ...]
     to: Port | None
     event: Event | None = None
     reason: str = ""
@@ -64,27 +67,32 @@ class _Web:
     """All orbits of all lists, linked."""
 
     nodes: list[Node]
-    links: dict[Port, _Link] = field(default_factory=dict)
+    links: dict[Port, Link] = field(default_factory=dict)
 
-    def row(self, number: int, place: int) -> _Row:
+    def row(self, number: int, place: int) -> Row:
         """Return an orbit of a list as a row."""
         node = self.nodes[number]
         orbit = node.orbits[place]
-        return _Row(node.q, orbit.points, orbit.multiplier)
+        return Row(node.q, orbit.points, orbit.multiplier)
 
 
-def orbit_branches(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple[Curve, ...]:
-    """Join all orbits of a survey to branches; ``concerned`` goes by the span's number."""
+def orbit_curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple[Curve, ...]:
+    """Join all orbits of a survey to curves; ``concerned`` goes by the span's number."""
+    chains = orbit_chains(survey, concerned)
+    chains.sort(key=lambda chain: (len(chain[1][0].points), chain[1][0].value))
+    curves = [columns_of(rows) for _, rows, _ in chains]
+    known = _labels_and_residuals(survey, curves)
+    return tuple(_joined(survey, *what) for what in zip(chains, curves, known, strict=True))
+
+
+def orbit_chains(survey: Survey, concerned: dict[int, list[Concerned]]) -> list[Chain]:
+    """Link all orbits of a survey, through folds and crossings, from end to end."""
     web = _Web([*(span.left for span in survey.spans), survey.spans[-1].right])
     for number, span in enumerate(survey.spans):
         _link_pieces(web, number, span)
         for event, share in zip(span.events, concerned.get(number, ()), strict=True):
             _link_event(web, number, event, share)
-    chains = _chains(web)
-    chains.sort(key=lambda chain: (len(chain[1][0].points), chain[1][0].value))
-    curves = [_curve(rows) for _, rows, _ in chains]
-    known = _labels_and_residuals(survey, curves)
-    return tuple(_branch(survey, *what) for what in zip(chains, curves, known, strict=True))
+    return _chains(web)
 
 
 def _link_pieces(web: _Web, number: int, span: Span) -> None:
@@ -94,30 +102,30 @@ def _link_pieces(web: _Web, number: int, span: Span) -> None:
         assert piece.right is not None
         rows = _inner_rows(piece, span.events)
         low, high = (number, piece.left, UP), (number + 1, piece.right, DOWN)
-        web.links[low] = _Link(rows, high)
-        web.links[high] = _Link(rows[::-1], low)
+        web.links[low] = Link(rows, high)
+        web.links[high] = Link(rows[::-1], low)
     for ending in span.endings:
         rows = _rows(ending.piece)
         if ending.piece.left is not None:
             port = (number, ending.piece.left, UP)
-            web.links.setdefault(port, _Link(rows[1:], None, ending.event, ending.reason))
+            web.links.setdefault(port, Link(rows[1:], None, ending.event, ending.reason))
         elif ending.piece.right is not None:
             port = (number + 1, ending.piece.right, DOWN)
-            web.links.setdefault(port, _Link(rows[:-1][::-1], None, ending.event, ending.reason))
+            web.links.setdefault(port, Link(rows[:-1][::-1], None, ending.event, ending.reason))
 
 
-def _rows(piece: Piece) -> tuple[_Row, ...]:
+def _rows(piece: Piece) -> tuple[Row, ...]:
     samples = zip(piece.values, piece.points, piece.multipliers, strict=True)
-    return tuple(_Row(float(q), x, float(m)) for q, x, m in samples)
+    return tuple(Row(float(q), x, float(m)) for q, x, m in samples)
 
 
-def _inner_rows(piece: Piece, events: list[Event]) -> tuple[_Row, ...]:
+def _inner_rows(piece: Piece, events: list[Event]) -> tuple[Row, ...]:
     """Return the samples between both lists; at a flip of the orbit, the flip itself."""
     for event in events:
         if event.kind == "flip" and event.period == piece.period:
             nearest = turned(event.points, piece.points[0])
             if np.abs(nearest - piece.points[0]).max() <= 1e-3 * (1 + np.abs(nearest).max()):
-                return (_Row(event.value, nearest, -1.0, event),)
+                return (Row(event.value, nearest, -1.0, event),)
     return _rows(piece)[1:-1]
 
 
@@ -132,19 +140,19 @@ def _link_event(web: _Web, number: int, event: Event, share: Concerned) -> None:
             return
     for node, places, side in sides:
         if event.kind == "fold" and own and len(places) == 2:
-            row = _Row(event.value, event.points, 1.0, event)
+            row = Row(event.value, event.points, 1.0, event)
             one, other = ((node, place, side) for place in places)
-            web.links[one] = _Link((row,), other)
-            web.links[other] = _Link((row,), one)
+            web.links[one] = Link((row,), other)
+            web.links[other] = Link((row,), one)
             continue
         for place in places:
-            web.links[node, place, side] = _Link((), None, event)
+            web.links[node, place, side] = Link((), None, event)
 
 
 def _link_crossing(web: _Web, number: int, event: Event, share: Concerned) -> bool:
     """Link orbits across the point where they cross; false if there are not two or four."""
     # The upper orbit goes on as the lower one; of a pitchfork's three the middle one goes on.
-    row = _Row(event.value, event.points, 1.0, event)
+    row = Row(event.value, event.points, 1.0, event)
     below = _by_place(web, number, share.lost, event, UP)
     above = _by_place(web, number + 1, share.born, event, DOWN)
     few, many = sorted((below, above), key=len)
@@ -155,8 +163,8 @@ def _link_crossing(web: _Web, number: int, event: Event, share: Concerned) -> bo
     else:
         return False
     for one, other in pairs:
-        web.links[one] = _Link((row,), other)
-        web.links[other] = _Link((row,), one)
+        web.links[one] = Link((row,), other)
+        web.links[other] = Link((row,), one)
     return True
 
 
@@ -174,7 +182,7 @@ def _by_place(
 
 # ------------------------------------------------------------------ from link to link
 
-Chain: TypeAlias = "tuple[_Link | None, list[_Row], _Link | None]"
+Chain: TypeAlias = "tuple[Link | None, list[Row], Link | None]"
 
 
 def _chains(web: _Web) -> list[Chain]:
@@ -195,7 +203,7 @@ def _chains(web: _Web) -> list[Chain]:
 def _chain(web: _Web, port: Port, seen: set[tuple[int, int]]) -> Chain:
     """Walk away from a port, from orbit to orbit."""
     first = web.links.get(port)
-    rows: list[_Row] = []
+    rows: list[Row] = []
     if first is not None and first.to is None:
         rows += first.rows[::-1]
     while True:
@@ -216,7 +224,7 @@ def _chain(web: _Web, port: Port, seen: set[tuple[int, int]]) -> Chain:
 # ------------------------------------------------------------------ as results
 
 
-def _curve(rows: list[_Row]) -> tuple[Floats, Floats]:
+def columns_of(rows: Sequence[Row]) -> tuple[Floats, Floats]:
     """Values of the parameter, and the points, each orbit turned to be next to the one before."""
     points = [rows[0].points]
     for row in rows[1:]:
@@ -224,10 +232,10 @@ def _curve(rows: list[_Row]) -> tuple[Floats, Floats]:
     return np.array([row.value for row in rows]), np.array(points)
 
 
-def _branch(
+def _joined(
     survey: Survey, chain: Chain, curve: tuple[Floats, Floats], known: tuple[Labels, Floats]
 ) -> Curve:
-    """Make a branch of rows and what lies at its ends."""
+    """Make a curve of rows and what lies at its ends."""
     first, rows, last = chain
     (values, points), (labels, residual) = curve, known
     name = survey.family.name
@@ -285,7 +293,7 @@ def _labels_and_residuals(
     ]
 
 
-def _end(survey: Survey, link: _Link | None, row: _Row, points: Floats) -> CurveEnd:
+def _end(survey: Survey, link: Link | None, row: Row, points: Floats) -> CurveEnd:
     """Say why a curve ends."""
     name = survey.family.name
     if link is None:
@@ -308,8 +316,9 @@ def _end(survey: Survey, link: _Link | None, row: _Row, points: Floats) -> Curve
     multiplier = row.multiplier
     if len(there) == event.period:
         multiplier = reading.multipliers[0 if side < 0 else 1]
+    left = isinstance(border.critical, DomainEnd)
     return CurveEnd(
-        REASONS[event.kind],
+        "end of domain" if left else REASONS[event.kind],
         {name: event.value},
         there,
         multiplier,

@@ -1,0 +1,97 @@
+"""Every change of the set of attractors along a parameter: listed, unresolved, or not asked for.
+
+Attractors are looked at on the grid and on both sides of all that is listed. Between two looks
+without anything listed the sets must agree, but for cycles above the longest period.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect
+from collections import Counter
+from collections.abc import Iterable
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
+
+if TYPE_CHECKING:
+    from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint
+
+SHOWN: Final = 3  # periods in a sentence
+
+Sort: TypeAlias = tuple[str, int]  # kind of an attractor, and its period
+Part: TypeAlias = tuple[float, float, set[Sort]]  # of the range, and what attracts there
+
+
+def sorts_of(look: ParameterPoint) -> Counter[Sort]:
+    """Count the attractors at a value by kind and period."""
+    return Counter((a.kind, a.period) for a in look.attractors)
+
+
+def _differ(one: ParameterPoint, two: ParameterPoint, max_period: int) -> bool:
+    """Whether attractors differ in a way that longer cycles and windows of chaos do not explain."""
+    here, there = sorts_of(one), sorts_of(two)
+    changed = (here - there) + (there - here)
+    if any(not _beyond(sort, max_period) for sort in changed):
+        return True
+    chaos_only = all(kind == "chaotic" for kind, _ in changed)
+    return chaos_only and here.total() != there.total()
+
+
+def _beyond(sort: Sort, max_period: int) -> bool:
+    """Whether an attractor is no cycle that was asked for."""
+    return sort[0] != "periodic" or sort[1] > max_period
+
+
+def accounted(
+    looks: Iterable[ParameterPoint], listed: Iterable[float], max_period: int
+) -> tuple[list[UnresolvedChange], list[UnresolvedChange]]:
+    """Return the changes between looks that nothing listed explains, and what was not asked for."""
+    values = sorted(value for value in listed if not math.isnan(value))
+    unresolved: list[UnresolvedChange] = []
+    parts: list[Part] = []  # where attractors are not asked for
+    for one, two in pairwise(sorted(looks, key=lambda look: look.value)):
+        between = values[bisect(values, one.value) : bisect(values, two.value)]
+        if not between and _differ(one, two, max_period):
+            before, after = _told(sorts_of(one)), _told(sorts_of(two))
+            reason = f"{before} before, {after} after: nothing located between"
+            unresolved.append(UnresolvedChange(reason, one.value, two.value))
+        for look, lo, hi in (
+            (one, one.value, min(between, default=two.value)),
+            (two, max(between, default=one.value), two.value),
+        ):
+            beyond = {sort for sort in sorts_of(look) if _beyond(sort, max_period)}
+            if beyond:
+                parts.append((lo, hi, beyond))
+    return unresolved, [_outside(part) for part in _joined(parts)]
+
+
+def _joined(parts: Iterable[Part]) -> list[Part]:
+    """Join intervals that touch or overlap."""
+    joined: list[Part] = []
+    for lo, hi, seen in sorted(parts, key=lambda part: part[:2]):
+        if joined and lo <= joined[-1][1]:
+            start, stop, known = joined[-1]
+            joined[-1] = start, max(stop, hi), known | seen
+        else:
+            joined.append((lo, hi, seen))
+    return joined
+
+
+def _outside(part: Part) -> UnresolvedChange:
+    lo, hi, seen = part
+    return UnresolvedChange(f"outside the question: {_told(seen)}", lo, hi)
+
+
+def _told(sorts: Iterable[Sort]) -> str:
+    """Say which attractors: cycles by their periods, chaos by its bands."""
+    numbers: dict[str, list[str]] = {}
+    for kind, number in sorted(sorts, reverse=True):
+        numbers.setdefault(kind, []).insert(0, str(number))
+    texts = []
+    for kind, known in numbers.items():
+        shown = ", ".join([*known[:SHOWN], "..."] if len(known) > SHOWN else known)
+        words = {"periodic": f"period {shown}", "chaotic": f"chaos in {shown} bands"}
+        texts.append(words.get(kind, kind))
+    return "; ".join(texts) or "nothing"

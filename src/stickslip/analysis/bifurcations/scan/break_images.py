@@ -1,0 +1,176 @@
+"""Images of all breaks, between two lists of orbits: none that meets its break is left out.
+
+While the branches that the images of a break visit stay the same, f^k(c) - c is continuous in the
+parameter: it vanishes wherever its signs differ. Where the branches change, the interval is cut.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, TypeAlias, cast
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.conditions.conditions import Collision
+from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
+from stickslip.analysis.bifurcations.scan.events import Suspect
+from stickslip.analysis.branches.along.tracked import (
+    ConditionLost,
+    DomainEnd,
+    TrackedDiscontinuity,
+)
+from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.maps.protocol import sample
+from stickslip.status import OK
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
+    from stickslip.analysis.branches.breakpoints import Breakpoint
+    from stickslip.analysis.branches.table import BranchTable
+    from stickslip.analysis.maps.protocol import Floats, Labels
+
+ZERO: Final = 1e-13  # of the domain: an image so close to its break has no sign
+
+Name: TypeAlias = tuple[int, int, int, int]  # classes of the two branches, which of these, side
+
+
+@dataclass(frozen=True)
+class BreakImages:
+    """One side of a break at one value of the parameter."""
+
+    border: TrackedDiscontinuity | DomainEnd
+    side: int  # from which side the first image is taken
+    word: tuple[int, ...]  # branches of the images
+    off: tuple[float, ...]  # of each image, and of the next one, from the break
+
+
+def images_of_breaks(
+    table: BranchTable, max_period: int, classes: SymbolClasses
+) -> dict[Name, BreakImages]:
+    """Follow both sides of all breaks of a map, and the ends of its domain."""
+    breaks = [item for item in table.breakpoints if item.kind != "smooth"]
+    places = np.array([item.d for item in breaks])
+    sides = dict(_sides(table, breaks, classes))
+    x = np.array([value for _, _, value in sides.values()])
+    start = np.array([border.x for border, _, _ in sides.values()])
+    words, off = [], []
+    for _ in range(max_period):
+        off.append(x - start)
+        got = sample(table.f, x)
+        words.append(_symbols(got.label, x, places, classes).tolist())
+        x = np.where(got.status == OK, got.value, np.nan)
+    found = {}
+    for j, (name, (border, side, _)) in enumerate(sides.items()):
+        gaps = tuple(float(gap[j]) for gap in off if np.isfinite(gap[j]))
+        word = tuple(word[j] for word in words[: max(len(gaps) - 1, 0)])
+        found[name] = BreakImages(border, side, word, gaps)
+    return found
+
+
+def _sides(
+    table: BranchTable, breaks: list[Breakpoint], classes: SymbolClasses
+) -> Iterator[tuple[Name, tuple[TrackedDiscontinuity | DomainEnd, int, float]]]:
+    """Yield the names of all sides, with what tracks them and the values there."""
+    seen: Counter[tuple[int, int]] = Counter()
+    for item in breaks:
+        pair = np.array([item.left_label, item.right_label], dtype=np.uint64)
+        left, right = classes.of(pair).tolist()
+        border = TrackedDiscontinuity.of(item)
+        for side, value in ((-1, item.left), (1, item.right)):
+            yield (left, right, seen[left, right], side), (border, side, value)
+        seen[left, right] += 1
+    whole = getattr(table.f, "whole", table.f).domain
+    for upper, (end, own) in enumerate(zip(whole, table.f.domain, strict=True)):
+        if end == own:
+            side = -1 if upper else 1
+            value = float(sample(table.f, end).value)
+            yield (-1, -1, upper, side), (DomainEnd(bool(upper), end), side, value)
+
+
+def _symbols(labels: Labels, x: Floats, places: Floats, classes: SymbolClasses) -> Labels:
+    """Name the branches of points; by order where labels tell nothing."""
+    if classes.telling:
+        return classes.of(labels)
+    return np.searchsorted(places, x, side="right").astype(np.uint64)
+
+
+def hidden_collisions(
+    left: Node,
+    right: Node,
+    family: Family,
+    max_period: int,
+    classes: SymbolClasses,
+    narrowest: float,
+) -> Iterator[Suspect]:
+    """Suspect collisions where the signs of f^k(c) - c at two nodes differ, for all breaks c."""
+    before, after = (images_of_breaks(node.table, max_period, classes) for node in (left, right))
+    search = _Search(family, max_period, classes, narrowest)
+    for name in sorted(set(before) | set(after)):
+        yield from search.between(name, (left.q, before.get(name)), (right.q, after.get(name)))
+
+
+_Seen: TypeAlias = "tuple[float, BreakImages | None]"
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Intervals of the parameter, halved until the images of a break visit the same branches."""
+
+    family: Family
+    max_period: int
+    classes: SymbolClasses
+    narrowest: float
+
+    def between(self, name: Name, low: _Seen, high: _Seen) -> Iterator[Suspect]:
+        (p, a), (q, b) = low, high
+        if a is None and b is None:
+            return
+        if a is not None and b is not None:
+            found = list(self._sign_changes(a, b, (p, q)))
+            yield from found
+            if found or (a.word == b.word and len(a.off) == len(b.off)):
+                return
+        if q - p <= self.narrowest:
+            return
+        middle = 0.5 * (p + q), self._at(name, 0.5 * (p + q), a or b)
+        yield from self.between(name, low, middle)
+        yield from self.between(name, middle, high)
+
+    def _sign_changes(
+        self, a: BreakImages, b: BreakImages, bracket: tuple[float, float]
+    ) -> Iterator[Suspect]:
+        """Compare two values as far as the images visit the same branches."""
+        same = 0
+        while same < min(len(a.word), len(b.word)) and a.word[same] == b.word[same]:
+            same += 1
+        lo, hi = self.family.f.domain
+        zero = ZERO * (hi - lo)
+        for k in range(min(same + 1, len(a.off), len(b.off))):
+            if a.off[k] * b.off[k] < 0 and min(abs(a.off[k]), abs(b.off[k])) > zero:
+                nearest = min(a, b, key=lambda one: abs(one.off[k]))
+                condition = Collision(k + 1, nearest.border, nearest.side)
+                (low, high) = bracket
+                yield Suspect(condition, 0.5 * (low + high), high - low, bracket)
+
+    def _at(self, name: Name, q: float, near: BreakImages | None) -> BreakImages | None:
+        """Follow one side of a break at another value; None where the break is not."""
+        assert near is not None
+        f, border = self.family.at(q), near.border
+        if isinstance(border, TrackedDiscontinuity):
+            if not (border.labelled and self.classes.telling):
+                return images_of_breaks(branch_table(f), self.max_period, self.classes).get(name)
+        try:
+            # What takes the place of a break that is gone has another name.
+            strict = {} if isinstance(border, DomainEnd) else {"successors": False}
+            reading = border.at(f, **strict)
+            border = cast("TrackedDiscontinuity | DomainEnd", reading.critical)
+        except ConditionLost:
+            return None
+        path = path_from(f, reading, near.side, self.max_period)
+        gaps = np.array(path.points[1:]) - reading.x
+        labels = np.array(path.labels[: max(len(gaps) - 1, 0)], dtype=np.uint64)
+        word = tuple(self.classes.of(labels).tolist())
+        return BreakImages(border, near.side, word, tuple(gaps.tolist()))

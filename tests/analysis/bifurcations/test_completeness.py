@@ -1,0 +1,261 @@
+"""Nothing is left out, invented or listed twice: families whose lists are known otherwise."""
+
+import itertools
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import stickslip as ss
+from stickslip.analysis.bifurcations.accounting import accounted
+from stickslip.analysis.bifurcations.bifurcations import bifurcations
+
+SHARP = 1e-12  # of located values
+PERIODS = 5
+
+
+def assert_same(found, expected, sharp=SHARP):
+    """Compare values with periods: each once, and nothing else."""
+    listed = sorted((item.value, item.period) for item in found)
+    assert [period for _, period in listed] == [period for _, period in expected]
+    assert [value for value, _ in listed] == pytest.approx(
+        [value for value, _ in expected], abs=sharp
+    )
+
+
+# --- maps with a gap: borders of words are affine in the parameter ------------------------------
+
+
+def words(n):
+    """Primitive words of L and R, one of each class of rotations."""
+    for letters in itertools.product("LR", repeat=n):
+        word = "".join(letters)
+        turns = [word[k:] + word[:k] for k in range(n)]
+        if word == min(turns) and len(set(turns)) == n:
+            yield word
+
+
+def borders_of_gap_map(a, b, lo, hi):
+    """Values at which a cycle of x -> a x + mu (left), b x + mu - 1 (right) meets 0."""
+    found = []
+    for n in range(1, PERIODS + 1):
+        for word in words(n):
+            low, high = -np.inf, np.inf
+            for k in range(n):
+                slope, rise, shift = 1.0, 0.0, 0.0
+                for letter in word[k:] + word[:k]:
+                    s, t = (a, 0.0) if letter == "L" else (b, -1.0)
+                    slope, rise, shift = s * slope, s * rise + 1.0, s * shift + t
+                # The point is (rise mu + shift) / (1 - slope), with 0 < slope < 1 and rise > 0.
+                if word[k] == "R":
+                    low = max(low, -shift / rise)
+                else:
+                    high = min(high, -shift / rise)
+            if low < high:
+                found += [(value, n) for value in (low, high) if lo < value < hi]
+    return sorted(found)
+
+
+def gap_map(a, b):
+    return ss.PiecewiseMap(
+        lambda x, mu: np.where(x < 0, a * x + mu, b * x + mu - 1),
+        (-3, 3),
+        parameters={"mu": 0.3},
+        derivative=lambda x, mu: np.where(x < 0, a, b),
+        breakpoints=[0.0],
+    )
+
+
+def assert_gap_map_complete(a, b):
+    found = bifurcations(gap_map(a, b), "mu", (0.01, 0.99), max_period=PERIODS)
+    assert_same(found, borders_of_gap_map(a, b, 0.01, 0.99))
+    assert not found.unresolved
+
+
+def test_narrow_windows_of_a_map_with_a_gap():
+    assert_gap_map_complete(0.4, 0.5)  # two borders of period 5 lie between two lists
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(300))
+def test_windows_of_random_maps_with_a_gap(seed):
+    assert_gap_map_complete(*np.random.default_rng(seed).uniform(0.2, 0.8, 2))
+
+
+# --- skew tents: every orbit is born on the corner ----------------------------------------------
+
+
+def corner_orbits(c, lo, hi):
+    """Heights at which the corner c of a skew tent on (0, 1) is periodic, by brute force."""
+
+    def off(height, n):
+        x = np.full_like(height, c) if isinstance(height, np.ndarray) else c
+        for _ in range(n):
+            x = height * np.minimum(x / c, (1 - x) / (1 - c))
+        return x - c
+
+    grid = np.linspace(lo, hi, 200_001)
+    found = []
+    for n in range(1, PERIODS + 1):
+        values = off(grid, n)
+        for k in np.flatnonzero(values[:-1] * values[1:] < 0):
+            zero = brentq(off, grid[k], grid[k + 1], args=(n,), xtol=1e-15, rtol=1e-15)
+            shorter = (d for d in range(1, n) if n % d == 0)
+            if not any(abs(off(zero, d)) < 1e-9 for d in shorter):
+                found.append((zero, n))
+    return sorted(found)
+
+
+def assert_skew_tent_complete(c):
+    f = ss.PiecewiseMap(
+        lambda x, height: height * np.minimum(x / c, (1 - x) / (1 - c)),
+        (0, 1),
+        parameters={"height": 0.9},
+        derivative=lambda x, height: np.where(x < c, height / c, -height / (1 - c)),
+        breakpoints=[c],
+    )
+    lo, hi = c + 0.05 * (1 - c), 0.99
+    found = bifurcations(f, "height", (lo, hi), max_period=PERIODS)
+    borders = [b for b in found if b.kind == "border_collision"]
+    assert_same(borders, corner_orbits(c, lo, hi))
+    assert not found.unresolved
+
+
+def test_orbits_of_a_skew_tent():
+    assert_skew_tent_complete(0.37)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(40))
+def test_orbits_of_random_skew_tents(seed):
+    assert_skew_tent_complete(np.random.default_rng(seed).uniform(0.2, 0.8))
+
+
+# --- crises at the end of the domain, and at a jump ---------------------------------------------
+
+LOGISTIC = ss.PiecewiseMap(
+    lambda x, r: r * x * (1 - x),
+    (0, 1),
+    parameters={"r": 3.9},
+    derivative=lambda x, r: r * (1 - 2 * x),
+)
+TENT = ss.PiecewiseMap(
+    lambda x, s: s * np.minimum(x, 1 - x),
+    (0, 1),
+    parameters={"s": 1.9},
+    derivative=lambda x, s: np.where(x < 0.5, s, -s),
+    breakpoints=[0.5],
+)
+SINE = ss.PiecewiseMap(lambda x, r: r * np.sin(np.pi * x), (0, 1), parameters={"r": 0.9})
+SQUARE = ss.PiecewiseMap(lambda x, c: x * x + c, (-2, 2), parameters={"c": -1.9})
+
+
+@pytest.mark.parametrize(
+    ("f", "name", "ends", "value"),
+    [
+        (LOGISTIC, "r", (3.98, 4.02), 4.0),
+        (TENT, "s", (1.8, 2.1), 2.0),
+        (SINE, "r", (0.98, 1.02), 1.0),
+        (SQUARE, "c", (-2.02, -1.98), -2.0),
+    ],
+)
+def test_chaos_that_fills_the_domain_ends_where_orbits_leave(f, name, ends, value):
+    found = bifurcations(f, name, ends, max_period=1)
+    (crisis,) = found.of_kind("boundary_crisis")
+    assert crisis.value == pytest.approx(value, abs=SHARP)
+    chaos, nothing = crisis.attractors_before, crisis.attractors_after
+    if name == "c":
+        chaos, nothing = nothing, chaos
+    assert [a.kind for a in chaos] == ["chaotic"]
+    assert nothing == ()
+
+
+def test_a_band_of_a_two_block_system_that_meets_a_jump():
+    model = ss.TwoBlock(alpha=3.007, beta=0.6146, V=0.0199, friction=ss.Coulomb(mu=0.542))
+    found = bifurcations(model, "beta", (0.6143, 0.6152), max_period=2)
+    (crisis,) = found
+    assert crisis.kind == "boundary_crisis"
+    assert 0.61485045929 < crisis.value < 0.61485045967
+    assert crisis.points == pytest.approx([-0.0003897784], abs=1e-10)
+    assert sorted(a.kind for a in crisis.attractors_before) == ["chaotic", "periodic"]
+    assert [a.kind for a in crisis.attractors_after] == ["periodic"]
+    assert "meets the break" in crisis.mechanism
+    assert not found.unresolved
+
+
+# --- ends of orbits, and what was not asked for -------------------------------------------------
+
+
+def test_an_orbit_that_leaves_the_domain_ends_in_a_solved_condition():
+    # x/2 + mu has the fixed point 2 mu, stable, in (-1, 1) while mu < 1/2.
+    f = ss.PiecewiseMap(lambda x, mu: 0.5 * x + mu, (-1, 1), parameters={"mu": 0.0})
+    found = bifurcations(f, "mu", (0.3, 0.8), max_period=2)
+    (left,) = found
+    assert (left.kind, left.period) == ("enters_gap", 1)
+    assert left.value == pytest.approx(0.5, abs=SHARP)
+    assert [a.period for a in left.attractors_before] == [1]
+    assert left.attractors_after == ()
+    assert found.branches[0].ends[1].reason == "end of domain"
+    assert not found.unresolved
+    assert not found.outside
+
+
+def test_attractors_beyond_the_longest_period_are_told():
+    found = bifurcations(LOGISTIC, "r", (3.3, 3.56), max_period=2)
+    told = [(item.lo, item.hi) for item in found.outside]
+    assert told == [(pytest.approx(1 + np.sqrt(6), abs=SHARP), 3.56)]
+    assert "period 4, 8" in found.outside[0].reason
+    assert "outside the question" in repr(found)
+    assert not found.unresolved
+
+
+def test_a_change_that_nothing_explains_is_told():
+    looks = [look(0.0, ("periodic", 1)), look(1.0), look(2.0)]
+    unresolved, outside = accounted(looks, [1.5], max_period=2)
+    (change,) = unresolved
+    assert (change.lo, change.hi) == (0.0, 1.0)
+    assert "period 1 before, nothing after" in change.reason
+    assert not outside
+
+
+def test_lost_chaos_is_told_and_cycles_that_are_too_long_are_set_apart():
+    looks = [look(0.0, ("chaotic", 1)), look(1.0, ("periodic", 7)), look(2.0), look(3.0)]
+    unresolved, outside = accounted(looks, [], max_period=4)
+    assert not unresolved
+    assert [(item.lo, item.hi) for item in outside] == [(0.0, 2.0)]
+    lost = [look(0.0, ("chaotic", 1)), look(1.0)]
+    assert len(accounted(lost, [], max_period=4)[0]) == 1
+
+
+def look(value, *sorts):
+    attractors = [SimpleNamespace(kind=kind, period=period) for kind, period in sorts]
+    return SimpleNamespace(value=value, attractors=attractors)
+
+
+# --- twins --------------------------------------------------------------------------------------
+
+
+def mirrored(points):
+    return tuple(np.sort(-np.asarray(points)))
+
+
+def test_twins_of_a_symmetric_map_each_have_their_own_entries():
+    f = ss.PiecewiseMap(
+        lambda x, r: r * x - x**3,
+        (-2.2, 2.2),
+        parameters={"r": 1.5},
+        derivative=lambda x, r: r - 3 * x * x,
+    )
+    found = bifurcations(f, "r", (1.9, 2.4), max_period=2)
+    assert [len(cascade.flips) for cascade in found.cascades] == [8, 8]
+    assert {item.kind for item in found} >= {"flip", "band_merging"}
+    for kind in ("flip", "band_merging"):
+        items = [(item.value, tuple(np.sort(item.points))) for item in found if item.kind == kind]
+        for value, points in items:
+            same = [
+                (v, p)
+                for v, p in items
+                if abs(v - value) < SHARP and p == pytest.approx(mirrored(points), abs=1e-8)
+            ]
+            assert len(same) == 1, (kind, value, points)
