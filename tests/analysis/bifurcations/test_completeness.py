@@ -196,7 +196,7 @@ def test_an_orbit_that_leaves_the_domain_ends_in_a_solved_condition():
     assert left.value == pytest.approx(0.5, abs=SHARP)
     assert [a.period for a in left.attractors_before] == [1]
     assert left.attractors_after == ()
-    assert found.branches[0].ends[1].reason == "end of domain"
+    assert found.curves[0].ends[1].reason == "end of domain"
     assert not found.unresolved
     assert not found.outside
 
