@@ -201,6 +201,14 @@ def test_an_orbit_that_leaves_the_domain_ends_in_a_solved_condition():
     assert not found.outside
 
 
+def test_a_stable_orbit_that_leaves_a_window_is_accounted_for_by_its_end():
+    # The fixed point 1 - 1/r passes 0.64 at r = 2.7778.
+    found = bifurcations(LOGISTIC, "r", (2.6, 2.9), max_period=1, window=(0.5, 0.64))
+    assert len(found) == 0
+    assert [curve.ends[1].reason for curve in found.curves] == ["end of domain"]
+    assert not found.unresolved
+
+
 def test_attractors_beyond_the_longest_period_are_told():
     found = bifurcations(LOGISTIC, "r", (3.3, 3.56), max_period=2)
     told = [(item.lo, item.hi) for item in found.outside]

@@ -215,9 +215,11 @@ class Survey:
 
     def _hidden_collisions(self, span: Span, fresh: list[Event]) -> list[UnresolvedChange]:
         """Find the collisions of orbits that are in neither list; return what is no collision."""
-        sides, what = (span.left, span.right), (self.family, self.max_period, self.classes)
         unexplained = []
-        for suspect in hidden_collisions(*sides, *what, BESIDE * self.scale):
+        narrowest = BESIDE * self.scale
+        for suspect in hidden_collisions(
+            span.left, span.right, self.family, self.max_period, self.classes, narrowest
+        ):
             event = located(suspect, self.family, self._within(span))
             if event is not None:
                 self._add(event, fresh)
