@@ -12,7 +12,7 @@ from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.continuation.continuation import follow_on, follow_orbit
 from stickslip.analysis.continuation.continuation_nd import follow_orbit_nd
 from stickslip.analysis.continuation.curve import Curve
-from stickslip.analysis.continuation.orbit_curve import OrbitProblem
+from stickslip.analysis.continuation.orbit_follower import OrbitProblem
 from stickslip.analysis.maps.arguments import line_family
 from stickslip.analysis.maps.protocol_nd import FamilyND
 from stickslip.analysis.orbits.orbit import PeriodicOrbit

@@ -16,9 +16,9 @@ import pytest
 import stickslip as ss
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
+from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
-from stickslip.analysis.diagrams.orbit_curves import OrbitCurveEnd
 from stickslip.cli import main
 from stickslip.cli.parameters import FILES, PICTURES
 from stickslip.mechanics.model.file import read_model, write_model
@@ -211,7 +211,7 @@ def exact(table):
 
 def by_hand():
     """One orbit of period 2 that ends, two attractors at the first value, a jump."""
-    end = OrbitCurveEnd(0.0, np.zeros(2), "end of range")
+    end = CurveEnd("end of range", {"V": 0.0}, np.zeros(2))
     points = np.array([[0.1, 0.2], [0.3, 0.4], [NAN, NAN]])
     orbit = OrbitCurve(2, points, np.array([0.5, -1.5, NAN]), (end, end))
     attractors = AttractorTable(

@@ -7,8 +7,8 @@ import pytest
 from matplotlib.colors import to_hex
 
 from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
+from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
-from stickslip.analysis.diagrams.orbit_curves import OrbitCurveEnd
 from stickslip.plot.bifurcations import (
     BREAK,
     MARKS,
@@ -34,7 +34,7 @@ def ax():
 
 
 def ending(value, points, reason):
-    return OrbitCurveEnd(value, np.array(points), reason)
+    return CurveEnd(reason, {"r": value}, np.array(points))
 
 
 def diagram(**changes):
@@ -212,7 +212,7 @@ class TestBifurcations:
 
     def test_list_draws_branches_and_marks_with_a_legend(self, ax):
         class Found(list):
-            branches = (TestBranch.branch(),)
+            curves = (TestBranch.branch(),)
             parameter, range, window = "alpha", (0.1, 0.5), (-1.0, 1.0)
 
         found = Found([self.item("fold", 0.2), self.item("flip", 0.3), self.item("fold", 0.4)])

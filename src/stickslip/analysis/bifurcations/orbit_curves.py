@@ -11,7 +11,7 @@ from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.scan.events import orbit_at
 from stickslip.analysis.branches.along.tracked import DomainEnd
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
-from stickslip.analysis.continuation.orbit_curve import OrbitProblem
+from stickslip.analysis.continuation.orbit_follower import OrbitProblem
 from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.maps.protocol import sample
 from stickslip.analysis.orbits.newton import successors, turned

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 import numpy as np
 
-from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
 from stickslip.analysis.continuation.follower import checked_steps, contained
 from stickslip.analysis.continuation.orbit_follower import OrbitFollower
 from stickslip.analysis.maps.arguments import checked_range
@@ -46,9 +46,7 @@ class OrbitProblemND(Problem):
         self, curve: Curve, row: int, share: float, name: str, value: float
     ) -> PeriodicOrbitND | None:
         """Start from a straight line between two rows; None if no orbit is found."""
-        points = curve.points[row]
-        if share:
-            points = points + share * (curve.points[row + 1] - points)
+        points = between(curve.points, row, share)
         return self._solved(curve, value, points)
 
     def row(self, curve: Curve, row: int) -> PeriodicOrbitND | None:
@@ -65,8 +63,7 @@ class OrbitProblemND(Problem):
 
     def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
         """Return the first coordinates of the points."""
-        points: Floats = curve.points[row, :, 0]
-        return points + share * (curve.points[row + 1, :, 0] - points) if share else points
+        return between(curve.points[:, :, 0], row, share)
 
     def same(self, one: PeriodicOrbitND, other: PeriodicOrbitND) -> bool:
         """Tell whether the points are equal, to rounding."""

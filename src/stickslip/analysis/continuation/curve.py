@@ -172,7 +172,7 @@ class Problem:
 
     def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
         """Return numbers by which solutions at one value are told apart: points, on a line."""
-        return _between(curve.points, row, share).ravel()
+        return between(curve.points, row, share).ravel()
 
     def same(self, one: Any, other: Any) -> bool:
         """Tell whether two solutions at one parameter value are one."""
@@ -429,7 +429,7 @@ class Curve(Result):
         return picture
 
 
-def _between(rows: Floats, row: int, share: float) -> Floats:
+def between(rows: Floats, row: int, share: float) -> Floats:
     """Go from a row along a straight line to the next."""
     here: Floats = rows[row]
     return here + share * (rows[row + 1] - here) if share else here

@@ -177,6 +177,13 @@ class Follower:
                 return self.end(new, "point limit")
             here = new
 
+    def reached(self, start: CurvePoint, value: float) -> CurvePoint | None:
+        """Walk to an end of the range, whatever is passed; None if the walk stops before."""
+        ahead = np.zeros(len(start.y))
+        ahead[-1] = value - start.parameter
+        *_, last = start, *replace(self.curve, accept=self.accept).walk(start.along(ahead))
+        return last if last.parameter == value else None
+
     def end(self, point: CurvePoint, reason: str, **more: Any) -> CurveEnd:
         """End the curve at a point."""
         where = self.points(point), self.multipliers(point)

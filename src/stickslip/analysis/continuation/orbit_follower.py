@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
@@ -10,14 +10,21 @@ import numpy as np
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.continuation.borders import Break, encounters, unlabelled_encounters
 from stickslip.analysis.continuation.collision import meet
-from stickslip.analysis.continuation.curve import Curve, CurveEnd
-from stickslip.analysis.continuation.follower import Follower, Passed, first_point
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
+from stickslip.analysis.continuation.follower import (
+    MAX_POINTS,
+    MAX_STEP,
+    Follower,
+    Passed,
+    first_point,
+)
 from stickslip.analysis.continuation.half_period import flip_of_half, shrinks_to_half
-from stickslip.analysis.continuation.orbit_curve import OrbitProblem
 from stickslip.analysis.continuation.orbit_equations import Linearized, OrbitEquations
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.analysis.orbits.newton import solve_orbit
+from stickslip.analysis.orbits.newton import itinerary_of, solve_orbit
+from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.numerics.continuation import CurvePoint, StepControl, StepTooLong
+from stickslip.results.parts import part
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -25,9 +32,8 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.continuation.borders import Encounter
     from stickslip.analysis.continuation.collision import Meeting
-    from stickslip.analysis.continuation.curve import Problem
     from stickslip.analysis.continuation.follower import Half
-    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.maps.protocol import Floats, MapFamily
     from stickslip.numerics.continuation import WalkEnd
 
 BENDS: Final = 0.5  # a slope changes at most so much per step, beside 1 + abs(slope) ...
@@ -38,6 +44,7 @@ TOUCHING: Final = 1e-6  # scaled: an end so close has no direction
 ON_BORDER: Final = 1e-10  # of the domain
 NEARBY: Final = 1e-3  # scaled: where the end at a break without a label may be
 ORBIT_OF_MAP: Final = 1e-6  # of the domain: the orbit given must be so close to one of the map
+SAME: Final = 1e-13  # of the points: orbits that coincide
 REASONS: Final[dict[str, Any]] = {
     "jump": "breakpoint",
     "corner": "breakpoint",
@@ -236,3 +243,59 @@ class LineOrbitFollower(OrbitFollower):
         length = float(np.linalg.norm(way))
         ahead = float(way @ last.tangent) >= AHEAD * length
         return length <= reach and (ahead or length <= TOUCHING)
+
+
+@part
+@dataclass(frozen=True, eq=False)
+class OrbitProblem(Problem):
+    """The equations of a periodic orbit; `system` is restricted to the window if one was given."""
+
+    system: MapFamily | None = None
+    picture: ClassVar = "bifurcations.draw_orbit_curve"
+
+    def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> PeriodicOrbit:
+        """Start from a straight line between two rows; beside a fold, walk there."""
+        if not share:
+            return self.row(curve, row)
+        orbit = self._solved(curve, value, between(curve.points, row, share))
+        for start in (row + 1, row):
+            if orbit.quality == "located":
+                break
+            own = float(curve.values[start])
+            low, high = sorted((own, value))
+            follower = LineOrbitFollower(self.system, name, low, high, MAX_STEP, MAX_POINTS)
+            last = follower.reached(follower.start(curve.points[start], own), value)
+            if last is not None:
+                orbit = self._solved(curve, value, last.y[:-1])
+        return orbit
+
+    def _solved(self, curve: Curve, number: float, guess: Floats) -> PeriodicOrbit:
+        assert self.system is not None
+        return solve_orbit(self.system.replace(**{curve.parameter: number}), guess)
+
+    def row(self, curve: Curve, row: int) -> PeriodicOrbit:
+        """Return the orbit of a row as it was solved: at an end, a one-sided limit."""
+        assert self.system is not None
+        f = self.system.replace(**{curve.parameter: float(curve.values[row])})
+        start = int(np.argmin(curve.points[row]))
+        points = np.roll(curve.points[row], -start)
+        labels = np.roll(curve.data["labels"][row], -start)
+        multiplier, residual = float(curve.multipliers[row]), float(curve.data["residual"][row])
+        return PeriodicOrbit(
+            points=points,
+            period=len(points),
+            multiplier=multiplier,
+            stable=abs(multiplier) < 1,
+            itinerary=itinerary_of(f, points, labels),
+            labels=labels,
+            quality="located",
+            interval=points[:, None] + residual * np.array([-1.0, 1.0]),
+            residual=residual,
+            system=f,
+        )
+
+    def same(self, one: PeriodicOrbit, other: PeriodicOrbit) -> bool:
+        """Tell whether two orbits coincide, to their errors."""
+        errors = np.ptp(one.interval, axis=1) + np.ptp(other.interval, axis=1)
+        apart = np.abs(one.points - other.points)
+        return bool((apart <= errors + SAME * np.abs(one.points).max()).all())

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stickslip.analysis.diagrams.orbit_curves import OrbitCurveEnd
+    from stickslip.analysis.continuation.curve import CurveEnd
     from stickslip.analysis.maps.protocol import Floats
 
 SHOWN: Final = 40  # orbits in a diagram's table
@@ -41,14 +41,16 @@ class OrbitCurve:
         In the map's order, each column following one point; NaN at values without the orbit.
     multipliers : ndarray of float, shape (n,)
         NaN at values without the orbit.
-    ends : tuple of OrbitCurveEnd
-        Where the orbit begins and ends, located between the values, and why.
+    ends : tuple of CurveEnd
+        Where the orbit begins and ends, located between the values, and why: "end of range",
+        the kind of a bifurcation, "outside" (it leaves the window), or how an orbit ends that no
+        bifurcation explains.
     """
 
     period: int
     points: Floats
     multipliers: Floats
-    ends: tuple[OrbitCurveEnd, OrbitCurveEnd]
+    ends: tuple[CurveEnd, CurveEnd]
 
     @property
     def stable(self) -> NDArray[np.bool_]:

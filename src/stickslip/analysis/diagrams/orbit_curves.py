@@ -15,9 +15,9 @@ import numpy as np
 from stickslip.analysis.bifurcations.explain import concerned_orbits
 from stickslip.analysis.bifurcations.orbit_curves import Row, columns_of, orbit_chains
 from stickslip.analysis.bifurcations.scan.events import orbit_at
+from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.orbits.bundles import OrbitBundle, polish_orbits
-from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -149,40 +149,19 @@ def _is_the_orbit(
     return bool(np.abs(now - guess).max() <= ASTRAY * way + slack)
 
 
-@part
-@dataclass(frozen=True, eq=False)
-class OrbitCurveEnd:
-    """Where an orbit begins or ends.
-
-    Attributes
-    ----------
-    value : float
-        Of the parameter.
-    points : ndarray of float, shape (p,)
-        The orbit there, as far as it is known.
-    reason : str
-        "end of range", "fold", "flip", "border_collision", "enters_gap", "outside" (it leaves
-        the window), or how an orbit ends that no event explains.
-    """
-
-    value: float
-    points: Floats
-    reason: str
-
-
 @dataclass(frozen=True, eq=False)
 class Traced:
     """An orbit with both ends, the lower first."""
 
     sampled: SampledOrbit
-    ends: tuple[OrbitCurveEnd, OrbitCurveEnd]
+    ends: tuple[CurveEnd, CurveEnd]
 
 
 def trace_orbits(survey: Survey) -> list[Traced]:
     """Take apart what a survey joined where orbits turn back: by period, lower end and place."""
     concerned = {k: concerned_orbits(span)[0] for k, span in enumerate(survey.spans) if span.events}
     traced = [
-        _traced(survey, stretch)
+        _traced(survey.family.name, stretch)
         for chain in orbit_chains(survey, concerned)
         for stretch in _stretches(survey, *chain)
     ]
@@ -233,7 +212,7 @@ def _led_up(survey: Survey, link: Link, row: Row) -> list[Row]:
     return [Row(event.value, there, 1.0 if one else row.multiplier, event)]
 
 
-def _traced(survey: Survey, stretch: tuple[str, list[Row], str]) -> Traced:
+def _traced(name: str, stretch: tuple[str, list[Row], str]) -> Traced:
     """Describe an orbit from its lower to its upper end."""
     begun, rows, ended = stretch
     if rows[-1].value < rows[0].value:
@@ -244,5 +223,5 @@ def _traced(survey: Survey, stretch: tuple[str, list[Row], str]) -> Traced:
     roots = (begun in ROOTS, ended in ROOTS)
     sampled = SampledOrbit(values, points, np.array([row.multiplier for row in rows]), roots)
     ends = ((values[0], points[0], begun), (values[-1], points[-1], ended))
-    low, high = (OrbitCurveEnd(float(value), there, why) for value, there, why in ends)
+    low, high = (CurveEnd(why, {name: float(value)}, there) for value, there, why in ends)
     return Traced(sampled, (low, high))

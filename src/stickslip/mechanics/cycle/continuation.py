@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 from scipy.optimize import brentq
 
-from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem, between
 from stickslip.analysis.continuation.follower import (
     MAX_POINTS,
     Follower,
@@ -23,7 +24,6 @@ from stickslip.mechanics.cycle.shooting import Shooter
 from stickslip.mechanics.cycle.sliding import modes
 from stickslip.mechanics.model.arguments import checked_model, checked_parameter
 from stickslip.numerics.continuation import (
-    ArclengthCurve,
     CurvePoint,
     LeavesRegion,
     StepControl,
@@ -68,20 +68,13 @@ class CycleProblem(Problem):
         """Walk from a row to the value, with its sequence of modes."""
         if not share:
             return self.cycles[row]
-        for start, ahead in ((row, row + 1), (row + 1, row)):
-            shooting, y = on_section(self.cycles[start], name)
+        for start in (row, row + 1):
             low, high = sorted((float(curve.values[start]), value))
-            period = float(y[-2]) if shooting.section.block is not None else 1.0
-            scale = shooting.scale(float(np.ptp(curve.values)), period)
-            line = ArclengthCurve(shooting, scale, low, high, CONTROL)
-            try:
-                here = line.point(y)
-                rises = curve.values[ahead] > curve.values[start]
-                *_, last = line.walk(here if rises else here.reversed())
-            except (StepTooLong, LeavesRegion, ValueError):
-                continue
-            if last.parameter == value:
-                return cycle_of(last.note)
+            follower = _CycleFollower(self.cycles[start], name, low, high, MAX_POINTS)
+            with contextlib.suppress(ValueError):
+                last = follower.reached(follower.start(), value)
+                if last is not None:
+                    return _cycle(last)
         raise ValueError(
             f"{name} = {value:.12g}: the cycle is not found there with the modes that it has "
             "beside it."
@@ -89,9 +82,7 @@ class CycleProblem(Problem):
 
     def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
         """Return the period, on a straight line between two rows."""
-        periods = curve.data["period"]
-        after = periods[row + 1] if share else periods[row]
-        return np.array([periods[row] + share * (after - periods[row])])
+        return np.atleast_1d(between(curve.data["period"], row, share))
 
 
 def follow_cycle(

@@ -20,7 +20,7 @@ from stickslip.analysis.bifurcations.curves.curve_events import (
     map_at,
     meeting,
 )
-from stickslip.analysis.bifurcations.curves.curve_steps import (
+from stickslip.analysis.bifurcations.curves.plane_equations import (
     CLOSE,
     changed_labels,
     moved,
@@ -31,12 +31,11 @@ from stickslip.numerics.continuation import LeavesRegion
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Reading
-    from stickslip.analysis.bifurcations.curves.plane_equations import FoldEquations, PlaneEquations
+    from stickslip.analysis.bifurcations.curves.plane_equations import Equations
     from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.numerics.continuation import CurvePoint
 
-    Equations: TypeAlias = PlaneEquations | FoldEquations
     Distance: TypeAlias = Callable[[CurvePoint], float]
 
 LOOK_AHEAD: Final = tuple(CLOSE * 4.0**k for k in range(10))  # scaled lengths, beyond the end

@@ -9,24 +9,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
-from stickslip.analysis.bifurcations.curves.curve_steps import changed_labels, closest_to_end
+from stickslip.analysis.bifurcations.curves.plane_equations import changed_labels, closest_to_end
 from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.numerics.continuation import LeavesRegion, StepTooLong
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
-    from stickslip.analysis.bifurcations.curves.plane_equations import FoldEquations, PlaneEquations
+    from stickslip.analysis.bifurcations.curves.plane_equations import Equations
     from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.numerics.continuation import ArclengthCurve, CurvePoint
 
-    Equations: TypeAlias = PlaneEquations | FoldEquations
 
 REMAINDER: Final = 1e-3  # of the values around: a change of sign that leaves more is a pole
 SIDES: Final = {-1: "left", 1: "right"}

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
@@ -19,14 +19,14 @@ from stickslip.analysis.bifurcations.conditions.conditions import Crossing, Fold
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.curves.curve_ends import end_event
 from stickslip.analysis.bifurcations.curves.curve_events import Watch
-from stickslip.analysis.bifurcations.curves.curve_steps import closest_to_end
 from stickslip.analysis.bifurcations.curves.plane_equations import (
     FoldEquations,
     Plane,
     PlaneEquations,
+    closest_to_end,
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost
-from stickslip.analysis.continuation.curve import Curve, Problem
+from stickslip.analysis.continuation.curve import Curve, Problem, between
 from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, Passed, contained
 from stickslip.analysis.maps.arguments import checked_parameter
 from stickslip.analysis.maps.protocol import domain_width
@@ -39,12 +39,12 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
     from stickslip.analysis.bifurcations.curves.curve_events import Event
+    from stickslip.analysis.bifurcations.curves.plane_equations import Equations
     from stickslip.analysis.continuation.curve import CurveEnd, CurveEvent
     from stickslip.analysis.continuation.follower import Half
     from stickslip.analysis.maps.protocol import Floats, MapFamily
     from stickslip.numerics.continuation import CurvePoint, WalkEnd
 
-    Equations: TypeAlias = PlaneEquations | FoldEquations
 
 CONTROL: Final = StepControl(first=0.01, smallest=1e-7, largest=1 / 32, patience=100)
 START: Final = 1e-4  # of a parameter: how far off the start of a curve may be
@@ -104,9 +104,7 @@ class BifurcationProblem(Problem):
 
     def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
         """Return the other parameter, on a straight line between two rows."""
-        values = curve.parameters[_other(curve, name)]
-        after = values[row + 1] if share else values[row]
-        return np.array([values[row] + share * (after - values[row])])
+        return np.atleast_1d(between(curve.parameters[_other(curve, name)], row, share))
 
 
 def _other(curve: Curve, name: str) -> str:

@@ -216,9 +216,8 @@ class Survey:
     def _hidden_collisions(self, span: Span, fresh: list[Event]) -> list[UnresolvedChange]:
         """Find the collisions of orbits that are in neither list; return what is no collision."""
         unexplained = []
-        narrowest = BESIDE * self.scale
         for suspect in hidden_collisions(
-            span.left, span.right, self.family, self.max_period, self.classes, narrowest
+            span.left, span.right, self.family, self.max_period, self.classes, BESIDE * self.scale
         ):
             event = located(suspect, self.family, self._within(span))
             if event is not None:
