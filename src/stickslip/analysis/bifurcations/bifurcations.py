@@ -219,9 +219,10 @@ class _Report:
         self.tell(0.8)
         full = self._with_attractors([*found, *later], chains)
         self.tell(0.9)
-        unexplained, outside = accounted(
-            self.looks.values(), [*self.values, *self.accumulations], survey.max_period
-        )
+        ends = [end for curve in curves for end in curve.ends]
+        left = [end.value for end in ends if end.reason == "end of domain"]  # or of the window
+        listed = [*self.values, *self.accumulations, *left]
+        unexplained, outside = accounted(self.looks.values(), listed, survey.max_period)
         self.tell(1.0)
         chains = [
             replace(chain, flips=tuple(full.get(id(flip), flip) for flip in chain.flips))
