@@ -228,13 +228,13 @@ def basins(*, table: TableOptions = TableOptions(), resolution: float = 1e-5) ->
     One row for each interval, from left to right. Columns: its ends; its share of the
     domain; number, kind, period, smallest point and Lyapunov exponent of the attractor that
     its points end on; why it ends where it does. An interval whose motions reach a gap of
-    the map "leaves"; what is "undecided" is explained on stderr, and the exit code is 1 if
-    that is the whole domain.
+    the map "leaves"; for the intervals "not proved" samples tell shares; what is undecided even
+    so is explained on stderr, and the exit code is 1 if that is the whole domain.
 
     Parameters
     ----------
     resolution
-        Share of the domain below which interwoven basins are left undecided.
+        Share of the domain below which interwoven basins are left to samples.
     """
     import stickslip as ss
 
@@ -246,6 +246,8 @@ def basins(*, table: TableOptions = TableOptions(), resolution: float = 1e-5) ->
 
 def _basin_ending(found: Basins, *, quiet: bool) -> int:
     """Tell what is undecided or was left out; fail if nothing could be decided."""
+    if found.counts.any():
+        note(repr(found).splitlines()[0], quiet=quiet)
     if found.undecided > 0.0:
         note(f"{found.undecided:.3g} of the domain undecided: {found.reason}", quiet=quiet)
     if found.thin:
@@ -254,7 +256,7 @@ def _basin_ending(found: Basins, *, quiet: bool) -> int:
             "basins accumulate at an edge",
             quiet=quiet,
         )
-    return COMPUTATION_FAILED if (found.index == -1).all() else DONE
+    return COMPUTATION_FAILED if found.undecided == 1.0 else DONE
 
 
 SIMULATE_EXAMPLES = """\
