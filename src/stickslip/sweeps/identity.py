@@ -78,33 +78,22 @@ def import_function(name: str) -> Any:
 
 
 @cache
-def _cpu() -> tuple[str, str]:
+def _cpu() -> dict[str, str]:
     name = config.CPU_NAME or binding.get_host_cpu_name()
     features = config.CPU_FEATURES
     if features is None:
         features = binding.get_host_cpu_features().flatten()
-    return str(name), ",".join(part for part in sorted(features.split(",")) if part[:1] == "+")
+    used = ",".join(part for part in sorted(features.split(",")) if part[:1] == "+")
+    return {"cpu": str(name), "features": used}
 
 
 def target(device: str = "cpu") -> dict[str, str]:
     """Tell what compiled code this process runs, and for which processor or GPU."""
     # ``features`` are those that code may use, so also what NUMBA_CPU_NAME and NUMBA_CPU_FEATURES
     # set; ``kernels`` is a hash over the sources of all kernels and the version of the compiler.
-    if device == "cuda":
-        return {
-            "device": device,
-            "machine": platform.machine(),
-            "gpu": gpu_name(),
-            "kernels": source_hash(),
-        }
-    name, features = _cpu()
-    return {
-        "device": device,
-        "machine": platform.machine(),
-        "cpu": name,
-        "features": features,
-        "kernels": source_hash(),
-    }
+    processor = {"gpu": gpu_name()} if device == "cuda" else _cpu()
+    machine = {"device": device, "machine": platform.machine()}
+    return machine | processor | {"kernels": source_hash()}
 
 
 def target_difference(stored: dict[str, Any], here: dict[str, str]) -> str:

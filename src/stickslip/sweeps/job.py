@@ -1,4 +1,4 @@
-"""The description of a sweep: axes, cut into tiles, and the computation of one tile.
+"""The description of a sweep: axes, what is recorded, cut into tiles; the computation of one tile.
 
 A tile is one task and one chunk of each array of the store. `compute` is a pure function of a job
 and a tile, so that it may run in any thread or process, any number of times.
@@ -9,10 +9,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from math import inf
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.eventmap.records import Followed
     from stickslip.numerics.long_run import LongRun
-    from stickslip.sweeps.observable import Observable, Output
     from stickslip.sweeps.system import Run, System
 
 
@@ -288,13 +287,12 @@ def default_chunks(shape: tuple[int, ...], device: str = "cpu") -> tuple[int, ..
     """Choose tiles of at most 4096 points (65 536 on a GPU), and 64 tiles or more if possible."""
     tiles = 1 if device == "cuda" else TILES
     wanted = max(1, min(POINTS_PER_TILE[device], math.prod(shape) // tiles))
-    chunks: list[int] = []
+    chunks: dict[int, int] = {}
     for k in sorted(range(len(shape)), key=lambda k: shape[k]):
         # What is left is shared evenly by the axes that are left, the short ones first.
-        side = round((wanted / math.prod(chunks)) ** (1 / (len(shape) - len(chunks))))
-        chunks.append(max(1, min(shape[k], side)))
-    in_order = sorted(range(len(shape)), key=lambda k: shape[k])
-    return tuple(chunks[in_order.index(k)] for k in range(len(shape)))
+        side = round((wanted / math.prod(chunks.values())) ** (1 / (len(shape) - len(chunks))))
+        chunks[k] = max(1, min(shape[k], side))
+    return tuple(chunks[k] for k in range(len(shape)))
 
 
 def tiles(axes: Mapping[str, Axis], chunks: tuple[int, ...]) -> Iterator[Tile]:
@@ -305,3 +303,66 @@ def tiles(axes: Mapping[str, Axis], chunks: tuple[int, ...]) -> Iterator[Tile]:
         start = tuple(i * n for i, n in zip(index, chunks, strict=True))
         parts = (v[a : a + n] for v, a, n in zip(values, start, chunks, strict=True))
         yield Tile(index, start, tuple(parts))
+
+
+Columns: TypeAlias = "dict[str, NDArray[Any]]"
+
+
+@dataclass(frozen=True)
+class Output:
+    """One variable of a store: ``dims`` and ``sizes`` are those besides the axes."""
+
+    name: str
+    dtype: str
+    long_name: str
+    dims: tuple[str, ...] = ()
+    sizes: tuple[int, ...] = ()
+    flags: Mapping[int, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observable:
+    """Settings of something to record.
+
+    Attributes
+    ----------
+    name : str
+        What plan files call it.
+    needs : tuple of str
+        What it asks of a system, of that which some lack (`System.lacks`).
+    recorded : tuple of Output
+        Its variables, where its settings change nothing about them.
+    """
+
+    name: ClassVar[str]
+    needs: ClassVar[tuple[str, ...]] = ()
+    recorded: ClassVar[tuple[Output, ...]] = ()
+
+    def __post_init__(self) -> None:
+        """Check that counts are whole numbers in range."""
+        for each in fields(self):
+            if limits := each.metadata.get("limits"):
+                name = f"{each.name} of {self.name}"
+                value = whole_number(name, getattr(self, each.name), limits[0], at_most=limits[1])
+                object.__setattr__(self, each.name, value)
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return the variables that `compute` returns."""
+        return self.recorded
+
+    def runs(self) -> dict[Run, int]:
+        """Return the orbits that are needed, and how many of their last points."""
+        return {}
+
+    def compute(self, points: Points) -> Columns:
+        """Return each variable by name, shape (grid points, *sizes)."""
+        raise NotImplementedError
+
+    def identity(self) -> dict[str, Any]:
+        """Describe the observable in values that JSON can hold."""
+        return {"name": self.name, **asdict(self)}
+
+
+def whole(default: int, least: int = 1, most: int = MOST_VALUES) -> Any:
+    """Make a setting that is a whole number in a range."""
+    return field(default=default, metadata={"limits": (least, most)})

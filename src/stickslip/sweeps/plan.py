@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     import xarray
 
-    from stickslip.sweeps.observable import Observable
+    from stickslip.sweeps.job import Observable
 
 T = TypeVar("T", bound=msgspec.Struct)
 

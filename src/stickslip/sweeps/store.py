@@ -28,8 +28,7 @@ from stickslip.vocabulary import TERMS
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.sweeps.job import Axis, Computed, Job, Tile
-    from stickslip.sweeps.observable import Output
+    from stickslip.sweeps.job import Axis, Computed, Job, Output, Tile
     from stickslip.sweeps.place import Place
 
 ATTRIBUTE: Final = "stickslip"  # of two files: what the sweep is and who computed it

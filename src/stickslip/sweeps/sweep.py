@@ -38,8 +38,7 @@ if TYPE_CHECKING:
     import xarray
 
     from stickslip.sweeps.engines import Outcome
-    from stickslip.sweeps.job import Axis, AxisLike, Tile
-    from stickslip.sweeps.observable import Observable
+    from stickslip.sweeps.job import Axis, AxisLike, Observable, Tile
     from stickslip.sweeps.store import Store
     from stickslip.sweeps.system import System
 

@@ -21,7 +21,7 @@ from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.maps.protocol import domain_width, sample
 from stickslip.analysis.orbits.newton import polish
 from stickslip.analysis.orbits.periodic import periodic_orbits
-from stickslip.app.answers import Part
+from stickslip.app.requests import Part
 from stickslip.app.views.model import map_of, naming
 
 if TYPE_CHECKING:
