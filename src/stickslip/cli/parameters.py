@@ -135,7 +135,7 @@ def _report(f: EventMap, found: BifurcationList) -> Report:
 
 def _result(report: Report) -> dict[str, Any]:
     content = json.loads(report.as_json())
-    return {name: content[name] for name in ("bifurcations", "cascades", "unresolved")}
+    return {name: content[name] for name in ("bifurcations", "cascades", "unresolved", "outside")}
 
 
 def _write_report(files: dict[str, Path], report: Report, f: EventMap) -> None:
@@ -176,6 +176,7 @@ def _bifurcation_ending(found: BifurcationList, *, quiet: bool) -> int:
     """Tell what stayed open beside a table that cannot; fail if nothing was explained."""
     texts = [f"unresolved: {item}" for item in found.unresolved]
     notes(texts, "unresolved changes", quiet=quiet)
+    notes([str(item) for item in found.outside], "parts outside the question", quiet=quiet)
     return COMPUTATION_FAILED if found.unresolved and not len(found) else DONE
 
 

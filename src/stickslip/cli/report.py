@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Final
 
@@ -39,10 +39,8 @@ def document(found: BifurcationList, *, title: str = "", picture: str = "") -> d
         },
         "bifurcations": [_as_data(item) for item in found],
         "cascades": [_cascade_data(cascade) for cascade in found.cascades],
-        "unresolved": [
-            {"reason": u.reason, "lo": u.lo, "hi": u.hi, "period": u.period, "x": u.x}
-            for u in found.unresolved
-        ],
+        "unresolved": [asdict(change) for change in found.unresolved],
+        "outside": [asdict(change) for change in found.outside],
         "picture": picture,
     }
     plain: dict[str, Any] = _finite(content)
@@ -318,6 +316,8 @@ def _remainder(found: BifurcationList) -> Iterator[tuple[str, list[str]]]:
         yield "Unresolved", [str(item) for item in found.unresolved]
     else:
         yield "Unresolved", ["nothing: every change between the lists is explained"]
+    if found.outside:
+        yield "Outside the question", [str(item) for item in found.outside]
 
 
 def _cascade(cascade: Cascade) -> str:
