@@ -384,13 +384,8 @@ def test_an_undecided_rest_is_told_and_nothing_decided_fails(found_basins, capsy
         counts=_nowhere(found_basins),
         reason="interwoven",
     )
-<<<<<<< HEAD
     assert models._basin_ending(partly, quiet=False) == 0
-    assert "0.4 of the domain undecided: interwoven" in capsys.readouterr().err
-=======
-    assert maps._basin_ending(partly, quiet=False) == 0
     assert "0.404 of the domain undecided: interwoven" in capsys.readouterr().err
->>>>>>> double
     nothing = replace(
         found_basins,
         index=np.full(4, -1),
