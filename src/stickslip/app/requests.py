@@ -23,6 +23,10 @@ from stickslip.mechanics.model.arguments import Model
 from stickslip.mechanics.model.file import model_of_values
 from stickslip.vocabulary import did_you_mean
 
+T = TypeVar("T")
+
+ALIGNED: Final = 8  # bytes: what the page's typed arrays need
+DTYPES: Final = {"f8": "<f8", "f4": "<f4", "i4": "<i4", "u1": "|u1"}
 FAR: Final = 10.0  # times beyond a slider's end: what is stiffer takes the server minutes
 BLOCK: Final = re.compile(r"(_\d+)+$")
 MOST_BLOCKS: Final = 20
@@ -83,9 +87,6 @@ Coordinate: TypeAlias = Annotated[float, Meta(ge=-1000, le=1000)]
 Numbers: TypeAlias = Annotated[tuple[Coordinate, ...], Meta(max_length=MOST_BLOCKS)]
 Word: TypeAlias = Annotated[str, Meta(max_length=40)]
 Period: TypeAlias = Annotated[int, Meta(ge=1, le=8)]
-
-
-T = TypeVar("T")
 
 
 class BadRequestError(ValueError):
@@ -288,10 +289,6 @@ def _refuse_large(table: dict[str, Any]) -> None:
                 f"speed has {len(knots)} entries; the explorer takes at most {MOST_KNOTS}.",
                 "model.friction",
             )
-
-
-ALIGNED: Final = 8  # bytes: what the page's typed arrays need
-DTYPES: Final = {"f8": "<f8", "f4": "<f4", "i4": "<i4", "u1": "|u1"}
 
 
 @dataclass(frozen=True)

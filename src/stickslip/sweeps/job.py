@@ -33,7 +33,12 @@ if TYPE_CHECKING:
 
 
 SCALES: Final = ("linear", "log")
+FORMAT: Final = 2  # raised when the same description would give other results
+START: Final = "d"  # name of an axis of starting points
+POINTS_PER_TILE: Final = {"cpu": 4096, "cuda": 65_536}  # a GPU takes as many orbits at once
+TILES: Final = 64  # of a small sweep, so that all cores have work and little is lost
 
+Columns: TypeAlias = "dict[str, NDArray[Any]]"
 AxisLike: TypeAlias = "Axis | tuple[float, float, int] | ArrayLike"
 
 
@@ -123,10 +128,64 @@ def _ordered(values: Sequence[float] | Floats) -> Floats:
     return array
 
 
-FORMAT: Final = 2  # raised when the same description would give other results
-START: Final = "d"  # name of an axis of starting points
-POINTS_PER_TILE: Final = {"cpu": 4096, "cuda": 65_536}  # a GPU takes as many orbits at once
-TILES: Final = 64  # of a small sweep, so that all cores have work and little is lost
+@dataclass(frozen=True)
+class Output:
+    """One variable of a store: ``dims`` and ``sizes`` are those besides the axes."""
+
+    name: str
+    dtype: str
+    long_name: str
+    dims: tuple[str, ...] = ()
+    sizes: tuple[int, ...] = ()
+    flags: Mapping[int, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observable:
+    """Settings of something to record.
+
+    Attributes
+    ----------
+    name : str
+        What plan files call it.
+    needs : tuple of str
+        What it asks of a system, of that which some lack (`System.lacks`).
+    recorded : tuple of Output
+        Its variables, where its settings change nothing about them.
+    """
+
+    name: ClassVar[str]
+    needs: ClassVar[tuple[str, ...]] = ()
+    recorded: ClassVar[tuple[Output, ...]] = ()
+
+    def __post_init__(self) -> None:
+        """Check that counts are whole numbers in range."""
+        for each in fields(self):
+            if limits := each.metadata.get("limits"):
+                name = f"{each.name} of {self.name}"
+                value = whole_number(name, getattr(self, each.name), limits[0], at_most=limits[1])
+                object.__setattr__(self, each.name, value)
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return the variables that `compute` returns."""
+        return self.recorded
+
+    def runs(self) -> dict[Run, int]:
+        """Return the orbits that are needed, and how many of their last points."""
+        return {}
+
+    def compute(self, points: Points) -> Columns:
+        """Return each variable by name, shape (grid points, *sizes)."""
+        raise NotImplementedError
+
+    def identity(self) -> dict[str, Any]:
+        """Describe the observable in values that JSON can hold."""
+        return {"name": self.name, **asdict(self)}
+
+
+def whole(default: int, least: int = 1, most: int = MOST_VALUES) -> Any:
+    """Make a setting that is a whole number in a range."""
+    return field(default=default, metadata={"limits": (least, most)})
 
 
 class Orbits(NamedTuple):
@@ -303,66 +362,3 @@ def tiles(axes: Mapping[str, Axis], chunks: tuple[int, ...]) -> Iterator[Tile]:
         start = tuple(i * n for i, n in zip(index, chunks, strict=True))
         parts = (v[a : a + n] for v, a, n in zip(values, start, chunks, strict=True))
         yield Tile(index, start, tuple(parts))
-
-
-Columns: TypeAlias = "dict[str, NDArray[Any]]"
-
-
-@dataclass(frozen=True)
-class Output:
-    """One variable of a store: ``dims`` and ``sizes`` are those besides the axes."""
-
-    name: str
-    dtype: str
-    long_name: str
-    dims: tuple[str, ...] = ()
-    sizes: tuple[int, ...] = ()
-    flags: Mapping[int, str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Observable:
-    """Settings of something to record.
-
-    Attributes
-    ----------
-    name : str
-        What plan files call it.
-    needs : tuple of str
-        What it asks of a system, of that which some lack (`System.lacks`).
-    recorded : tuple of Output
-        Its variables, where its settings change nothing about them.
-    """
-
-    name: ClassVar[str]
-    needs: ClassVar[tuple[str, ...]] = ()
-    recorded: ClassVar[tuple[Output, ...]] = ()
-
-    def __post_init__(self) -> None:
-        """Check that counts are whole numbers in range."""
-        for each in fields(self):
-            if limits := each.metadata.get("limits"):
-                name = f"{each.name} of {self.name}"
-                value = whole_number(name, getattr(self, each.name), limits[0], at_most=limits[1])
-                object.__setattr__(self, each.name, value)
-
-    def outputs(self) -> tuple[Output, ...]:
-        """Return the variables that `compute` returns."""
-        return self.recorded
-
-    def runs(self) -> dict[Run, int]:
-        """Return the orbits that are needed, and how many of their last points."""
-        return {}
-
-    def compute(self, points: Points) -> Columns:
-        """Return each variable by name, shape (grid points, *sizes)."""
-        raise NotImplementedError
-
-    def identity(self) -> dict[str, Any]:
-        """Describe the observable in values that JSON can hold."""
-        return {"name": self.name, **asdict(self)}
-
-
-def whole(default: int, least: int = 1, most: int = MOST_VALUES) -> Any:
-    """Make a setting that is a whole number in a range."""
-    return field(default=default, metadata={"limits": (least, most)})

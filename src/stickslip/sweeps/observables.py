@@ -1,7 +1,7 @@
 """What a sweep records at each grid point: small named objects with fixed shapes and types.
 
 Each is a frozen set of settings; `Points` does the work that several of them share. A new one is
-a class here with `outputs` and `compute`, listed in `OBSERVABLES`.
+a class here with `recorded` and `compute`, listed in `OBSERVABLES`.
 """
 
 from __future__ import annotations

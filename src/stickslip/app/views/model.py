@@ -36,6 +36,10 @@ SLOW: Final = 0.05  # seconds between two checks: from then on fewer motions are
 QUICK: Final = 0.01  # ... more of them
 FIRST: Final = 16  # motions before the second check
 MOST: Final = 4096  # between any two
+MAX_EVENTS: Final = 20_000
+CYCLE_SAMPLES: Final = 2000
+CODES: Final = np.array([0, 1, 2], dtype=np.uint8)
+"""How modes travel: stick, forward (1), backward (-1, the last)."""
 
 
 class WatchedBackend:
@@ -172,12 +176,6 @@ def locus(request: requests.Locus) -> Iterator[Part]:
         "AC": [a, c],
     }
     yield Part("locus", data=data)
-
-
-MAX_EVENTS: Final = 20_000
-CYCLE_SAMPLES: Final = 2000
-CODES: Final = np.array([0, 1, 2], dtype=np.uint8)
-"""How modes travel: stick, forward (1), backward (-1, the last)."""
 
 
 def motion(request: requests.Motion) -> Iterator[Part]:
