@@ -252,7 +252,8 @@ class AttractorSearch:
             self.fast, motion.values, motion.slopes, self.max_period, multiples_of=bands.period
         )
         for cycle in filter(None, map(self._accepted, proposed)):
-            if not cycle.stable:
+            # A cycle on a corner may be stable from one side and unstable from the other.
+            if not cycle.stable or capture_radius(self.fast, cycle) == 0.0:
                 continue
             self.add_cycle(cycle)
             if np.any(bands.contain(cycle.points, TRAPPED * domain_width(self.f))):
