@@ -14,12 +14,11 @@ pytest.importorskip("zarr")
 from stickslip.mechanics.eventmap.follow import follow
 from stickslip.sweeps import sweep as sweeping
 from stickslip.sweeps import systems
-from stickslip.sweeps.axis import as_axes
 from stickslip.sweeps.engines import in_dask, in_threads
-from stickslip.sweeps.job import Computed, Job, Tile
+from stickslip.sweeps.identity import target
+from stickslip.sweeps.job import Computed, Job, Tile, as_axes
 from stickslip.sweeps.observables import as_observables
 from stickslip.sweeps.systems import as_system
-from stickslip.sweeps.target import target
 
 TABLE = "A sweep over its kernels (Coulomb, exponent and period, 1000 + 1000 maps)"
 ENGINE = "A sweep without kernels"

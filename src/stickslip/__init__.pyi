@@ -44,7 +44,7 @@ from .proofs.certify import certify_orbits as certify_orbits
 from .proofs.certify import enclose as enclose
 from .results.files import load as load
 from .sweeps import observables as observables
-from .sweeps.axis import axis as axis
+from .sweeps.job import axis as axis
 from .sweeps.sweep import open_sweep as open_sweep
 from .sweeps.sweep import sweep as sweep
 

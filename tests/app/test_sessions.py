@@ -14,9 +14,9 @@ from tests.app.talk import CHAIN, COULOMB, opened, unpack
 import stickslip as ss
 from stickslip.analysis.threads import in_threads
 from stickslip.app import requests, server
-from stickslip.app.answers import Part
+from stickslip.app.exports import DRAWN
 from stickslip.app.jobs import CalledOffError, Gate, Job, TimeIsUpError, checkpoint
-from stickslip.app.pictures import DRAWN
+from stickslip.app.requests import Part
 from stickslip.app.server import application
 from stickslip.app.session import SLOTS, Limits
 from stickslip.app.views import VIEWS

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.cli import main, maps
+from stickslip.cli import main, models
 
 PAPER = "--alpha 1.2 --beta 1.3 --V 0.0366 --friction coulomb:mu=0.22".split()
 MAP_FIELDS = ("value", "derivative", "duration", "n_events", "label", "margin", "status")
@@ -273,11 +273,11 @@ def test_a_list_that_is_not_complete_fails_and_says_what_is_open(found_orbits, c
     near = NearFold(3, 0.25, 1e-17, resolved=False)
     reason = Unresolved("more than 1000 pieces:", -0.6, 0.6, 4)
     cut = replace(found_orbits, complete=3, near_folds=(near,), unresolved=(reason,))
-    assert maps._orbit_ending(cut, quiet=False) == 1
+    assert models._orbit_ending(cut, quiet=False) == 1
     error = capsys.readouterr().err
     assert "period 3 at d = 0.25" in error
     assert "more than 1000 pieces: [-0.6, 0.6], period 4" in error
-    assert maps._orbit_ending(found_orbits, quiet=False) == 0
+    assert models._orbit_ending(found_orbits, quiet=False) == 0
     assert capsys.readouterr().err == ""
 
 
@@ -368,22 +368,34 @@ def test_motions_that_leave_and_undecided_ones_belong_to_no_attractor(found_basi
     partly = replace(found_basins, index=np.array([0, -1, -2, 1]))
     table = partly.table()
     assert list(table["attractor"]) == [1, 0, 0, 2]
-    assert list(table["kind"]) == ["periodic", "undecided", "leaves", "periodic"]
+    assert list(table["kind"]) == ["periodic", "not proved", "leaves", "periodic"]
     assert np.isnan(table["d"][1:3]).all()
+
+
+def _nowhere(found):
+    """Counts of samples that came to no attractor."""
+    return np.append(np.zeros(len(found.attractors) + 1, dtype=int), 9)
 
 
 def test_an_undecided_rest_is_told_and_nothing_decided_fails(found_basins, capsys):
     partly = replace(
-        found_basins, index=np.array([0, -1, 0, 1]), undecided=0.4, reason="interwoven"
+        found_basins,
+        index=np.array([0, -1, 0, 1]),
+        counts=_nowhere(found_basins),
+        reason="interwoven",
     )
-    assert maps._basin_ending(partly, quiet=False) == 0
-    assert "0.4 of the domain undecided: interwoven" in capsys.readouterr().err
+    assert models._basin_ending(partly, quiet=False) == 0
+    assert "0.404 of the domain undecided: interwoven" in capsys.readouterr().err
     nothing = replace(
-        found_basins, index=np.full(4, -1), undecided=1.0, reason="no attractor", thin=3
+        found_basins,
+        index=np.full(4, -1),
+        counts=_nowhere(found_basins),
+        reason="no attractor",
+        thin=3,
     )
-    assert maps._basin_ending(nothing, quiet=False) == 1
+    assert models._basin_ending(nothing, quiet=False) == 1
     assert "3 intervals" in capsys.readouterr().err
-    assert maps._basin_ending(nothing, quiet=True) == 1
+    assert models._basin_ending(nothing, quiet=True) == 1
     assert capsys.readouterr().err == ""
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from stickslip.cli import main
-from stickslip.cli.failure import REFUSED, RefusalError, UsageError
 from stickslip.cli.output import document, error_document, new_files, new_folder
+from stickslip.cli.process import REFUSED, RefusalError, UsageError
 from stickslip.files import write_csv
 
 

@@ -95,7 +95,7 @@ def test_json_is_one_document(found, capsys):
     asked = {"parameter": "V", "range": list(RANGE), "max_period": 4, "window": None, "mu": 0.22}
     assert document["parameters"].items() >= asked.items()
     result = document["result"]
-    assert list(result) == ["bifurcations", "cascades", "unresolved"]
+    assert list(result) == ["bifurcations", "cascades", "unresolved", "outside"]
     assert len(result["unresolved"]) == len(found.unresolved)
     (item,) = result["bifurcations"]
     assert item["value"] == found[0].value

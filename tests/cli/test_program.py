@@ -10,7 +10,7 @@ import pytest
 
 from stickslip import __version__
 from stickslip.cli import main, program
-from stickslip.cli.failure import ComputationError
+from stickslip.cli.process import ComputationError
 from stickslip.cli.program import COMMANDS
 
 NAMES = list(COMMANDS)

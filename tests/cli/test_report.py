@@ -19,8 +19,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
 )
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.bifurcations.outcome import LocalAttractor, Outcome
-from stickslip.cli.report import Report
-from stickslip.cli.report_data import agrees
+from stickslip.cli.report import Report, agrees
 from stickslip.studies.claim import digits, with_error
 
 CYCLE, CHAOS = LocalAttractor("periodic", 2), LocalAttractor("chaotic", 1)
@@ -110,6 +109,7 @@ class Document(msgspec.Struct, forbid_unknown_fields=True):
     bifurcations: list[Row]
     cascades: list[CascadeRow]
     unresolved: list[UnresolvedRow]
+    outside: list[UnresolvedRow]
     picture: str
 
 
@@ -244,15 +244,18 @@ def test_cascades_and_what_stayed_open():
     )
     cascade = Cascade(flips, 0.2254501, 1e-6, np.array([5.0]))
     change = UnresolvedChange("an orbit is lost", 0.3, 0.4, 2, 0.5)
-    report = Report(listed(cascades=(cascade,), unresolved=(change,)))
+    apart = UnresolvedChange("outside the question: period 9", 0.6, 0.7)
+    report = Report(listed(cascades=(cascade,), unresolved=(change,), outside=(apart,)))
     for text in (report.text(), report.as_markdown()):
         assert "flips of the periods 1, 2, 4" in text
         assert "accumulating at 0.225450 ± 1e-06; ratios of the gaps 5" in text
         assert "between 0.3 and 0.4, period 2 near 0.5: an orbit is lost" in text
         assert "nothing: every change" not in text
+        assert "between 0.6 and 0.7: outside the question: period 9" in text
     document = validated(report)
     assert document.cascades[0].periods == [1, 2, 4]
     assert document.unresolved[0].reason == "an orbit is lost"
+    assert document.outside[0].reason == "outside the question: period 9"
 
 
 def test_nothing_found_is_said():

@@ -12,7 +12,7 @@ import pytest
 from tests.fuzz import calls
 
 import stickslip as ss
-from stickslip.cli.failure import BAD_USAGE, COMPUTATION_FAILED, REFUSED
+from stickslip.cli.process import BAD_USAGE, COMPUTATION_FAILED, REFUSED
 from stickslip.cli.program import application, run
 
 pytestmark = pytest.mark.slow

@@ -66,6 +66,13 @@ NUMBERS = {
 }
 
 
+def _open(basins):
+    """Basins whose first interval is not proved, and whose samples came to no attractor."""
+    counts = np.append(np.zeros(len(basins.attractors) + 1, dtype=int), 9)
+    index = np.append(-1, basins.index[1:])
+    return dataclasses.replace(basins, counts=counts, index=index)
+
+
 @functools.cache
 def facts(name):
     return claims.topic(name).facts()
@@ -234,7 +241,7 @@ def aftermath_tampered(f):
     yield replace(f, past=past, after=after, predicted=predicted)
     moved = replace(f.after.basins, edges=f.after.basins.edges + 1e-3)
     yield replace(f, after=replace(f.after, basins=moved))
-    yield replace(f, after=replace(f.after, basins=replace(f.after.basins, undecided=0.1)))
+    yield replace(f, after=replace(f.after, basins=_open(f.after.basins)))
 
 
 def chaotic(found):

@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from tests.sweeps import small
 
 import stickslip as ss
-from stickslip.sweeps.axis import as_axes
-from stickslip.sweeps.job import default_chunks, tiles
+from stickslip.sweeps.job import as_axes, default_chunks, tiles
 from stickslip.sweeps.system import spread_starts
 
 pytest.importorskip("zarr")

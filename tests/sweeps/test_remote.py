@@ -13,7 +13,7 @@ from tests.sweeps.test_killed import ROOT
 
 import stickslip as ss
 from stickslip.errors import StoreBusy
-from stickslip.sweeps import lock
+from stickslip.sweeps import place as places
 from stickslip.sweeps.place import place_of
 
 pytest.importorskip("s3fs")
@@ -68,7 +68,7 @@ def test_a_damaged_object_is_computed_again(store, options):
 
 def test_a_second_writer_is_refused(store, options):
     place = place_of(store, options)
-    with lock.writing(place):
+    with places.writing(place):
         with pytest.raises(StoreBusy, match=f"being written by process {os.getpid()} on"):
             small.run(store, storage_options=options)
     small.run(store, storage_options=options)
@@ -91,7 +91,7 @@ def test_a_lease_of_a_killed_process_is_taken_over(store, options):
 
 HOLD = """
 import sys, time
-from stickslip.sweeps.lock import writing
+from stickslip.sweeps.place import writing
 from stickslip.sweeps.place import place_of
 with writing(place_of(sys.argv[1], eval(sys.argv[2]))):
     print("held", flush=True)
@@ -102,7 +102,7 @@ with writing(place_of(sys.argv[1], eval(sys.argv[2]))):
 @pytest.mark.parametrize(("age", "taken"), [(10.0, False), (1000.0, True)])
 def test_a_lease_of_another_machine_runs_out(store, options, age, taken):
     place = place_of(store, options)
-    lease = lock._Lease(place)
+    lease = places._Lease(place)
     lease.mine |= {"host": "elsewhere", "renewed": 0}
     lease.take()
     content = place.fs.cat_file(lease.path).decode()
@@ -117,12 +117,12 @@ def test_a_lease_of_another_machine_runs_out(store, options, age, taken):
 
 
 def test_a_writer_whose_lease_was_taken_stops(store, options, monkeypatch):
-    monkeypatch.setattr(lock, "RENEWED_EVERY", 0.05)
+    monkeypatch.setattr(places, "RENEWED_EVERY", 0.05)
     place = place_of(store, options)
 
     def steal(progress):
         if progress.done:
-            thief = lock._Lease(place)
+            thief = places._Lease(place)
             thief._put(mode="overwrite")
             time.sleep(0.5)
 

@@ -15,7 +15,9 @@ from tests.sweeps import small
 
 import stickslip as ss
 from stickslip.errors import StoreBusy, StoreFull, StoreRefused, TilesFailed
-from stickslip.sweeps import target
+from stickslip.sweeps import store as stores
+from stickslip.sweeps import sweep as sweeping
+from stickslip.sweeps.identity import target
 
 zarr = pytest.importorskip("zarr")
 
@@ -188,8 +190,9 @@ def test_a_changed_function_is_another_description(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("key", ["device", "cpu", "features", "kernels"])
 def test_another_target_is_refused(copy, monkeypatch, key):
-    other = {**target.target(), key: "+something"}
-    monkeypatch.setattr(target, "target", lambda device: other)
+    other = {**target(), key: "+something"}
+    for module in (stores, sweeping):
+        monkeypatch.setattr(module, "target", lambda device: other)
     with pytest.raises(StoreRefused, match=r"computed otherwise.*something"):
         small.run(copy)
 
@@ -197,7 +200,7 @@ def test_another_target_is_refused(copy, monkeypatch, key):
 def test_a_worker_of_another_kind_is_refused(tmp_path, monkeypatch):
     from stickslip.sweeps import job
 
-    monkeypatch.setattr(job, "target", lambda device: {**target.target(), "cpu": "other"})
+    monkeypatch.setattr(job, "target", lambda device: {**target(), "cpu": "other"})
     with pytest.raises(
         StoreRefused, match=r"A part of this sweep was computed otherwise \(cpu other there"
     ):
@@ -253,8 +256,7 @@ def test_a_store_whose_making_was_interrupted_is_made_again(tmp_path, whole, mon
 
 
 def hold(store, held, go):
-    from stickslip.sweeps.lock import writing
-    from stickslip.sweeps.place import place_of
+    from stickslip.sweeps.place import place_of, writing
 
     with writing(place_of(store)):
         held.set()

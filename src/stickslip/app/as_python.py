@@ -7,8 +7,7 @@ from typing import Any, Final
 from stickslip.app import requests
 from stickslip.app.requests import model_of
 from stickslip.app.views.event_map import window_of
-from stickslip.app.views.model import map_of
-from stickslip.app.views.motion import MAX_EVENTS, start_of
+from stickslip.app.views.model import MAX_EVENTS, map_of, start_of
 from stickslip.mechanics.friction import LAWS, TabulatedFriction
 from stickslip.mechanics.model.file import FAMILY, model_values
 

@@ -101,7 +101,7 @@ def typical(request: requests.Request) -> requests.Request | None:
         case requests.Cobweb():
             return requests.Cobweb(values, d=0.1, n=5)
         case requests.Basins():
-            return requests.Basins(values)
+            return requests.Basins(values, resolution=0.1)
         case requests.Diagram():
             ends, window = (0.0369, 0.037), (-0.1, 0.05)
             return requests.Diagram(
@@ -118,7 +118,8 @@ def _typical_model(model: Model) -> dict[str, Any]:
         of_two = model_values(examples.coulomb(damping=0.05 if model.damping > 0 else 0.0))
         return of_two | {"friction": friction if len(friction) == 2 else friction[0]}
     blocks = max(2, len(friction))
-    values: dict[str, Any] = {"kind": "chain", "static": [1.0] * blocks, "alpha": 1.2, "V": 0.1}
+    static = [1.0, 1.3] * (blocks // 2) + [1.0] * (blocks % 2)  # equal blocks would tie
+    values: dict[str, Any] = {"kind": "chain", "static": static, "alpha": 1.2, "V": 0.0366}
     if model.forcing is not None:
         values["forcing"] = {"amplitude": 0.1, "frequency": 1.0}
     return values | {"friction": friction if len(friction) > 1 else friction[0]}

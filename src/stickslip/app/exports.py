@@ -1,6 +1,7 @@
-"""Views as files: which formats each has, who makes them, and ``POST /export``.
+"""Views as files: which formats each has, who makes and draws them, and ``POST /export``.
 
-What one client may ask at a time has bounds of its own.
+Pictures are the library's own drawings of the results that a view shows. What one client may ask at
+a time has bounds of its own.
 """
 
 from __future__ import annotations
@@ -9,24 +10,53 @@ import asyncio
 import csv
 import io
 import math
+import threading
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final, NamedTuple
 
 import msgspec
+import numpy as np
+from matplotlib.axes import Axes
 from numpy.typing import NDArray
 from starlette.requests import Request
 from starlette.responses import Response
 
+from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.attractors.basins import basins
+from stickslip.analysis.bifurcations.bifurcations import bifurcations
+from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.analysis.maps.arguments import line_family
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app import requests
-from stickslip.app.answers import Part, plain
 from stickslip.app.as_python import as_python
-from stickslip.app.jobs import Job, TimeIsUpError
-from stickslip.app.pictures import DRAWN, film_of, picture_of
-from stickslip.app.requests import BadRequestError, Export, export_of, is_ours, request_of
+from stickslip.app.jobs import Job, TimeIsUpError, progress_between, undisturbed
+from stickslip.app.requests import (
+    BadRequestError,
+    Export,
+    Part,
+    decoded,
+    is_ours,
+    model_of,
+    plain,
+    request_of,
+)
 from stickslip.app.session import Workers, client_of, told
 from stickslip.app.views import VIEWS
-from stickslip.plot.animation import can_write
+from stickslip.app.views.event_map import window_of
+from stickslip.app.views.model import found_cycle, map_of, naming, range_of, simulated, two_blocks
+from stickslip.plot.animation import can_write, film
+from stickslip.plot.breaks import mechanism
+from stickslip.plot.diagram import draw_diagram
+from stickslip.plot.law import friction_characteristics
+from stickslip.plot.locus import stick_locus, trajectory_in_plane
+from stickslip.plot.maps import cobweb, event_map
+from stickslip.plot.motion import phase_portrait
+from stickslip.plot.orbits import draw_orbits
+from stickslip.plot.style import new_figure, save, style
 from stickslip.vocabulary import did_you_mean
 
 KNOWN: Final = requests.REQUESTS | requests.PICTURES
@@ -159,7 +189,7 @@ class Downloads:
         if content is None:
             return _refused(TOO_LARGE, f"a request has {LARGEST} bytes at most")
         try:
-            asked = export_of(content)
+            asked = decoded(content, Export)
             request = request_of(asked.view, asked.request, KNOWN)
         except BadRequestError as error:
             return _refused(BAD, str(error), error.field)
@@ -217,3 +247,126 @@ async def _read(received: Request) -> bytes | None:
 def _refused(code: int, message: str, field: str = "") -> Response:
     content = msgspec.json.encode({"error": {"message": message, "field": field}})
     return Response(content, status_code=code, media_type="application/json")
+
+
+HEIGHT: Final = 4.0  # inches, over the width of two columns
+
+Draw = Callable[[Any], Any]
+
+_drawing = threading.Lock()  # matplotlib's settings belong to the whole process
+
+
+def picture_of(request: requests.Request, kind: str) -> bytes:
+    """Compute and draw a view, as "svg" or "png"."""
+    draw = DRAWN[type(request)](request)
+    with _one_at_a_time(), TemporaryDirectory() as folder:
+        figure = new_figure("two", height=HEIGHT)
+        axes = draw(figure.add_subplot())
+        labels = axes.get_legend_handles_labels()[1]
+        if labels and axes.get_legend() is None:
+            figure.legend(loc="outside upper right", ncols=min(len(labels), 5))
+        (path,) = save(figure, Path(folder) / "view", (kind,))
+        return path.read_bytes()
+
+
+def film_of(request: requests.Mechanism, kind: str) -> bytes:
+    """Compute a motion and draw it as a film, "gif" or "mp4"."""
+    motion = simulated(request)
+    with _one_at_a_time(), TemporaryDirectory() as folder:
+        path = Path(folder) / f"view.{kind}"
+        film(motion, path)
+        return path.read_bytes()
+
+
+@contextmanager
+def _one_at_a_time() -> Iterator[None]:
+    """Draw in the house style; nobody's turn comes meanwhile, or two could wait for each other."""
+    with undisturbed(), _drawing, style():
+        yield
+
+
+# --- the views: first what takes long, then a function that draws it ---------------------------
+
+
+def _event_map(request: requests.EventMap) -> Draw:
+    f = map_of(request)
+    window = window_of(f, request)
+    found = (
+        periodic_orbits(f, request.max_period, infinitely_unstable=True)
+        if request.max_period
+        else ()
+    )
+
+    def draw(ax: Axes) -> Axes:
+        g = f if request.power == 1 else f.power(request.power)
+        event_map(g, ax, window=window, points=request.points, power=request.power)
+        return draw_orbits(found, ax, power=request.power, clip_on=True)
+
+    return draw
+
+
+def _cobweb(request: requests.Cobweb) -> Draw:
+    f = map_of(request)
+    with naming("d"):
+        f.evaluate(request.d)
+    return lambda ax: cobweb(f, request.d, ax, steps=request.n)
+
+
+def _portrait(request: requests.Portrait) -> Draw:
+    motion = simulated(request)
+    if request.block > motion.model.n_blocks:
+        raise BadRequestError(f"block = {request.block} of {motion.model.n_blocks}", "block")
+    return lambda ax: phase_portrait(motion, request.block, ax)
+
+
+def _plane(request: requests.Plane) -> Draw:
+    two_blocks(request)
+    motion = simulated(request)
+    return lambda ax: trajectory_in_plane(motion, ax)
+
+
+def _mechanism(request: requests.Mechanism) -> Draw:
+    motion = simulated(request)
+    return lambda ax: mechanism(motion.model, ax, x=motion.x(0.0))
+
+
+def _locus(request: requests.Locus) -> Draw:
+    model = two_blocks(request)
+    return lambda ax: stick_locus(model, ax)
+
+
+def _law(request: requests.Law) -> Draw:
+    model = model_of(request)
+    return lambda ax: friction_characteristics(model, ax, limit=request.range)
+
+
+def _basins(request: requests.Basins) -> Draw:
+    f = map_of(request)
+    return basins(f, attractors(f), resolution=request.resolution).plot
+
+
+def _diagram(request: requests.Diagram) -> Draw:
+    f = line_family(map_of(request))
+    asked: dict[str, Any] = {"max_period": request.max_period, "window": request.window}
+    values = np.linspace(*range_of(f, request), request.values)
+    with naming("window"):
+        watch = progress_between(0.0, 0.5)
+        diagram = bifurcation_diagram(f, request.parameter, values, progress=watch, **asked)
+        watch = progress_between(0.5, 1.0)
+        found = bifurcations(f, request.parameter, request.range, progress=watch, **asked)
+    return lambda ax: draw_diagram(diagram, ax, bifurcations=found)
+
+
+DRAWN: Final[dict[type[requests.Request], Callable[[Any], Draw]]] = {
+    requests.EventMap: _event_map,
+    requests.Cobweb: _cobweb,
+    requests.Motion: lambda r: simulated(r).plot,
+    requests.Portrait: _portrait,
+    requests.Plane: _plane,
+    requests.Mechanism: _mechanism,
+    requests.Cycle: lambda r: found_cycle(r).plot,
+    requests.Locus: _locus,
+    requests.Law: _law,
+    requests.Basins: _basins,
+    requests.Diagram: _diagram,
+}

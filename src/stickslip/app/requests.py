@@ -1,20 +1,32 @@
-"""What the page may ask: one struct a view, every number bounded, nothing unknown accepted."""
+"""What the page may ask, every number bounded, nothing unknown accepted; how answers travel to it.
+
+A request is one struct a view; an answer is parts, each a small JSON header and arrays, back to
+back.
+"""
 
 from __future__ import annotations
 
 import dis
+import math
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any, Final, TypeAlias
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Final, TypeAlias, TypeVar
 
 import msgspec
+import numpy as np
 from msgspec import Meta, Raw, Struct
+from numpy.typing import NDArray
 
 from stickslip.checks import finite_number
 from stickslip.mechanics.model.arguments import Model
 from stickslip.mechanics.model.file import model_of_values
 from stickslip.vocabulary import did_you_mean
 
+T = TypeVar("T")
+
+ALIGNED: Final = 8  # bytes: what the page's typed arrays need
+DTYPES: Final = {"f8": "<f8", "f4": "<f4", "i4": "<i4", "u1": "|u1"}
 FAR: Final = 10.0  # times beyond a slider's end: what is stiffer takes the server minutes
 BLOCK: Final = re.compile(r"(_\d+)+$")
 MOST_BLOCKS: Final = 20
@@ -58,6 +70,8 @@ def refuse_far(values: Mapping[str, float]) -> None:
     for name, value in values.items():
         if slider := SLIDERS.get(BLOCK.sub("", name).rpartition(".")[2]):
             low, high = slider["min"], slider["max"]
+            if name.startswith("damping_"):  # of a matrix, whose other entries are below 0
+                low = -high
             finite_number(
                 name,
                 value,
@@ -226,24 +240,15 @@ class Export(Struct, frozen=True, forbid_unknown_fields=True):
     format: Word
 
 
-def message_of(text: str | bytes) -> Message:
-    """Decode a message of the WebSocket."""
-    return _decoded(text, Message)
-
-
 def request_of(view: str, content: Raw, known: Mapping[str, type[Request]] = REQUESTS) -> Request:
     """Decode a request of a view, one of the `known`."""
     if view not in known:
         raise BadRequestError(f"view = {view!r} is unknown. {did_you_mean(view, known)}", "view")
-    return _decoded(content, known[view])
+    return decoded(content, known[view])
 
 
-def export_of(content: bytes) -> Export:
-    """Decode the wish for a file."""
-    return _decoded(content, Export)
-
-
-def _decoded(content: Any, kind: Any) -> Any:
+def decoded(content: str | bytes | Raw, kind: type[T]) -> T:
+    """Decode what the page sent: a `Message`, a request, or the wish for a file."""
     try:
         return msgspec.json.decode(content, type=kind)
     except msgspec.ValidationError as error:
@@ -284,3 +289,55 @@ def _refuse_large(table: dict[str, Any]) -> None:
                 f"speed has {len(knots)} entries; the explorer takes at most {MOST_KNOTS}.",
                 "model.friction",
             )
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of an answer."""
+
+    name: str  # of the part, such as "samples"
+    # floats, integers and booleans travel as f8, i4 and u1
+    arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    data: Mapping[str, Any] = field(default_factory=dict)
+    progress: float = 1.0  # share of the whole answer that has been sent with this part
+
+
+def message(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]] | None = None) -> bytes:
+    """Pack a header and arrays: length of the header (4 bytes, little-endian), JSON, arrays."""
+    # Each array starts at a multiple of 8 bytes.
+    packed = {name: _packable(array) for name, array in (arrays or {}).items()}
+    listed = [
+        {"name": name, "dtype": kind, "shape": list(array.shape)}
+        for name, (kind, array) in packed.items()
+    ]
+    head = msgspec.json.encode({**header, "arrays": listed})
+    pieces = [_padded(len(head).to_bytes(4, "little") + head)]
+    pieces += [_padded(array.tobytes()) for _, array in packed.values()]
+    return b"".join(pieces)
+
+
+def _packable(array: NDArray[Any]) -> tuple[str, NDArray[Any]]:
+    kind = {"f": "f8", "i": "i4", "u": "i4", "b": "u1"}[array.dtype.kind]
+    if array.dtype == np.uint8:
+        kind = "u1"
+    return kind, np.ascontiguousarray(array, dtype=DTYPES[kind])
+
+
+def _padded(content: bytes) -> bytes:
+    return content + bytes(-len(content) % ALIGNED)
+
+
+def plain(value: Any) -> Any:
+    """Return values as JSON has them: lists, numbers, texts; None for NaN and infinities."""
+    match value:
+        case np.ndarray() | np.generic():
+            return plain(value.tolist())
+        case float():
+            return value if math.isfinite(value) else None
+        case complex():
+            return [plain(value.real), plain(value.imag)]
+        case Mapping():
+            return {str(key): plain(item) for key, item in value.items()}
+        case list() | tuple():
+            return [plain(item) for item in value]
+    return value

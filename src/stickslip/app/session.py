@@ -17,15 +17,17 @@ import anyio
 from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from stickslip.app.answers import Part, message, plain
 from stickslip.app.compiler import Compiler
 from stickslip.app.jobs import CalledOffError, Gate, Job, TimeIsUpError
 from stickslip.app.requests import (
     BadRequestError,
     Message,
+    Part,
     Request,
+    decoded,
     is_ours,
-    message_of,
+    message,
+    plain,
     request_of,
 )
 from stickslip.app.views import VIEWS, is_slow
@@ -157,7 +159,8 @@ class Session:
                 raise WebSocketDisconnect(received.get("code", 1005))
             self.heard = time.monotonic()
             try:
-                self._take(message_of(received.get("text") or received.get("bytes") or b""))
+                content = received.get("text") or received.get("bytes") or b""
+                self._take(decoded(content, Message))
             except BadRequestError as error:
                 self.send({"id": None, "view": "", "last": True, "error": _told(error)})
             await asyncio.sleep(PAUSE)

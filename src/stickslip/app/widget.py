@@ -19,7 +19,7 @@ from stickslip.mechanics.model.file import model_values
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from stickslip.app.serving import BackgroundServer
+    from stickslip.app.server import BackgroundServer
     from stickslip.mechanics.model.arguments import Model
 
 NOTEBOOKS: Final = (
@@ -103,7 +103,7 @@ def explore(model: Model | None = None, *, height: int = 820) -> Explorer:
 @cache
 def _server() -> BackgroundServer:
     require_extra("app", "explorers", *EXTRA)
-    from stickslip.app.serving import BackgroundServer
+    from stickslip.app.server import BackgroundServer
 
     server = BackgroundServer(framed_by=NOTEBOOKS)
     atexit.register(server.stop)

@@ -10,10 +10,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from stickslip.cli.failure import CLAIM_FAILED, DONE, ComputationError, UsageError
 from stickslip.cli.options import OUTPUT, FileOptions, Flag, ModelOptions, OutputOptions, Whole
-from stickslip.cli.output import document, new_files
-from stickslip.cli.progress import tracked
+from stickslip.cli.output import document, new_files, tracked
+from stickslip.cli.process import CLAIM_FAILED, DONE, ComputationError, UsageError
 from stickslip.files import checked_suffix, read_text
 
 CERTIFY_EXAMPLES = """\
@@ -199,15 +198,11 @@ def _deliver(
     done = studies.reproduce(figures or None, out, source=source, track=track)
     written = [str(path) for path in done.files]
     claims = done.report.claims
-    if output.json:
-        result = {"file": written}
-        result |= {name: [getattr(claim, name) for claim in claims] for name in CLAIM_FIELDS}
-        asked = {} if command == "reproduce" else {"name": source}
-        print(document(command, {**asked, "figures": figures}, result), end="")
-    else:
-        print("\n".join(written))
-        if claims:
-            print(f"\n{done.report.text()}", end="")
+    result = {"file": written}
+    result |= {name: [getattr(claim, name) for claim in claims] for name in CLAIM_FIELDS}
+    asked = {} if command == "reproduce" else {"name": source}
+    text = "\n".join(written) + (f"\n\n{done.report.text()}" if claims else "\n")
+    output.tell(command, {**asked, "figures": figures}, result, text)
     failed = any(claim.verdict not in STANDS for claim in claims)
     return CLAIM_FAILED if check and failed else DONE
 
@@ -253,10 +248,8 @@ def study(
         rows = {
             field: [getattr(item, field) for item in known] for field in ("name", "source", "title")
         }
-        if output.json:
-            print(document("study", {}, rows), end="")
-        else:
-            print("\n".join(f"{item.name:16s}  {item.source}: {item.title}" for item in known))
+        lines = (f"{item.name:16s}  {item.source}: {item.title}\n" for item in known)
+        output.tell("study", {}, rows, "".join(lines))
         return DONE
     if name is None:
         raise UsageError("name a study; stickslip study --list names them all")

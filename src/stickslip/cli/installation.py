@@ -11,10 +11,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from stickslip.cli.failure import UsageError
 from stickslip.cli.options import Flag, OutputOptions, Whole
-from stickslip.cli.output import document
-from stickslip.cli.progress import note, tracked
+from stickslip.cli.output import note, tracked
+from stickslip.cli.process import UsageError
 
 EXPLORE_EXAMPLES = """\
 stickslip explore
@@ -59,7 +58,7 @@ def explore(
 
     require_extra("app", "explorers", *EXTRA)
     from stickslip.app.page import preset_names
-    from stickslip.app.serving import listening_socket, serve, url_of
+    from stickslip.app.server import listening_socket, serve, url_of
 
     if preset is not None and preset not in preset_names():
         raise UsageError(f"--preset {preset}: choose one of {', '.join(preset_names())}")
@@ -89,11 +88,8 @@ def doctor(*, output: OutputOptions = OutputOptions()) -> None:
     findings = [*_versions(), *_extras(), _gpu(), _cache(), _threads()]
     subjects, states, details = zip(*findings, strict=True)
     table = {"subject": list(subjects), "state": list(states), "detail": list(details)}
-    if output.json:
-        print(document("doctor", {}, table), end="")
-        return
-    for subject, state, detail in findings:
-        print(f"{subject:<14} {state:<12} {detail}".rstrip())
+    lines = ("{:<14} {:<12} {}".format(*finding).rstrip() for finding in findings)
+    output.tell("doctor", {}, table, "\n".join(lines) + "\n")
 
 
 def _installed(name: str) -> str | None:
@@ -174,11 +170,8 @@ def warmup(*, output: OutputOptions = OutputOptions()) -> None:
         started = time.perf_counter()
         _ask_everything(preset)
         seconds.append(round(time.perf_counter() - started, 3))
-    if output.json:
-        print(document("warmup", {}, {"preset": PRESETS, "seconds": seconds}), end="")
-        return
-    for preset, spent in zip(PRESETS, seconds, strict=True):
-        print(f"{preset:<8} {spent:6.2f} s")
+    lines = map("{:<8} {:6.2f} s\n".format, PRESETS, seconds)
+    output.tell("warmup", {}, {"preset": PRESETS, "seconds": seconds}, "".join(lines))
 
 
 def _ask_everything(preset: str) -> None:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import inf
+from operator import methodcaller
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar
 
 from cyclopts import Group, Parameter, Token
 
-from stickslip.cli.failure import UsageError
 from stickslip.cli.output import PICTURE_SUFFIXES, document, draw_pictures, new_files, show_table
+from stickslip.cli.process import UsageError
 from stickslip.files import checked_suffix, write_table
 
 if TYPE_CHECKING:
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
 
     from stickslip.mechanics.eventmap.event_map import EventMap
     from stickslip.mechanics.model.arguments import Model
+
+Found = TypeVar("Found")
 
 MODEL = Group.create_ordered("Model")
 SWEEP = Group.create_ordered("Parameter and range")
@@ -41,6 +45,12 @@ def _whole(_type: Any, tokens: Sequence[Token]) -> int:
 
 Whole = Annotated[int, Parameter(converter=_whole)]
 """A whole number; left to itself the parser takes 1.5 for 2."""
+
+
+Starts = Annotated[
+    tuple[float, ...], Parameter(name=["--d", "-d"], negative=(), show_default=False)
+]
+"""Relative displacements in global stick, one or several."""
 
 
 def check_equally_spaced(option: str, count: int) -> None:
@@ -175,6 +185,12 @@ class OutputOptions:
     verbose: Annotated[Flag, Parameter(name=["--verbose", "-v"])] = False
     """Show the traceback of an error."""
 
+    def tell(
+        self, command: str, asked: Mapping[str, Any], result: Mapping[str, Any], text: str
+    ) -> None:
+        """Print a result, as one JSON document or as text."""
+        print(document(command, asked, result) if self.json else text, end="")
+
 
 @Parameter(name="*", group=OUTPUT)
 @dataclass(frozen=True, kw_only=True)
@@ -192,12 +208,6 @@ def _friction(specifications: tuple[str, ...]) -> Any:
 
     laws = tuple(map(parse_law, specifications))
     return laws[0] if len(laws) == 1 else laws
-
-
-def described(model: Model) -> dict[str, Any]:
-    """Parameters of a model by name, and its laws: enough to build it again."""
-    laws = model.friction if isinstance(model.friction, tuple) else (model.friction,)
-    return {**model.parameters, "friction": [str(law) for law in laws]}
 
 
 @Parameter(name="*")
@@ -220,7 +230,13 @@ class SystemOptions:
 
     def described(self, model: Model) -> dict[str, Any]:
         """Everything that was asked for: enough to repeat the question."""
-        return described(model) | self.engine.settings()
+        laws = model.friction if isinstance(model.friction, tuple) else (model.friction,)
+        named = {**model.parameters, "friction": [str(law) for law in laws]}
+        return named | self.engine.settings()
+
+
+def _plotted(found: Any, ax: Axes) -> Any:
+    return found.plot(ax)
 
 
 @Parameter(name="*")
@@ -241,28 +257,32 @@ class TableOptions(SystemOptions):
         command: str,
         model: Model,
         asked: dict[str, Any],
-        compute: Callable[[], Mapping[str, Any]],
-        plot: Callable[[Axes], Axes],
-    ) -> Mapping[str, Any]:
-        """Compute the table and send it where the options say: a file, stdout, as JSON or CSV."""
+        compute: Callable[[], Found],
+        *,
+        table: Callable[[Found], Mapping[str, Any]] = methodcaller("table"),
+        plot: Callable[[Found, Axes], Axes] = _plotted,
+    ) -> Found:
+        """Compute a result; send its table where the options say: a file, stdout, JSON or CSV."""
         # The file is opened before the computation: one that cannot be written is said at once.
         # What was `asked`, the command's own options, stands in the document beside the options
         # shared.
         if self.file.out is None:
-            table = compute()
+            found = compute()
+            columns = table(found)
         else:
             suffix = checked_suffix(self.file.out, ("", ".csv", *PICTURE_SUFFIXES), "--out")
             with new_files([self.file.out], force=self.file.force) as (temporary,):
-                table = compute()
+                found = compute()
+                columns = table(found)
                 if suffix in ("", ".csv"):
-                    write_table(temporary, table)
+                    write_table(temporary, columns)
                 else:
-                    draw_pictures(plot, [temporary])
+                    draw_pictures(partial(plot, found), [temporary])
         if self.output.json:
             parameters = self.described(model) | asked
-            print(document(command, parameters, table), end="")
+            print(document(command, parameters, columns), end="")
         elif self.file.out is None:
-            show_table(table)
+            show_table(columns)
         else:
             print(self.file.out)
-        return table
+        return found

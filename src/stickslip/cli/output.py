@@ -1,7 +1,7 @@
-"""What commands write: files, whole or not there, JSON documents, tables and pictures.
+"""What commands write: files, whole or not there, JSON documents, tables, pictures and progress.
 
 Files are opened before the computation: one that cannot be written is said at once, not in an hour.
-They never replace others unasked.
+They never replace others unasked. Progress goes to stderr, and only where someone watches.
 """
 
 from __future__ import annotations
@@ -9,13 +9,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from datetime import timedelta
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 
-from stickslip.cli.failure import RefusalError, UsageError, shortened
-from stickslip.cli.process import all_or_none
+from stickslip.cli.process import RefusalError, UsageError, all_or_none, shortened
 from stickslip.files import (
     PICTURE_FORMATS,
     as_list,
@@ -27,6 +27,9 @@ from stickslip.files import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from stickslip.sweeps.sweep import Progress
+
 
 SCHEMA = 1
 TABLE_ROWS = 40
@@ -127,3 +130,80 @@ def draw_pictures(plot: Callable[[Axes], Axes], paths: Iterable[Path]) -> None:
             figure.legend(loc="outside upper right", ncols=len(labels))
         for path in paths:
             save(figure, path.with_suffix(""), (path.suffix.removeprefix("."),))
+
+
+Item = TypeVar("Item")
+
+MOST_NOTES = 20
+
+
+def tracked(items: Iterable[Item], total: int, what: str, *, quiet: bool) -> Iterator[Item]:
+    """Pass `items` on, with a bar that counts them."""
+    if total < 2 or not _watched(quiet):
+        yield from items
+        return
+    from rich.console import Console
+    from rich.progress import track
+
+    yield from track(items, what, total, console=Console(stderr=True), transient=True)
+
+
+@contextmanager
+def shares(what: str, *, quiet: bool) -> Iterator[Callable[[float], None] | None]:
+    """Give a function that shows the share of the work that is done; None if nobody watches."""
+    if not _watched(quiet):
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda share: bar.update(task, completed=share)
+
+
+@contextmanager
+def points(what: str, *, quiet: bool) -> Iterator[Callable[[Progress], None] | None]:
+    """Give a function that shows points done, their rate and the time left; None as above."""
+    if not _watched(quiet):
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
+    from rich.progress import Progress as Bar
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+    )
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(what, total=None, rate="")
+
+        def show(progress: Progress) -> None:
+            rate = ""
+            if progress.rate > 0:
+                left = timedelta(seconds=round(progress.remaining))
+                rate = f"{progress.rate:.3g}/s, {left} left"
+            bar.update(task, completed=progress.done, total=progress.total, rate=rate)
+
+        yield show
+
+
+def _watched(quiet: bool) -> bool:
+    return not quiet and sys.stderr.isatty()
+
+
+def note(text: str, *, quiet: bool) -> None:
+    """Say something beside the result."""
+    if not quiet:
+        print(f"stickslip: {text}", file=sys.stderr)
+
+
+def notes(texts: Sequence[str], what: str, *, quiet: bool) -> None:
+    """Say several things beside the result; of many the first ones, and how many more there are."""
+    for text in texts[:MOST_NOTES]:
+        note(text, quiet=quiet)
+    if len(texts) > MOST_NOTES:
+        note(f"{len(texts) - MOST_NOTES} more {what}", quiet=quiet)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, cast
 
 from cyclopts import Parameter
 
-from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
 from stickslip.cli.options import (
     OUTPUT,
     Flag,
@@ -26,16 +25,20 @@ from stickslip.cli.output import (
     draw_pictures,
     new_files,
     new_folder,
+    notes,
+    shares,
     show_table,
 )
-from stickslip.cli.progress import notes, shares
+from stickslip.cli.process import COMPUTATION_FAILED, DONE, UsageError
 from stickslip.files import checked_suffix, write_csv, write_table, write_text
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.bifurcation import BifurcationList
+    from stickslip.analysis.diagrams.diagram import Diagram
     from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.cli.report import Report
     from stickslip.mechanics.eventmap.event_map import EventMap
+    from stickslip.numerics.arrays import Floats
 
 BIFURCATIONS_EXAMPLES = """\
 stickslip bifurcations --preset coulomb --parameter V --range 0.0366 0.0372
@@ -90,8 +93,7 @@ def bifurcations(
 
     if csv and output.json:
         raise UsageError("give either --csv or --json")
-    check_equally_spaced("--values", values)
-    ends = sweep.ends
+    grid = _grid(sweep, values)
     f = system.event_map()
     with ExitStack() as stack:
         files = [] if out is None else stack.enter_context(new_folder(out, FILES, force=force))
@@ -99,7 +101,7 @@ def bifurcations(
             found = bifurcations(
                 cast("MapFamily", f),
                 sweep.parameter,
-                ends,
+                sweep.ends,
                 max_period=sweep.max_period,
                 window=sweep.window,
                 progress=show,
@@ -108,7 +110,9 @@ def bifurcations(
         if files:
             named = dict(zip(FILES, files, strict=True))
             _write_report(named, report, f)
-            _draw_diagram(named, found, f, values, quiet=output.quiet)
+            diagram = _diagram(f, sweep, grid, "diagram", quiet=output.quiet)
+            pictures = [named[name] for name in PICTURES]
+            draw_pictures(lambda ax: diagram.plot(ax, bifurcations=found), pictures)
     if output.json:
         asked = system.described(f.model) | sweep.asked()
         print(document("bifurcations", asked, _result(report)), end="")
@@ -131,7 +135,7 @@ def _report(f: EventMap, found: BifurcationList) -> Report:
 
 def _result(report: Report) -> dict[str, Any]:
     content = json.loads(report.as_json())
-    return {name: content[name] for name in ("bifurcations", "cascades", "unresolved")}
+    return {name: content[name] for name in ("bifurcations", "cascades", "unresolved", "outside")}
 
 
 def _write_report(files: dict[str, Path], report: Report, f: EventMap) -> None:
@@ -145,32 +149,34 @@ def _write_report(files: dict[str, Path], report: Report, f: EventMap) -> None:
     write_model(f.model, files["model.toml"])
 
 
-def _draw_diagram(
-    files: dict[str, Path], found: BifurcationList, f: EventMap, values: int, *, quiet: bool
-) -> None:
-    """Draw the diagram of the same range, the bifurcations marked in it."""
+def _grid(sweep: SweepOptions, values: int) -> Floats:
+    """Return equally spaced values of the parameter."""
     import numpy as np
 
+    check_equally_spaced("--values", values)
+    return np.linspace(*sweep.ends, values)
+
+
+def _diagram(f: EventMap, sweep: SweepOptions, grid: Floats, what: str, *, quiet: bool) -> Diagram:
+    """Compute the diagram over the range."""
     from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 
-    with shares("diagram", quiet=quiet) as show:
-        diagram = bifurcation_diagram(
+    with shares(what, quiet=quiet) as show:
+        return bifurcation_diagram(
             f,
-            found.parameter,
-            np.linspace(*found.range, values),
-            max_period=found.max_period,
-            window=found.window,
+            sweep.parameter,
+            grid,
+            max_period=sweep.max_period,
+            window=sweep.window,
             progress=show,
         )
-    draw_pictures(
-        lambda ax: diagram.plot(ax, bifurcations=found), [files[name] for name in PICTURES]
-    )
 
 
 def _bifurcation_ending(found: BifurcationList, *, quiet: bool) -> int:
     """Tell what stayed open beside a table that cannot; fail if nothing was explained."""
     texts = [f"unresolved: {item}" for item in found.unresolved]
     notes(texts, "unresolved changes", quiet=quiet)
+    notes([str(item) for item in found.outside], "parts outside the question", quiet=quiet)
     return COMPUTATION_FAILED if found.unresolved and not len(found) else DONE
 
 
@@ -210,31 +216,16 @@ def diagram(
     force
         Replace the files if they exist.
     """
-    import numpy as np
-
-    from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
-
-    check_equally_spaced("--values", values)
+    grid = _grid(sweep, values)
     if out is not None:
         checked_suffix(out, PICTURE_SUFFIXES, "--out")
     if csv is not None:
         checked_suffix(csv, ("", ".csv"), "--csv")
-    grid = np.linspace(*sweep.ends, values)
     f = system.event_map()
     files = [path for path in (out, csv) if path is not None]
-    with ExitStack() as stack:
-        temporary = dict(
-            zip(files, stack.enter_context(new_files(files, force=force)), strict=True)
-        )
-        show = stack.enter_context(shares("following orbits", quiet=output.quiet))
-        diagram = bifurcation_diagram(
-            f,
-            sweep.parameter,
-            grid,
-            max_period=sweep.max_period,
-            window=sweep.window,
-            progress=show,
-        )
+    with new_files(files, force=force) as made:
+        temporary = dict(zip(files, made, strict=True))
+        diagram = _diagram(f, sweep, grid, "following orbits", quiet=output.quiet)
         if out is not None:
             draw_pictures(diagram.plot, [temporary[out]])
         if csv is not None:

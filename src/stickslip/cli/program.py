@@ -13,30 +13,31 @@ from typing import Any, Final
 from cyclopts import App, CycloptsError
 
 from stickslip import __version__
-from stickslip.cli import claims, installation, maps, motions, parameters, sweeps
-from stickslip.cli.failure import (
+from stickslip.cli import claims, installation, models, parameters, sweeps
+from stickslip.cli.process import (
     BAD_USAGE,
     DONE,
     INTERRUPTED,
     CommandError,
     UsageError,
     exit_code_of,
+    interrupted,
+    say_interrupted,
     shortened,
 )
-from stickslip.cli.process import interrupted, say_interrupted
 from stickslip.files import FULL
 
 LONGEST_NAME = 40
 """Characters of what stands for a command's name."""
 
 COMMANDS: Final[dict[str, tuple[Callable[..., Any], str]]] = {
-    "map": (maps.map_, maps.MAP_EXAMPLES),
-    "orbits": (maps.orbits, maps.ORBITS_EXAMPLES),
-    "basins": (maps.basins, maps.BASINS_EXAMPLES),
+    "map": (models.map_, models.MAP_EXAMPLES),
+    "orbits": (models.orbits, models.ORBITS_EXAMPLES),
+    "basins": (models.basins, models.BASINS_EXAMPLES),
     "bifurcations": (parameters.bifurcations, parameters.BIFURCATIONS_EXAMPLES),
     "diagram": (parameters.diagram, parameters.DIAGRAM_EXAMPLES),
-    "simulate": (motions.simulate, motions.SIMULATE_EXAMPLES),
-    "cycles": (motions.cycles, motions.CYCLES_EXAMPLES),
+    "simulate": (models.simulate, models.SIMULATE_EXAMPLES),
+    "cycles": (models.cycles, models.CYCLES_EXAMPLES),
     "sweep": (sweeps.sweep, sweeps.SWEEP_EXAMPLES),
     "plot": (sweeps.plot, sweeps.PLOT_EXAMPLES),
     "certify": (claims.certify, claims.CERTIFY_EXAMPLES),

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from stickslip.cli.failure import ComputationError, RefusalError, UsageError
 from stickslip.cli.options import OUTPUT, Flag, OutputOptions, Whole
-from stickslip.cli.output import PICTURE_SUFFIXES, document, draw_pictures, new_files
-from stickslip.cli.process import advise
-from stickslip.cli.progress import points
+from stickslip.cli.output import PICTURE_SUFFIXES, draw_pictures, new_files, points
+from stickslip.cli.process import ComputationError, RefusalError, UsageError, advise
 from stickslip.files import checked_suffix
 
 if TYPE_CHECKING:
@@ -73,16 +71,13 @@ def sweep(
             raise RefusalError(f"{where} exists, {done}; --resume goes on with it")
         known = _run_plan(read, where, threads, scheduler, device, quiet=output.quiet)
     facts: dict[str, Any] = {"store": where, "done": 0, "chunks": None, **(known or {})}
-    if output.json:
-        row = {name: [fact] for name, fact in facts.items()}
-        print(document("sweep", {"plan": str(plan)}, row), end="")
-    elif not status:
-        print(where)
-    elif known is None:
-        print(f"{where}: not begun")
-    else:
-        told = f"{facts['done']} of {facts['chunks']} chunks done"
-        print(f"{where}: {told}; not verified: {facts['unverified']}")
+    text = where
+    if status and known is None:
+        text += ": not begun"
+    elif status:
+        text += ": {done} of {chunks} chunks done; not verified: {unverified}".format(**facts)
+    row = {name: [fact] for name, fact in facts.items()}
+    output.tell("sweep", {"plan": str(plan)}, row, f"{text}\n")
 
 
 def _known(plan: Plan, where: str) -> dict[str, Any] | None:
@@ -187,10 +182,7 @@ def plot(
     picture = SweepMap(_cut(open_sweep(store), at), variable, curves)
     with new_files([out], force=force) as (temporary,):
         draw_pictures(picture.plot, [temporary])
-    if output.json:
-        print(document("plot", {"store": store}, {"file": [str(out)]}), end="")
-    else:
-        print(out)
+    output.tell("plot", {"store": store}, {"file": [str(out)]}, f"{out}\n")
 
 
 def _cut(dataset: xarray.Dataset, at: tuple[str, ...]) -> xarray.Dataset:

@@ -24,7 +24,7 @@ def draw_basins(basins: Any, ax: Axes | None = None, *, attractors: bool = True)
     for k in np.unique(basins.index):
         mine = basins.index == k
         spans = list(zip(basins.edges[:-1][mine], widths[mine], strict=True))
-        ax.broken_barh(spans, (0.0, 1.0), label=_name(int(k)), **_looks(int(k)))
+        ax.broken_barh(spans, (0.0, 1.0), label=_name(basins, int(k)), **_looks(int(k)))
     if attractors:
         for k, attractor in enumerate(basins.attractors):
             _draw_attractor(ax, attractor, k, height=1.12)
@@ -63,7 +63,7 @@ def draw_density(density: Any, ax: Axes | None = None) -> Axes:
 
 def _draw_attractor(ax: Axes, attractor: Any, k: int, height: float) -> None:
     color = BASIN_COLORS[k % len(BASIN_COLORS)]
-    if attractor.kind == "chaotic":
+    if attractor.kind in ("chaotic", "neutral"):
         left, right = attractor.bands.T
         ax.hlines(np.full(len(left), height), left, right, colors=color, lw=3.0)
         return
@@ -85,8 +85,12 @@ def _looks(k: int) -> dict[str, Any]:
     }
 
 
-def _name(k: int) -> str:
-    return {LEFT: "leaves", UNDECIDED: "undecided"}.get(k, f"attractor {k}")
+def _name(basins: Any, k: int) -> str:
+    if k == UNDECIDED:
+        return "not proved"
+    share, error = basins.sampled(k)
+    name = "leaves" if k == LEFT else f"attractor {k}"
+    return f"{name} (and {share:.3f} ± {error:.1g}, sampled)" if share else name
 
 
 def _as_strip(ax: Axes, top: float) -> Axes:

@@ -81,10 +81,8 @@ def _stick_phases(ax: Axes, corners: Floats) -> None:
     for share in (0.2, 0.4, 0.6, 0.8):
         start = edges[0] + share * (edges[2] - edges[0])
         d = edges[:, 1] - edges[:, 0]
-        x_1, x_2 = (float(np.interp(start[1] - start[0], d, x)) for x in edges.T)
-        ax.annotate(
-            "", (x_1, x_2), tuple(start), arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.5}
-        )
+        x, y = (float(np.interp(start[1] - start[0], d, values)) for values in edges.T)
+        ax.annotate("", (x, y), tuple(start), arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.5})
 
 
 def _name_corners(ax: Axes, corners: Floats) -> None:

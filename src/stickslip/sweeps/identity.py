@@ -1,4 +1,4 @@
-"""What a function or a system is, in values that a store can keep and compare."""
+"""What a function, a system or a machine is, in values that a store can keep and compare."""
 
 from __future__ import annotations
 
@@ -6,7 +6,14 @@ import hashlib
 import importlib
 import inspect
 import json
+import platform
+from functools import cache
 from typing import TYPE_CHECKING, Any
+
+from llvmlite import binding
+
+from stickslip.numerics.gpu import gpu_name
+from stickslip.numerics.targets import config, source_hash
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -68,3 +75,39 @@ def import_function(name: str) -> Any:
             "Python finds it (PYTHONPATH)."
         ) from error
     return found
+
+
+@cache
+def _cpu() -> dict[str, str]:
+    name = config.CPU_NAME or binding.get_host_cpu_name()
+    features = config.CPU_FEATURES
+    if features is None:
+        features = binding.get_host_cpu_features().flatten()
+    used = ",".join(part for part in sorted(features.split(",")) if part[:1] == "+")
+    return {"cpu": str(name), "features": used}
+
+
+def target(device: str = "cpu") -> dict[str, str]:
+    """Tell what compiled code this process runs, and for which processor or GPU."""
+    # ``features`` are those that code may use, so also what NUMBA_CPU_NAME and NUMBA_CPU_FEATURES
+    # set; ``kernels`` is a hash over the sources of all kernels and the version of the compiler.
+    processor = {"gpu": gpu_name()} if device == "cuda" else _cpu()
+    machine = {"device": device, "machine": platform.machine()}
+    return machine | processor | {"kernels": source_hash()}
+
+
+def target_difference(stored: dict[str, Any], here: dict[str, str]) -> str:
+    """Tell in words where two targets differ; empty if they do not."""
+    if stored.get("device") != here["device"]:
+        return f"device {stored.get('device')} there, {here['device']} here"
+    told = []
+    for key in here:
+        if stored.get(key) == here[key]:
+            continue
+        if key == "features":
+            theirs, ours = (set(str(each).split(",")) for each in (stored.get(key), here[key]))
+            change = " ".join(sorted(f"-{x[1:]}" for x in theirs - ours) + sorted(ours - theirs))
+            told.append(f"processor features {change}")
+        else:
+            told.append(f"{key} {stored.get(key)} there, {here[key]} here")
+    return "; ".join(told)

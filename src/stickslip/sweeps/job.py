@@ -1,4 +1,4 @@
-"""The description of a sweep, cut into tiles, and the computation of one tile.
+"""The description of a sweep: axes, what is recorded, cut into tiles; the computation of one tile.
 
 A tile is one task and one chunk of each array of the store. `compute` is a pure function of a job
 and a tile, so that it may run in any thread or process, any number of times.
@@ -8,32 +8,184 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from math import inf
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stickslip.analysis.maps.protocol import OUTSIDE
-from stickslip.sweeps.identity import digest
+from stickslip.checks import MOST_VALUES, finite_number, grid, instance, one_of, whole_number
+from stickslip.numerics.arrays import Floats
+from stickslip.sweeps.identity import digest, target
 from stickslip.sweeps.system import rows
-from stickslip.sweeps.target import target
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.mechanics.eventmap.records import Followed
-    from stickslip.numerics.arrays import Floats
     from stickslip.numerics.long_run import LongRun
-    from stickslip.sweeps.axis import Axis
-    from stickslip.sweeps.observable import Observable, Output
     from stickslip.sweeps.system import Run, System
 
+
+SCALES: Final = ("linear", "log")
 FORMAT: Final = 2  # raised when the same description would give other results
 START: Final = "d"  # name of an axis of starting points
 POINTS_PER_TILE: Final = {"cpu": 4096, "cuda": 65_536}  # a GPU takes as many orbits at once
 TILES: Final = 64  # of a small sweep, so that all cores have work and little is lost
+
+Columns: TypeAlias = "dict[str, NDArray[Any]]"
+AxisLike: TypeAlias = "Axis | tuple[float, float, int] | ArrayLike"
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """Values of one parameter; `axis` makes it.
+
+    Attributes
+    ----------
+    values : ndarray of float64, shape (n,)
+        Distinct, in ascending or descending order.
+    """
+
+    values: Floats
+
+    def __len__(self) -> int:
+        """Count the values."""
+        return len(self.values)
+
+
+@suggests
+def axis(lo: float, hi: float, n: int, scale: Literal["linear", "log"] = "linear") -> Axis:
+    """Make an axis of equally spaced values, both ends included.
+
+    Parameters
+    ----------
+    lo, hi : float
+        Ends; with ``scale="log"`` both above 0.
+    n : int
+        Number of values, >= 1; with 1, ``lo`` alone.
+    scale : {"linear", "log"}
+        Whether differences or ratios of neighbours are equal.
+
+    Returns
+    -------
+    Axis
+        For `stickslip.sweep`.
+
+    Raises
+    ------
+    ValueError
+        An end is not finite or out of range, n is no whole number >= 1, the scale is unknown.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> ss.axis(0.01, 1.0, 3, scale="log").values
+    array([0.01, 0.1 , 1.  ])
+    """
+    one_of("scale", scale, SCALES)
+    count = whole_number("n", n, at_most=MOST_VALUES, what="values of an axis")
+    least = 0.0 if scale == "log" else -inf
+    why = "A logarithmic axis has ends above 0." if scale == "log" else ""
+    ends = [
+        finite_number(name, end, above=least, why=why) for name, end in (("lo", lo), ("hi", hi))
+    ]
+    spaced = np.geomspace if scale == "log" else np.linspace
+    return Axis(_ordered(spaced(ends[0], ends[1], count)))
+
+
+def as_axes(given: Mapping[str, AxisLike]) -> dict[str, Axis]:
+    """Read the axes of a sweep in the forms that `stickslip.sweep` takes."""
+    instance("axes", given, Mapping, 'values by name, {"V": (0.03, 0.05, 12)}')
+    if not given:
+        raise ValueError("axes = {}: a sweep needs at least one axis, {name: values}.")
+    return {name: _as_axis(name, values) for name, values in given.items()}
+
+
+def _as_axis(name: str, given: Any) -> Axis:
+    if isinstance(given, Axis):
+        return given
+    try:
+        return Axis(_ordered(grid(name, given)))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"axis {name!r}: {error}") from error
+
+
+def _ordered(values: Sequence[float] | Floats) -> Floats:
+    """Return a copy of values that are finite, distinct and in order."""
+    array = np.array(values, dtype=np.float64)
+    if array.size == 0 or not np.isfinite(array).all():
+        raise ValueError("finite numbers are needed, at least one.")
+    steps = np.diff(array)
+    if not (np.all(steps > 0) or np.all(steps < 0)):
+        raise ValueError("its values must be distinct and in ascending or descending order.")
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True)
+class Output:
+    """One variable of a store: ``dims`` and ``sizes`` are those besides the axes."""
+
+    name: str
+    dtype: str
+    long_name: str
+    dims: tuple[str, ...] = ()
+    sizes: tuple[int, ...] = ()
+    flags: Mapping[int, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observable:
+    """Settings of something to record.
+
+    Attributes
+    ----------
+    name : str
+        What plan files call it.
+    needs : tuple of str
+        What it asks of a system, of that which some lack (`System.lacks`).
+    recorded : tuple of Output
+        Its variables, where its settings change nothing about them.
+    """
+
+    name: ClassVar[str]
+    needs: ClassVar[tuple[str, ...]] = ()
+    recorded: ClassVar[tuple[Output, ...]] = ()
+
+    def __post_init__(self) -> None:
+        """Check that counts are whole numbers in range."""
+        for each in fields(self):
+            if limits := each.metadata.get("limits"):
+                name = f"{each.name} of {self.name}"
+                value = whole_number(name, getattr(self, each.name), limits[0], at_most=limits[1])
+                object.__setattr__(self, each.name, value)
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return the variables that `compute` returns."""
+        return self.recorded
+
+    def runs(self) -> dict[Run, int]:
+        """Return the orbits that are needed, and how many of their last points."""
+        return {}
+
+    def compute(self, points: Points) -> Columns:
+        """Return each variable by name, shape (grid points, *sizes)."""
+        raise NotImplementedError
+
+    def identity(self) -> dict[str, Any]:
+        """Describe the observable in values that JSON can hold."""
+        return {"name": self.name, **asdict(self)}
+
+
+def whole(default: int, least: int = 1, most: int = MOST_VALUES) -> Any:
+    """Make a setting that is a whole number in a range."""
+    return field(default=default, metadata={"limits": (least, most)})
 
 
 class Orbits(NamedTuple):
@@ -194,13 +346,12 @@ def default_chunks(shape: tuple[int, ...], device: str = "cpu") -> tuple[int, ..
     """Choose tiles of at most 4096 points (65 536 on a GPU), and 64 tiles or more if possible."""
     tiles = 1 if device == "cuda" else TILES
     wanted = max(1, min(POINTS_PER_TILE[device], math.prod(shape) // tiles))
-    chunks: list[int] = []
+    chunks: dict[int, int] = {}
     for k in sorted(range(len(shape)), key=lambda k: shape[k]):
         # What is left is shared evenly by the axes that are left, the short ones first.
-        side = round((wanted / math.prod(chunks)) ** (1 / (len(shape) - len(chunks))))
-        chunks.append(max(1, min(shape[k], side)))
-    in_order = sorted(range(len(shape)), key=lambda k: shape[k])
-    return tuple(chunks[in_order.index(k)] for k in range(len(shape)))
+        side = round((wanted / math.prod(chunks.values())) ** (1 / (len(shape) - len(chunks))))
+        chunks[k] = max(1, min(shape[k], side))
+    return tuple(chunks[k] for k in range(len(shape)))
 
 
 def tiles(axes: Mapping[str, Axis], chunks: tuple[int, ...]) -> Iterator[Tile]:

@@ -1,7 +1,7 @@
 """What a sweep records at each grid point: small named objects with fixed shapes and types.
 
 Each is a frozen set of settings; `Points` does the work that several of them share. A new one is
-a class here with `outputs` and `compute`, listed in `OBSERVABLES`.
+a class here with `recorded` and `compute`, listed in `OBSERVABLES`.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from stickslip.checks import MOST_STEPS, dimensions, instance, shown, whole_numb
 from stickslip.numerics.long_run import CHAOTIC, LEFT, PERIODIC, UNDECIDED
 from stickslip.status import NEVER_CYCLE, NEVER_SLIPPING
 from stickslip.sweeps.identity import function_identity, import_function
-from stickslip.sweeps.observable import Columns, Observable, Output, whole
+from stickslip.sweeps.job import Columns, Observable, Output, whole
 from stickslip.sweeps.several_starts import CoexistingAttractors, LimitCycles
 from stickslip.sweeps.system import Run
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
-    from stickslip.sweeps.job import Orbits, Points
+    from stickslip.sweeps.job import Points
 
 __all__ = [
     "Attractor",
@@ -58,9 +58,6 @@ class _OfOrbit(Observable):
         """Return the orbits that are needed."""
         return {self._run: 1}
 
-    def _orbits(self, points: Points) -> Orbits:
-        return points.orbits(self._run)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Attractor(_OfOrbit):
@@ -82,18 +79,15 @@ class Attractor(_OfOrbit):
     """
 
     name: ClassVar[str] = "attractor"
-
-    def outputs(self) -> tuple[Output, ...]:
-        """Return the variables that are recorded."""
-        return (
-            Output("kind", "int8", "kind of attractor", flags=KINDS),
-            Output("period", "int32", "period of the attractor, 0 if not periodic"),
-            Output("status", "int8", "why the orbit ended, 0 if it did not"),
-        )
+    recorded: ClassVar[tuple[Output, ...]] = (
+        Output("kind", "int8", "kind of attractor", flags=KINDS),
+        Output("period", "int32", "period of the attractor, 0 if not periodic"),
+        Output("status", "int8", "why the orbit ended, 0 if it did not"),
+    )
 
     def compute(self, points: Points) -> Columns:
         """Return the values of the variables."""
-        found = self._orbits(points)
+        found = points.orbits(self._run)
         return {
             "kind": found.verdicts.kind,
             "period": found.verdicts.period,
@@ -110,17 +104,14 @@ class LyapunovExponent(_OfOrbit):
     """
 
     name: ClassVar[str] = "lyapunov_exponent"
-
-    def outputs(self) -> tuple[Output, ...]:
-        """Return the variables that are recorded."""
-        return (
-            Output("lyapunov_exponent", "float64", "Lyapunov exponent per step of the map"),
-            Output("lyapunov_error", "float64", "standard error of the Lyapunov exponent"),
-        )
+    recorded: ClassVar[tuple[Output, ...]] = (
+        Output("lyapunov_exponent", "float64", "Lyapunov exponent per step of the map"),
+        Output("lyapunov_error", "float64", "standard error of the Lyapunov exponent"),
+    )
 
     def compute(self, points: Points) -> Columns:
         """Return the values of the variables."""
-        found = self._orbits(points).verdicts
+        found = points.orbits(self._run).verdicts
         return {"lyapunov_exponent": found.exponent, "lyapunov_error": found.error}
 
 
@@ -159,7 +150,7 @@ class OrbitPoints(_OfOrbit):
 
     def compute(self, points: Points) -> Columns:
         """Return the values of the variables."""
-        return {"orbit": self._orbits(points).followed.tail[:, -self.count :]}
+        return {"orbit": points.orbits(self._run).followed.tail[:, -self.count :]}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -171,18 +162,15 @@ class Events(_OfOrbit):
 
     name: ClassVar[str] = "events"
     needs: ClassVar[tuple[str, ...]] = ("orbits", "events")
-
-    def outputs(self) -> tuple[Output, ...]:
-        """Return the variables that are recorded."""
-        return (
-            Output("mean_events", "float64", "mean number of events per step of the map"),
-            Output("most_events", "int32", "largest number of events in a step of the map"),
-            Output("mean_duration", "float64", "mean time per step of the map, in sqrt(m / k)"),
-        )
+    recorded: ClassVar[tuple[Output, ...]] = (
+        Output("mean_events", "float64", "mean number of events per step of the map"),
+        Output("most_events", "int32", "largest number of events in a step of the map"),
+        Output("mean_duration", "float64", "mean time per step of the map, in sqrt(m / k)"),
+    )
 
     def compute(self, points: Points) -> Columns:
         """Return the values of the variables."""
-        found = self._orbits(points).followed
+        found = points.orbits(self._run).followed
         return {
             "mean_events": found.mean_events,
             "most_events": found.most_events.astype(np.int32),
@@ -204,15 +192,12 @@ class NeverReturns(Observable):
 
     name: ClassVar[str] = "never_returns"
     needs: ClassVar[tuple[str, ...]] = ("orbits", "events")
+    recorded: ClassVar[tuple[Output, ...]] = (
+        Output("never_share", "float64", "share that never returns to global stick"),
+        Output("gave_up_share", "float64", "share that was given up, at a limit or undecided"),
+    )
     n_starts: int = whole(64)
     n: int = whole(100, least=2)
-
-    def outputs(self) -> tuple[Output, ...]:
-        """Return the variables that are recorded."""
-        return (
-            Output("never_share", "float64", "share that never returns to global stick"),
-            Output("gave_up_share", "float64", "share that was given up, at a limit or undecided"),
-        )
 
     @property
     def _run(self) -> Run:

@@ -13,8 +13,8 @@ from stickslip.files import checked_path
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.friction.values import within
 from stickslip.mechanics.model.file import model_of_values, read_model, read_toml
-from stickslip.sweeps.axis import axis
 from stickslip.sweeps.identity import import_function
+from stickslip.sweeps.job import axis
 from stickslip.sweeps.observables import OBSERVABLES, as_observables
 from stickslip.sweeps.sweep import sweep
 from stickslip.vocabulary import did_you_mean
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     import xarray
 
-    from stickslip.sweeps.observable import Observable
+    from stickslip.sweeps.job import Observable
 
 T = TypeVar("T", bound=msgspec.Struct)
 

@@ -11,7 +11,7 @@ from stickslip.analysis.maps.protocol import mix_labels
 from stickslip.checks import MOST_STEPS
 from stickslip.mechanics.cycle.limit_cycles import limit_cycles
 from stickslip.numerics.long_run import CHAOTIC, LEFT, PERIODIC, UNDECIDED
-from stickslip.sweeps.observable import Columns, Observable, Output, whole
+from stickslip.sweeps.job import Columns, Observable, Output, whole
 from stickslip.sweeps.system import Run
 
 if TYPE_CHECKING:
@@ -44,18 +44,15 @@ class CoexistingAttractors(Observable):
 
     name: ClassVar[str] = "coexisting_attractors"
     needs: ClassVar[tuple[str, ...]] = ("orbits", "line")
+    recorded: ClassVar[tuple[Output, ...]] = (
+        Output("n_attractors", "int32", "number of coexisting attractors found"),
+        Output("undecided_share", "float64", "share of starting points without a verdict"),
+        Output("left_share", "float64", "share of starting points whose orbit ends"),
+    )
     n_starts: int = whole(16)
     transient: int = whole(1000, least=0, most=MOST_STEPS)
     n: int = whole(1000, least=2)
     max_period: int = whole(64)
-
-    def outputs(self) -> tuple[Output, ...]:
-        """Return the variables that are recorded."""
-        return (
-            Output("n_attractors", "int32", "number of coexisting attractors found"),
-            Output("undecided_share", "float64", "share of starting points without a verdict"),
-            Output("left_share", "float64", "share of starting points whose orbit ends"),
-        )
 
     @property
     def _run(self) -> Run:
@@ -128,19 +125,16 @@ class LimitCycles(Observable):
 
     name: ClassVar[str] = "limit_cycles"
     needs: ClassVar[tuple[str, ...]] = ("model",)
+    recorded: ClassVar[tuple[Output, ...]] = (
+        Output("n_cycles", "int32", "number of stable limit cycles found"),
+        Output("cycle_period", "float64", "period of the first limit cycle, in sqrt(m / k)"),
+        Output("cycle_multiplier", "float64", "largest multiplier of the first limit cycle"),
+        Output("cycle_events", "int32", "events in a period of the first limit cycle"),
+        Output("sliding_share", "float64", "share of starts from which all blocks slip on"),
+        Output("no_cycle_share", "float64", "share of starts from which no cycle was found"),
+    )
     n_starts: int = whole(8)
     max_events: int = whole(2000)
-
-    def outputs(self) -> tuple[Output, ...]:
-        """Return the variables that are recorded."""
-        return (
-            Output("n_cycles", "int32", "number of stable limit cycles found"),
-            Output("cycle_period", "float64", "period of the first limit cycle, in sqrt(m / k)"),
-            Output("cycle_multiplier", "float64", "largest multiplier of the first limit cycle"),
-            Output("cycle_events", "int32", "events in a period of the first limit cycle"),
-            Output("sliding_share", "float64", "share of starts from which all blocks slip on"),
-            Output("no_cycle_share", "float64", "share of starts from which no cycle was found"),
-        )
 
     def compute(self, points: Points) -> Columns:
         """Return the values of the variables."""
@@ -155,7 +149,7 @@ class LimitCycles(Observable):
         columns = zip(*rows, strict=True)
         return {
             output.name: np.array(column, dtype=output.dtype)
-            for output, column in zip(self.outputs(), columns, strict=True)
+            for output, column in zip(self.recorded, columns, strict=True)
         }
 
 

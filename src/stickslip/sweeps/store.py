@@ -21,17 +21,14 @@ import numpy as np
 
 from stickslip import __version__
 from stickslip.errors import StoreFull, StoreRefused
-from stickslip.sweeps import target as targets
-from stickslip.sweeps.identity import digest
+from stickslip.sweeps.identity import digest, target, target_difference
 from stickslip.sweeps.place import room_for
 from stickslip.vocabulary import TERMS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.sweeps.axis import Axis
-    from stickslip.sweeps.job import Computed, Job, Tile
-    from stickslip.sweeps.observable import Output
+    from stickslip.sweeps.job import Axis, Computed, Job, Output, Tile
     from stickslip.sweeps.place import Place
 
 ATTRIBUTE: Final = "stickslip"  # of two files: what the sweep is and who computed it
@@ -147,7 +144,7 @@ def create_or_open(
     # An old store keeps its chunks; where the user has `given` other ones, the store is refused.
     import zarr
 
-    identity, here = job.identity(axes), targets.target(job.device)
+    identity, here = job.identity(axes), target(job.device)
     facts, damaged = examined(place)
     if facts is None:
         facts = {
@@ -222,14 +219,14 @@ def _layout(
     from zarr.codecs import Crc32cCodec, ZstdCodec
 
     made: dict[str, Any] = {}
-    target = zarr.storage.MemoryStore(made)
-    zarr.create_group(target)
+    memory = zarr.storage.MemoryStore(made)
+    zarr.create_group(memory)
 
     def array(
         name: str, shape: Any, chunks: Any, dtype: Any, dims: Any, fill: Any, about: Any
     ) -> Any:
         return zarr.create_array(
-            target,
+            memory,
             name=name,
             shape=shape,
             chunks=chunks,
@@ -319,7 +316,7 @@ def _compare(
 
 def check_target(whose: str, stored: dict[str, Any], here: dict[str, str]) -> None:
     """Refuse to mix results of different kernels or kinds of machines."""
-    if unlike := targets.difference(stored, here):
+    if unlike := target_difference(stored, here):
         raise StoreRefused(
             f"{whose} was computed otherwise ({unlike}): results would differ in their last "
             "digits. Go on there, or begin a new store."

@@ -16,12 +16,11 @@ from stickslip.errors import StoreAbsent, StoreRefused, TilesFailed
 from stickslip.mechanics.eventmap.event_map import DEVICES
 from stickslip.numerics.gpu import require_gpu
 from stickslip.numerics.targets import available_threads
-from stickslip.sweeps import engines, target
-from stickslip.sweeps.axis import as_axes
-from stickslip.sweeps.job import START, Job, compute, default_chunks, tiles
-from stickslip.sweeps.lock import writing
+from stickslip.sweeps import engines
+from stickslip.sweeps.identity import target
+from stickslip.sweeps.job import START, Job, as_axes, compute, default_chunks, tiles
 from stickslip.sweeps.observables import as_observables
-from stickslip.sweeps.place import place_of, room_for
+from stickslip.sweeps.place import place_of, room_for, writing
 from stickslip.sweeps.store import (
     MARKS,
     check_target,
@@ -38,10 +37,8 @@ if TYPE_CHECKING:
 
     import xarray
 
-    from stickslip.sweeps.axis import Axis, AxisLike
     from stickslip.sweeps.engines import Outcome
-    from stickslip.sweeps.job import Tile
-    from stickslip.sweeps.observable import Observable
+    from stickslip.sweeps.job import Axis, AxisLike, Observable, Tile
     from stickslip.sweeps.store import Store
     from stickslip.sweeps.system import System
 
@@ -201,7 +198,7 @@ def sweep(
             else engines.in_dask(compute, job, todo, client)
         )
         with closing(run):
-            _written(opened, run, target.target(device), check, shown)
+            _written(opened, run, target(device), check, shown)
         place.pack()
     return open_sweep(store, storage_options=storage_options)
 

@@ -127,7 +127,7 @@ def test_fold_is_undecided():
 def test_continuum_of_neutral_cycles_is_one_entry():
     f = border_collision(a=0.5, b=-2.0, mu=1.0)  # slopes of a left-right pair multiply to -1
     (found,) = attractors(f)
-    assert found.kind == "undecided"
+    assert found.kind == "neutral"
 
 
 def test_rotation_is_undecided():

@@ -34,7 +34,7 @@ def settled(step, x, n, longest=64):
 def stable_periods(found, q):
     """Periods of the branches that are stable at a value."""
     periods = set()
-    for branch in found.branches:
+    for branch in found.curves:
         values, stable = np.asarray(branch.values), np.asarray(branch.stable)
         here = (values[:-1] - q) * (values[1:] - q) < 0
         if (here & stable[:-1] & stable[1:]).any():

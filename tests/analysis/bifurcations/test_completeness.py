@@ -196,9 +196,17 @@ def test_an_orbit_that_leaves_the_domain_ends_in_a_solved_condition():
     assert left.value == pytest.approx(0.5, abs=SHARP)
     assert [a.period for a in left.attractors_before] == [1]
     assert left.attractors_after == ()
-    assert found.branches[0].ends[1].reason == "end of domain"
+    assert found.curves[0].ends[1].reason == "end of domain"
     assert not found.unresolved
     assert not found.outside
+
+
+def test_a_stable_orbit_that_leaves_a_window_is_accounted_for_by_its_end():
+    # The fixed point 1 - 1/r passes 0.64 at r = 2.7778.
+    found = bifurcations(LOGISTIC, "r", (2.6, 2.9), max_period=1, window=(0.5, 0.64))
+    assert len(found) == 0
+    assert [curve.ends[1].reason for curve in found.curves] == ["end of domain"]
+    assert not found.unresolved
 
 
 def test_attractors_beyond_the_longest_period_are_told():

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
-AttractorKind: TypeAlias = Literal["periodic", "chaotic", "undecided"]
+AttractorKind: TypeAlias = Literal["periodic", "chaotic", "neutral", "undecided"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -26,12 +26,13 @@ class Attractor(Result):
 
     Attributes
     ----------
-    kind : {"periodic", "chaotic", "undecided"}
-        See `attractors` for the evidence behind each.
+    kind : {"periodic", "chaotic", "neutral", "undecided"}
+        See `attractors` for the evidence behind each. Neutral is a family of periodic orbits,
+        one through each point of the bands, that attracts nothing inside.
     period : int
         Points of a cycle; for chaos, the number of sets of bands visited in turn; 0 if unknown.
     orbit : PeriodicOrbit or None
-        The cycle, for a periodic attractor (or the neutral one behind an undecided one).
+        The cycle, for a periodic attractor (or one of a family, or behind an undecided one).
     bands : ndarray (k, 2)
         Intervals that hold the attractor, from left to right. Those of a cycle have no width.
     edges : tuple of str

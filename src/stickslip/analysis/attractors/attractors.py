@@ -92,8 +92,9 @@ def attractors(
     in the same word and hardly moves, the period is minimal and the multiplier lies inside the
     unit circle by more than 1e-6. *Chaotic*: the exponent exceeds zero by five error bars, a
     short interval grows into bands that map into themselves to 1e-9 of the domain, and no stable
-    cycle up to `max_period` is found behind the orbit's contracting passages. Everything else is
-    *undecided*, with a reason.
+    cycle up to `max_period` is found behind the orbit's contracting passages. *Neutral*: f^p(x) = x
+    all over an interval wider than a thousandth of the domain. Everything else is *undecided*, with
+    a reason.
 
     Orbits are followed on the map's table of branches, interpolated so that values err by less
     than 1e-9 of their range (`interpolated_map`): a hundredfold gain for a slow map. What they

@@ -59,6 +59,11 @@ class Pieces:
         """Return the number of undecided pieces."""
         return int(np.sum(self.index == UNDECIDED))
 
+    def fate(self, x: Floats) -> Integers:
+        """Index of the pieces that hold points; `LEFT` without one."""
+        k = np.clip(np.searchsorted(self.edges, x, side="right") - 1, 0, len(self.index) - 1)
+        return np.where(np.isfinite(x), self.index[k], LEFT)
+
     def same_as(self, other: Pieces) -> bool:
         """Tell whether nothing has changed."""
         return np.array_equal(self.edges, other.edges) and np.array_equal(self.index, other.index)
@@ -113,7 +118,7 @@ def _one_sided(f: Map1D, table: Laps, x: Floats, lap: Integers) -> Floats:
 
 def _trap(f: Map1D, table: Laps, attractor: Attractor) -> Floats:
     """Intervals that belong to the attractor's basin for certain; none for undecided ones."""
-    if attractor.kind == "chaotic":
+    if attractor.kind in ("chaotic", "neutral"):
         return attractor.bands
     nothing = np.empty((0, 2))
     if attractor.kind != "periodic" or attractor.orbit is None:

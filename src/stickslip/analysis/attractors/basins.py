@@ -14,15 +14,24 @@ from stickslip.analysis.attractors.basin_pieces import (
     LEFT,
     UNDECIDED,
     EdgeCause,
+    Pieces,
     explain,
     first_causes,
     first_pieces,
     refined,
 )
+from stickslip.analysis.attractors.lyapunov import advance, perturbed
 from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.interpolation.interpolated import interpolated_map
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import checked_points, domain_width
-from stickslip.checks import finite_number, instance, whole_number
+from stickslip.checks import (
+    MOST_KEPT,
+    finite_number,
+    instance,
+    random_generator,
+    whole_number,
+)
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
@@ -37,7 +46,10 @@ SLIVER: Final = 1e-12  # of the domain's width: undecided pieces are refined dow
 WIDEST_EDGE: Final = 1e-10  # of the domain's width: a thinner undecided piece is an edge
 RESOLUTION: Final = 1e-5  # of the domain's width: ... or this, if there are too many pieces
 MANY: Final = 4096  # undecided pieces from which on basins count as interwoven
-MAX_ROUNDS: Final = 5000
+MAX_CUT: Final = 1 << 15  # undecided pieces of all rounds together: the rest is sampled
+N_SAMPLES: Final = 4096
+BLOCK: Final = 256  # steps between looks at where samples are
+MAX_STEPS: Final = 20_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -49,16 +61,15 @@ class Basins(Result):
     edges : ndarray (n + 1,)
         Ends of the intervals from left to right; the first and last are the domain's.
     index : ndarray (n,)
-        For each interval the place of its attractor in `attractors`; -1 undecided, -2 the
+        For each interval the place of its attractor in `attractors`; -1 not proved, -2 the
         orbits leave: they reach a gap or the outside of the domain.
     causes : tuple of EdgeCause
         For each edge, why it is one.
     attractors : AttractorList
         What the index refers to.
-    undecided : float
-        Share of the domain with index -1.
-    left : float
-        Share with index -2.
+    counts : ndarray (len(attractors) + 2,)
+        Points drawn from what is not proved, by where their orbits end, indexed like `index`:
+        ``counts[k]`` came to attractor k, ``counts[-2]`` left, ``counts[-1]`` did neither.
     thin : int
         Intervals below 1e-10 of the domain, which are not listed: basins accumulate at an edge.
     rounds : int
@@ -70,25 +81,46 @@ class Basins(Result):
 
     Notes
     -----
-    Single points are not listed: unstable orbits and their preimages inside a basin.
+    Single points are not listed: unstable orbits and their preimages inside a basin. A sampled
+    share is an estimate with a binomial standard error; all shares add up to 1.
     """
 
     edges: Floats
     index: Integers
     causes: tuple[EdgeCause, ...]
     attractors: AttractorList
-    undecided: float
-    left: float
+    counts: Integers
     thin: int
     rounds: int
     resolution: float
     reason: str = ""
     _plot: ClassVar = "basins.draw_basins"
 
+    @property
+    def undecided(self) -> float:
+        """Share of the domain that neither proof nor samples decide."""
+        return self.sampled(UNDECIDED)[0]
+
+    @property
+    def left(self) -> float:
+        """Share whose orbits leave, proved or sampled."""
+        return self.share(LEFT)
+
     def share(self, attractor: int) -> float:
-        """Part of the domain that belongs to an attractor (or to -1, -2)."""
+        """Part of the domain that belongs to an attractor (or to -1, -2), proved or sampled."""
+        proved = 0.0 if attractor == UNDECIDED else self.proved(attractor)
+        return proved + self.sampled(attractor)[0]
+
+    def proved(self, attractor: int) -> float:
+        """Part of the domain in the intervals of an attractor (or of -2; of -1: not proved)."""
         lengths = np.diff(self.edges)
         return float(lengths[self.index == attractor].sum() / lengths.sum())
+
+    def sampled(self, attractor: int) -> tuple[float, float]:
+        """Share found by samples of what is not proved, and its standard error."""
+        n, mine, unproved = int(self.counts.sum()), int(self.counts[attractor]), self.proved(-1)
+        p = (mine + 0.5) / (n + 1)  # an error is not 0 where no sample came
+        return (unproved * mine / n, unproved * math.sqrt(p * (1 - p) / n)) if n else (0.0, 0.0)
 
     def at(self, x: ArrayLike) -> Any:
         """Tell the index at points of the domain; on an edge, that of the interval right of it."""
@@ -98,9 +130,9 @@ class Basins(Result):
 
     def __repr__(self) -> str:
         """Shares and intervals."""
-        shares = ", ".join(f"{k}: {self.share(k):.6f}" for k in range(len(self.attractors)))
+        shares = ", ".join(f"{k}: {self._in_words(k)}" for k in range(len(self.attractors)))
         head = f"Basins: {len(self.index)} intervals; {shares or 'no attractor'}"
-        head += f"; left {self.left:.6f}; undecided {self.undecided:.2e}"
+        head += f"; left {self._in_words(LEFT)}; undecided {self.undecided:.2e}"
         rows = [
             f"  {low: .12f} .. {high: .12f}  {k: d}   left edge: {cause}"
             for low, high, k, cause in zip(
@@ -109,6 +141,10 @@ class Basins(Result):
         ]
         more = [f"  ... {len(self.index) - 20} more"] if len(self.index) > 20 else []
         return "\n".join([head, *rows, *more, *([self.reason] if self.reason else [])])
+
+    def _in_words(self, k: int) -> str:
+        share, error = self.sampled(k)
+        return f"{self.proved(k):.6f}" + (f" + {share:.4f} ± {error:.1g} sampled" if share else "")
 
     def _columns(self) -> dict[str, Any]:
         """Lay out the intervals; attractors are numbered from 1, 0 is none."""
@@ -127,7 +163,7 @@ class Basins(Result):
 
     def _fate(self, k: int) -> tuple[int, str, int, float, float]:
         if k < 0:
-            return 0, "undecided" if k == UNDECIDED else "leaves", 0, math.nan, math.nan
+            return 0, "not proved" if k == UNDECIDED else "leaves", 0, math.nan, math.nan
         found = self.attractors[k]
         kind = found.kind if found.kind != "undecided" else "undecided attractor"
         return k + 1, kind, found.period, float(found.bands[0, 0]), found.lyapunov.value
@@ -139,7 +175,8 @@ def basins(
     found: AttractorList | None = None,
     *,
     resolution: float = RESOLUTION,
-    max_rounds: int = MAX_ROUNDS,
+    n_samples: int = N_SAMPLES,
+    rng: np.random.Generator | int | None = None,
 ) -> Basins:
     """Divide the domain of a map of the line into basins of attraction.
 
@@ -149,10 +186,12 @@ def basins(
     found : AttractorList, optional
         The attractors; by default `attractors` searches for them.
     resolution : float
-        Share of the domain below which pieces of interwoven basins are left undecided. Basins
+        Share of the domain below which pieces of interwoven basins are not cut. Basins
         with up to 4096 undecided pieces are refined to 1e-12 of the domain whatever this is.
-    max_rounds : int
-        Preimages taken at most.
+    n_samples : int
+        Points whose orbits are followed where the intervals leave something open.
+    rng : Generator or int, optional
+        For these points; by default a fixed one, so that results repeat.
 
     Returns
     -------
@@ -168,14 +207,18 @@ def basins(
 
     Notes
     -----
-    An attractor missing from `found` makes its basin undecided, not another's.
+    An attractor missing from `found` makes its basin undecided, not another's. Intervals are
+    proved until 32768 pieces have been compared with their images; what is open then is sampled
+    on the interpolated map, for up to 20,000 steps.
     """
     resolution = finite_number("resolution", resolution)
     if not 0 < resolution < 1:
         raise ValueError(f"resolution = {resolution} must lie between 0 and 1 (of the domain)")
-    max_rounds = whole_number("max_rounds", max_rounds, 0)
+    n_samples = whole_number("n_samples", n_samples, at_most=MOST_KEPT)
+    generator = random_generator("rng", 0 if rng is None else rng)
     f = line_map(f)
-    table = branch_table(f).laps
+    whole_table = branch_table(f)
+    table = whole_table.laps
     known = (
         attractors(f)
         if found is None
@@ -183,36 +226,59 @@ def basins(
     )
     pieces = first_pieces(f, table, known)
     causes = first_causes(f, table, pieces.edges)
-    pieces, rounds, floor = pieces.joined(), 0, SLIVER
-    while rounds < max_rounds:
+    pieces, rounds, cut, floor = pieces.joined(), 0, 0, SLIVER
+    while cut < MAX_CUT:
         floor = SLIVER if pieces.count_undecided() <= MANY else resolution
         finer = refined(f, table, pieces, floor * domain_width(f))
         if finer is None or finer.same_as(pieces):
             break
-        pieces, rounds = finer, rounds + 1
+        pieces, rounds, cut = finer, rounds + 1, cut + finer.count_undecided()
     edges, index, named, thin = explain(f, pieces, causes, WIDEST_EDGE)
-    shares = np.diff(edges) / domain_width(f)
+    counts = np.zeros(len(known) + 2, dtype=np.int64)
+    if np.any(index == UNDECIDED):
+        fast = interpolated_map(whole_table)
+        points = _spread(pieces, n_samples, generator)
+        _count(fast if np.isfinite(fast.error) else f, pieces, points, counts, generator)
     return Basins(
         edges=edges,
         index=index,
         causes=named,
         attractors=known,
-        undecided=float(shares[index == UNDECIDED].sum()),
-        left=float(shares[index == LEFT].sum()),
+        counts=counts,
         thin=thin,
         rounds=rounds,
         resolution=floor * domain_width(f),
-        reason=_why(known, edges, index, floor * domain_width(f)),
+        reason=_why(known, counts),
     )
 
 
-def _why(known: AttractorList, edges: Floats, index: Integers, floor: float) -> str:
-    open_ = index == UNDECIDED
-    if not np.any(open_):
+def _spread(pieces: Pieces, n: int, rng: np.random.Generator) -> Floats:
+    """One random point in each of n equal parts of what is undecided."""
+    open_ = np.flatnonzero(pieces.index == UNDECIDED)
+    ends = np.cumsum(np.diff(pieces.edges)[open_])
+    place = ends[-1] * (np.arange(n) + rng.random(n)) / n
+    k = np.clip(np.searchsorted(ends, place, side="right"), 0, len(open_) - 1)
+    return np.asarray(pieces.edges[open_[k] + 1] - (ends[k] - place))
+
+
+def _count(f: Map1D, pieces: Pieces, x: Floats, counts: Integers, rng: np.random.Generator) -> None:
+    """Follow points until their orbits come to a decided piece, and count its fate."""
+    for _ in range(0, MAX_STEPS, BLOCK):
+        tails = advance(f, x, BLOCK)
+        fates = pieces.fate(tails)
+        first = np.argmax(fates != UNDECIDED, axis=1)
+        fate = fates[np.arange(len(x)), first]
+        np.add.at(counts, fate[fate != UNDECIDED], 1)
+        x = tails[fate == UNDECIDED, -1]
+        if not x.size:
+            return
+        x = perturbed(f, x, rng)
+    counts[UNDECIDED] += len(x)
+
+
+def _why(known: AttractorList, counts: Integers) -> str:
+    if not counts[UNDECIDED]:
         return ""
     if reasons := [a.reason for a in known if a.kind == "undecided"]:
         return f"undecided attractor: {reasons[0]}"
-    widest = float(np.diff(edges)[open_].max())
-    if widest <= 2 * floor:
-        return f"{open_.sum()} pieces below {floor:.1e}: basins are interwoven at all scales"
-    return f"{open_.sum()} pieces, up to {widest:.1e} wide, reach no known attractor"
+    return f"{counts[UNDECIDED]} of {counts.sum()} samples reach no known attractor"

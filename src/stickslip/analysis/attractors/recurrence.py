@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.attractors.bands import merged
 from stickslip.analysis.attractors.lyapunov import advance
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.protocol import domain_width, sample
@@ -19,6 +20,8 @@ from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
@@ -33,6 +36,11 @@ SEARCHED: Final = 1 << 15  # points of orbits that are searched for hidden cycle
 NEWTON_STEPS: Final = 30
 TRUST_RADIUS: Final = 4.0  # times what a cycle may have moved: steps on the way to it stay within
 ROUNDING: Final = 64 * np.finfo(np.float64).eps
+FAMILY: Final = 1e-3  # of the domain's width: beside a single neutral orbit rounding hides less
+TWIN: Final = 1e-6  # of a capture radius: a closer cycle is not told apart
+MAX_TURNS: Final = 256
+LOOKED_AT: Final = 1024  # points on the way to an end of the domain
+HALVINGS: Final = 50  # for an end of a family
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,15 +203,44 @@ def capture_radius(f: Map1D, cycle: Cycle) -> float:
     low, high = f.domain
     shares = np.array([-1.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6, 1.0])
     share_left = 0.5 * (1 + max(abs(cycle.multiplier), 0.5))
+    # One turn also brings points closer that end on a twin of the cycle beside it.
+    turns = min(int(np.ceil(np.log(TWIN) / np.log(share_left))), MAX_TURNS)
     centre, radius = cycle.points[0], 0.02 * (high - low)
     while radius > 1e-12 * (high - low):
         trial = np.clip(centre + radius * shares, low, high)
-        last = advance(f, trial, cycle.period)[:, -1]
-        allowed = share_left * np.abs(trial - centre) + ROUNDING * (high - low)
+        last = advance(f, trial, turns * cycle.period)[:, -1]
+        allowed = share_left**turns * np.abs(trial - centre) + ROUNDING * (high - low)
         if np.all(np.abs(last - centre) <= allowed):
             return float(radius)
         radius *= 0.5
     return 0.0
+
+
+def neutral_family(f: Map1D, cycle: Cycle) -> tuple[int, Floats] | None:
+    """Intervals of periodic orbits of one word around a neutral cycle, and their period."""
+    turns = 1 if cycle.multiplier > 0 else 2
+    period, word = turns * cycle.period, np.tile(cycle.labels, turns)
+    low, high = f.domain
+    scale = ROUNDING * period * (high - low)
+
+    def stay(x: Floats) -> NDArray[np.bool_]:
+        orbits = advance(f, x, period)
+        same = (sample(f, orbits[:, :-1]).label == word).all(axis=1)
+        return np.asarray(same & (np.abs(orbits[:, -1] - x) <= scale))
+
+    ends = []
+    for end in (low, high):
+        way = cycle.points[0] + np.linspace(0.0, 1.0, LOOKED_AT) * (end - cycle.points[0])
+        kept = stay(way)
+        last = len(way) - 1 if kept.all() else max(int(np.argmin(kept)) - 1, 0)
+        inner, outer = way[last], way[min(last + 1, len(way) - 1)]
+        for _ in range(HALVINGS):
+            middle = 0.5 * (inner + outer)
+            inner, outer = (middle, outer) if stay(np.array([middle]))[0] else (inner, middle)
+        ends.append(inner)
+    if ends[1] - ends[0] < FAMILY * (high - low):
+        return None
+    return period, merged(np.sort(advance(f, np.array(ends), period - 1).T, axis=1), 0.0)
 
 
 def hidden_cycles(

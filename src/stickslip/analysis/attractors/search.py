@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.attractors.attractor import Attractor, AttractorKind, AttractorList
-from stickslip.analysis.attractors.bands import Bands, grow, on_map
+from stickslip.analysis.attractors.bands import APART, Bands, grow, merged, on_map
 from stickslip.analysis.attractors.lyapunov import (
     ChaoticMotion,
     LyapunovExponent,
@@ -28,6 +28,7 @@ from stickslip.analysis.attractors.recurrence import (
     capture_radius,
     confirmed,
     hidden_cycles,
+    neutral_family,
     promising,
     recurrences,
     settled,
@@ -63,14 +64,14 @@ class _Known:
     recurring: float = 0.0
 
     def captures(self, tails: Floats) -> Any:
-        if self.attractor.kind == "chaotic":
-            return self.attractor.contains(tails[:, -1])
+        if self.attractor.kind in ("chaotic", "neutral"):
+            return self.attractor.contains(tails[:, -1], self.radius)
         if self.cycle is None:
             return np.zeros(len(tails), dtype=np.bool_)
         near = np.abs(tails[:, -self.cycle.period :] - self.cycle.points[0])
         caught = np.any(near <= self.radius, axis=1)
         if not self.cycle.stable:
-            # Neutral cycles come in continua; a multiplier of -1 doubles its neighbours.
+            # A multiplier of -1 doubles its neighbours.
             back = tails[:, -1] - tails[:, -1 - 2 * self.cycle.period]
             caught |= np.abs(back) <= self.recurring
         return caught
@@ -138,7 +139,9 @@ class AttractorSearch:
             tried[k] = True
             cycle = settled(self.fast, tails[k], int(np.argmax(change[k])) + 1)
             cycle = self._accepted(cycle)
-            if cycle is None or not cycle.stable:
+            if cycle is None or not (cycle.stable or cycle.neutral):
+                continue
+            if cycle.neutral and neutral_family(self.f, cycle) is None:
                 continue
             index = self.add_cycle(cycle)
             caught = self.known[index].captures(tails)
@@ -165,12 +168,20 @@ class AttractorSearch:
         for index, item in enumerate(self.known):
             if item.cycle is not None and cycle.matches(item.cycle, tolerance):
                 return index
+            if item.attractor.kind == "neutral" and item.attractor.contains(cycle.points[0]):
+                return index
         points = np.sort(cycle.points)
+        period, bands = cycle.period, np.column_stack([points, points])
+        family = neutral_family(self.f, cycle) if cycle.neutral else None
+        if family is not None:
+            kind, reason, (period, bands) = "neutral", "", family
+            if (index := self._adjoining(period, bands)) >= 0:
+                return index
         attractor = Attractor(
             kind=kind,
-            period=cycle.period,
+            period=period,
             orbit=as_orbit(self.f, cycle, self.table),
-            bands=np.column_stack([points, points]),
+            bands=bands,
             lyapunov=_cycle_exponent(cycle),
             basin_share=0.0,
             point=float(cycle.points[0]),
@@ -178,10 +189,24 @@ class AttractorSearch:
         )
         # An orbit on its slow approach to a neutral cycle may come no closer in any time we have.
         near = SLOW_APPROACH * domain_width(self.f)
-        radius = capture_radius(self.fast, cycle) if cycle.stable else near
         recurring = SETTLED * domain_width(self.f)
+        radius = capture_radius(self.fast, cycle) if cycle.stable else near
+        if family is not None:
+            radius = recurring
         self.known.append(_Known(attractor, cycle, radius, recurring))
         return len(self.known) - 1
+
+    def _adjoining(self, period: int, bands: Floats) -> int:
+        """Join a neutral family to a known one that it continues; return its place, -1 if none."""
+        slack = APART * domain_width(self.f)
+        for index, item in enumerate(self.known):
+            known = item.attractor
+            joint = merged(np.concatenate([known.bands, bands]), slack)
+            fewer = len(joint) < len(known.bands) + len(bands)
+            if known.kind == "neutral" and known.period == period and fewer:
+                self.known[index] = replace(item, attractor=replace(known, bands=joint))
+                return index
+        return -1
 
     def _examine(self, x: float) -> str:
         """Decide whether the orbit of `x` is chaotic; add the attractor, or say why it is not."""

@@ -155,21 +155,24 @@ def explain_border(item: Bifurcation, f: MapFamily) -> Bifurcation:
     """Add the mechanism of the break of f, at any parameter value, that takes part, if one does."""
     condition = item.condition
     if isinstance(condition, Collision):
-        border = condition.border
+        borders = [condition.border, *(other.border for other in condition.others)]
     elif isinstance(condition, Connection):
-        border = condition.critical
+        borders = [condition.critical]
     elif isinstance(condition, Contact):
-        border = condition.border
+        borders = [condition.border]
     else:
         return item
-    if not isinstance(border, TrackedDiscontinuity):
-        return item
     at_value = f.replace(**{item.parameter: item.value})
-    try:
-        reading = border.at(at_value)
-    except ConditionLost:
-        return item
-    text, block = explanation(at_value, *reading.interval)
+    known = []
+    for border in borders:
+        if not isinstance(border, TrackedDiscontinuity):
+            return item
+        try:
+            known.append(explanation(at_value, *border.at(at_value).interval))
+        except ConditionLost:
+            return item
+    text = ", together with: ".join(text for text, _ in known)
+    block = known[0][1] if len(known) == 1 else None
     if isinstance(condition, Connection):
         text = f"image {condition.k} of the break where {text} meets the unstable orbit"
     elif isinstance(condition, Contact):
@@ -216,9 +219,10 @@ class _Report:
         self.tell(0.8)
         full = self._with_attractors([*found, *later], chains)
         self.tell(0.9)
-        unexplained, outside = accounted(
-            self.looks.values(), [*self.values, *self.accumulations], survey.max_period
-        )
+        ends = [end for curve in curves for end in curve.ends]
+        left = [end.value for end in ends if end.reason == "end of domain"]  # or of the window
+        listed = [*self.values, *self.accumulations, *left]
+        unexplained, outside = accounted(self.looks.values(), listed, survey.max_period)
         self.tell(1.0)
         chains = [
             replace(chain, flips=tuple(full.get(id(flip), flip) for flip in chain.flips))

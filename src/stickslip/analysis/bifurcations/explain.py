@@ -170,14 +170,20 @@ def _predicted(event: Event, condition: Collision, family: Family) -> Outcome | 
         return None
     direction = 1 if found.slope > 0 else -1
     left, right = found.reading.multipliers
+    slope = left if condition.side < 0 else right
+    if condition.others and border.kind != "jump":
+        return None  # two corners at once are no skew tent, and no rule is known
     try:
         if border.kind == "corner":
             return predicted_at_corner(left, right, direction, period=event.period)
         if border.kind == "jump":
             f = family.whole(found.value)
-            return predicted_at_jump(f, border, condition.side, direction, period=event.period)
+            others = [(other.border.at(f), other.side) for other in condition.others]
+            p, side = event.period, condition.side
+            return predicted_at_jump(
+                f, border, side, direction, period=p, multiplier=slope, others=others
+            )
         if border.kind == "edge":
-            slope = left if condition.side < 0 else right
             return predicted_at_gap(slope, condition.side, direction, period=event.period)
     except (ConditionLost, ValueError):
         return None

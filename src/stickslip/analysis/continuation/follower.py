@@ -140,8 +140,9 @@ class Follower:
     def half(self, start: CurvePoint, targets: Sequence[CurvePoint]) -> Half:
         """Follow a solution along its tangent, to a target passed in the direction of its own."""
         half, onward = Half([start]), start
+        goals = [image for target in targets for image in self.images(target)]
         for _ in range(self.most_borders):
-            outcome = self._walk(onward, half, targets)
+            outcome = self._walk(onward, half, goals)
             if isinstance(outcome, CurveEnd):
                 half.end = outcome
                 return half
@@ -150,7 +151,7 @@ class Follower:
         return half
 
     def _walk(
-        self, here: CurvePoint, half: Half, targets: Sequence[CurvePoint]
+        self, here: CurvePoint, half: Half, goals: Sequence[CurvePoint]
     ) -> CurveEnd | CurvePoint:
         """Walk as far as it goes; return the end, or where to go on from."""
         walk = self.walk(here)
@@ -159,9 +160,8 @@ class Follower:
                 new = next(walk)
             except StopIteration as stop:
                 return self.stopped(stop.value, half)
-            closing = None
-            if targets and len(half.rows) >= CLOSED_AFTER:
-                closing = self._closing(here, new, targets)
+            early = len(half.rows) < CLOSED_AFTER
+            closing = None if early else self._closing(here, new, goals)
             for share, passed in self.pending:
                 if closing is not None and share > closing[0]:
                     break
@@ -261,10 +261,10 @@ class Follower:
         return float(scale[-1] * influence.sum() * off) + 2 * float(np.spacing(abs(point.y[-1])))
 
     def _closing(
-        self, here: CurvePoint, new: CurvePoint, targets: Sequence[CurvePoint]
+        self, here: CurvePoint, new: CurvePoint, goals: Sequence[CurvePoint]
     ) -> tuple[float, CurvePoint] | None:
-        """Find a target, or an image of one, that a step passes: the share of the step, and it."""
-        for image in (image for target in targets for image in self.images(target)):
+        """Find a goal that a step passes: the share of the step, and the goal."""
+        for image in goals:
             if len(image.y) != len(new.y):
                 continue
             step, share = new.y - here.y, self._share(here, new, image)

@@ -6,11 +6,10 @@ from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 from stickslip.app import requests
-from stickslip.app.answers import Part
+from stickslip.app.requests import Part
 from stickslip.app.views.diagram import diagram
 from stickslip.app.views.event_map import basins, cobweb, event_map
-from stickslip.app.views.model import law, locus
-from stickslip.app.views.motion import cycle, motion
+from stickslip.app.views.model import cycle, law, locus, motion
 
 __all__ = ["VIEWS", "is_slow"]
 

@@ -16,8 +16,8 @@ from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.maps.protocol import MapFamily
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app import requests
-from stickslip.app.answers import Part
 from stickslip.app.jobs import checkpoint, progress_between
+from stickslip.app.requests import Part
 from stickslip.app.views.model import map_of, naming, range_of
 from stickslip.numerics.arrays import Floats
 

@@ -13,6 +13,8 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.border_collision.jump_return import OneSided, far_image
 from stickslip.analysis.bifurcations.border_collision.skew_tent import (
+    NONE,
+    UNDECIDED,
     attractor_of_skew_tent,
     doubled_side,
     paired_side,
@@ -30,7 +32,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Map1D
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
-NONE: Final = LocalAttractor("none")
 MOVED: Final = 0.02  # of the window: how far an attractor may move between two parameters
 
 
@@ -98,54 +99,79 @@ def _attractors_at_corner(a: float, b: float) -> str:
 
 
 def predicted_at_jump(
-    f: Map1D, border: OneSided, side: int, direction: int, *, period: int = 1
+    f: Map1D,
+    border: OneSided,
+    side: int,
+    direction: int,
+    *,
+    period: int = 1,
+    multiplier: float | None = None,
+    others: Sequence[tuple[OneSided, int]] = (),
 ) -> Outcome:
-    """Predict what follows when an orbit of period p meets a jump of f from a side."""
+    """Predict what follows when an orbit of period p meets a jump of f from a side.
+
+    ``others``: jumps that it meets at the same time, with their sides; then give the multiplier.
+    """
     # The slopes of f^p and the step between them decide only where the far image stays where these
     # describe the map (Jain and Banerjee, Int. J. Bifurcation Chaos 13, 3341, 2003): ``f`` is
     # asked. Adding and incrementing: Avrutin, Gardini, Sushko and Tramontana (2019); Granados,
     # Alseda, Krupa, SIAM Rev. 59, 225 (2017).
     _check_direction(direction)
-    far = far_image(f, border, side, period)
-    a = far.multiplier
+    images = [
+        far_image(f, jump, near, period, multiplier=multiplier)
+        for jump, near in ((border, side), *others)
+    ]
+    a = images[0].multiplier
     after_has_orbit = (-side * direction < 0) == (a < 1)
     with_orbit = LocalAttractor("periodic", period) if abs(a) < 1 else NONE
-    without = _left_behind(far) if abs(a) < 1 else NONE
+    without = _left_behind(images) if abs(a) < 1 else NONE
     before, after = (without, with_orbit) if after_has_orbit else (with_orbit, without)
     return Outcome(
         "born at a jump" if after_has_orbit else "lost at a jump",
         after.kind,
-        _text_at_jump(far),
+        _text_at_jump(images),
         before,
         after,
     )
 
 
-def _left_behind(far: FarImage) -> LocalAttractor:
+def _left_behind(images: Sequence[FarImage]) -> LocalAttractor:
     """Attractor on the side of the collision where the stable orbit does not exist."""
+    far = images[0]
+    if len(images) > 1:
+        # Orbits cross the jump that they come to first, and may come back beside another one.
+        local = all(each.fate in ("settles", "leaves") for each in images)
+        return NONE if local else UNDECIDED
     if far.fate == "returns":
         rising = far.slope > 0
         kind: AttractorOutcome = "period-adding" if rising else "period-incrementing"
         return LocalAttractor(kind, base=far.period, offset=far.steps)
-    return LocalAttractor("undecided") if far.fate == "wanders" else NONE
+    return UNDECIDED if far.fate == "wanders" else NONE
 
 
-def _text_at_jump(far: FarImage) -> str:
-    text = f"multiplier {far.multiplier:.6g} on the near side; the far side's image "
+def _text_at_jump(images: Sequence[FarImage]) -> str:
+    far = images[0]
+    text = f"multiplier {far.multiplier:.6g} on the near side"
+    if len(images) > 1:
+        fates = ", or ".join(_fate(each) for each in images)
+        return f"{text} of {len(images)} jumps at once; the far side's image {fates}"
+    text += f"; the far side's image {_fate(far)}"
     if far.fate == "returns":
         text += (
-            f"comes back after {far.steps} steps, from a height of {far.height:.6g} and with "
-            f"slope {far.slope:.6g}: cycles of period {far.period} n + {far.steps}, n growing "
+            f": cycles of period {far.period} n + {far.steps}, n growing "
             f"like log(distance) / log({far.multiplier:.6g})"
         )
-    elif far.fate == "settles":
-        text += f"settles on the cycle of period {far.cycle} that attracts elsewhere"
-    elif far.fate == "leaves":
-        text += f"leaves after {far.steps} steps"
-    else:
-        text += "settles on no cycle"
     alone = _by_slopes_alone(far)
     return f"{text}. {alone}" if alone else text
+
+
+def _fate(far: FarImage) -> str:
+    if far.fate == "returns":
+        way = f"from a height of {far.height:.6g} and with slope {far.slope:.6g}"
+        return f"comes back after {far.steps} steps, {way}"
+    if far.fate == "settles":
+        return f"settles on the cycle of period {far.cycle} that attracts elsewhere"
+    return f"leaves after {far.steps} steps" if far.fate == "leaves" else "settles on no cycle"
 
 
 def _by_slopes_alone(far: FarImage) -> str:
@@ -259,8 +285,9 @@ class _Seen:
         )
 
     def local(self) -> LocalAttractor:
-        bands = len(self.bands) if self.kind == "chaotic" else self.period
-        return LocalAttractor(self.kind, bands if self.kind != "undecided" else 0)
+        if self.kind == "chaotic":
+            return LocalAttractor("chaotic", len(self.bands))
+        return LocalAttractor("periodic", self.period) if self.kind == "periodic" else UNDECIDED
 
 
 def _without_bystanders(

@@ -95,9 +95,17 @@ def _growth(a: float, n: int) -> float:
 
 
 def far_image(
-    f: Map1D, border: OneSided, side: int, period: int, *, max_steps: int = MAX_STEPS
+    f: Map1D,
+    border: OneSided,
+    side: int,
+    period: int,
+    *,
+    multiplier: float | None = None,
+    max_steps: int = MAX_STEPS,
 ) -> FarImage:
     """Follow the far side's image of a jump, at a collision with an orbit of period p.
+
+    ``multiplier``: of that orbit, for one that meets other breaks too; else f tells.
 
     >>> f = ss.PiecewiseMap(
     ...     lambda x: np.where(x < 0, 0.5 * x, -0.4 * x - 1), (-3, 3), breakpoints=[0.0])
@@ -111,9 +119,11 @@ def far_image(
         raise ValueError(f"side = {side!r} of a border: -1 (left) or 1 (right) is needed.")
     if period < 1:
         raise ValueError(f"period = {period!r} of an orbit: at least 1 is needed.")
-    near = _Walk(f, border, side, side)
-    for _ in range(period - 1):
-        near.step()
+    if multiplier is None:
+        near = _Walk(f, border, side, side)
+        for _ in range(period - 1):
+            near.step()
+        multiplier = near.slope
     far = _Walk(f, border, side, -side)
     visited = [far.x]
     local = (math.nan, math.nan)
@@ -121,18 +131,18 @@ def far_image(
     while far.k < max_steps and not math.isnan(far.x) and not cycle:
         if far.k == period:
             local = (far.slope, far.u)
-        if _converges(far, near.slope, period):
-            return _returned(far, near.slope, period, local, visited)
+        if _converges(far, multiplier, period):
+            return _returned(far, multiplier, period, local, visited)
         if far.k >= look:
-            cycle = _recurrence(np.array(visited), RECURS * domain_width(f))
+            cycle = _recurrence(np.array(visited), domain_width(f))
             look *= 2
         far.step()
         visited.append(far.x)
     path = tuple(visited[:SHOWN])
     if math.isnan(far.x):
-        return FarImage(period, near.slope, *local, fate="leaves", steps=far.k, path=path)
+        return FarImage(period, multiplier, *local, fate="leaves", steps=far.k, path=path)
     fate: Fate = "settles" if cycle else "wanders"
-    return FarImage(period, near.slope, *local, fate=fate, cycle=cycle, path=path)
+    return FarImage(period, multiplier, *local, fate=fate, cycle=cycle, path=path)
 
 
 class _Walk:
@@ -189,10 +199,15 @@ def _returned(
     )
 
 
-def _recurrence(orbit: Floats, tolerance: float) -> int:
+def _recurrence(orbit: Floats, width: float) -> int:
     """Return the smallest period with which an orbit's last points recur, 0 if there is none."""
     last = orbit[-2 * LONGEST_CYCLE :]
+
+    def off(m: int) -> float:
+        return float(np.abs(last[m:] - last[:-m])[-m:].max())
+
     for m in range(1, len(last) // 2 + 1):
-        if np.abs(last[m:] - last[:-m])[-m:].max() <= tolerance:
-            return m
+        if off(m) <= RECURS * width:
+            # On a slow approach from both sides, twice the period recurs more closely.
+            return next(q for q in range(1, m + 1) if m % q == 0 and off(q) <= CLOSE * width)
     return 0

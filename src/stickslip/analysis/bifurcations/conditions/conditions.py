@@ -5,7 +5,7 @@
 | `Fold` | x with (f^p)'(x) = 1 | f^p(x) - x |
 | `Flip` | the periodic orbit | multiplier + 1 |
 | `Crossing` | x where d f^p(x) / dq = 0 | (f^p)'(x) - 1 |
-| `Collision` | the border c | f^p(c-) - c or f^p(c+) - c |
+| `Collision` | the border c | f^p(c-) - c or f^p(c+) - c; of several borders at once, the first |
 | `Connection` | the critical point c, the unstable orbit u | f^k(c) - u |
 | `Contact` | the critical point c, the break b or an end of the domain | f^k(c) - b |
 """
@@ -13,7 +13,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
@@ -199,26 +199,47 @@ class Crossing:
 
 @part
 @dataclass(frozen=True)
+class Meeting:
+    """A break that another point of a colliding orbit meets at the same value of the parameter."""
+
+    place: int  # of that point: images of the first border
+    border: Critical
+    side: int  # from which the break is met
+
+
+@part
+@dataclass(frozen=True)
 class Collision:
     """An orbit with a point on a border, f^p(c±) - c, beyond which the orbit is virtual."""
 
     period: int
     border: Critical  # at a turning point the orbit is superstable
     side: int  # -1: c is approached from the left, 1: from the right
+    # where a symmetry makes several collisions one condition: the rest (`simultaneous`)
+    others: tuple[Meeting, ...] = ()
 
     def at(self, f: Map1D) -> Reading:
-        """Evaluate the test function; `ConditionLost` without the border, or its images."""
+        """Evaluate the test function; `ConditionLost` without a border, or its images."""
         border = self.border.at(f)
-        paths = {side: path_from(f, border, side, self.period) for side in (-1, 1)}
+        met = {other.place: (other.border.at(f), other.side) for other in self.others}
+        # Where breaks are corners, the path on the far side comes past all of them.
+        crossed = {
+            k: (b, -side) for k, (b, side) in met.items() if b.kind == border.kind == "corner"
+        }
+        paths = {
+            side: path_from(f, border, side, self.period, met if side == self.side else crossed)
+            for side in (-1, 1)
+        }
         path = paths[self.side]
         if not path.complete:
             raise ConditionLost(path.end_reason(border))
+        others = tuple(replace(other, border=met[other.place][0].critical) for other in self.others)
         return Reading(
             value=path.points[-1] - border.x,
             noise=rounding(f, path, border.uncertainty),
             points=path.points[:-1],
             multipliers=(paths[-1].slope, paths[1].slope),
-            condition=Collision(self.period, border.critical, self.side),
+            condition=Collision(self.period, border.critical, self.side, others),
             labels=path.labels,
             visited=path.points[1:-1],
             critical=border,

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.maps.protocol import Floats, Map1D
+
+Others: TypeAlias = "Mapping[int, tuple[CriticalReading, int]]"
 
 EPS: Final = float(np.finfo(np.float64).eps)
 ROUNDINGS: Final = 4.0  # of a value of the map, for one that does not tell its accuracy
@@ -53,12 +57,15 @@ class Path:
         return f"{what}, has left the domain or lies in a gap"
 
 
-def path_from(f: Map1D, critical: CriticalReading, side: int, n: int) -> Path:
+def path_from(
+    f: Map1D, critical: CriticalReading, side: int, n: int, others: Others = MappingProxyType({})
+) -> Path:
     """Apply a map ``n`` times to one side of a critical point."""
+    # ``others``: breaks that the path meets, with the side that it stays on, by the image's number.
     value = critical.value(side)
     if not math.isfinite(value):
         return Path((critical.x,), (), (), False)
-    rest = path_of(f, value, n - 1)
+    rest = path_of(f, value, n - 1, {k - 1: other for k, other in others.items()})
     return Path(
         (critical.x, *rest.points),
         (critical.slope(side), *rest.slopes),
@@ -67,18 +74,24 @@ def path_from(f: Map1D, critical: CriticalReading, side: int, n: int) -> Path:
     )
 
 
-def path_of(f: Map1D, x: float, n: int) -> Path:
+def path_of(f: Map1D, x: float, n: int, others: Others = MappingProxyType({})) -> Path:
     """Apply a map ``n`` times to a point, as far as there are values."""
     points: list[float] = [x]
     slopes: list[float] = []
     labels: list[int] = []
-    for _ in range(n):
-        step = sample(f, points[-1])
-        if not np.isfinite(step.value):
+    for k in range(n):
+        x = points[-1]
+        if k in others and others[k][0].is_beyond(others[k][1], x):
+            border, side = others[k]
+            value, slope, label = border.continued(side, x), border.slope(side), border.label(side)
+        else:
+            step = sample(f, x)
+            value, slope, label = float(step.value), float(step.derivative), int(step.label)
+        if not math.isfinite(value):
             return Path(tuple(points), tuple(slopes), tuple(labels), False)
-        points.append(float(step.value))
-        slopes.append(float(step.derivative))
-        labels.append(int(step.label))
+        points.append(value)
+        slopes.append(slope)
+        labels.append(label)
     return Path(tuple(points), tuple(slopes), tuple(labels), True)
 
 

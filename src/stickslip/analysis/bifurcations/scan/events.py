@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.conditions.conditions import Collision, Crossing, Flip, Fold
+from stickslip.analysis.bifurcations.conditions.conditions import (
+    Collision,
+    Crossing,
+    Flip,
+    Fold,
+    Meeting,
+)
 from stickslip.analysis.bifurcations.conditions.locate import solve, solve_near
 from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
+from stickslip.analysis.bifurcations.conditions.simultaneous import solve_together
 from stickslip.analysis.bifurcations.normal_forms import CrossingCoefficients, crossing_coefficients
 from stickslip.analysis.branches.along.tracked import (
     ConditionLost,
@@ -28,7 +35,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition
     from stickslip.analysis.bifurcations.conditions.locate import Located
     from stickslip.analysis.bifurcations.scan.nodes import Family
-    from stickslip.analysis.bifurcations.scan.tracking import Piece, Way
+    from stickslip.analysis.bifurcations.scan.tracking import End, Piece, Way
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.maps.protocol import Floats, MapFamily
 
@@ -118,6 +125,10 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
     try:
         if suspect.bracket is not None:
             found = solve(suspect.condition, family.whole, *suspect.bracket)
+        elif isinstance(suspect.condition, Collision) and suspect.condition.others:
+            found = solve_together(
+                suspect.condition, family.whole, suspect.guess, step=suspect.reach, within=within
+            )
         else:
             found = solve_near(
                 suspect.condition,
@@ -296,15 +307,24 @@ def _collisions(way: Way, family: Family) -> Iterator[Suspect]:
     assert end is not None
     f = family.whole(end.q)
     for place in [end.place] if end.reason == "border" else range(len(end.points)):
-        x, speed = float(end.points[place]), float(end.velocity[place])
-        ahead = abs(speed * end.step) if np.isfinite(speed) else 0.0
-        border = _nearest_border(f, x, VICINITY * ahead)
-        if border is None:
+        met = _meeting(f, end, place)
+        if met is None:
             continue
-        side = -1 if x < border.d else 1
-        reach = 2 * abs(end.step)
-        condition = Collision(len(end.points), TrackedDiscontinuity.of(border), side)
-        yield Suspect(condition, end.q + end.step, reach)
+        beside = [other for k in end.others if (other := _meeting(f, end, k)) is not None]
+        others = [replace(one, place=(one.place - place) % len(end.points)) for one in beside]
+        # Alone at last: what seemed to come together may have missed.
+        for together in [tuple(others), ()][not others :]:
+            condition = Collision(len(end.points), met.border, met.side, together)
+            yield Suspect(condition, end.q + end.step, 2 * abs(end.step))
+
+
+def _meeting(f: MapFamily, end: End, place: int) -> Meeting | None:
+    """Return the break that a point of an orbit on its way meets next."""
+    x, speed = float(end.points[place]), float(end.velocity[place])
+    border = _nearest_border(f, x, VICINITY * abs(speed * end.step) if np.isfinite(speed) else 0.0)
+    if border is None:
+        return None
+    return Meeting(place, TrackedDiscontinuity.of(border), -1 if x < border.d else 1)
 
 
 def _leaving(way: Way, family: Family) -> Iterator[Suspect]:

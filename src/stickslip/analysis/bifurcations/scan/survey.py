@@ -285,6 +285,7 @@ class Survey:
             velocity=goal.velocity[there, : way.end.points.size],
             step=float((border - x) / speed),
             place=place,
+            others=tuple(passed[1:].tolist()),
         )
 
     def _arrival(self, way: Way, node: Node) -> int | None:

@@ -5,7 +5,7 @@ One look at the middle proves most joints; few orbits are followed one by one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
@@ -179,6 +179,7 @@ class End:
     multiplier: float
     step: float  # last step that was too long, signed
     place: int = 0  # number of the point that ends the way
+    others: tuple[int, ...] = ()  # numbers of points that meet breaks of their own there
 
 
 @dataclass(eq=False)
@@ -349,17 +350,21 @@ class _Tracker:
                 break
             found = self._blocked(self.family.at(q), ahead, labels)
             if found is not None:
-                return self._end(found[0], times * step, found[1])
+                twice = ahead + times * step * self.speed[0, : len(points)]
+                late = self._blocked(self.family.at(q), twice, labels) if len(points) > 1 else None
+                others = set(late[1]) - {found[1][0]} if late and late[0] == found[0] else ()
+                end = self._end(found[0], times * step, found[1][0])
+                return replace(end, others=tuple(sorted(others)))
         return self._end("standstill", step)
 
     def _blocked(
         self, f: MapFamily, ahead: Floats, labels: NDArray[np.uint64]
-    ) -> tuple[Reason, int] | None:
-        """Tell which point is outside, or not in its branch."""
+    ) -> tuple[Reason, list[int]] | None:
+        """Tell which points are outside, or not in their branches."""
         lo, hi = f.domain
         outside = np.flatnonzero((ahead < lo) | (ahead > hi))
         if outside.size:
-            return "outside", int(outside[0])
+            return "outside", outside.tolist()
         got = sample(f, ahead)
         other = np.flatnonzero((self.classes.of(got.label) != labels) | (got.status != OK))
-        return ("border", int(other[0])) if other.size else None
+        return ("border", other.tolist()) if other.size else None

@@ -82,6 +82,20 @@ class CriticalReading:
         """One-sided slope: -1 left, 1 right."""
         return self.left_slope if side < 0 else self.right_slope
 
+    def label(self, side: int) -> int:
+        """Label of the branch on one side; 0 where there is none."""
+        known = getattr(self.critical, "left_label" if side < 0 else "right_label", None)
+        return 0 if known is None else int(known)
+
+    def is_beyond(self, side: int, x: float) -> bool:
+        """Tell whether a point has left the branch on one side, or is its end."""
+        return x >= self.interval[0] if side < 0 else x <= self.interval[1]
+
+    def continued(self, side: int, x: float) -> float:
+        """Value of one side's branch a little beyond its end, to first order."""
+        slope = self.slope(side)
+        return self.value(side) + (slope * (x - self.x) if math.isfinite(slope) else 0.0)
+
 
 @part
 @dataclass(frozen=True)

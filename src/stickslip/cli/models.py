@@ -1,4 +1,4 @@
-"""Commands about one event map: ``stickslip map``, ``orbits`` and ``basins``."""
+"""Commands about one model: ``stickslip map``, ``orbits``, ``basins``, ``simulate``, ``cycles``."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from stickslip.cli.failure import COMPUTATION_FAILED, DONE, UsageError
-from stickslip.cli.options import ENGINE, Flag, TableOptions, Whole
-from stickslip.cli.progress import note, notes, tracked
+from stickslip.cli.options import ENGINE, Flag, Starts, TableOptions, Whole, check_equally_spaced
+from stickslip.cli.output import note, notes, tracked
+from stickslip.cli.process import COMPUTATION_FAILED, DONE, UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from stickslip.analysis.attractors.basins import Basins
     from stickslip.analysis.orbits.orbit import OrbitList
     from stickslip.mechanics.eventmap.event_map import EventMap
+    from stickslip.mechanics.flow.trajectory import Trajectory
     from stickslip.numerics.arrays import Floats
+    from stickslip.results.table import Table
+
 
 MAP_EXAMPLES = """\
 stickslip map --preset coulomb -d -0.2 -d 0.1 --itinerary
@@ -34,9 +37,7 @@ PIECE = 20_000  # points between two steps of the progress bar
 def map_(
     *,
     table: TableOptions = TableOptions(),
-    d: Annotated[
-        tuple[float, ...], Parameter(name=["--d", "-d"], negative=(), show_default=False)
-    ] = (),
+    d: Starts = (),
     grid: Whole | None = None,
     window: Annotated[tuple[float, float] | None, Parameter(negative=())] = None,
     itinerary: Flag = False,
@@ -68,13 +69,14 @@ def map_(
     f = table.event_map(threads=threads, **asked)
     points = _points_to_map(f, d, grid, window)
 
-    def compute() -> Mapping[str, Any]:
-        return _evaluated(f, points, itinerary=itinerary, quiet=table.quiet)
-
-    def plot(ax: Axes) -> Axes:
-        return _plot_map(f, points, window, ax, marked=bool(d))
-
-    result = table.deliver("map", f.model, asked, compute, plot)
+    result = table.deliver(
+        "map",
+        f.model,
+        asked,
+        lambda: _evaluated(f, points, itinerary=itinerary, quiet=table.quiet),
+        table=dict,
+        plot=lambda _, ax: _plot_map(f, points, window, ax, marked=bool(d)),
+    )
     return _map_ending(result, quiet=table.quiet)
 
 
@@ -180,30 +182,24 @@ def orbits(
         raise UsageError("give either --max-period or --period")
     highest = 1 if max_period is None else max_period
     f = table.event_map()
-    answer: list[OrbitList] = []
+    settings: dict[str, Any] = {
+        "infinitely_unstable": infinitely_unstable,
+        "resolution": resolution,
+    }
 
-    def compute() -> Mapping[str, Any]:
-        found = ss.periodic_orbits(
-            f,
-            highest,
-            period=period,
-            infinitely_unstable=infinitely_unstable,
-            resolution=resolution,
-        )
-        answer.append(found)
-        return found.table()
+    def plot(found: OrbitList, ax: Axes) -> Axes:
+        from stickslip.plot.maps import event_map
 
-    asked: dict[str, Any] = {"max_period": highest} if period is None else {"period": period}
-    asked |= {"infinitely_unstable": infinitely_unstable, "resolution": resolution}
-    table.deliver("orbits", f.model, asked, compute, lambda ax: _plot_orbits(f, answer[0], ax))
-    return _orbit_ending(answer[0], quiet=table.quiet)
+        return found.plot(event_map(f, ax))
 
-
-def _plot_orbits(f: EventMap, found: OrbitList, ax: Axes) -> Axes:
-    """Draw the orbits' points on the map."""
-    from stickslip.plot.maps import event_map
-
-    return found.plot(event_map(f, ax))
+    found = table.deliver(
+        "orbits",
+        f.model,
+        ({"max_period": highest} if period is None else {"period": period}) | settings,
+        lambda: ss.periodic_orbits(f, highest, period=period, **settings),
+        plot=plot,
+    )
+    return _orbit_ending(found, quiet=table.quiet)
 
 
 def _orbit_ending(found: OrbitList, *, quiet: bool) -> int:
@@ -232,31 +228,26 @@ def basins(*, table: TableOptions = TableOptions(), resolution: float = 1e-5) ->
     One row for each interval, from left to right. Columns: its ends; its share of the
     domain; number, kind, period, smallest point and Lyapunov exponent of the attractor that
     its points end on; why it ends where it does. An interval whose motions reach a gap of
-    the map "leaves"; what is "undecided" is explained on stderr, and the exit code is 1 if
-    that is the whole domain.
+    the map "leaves"; for the intervals "not proved" samples tell shares; what is undecided even
+    so is explained on stderr, and the exit code is 1 if that is the whole domain.
 
     Parameters
     ----------
     resolution
-        Share of the domain below which interwoven basins are left undecided.
+        Share of the domain below which interwoven basins are left to samples.
     """
     import stickslip as ss
 
     f = table.event_map()
-    answer: list[Basins] = []
-
-    def compute() -> Mapping[str, Any]:
-        answer.append(ss.basins(f, resolution=resolution))
-        return answer[0].table()
-
-    table.deliver(
-        "basins", f.model, {"resolution": resolution}, compute, lambda ax: answer[0].plot(ax)
-    )
-    return _basin_ending(answer[0], quiet=table.quiet)
+    asked = {"resolution": resolution}
+    found = table.deliver("basins", f.model, asked, lambda: ss.basins(f, resolution=resolution))
+    return _basin_ending(found, quiet=table.quiet)
 
 
 def _basin_ending(found: Basins, *, quiet: bool) -> int:
     """Tell what is undecided or was left out; fail if nothing could be decided."""
+    if found.counts.any():
+        note(repr(found).splitlines()[0], quiet=quiet)
     if found.undecided > 0.0:
         note(f"{found.undecided:.3g} of the domain undecided: {found.reason}", quiet=quiet)
     if found.thin:
@@ -265,4 +256,127 @@ def _basin_ending(found: Basins, *, quiet: bool) -> int:
             "basins accumulate at an edge",
             quiet=quiet,
         )
-    return COMPUTATION_FAILED if (found.index == -1).all() else DONE
+    return COMPUTATION_FAILED if found.undecided == 1.0 else DONE
+
+
+SIMULATE_EXAMPLES = """\
+stickslip simulate --preset law9 -d 0.3812 --t-end 200 --out run.csv
+stickslip simulate --preset coulomb -d 0.1 --t-end 50 --events
+stickslip simulate --preset coulomb --x 0.5 --x 0.6 --v 0 --v 0.0366 \\
+    --t-end 100 --json
+"""
+
+
+def simulate(
+    *,
+    table: TableOptions = TableOptions(),
+    d: Starts = (),
+    x: Annotated[tuple[float, ...], Parameter(negative=(), show_default=False)] = (),
+    v: Annotated[tuple[float, ...], Parameter(name="--v", negative=(), show_default=False)] = (),
+    t_end: float,
+    samples: Whole = 2001,
+    events: Flag = False,
+    energy: Flag = False,
+) -> int:
+    """Follow the blocks in time, from a global stick phase or from any state.
+
+    Columns: time t; displacement x, velocity v, mode (0 stick, -1 backward, 1 forward slip)
+    and friction force of each block. Each time is evaluated exactly, not interpolated. The
+    exit code is 1 if the motion could not be followed to its end.
+
+    Parameters
+    ----------
+    d
+        Start at the end of the global stick phase with this X_2 - X_1; of more than two
+        blocks, once for each neighbouring pair.
+    x
+        Start from these displacements instead; once for each block.
+    v
+        Velocities that belong to --x; once for each block.
+    t_end
+        Time to stop at, in units of sqrt(m / k).
+    samples
+        Number of equally spaced times, both ends included.
+    events
+        List the changes of mode (time, block, kind) instead of samples.
+    energy
+        Add kinetic and elastic energy, work of the belt and dissipation since the start.
+    """
+    import numpy as np
+
+    import stickslip as ss
+    from stickslip import status
+
+    check_equally_spaced("--samples", samples)
+    if bool(d) == bool(x or v):
+        raise UsageError("give a start: either -d 0.1, or --x and --v once for each block")
+    model = table.model()
+    start: dict[str, Any] = {"x": x, "v": v}
+    if d:
+        start = {"d": d[0] if len(d) == 1 and model.n_blocks == 2 else d}
+
+    def sampled(motion: Trajectory) -> Table:
+        if events:
+            return motion.table()
+        return motion.table(np.linspace(motion.t[0], motion.t[-1], samples), energy=energy)
+
+    motion = table.deliver(
+        "simulate",
+        model,
+        start | {"t_end": t_end},
+        lambda: ss.simulate(model, **start, t_end=t_end, **table.engine.settings()),
+        table=sampled,
+    )
+    if motion.status == status.OK:
+        return DONE
+    note(f"ended before t_end: {motion.message}", quiet=table.quiet)
+    return COMPUTATION_FAILED
+
+
+CYCLES_EXAMPLES = """\
+stickslip cycles --preset law9
+stickslip cycles --preset coulomb --V 0.5 --n-starts 100 --seed 1 --json
+stickslip cycles --model mine.toml --out cycles.csv
+"""
+
+
+def cycles(
+    *,
+    table: TableOptions = TableOptions(),
+    n_starts: Whole = 50,
+    max_period: Whole = 1,
+    seed: Whole = 0,
+) -> int:
+    """List limit cycles in continuous time, with global stick phases or without.
+
+    One row for each cycle, sorted by the number of starts that led to it. Columns: cycle,
+    period, size of the largest multiplier, stable, events in one period, global_sticks, hits
+    (0: known from the event map alone). What else the starts led to, and the estimated share
+    of starts to cycles that were not found, is said on stderr.
+
+    Parameters
+    ----------
+    n_starts
+        States that motions start from.
+    max_period
+        Orbits of the event map up to this period are looked up as well.
+    seed
+        Of the random states.
+    """
+    import stickslip as ss
+
+    settings = table.engine.settings()
+    if settings.pop("engine") != "auto":
+        raise UsageError("--engine: cycles are followed by one engine; leave the option out")
+    model = table.model()
+    asked = {"n_starts": n_starts, "max_period": max_period}
+    found = table.deliver(
+        "cycles",
+        model,
+        asked | {"seed": seed},
+        lambda: ss.limit_cycles(model, **asked, rng=seed, **settings),
+    )
+    told = f"{found.n_sliding} starts slide for ever, {found.n_undecided} undecided; "
+    told += f"estimated share of starts to cycles not found: {found.unseen:.2g}"
+    note(told, quiet=table.quiet)
+    return DONE
