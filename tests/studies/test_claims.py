@@ -163,8 +163,8 @@ def test_what_follows_the_collision_is_foretold():
 
 def test_every_claim_stands_beside_a_figure_that_is_drawn():
     beside = {figure for name in claims.TOPICS for figure in claims.topic(name).FIGURES}
-    assert beside <= set(figures.available(PACKAGE))
-    assert {value.figure for value in printed.compute()} <= set(figures.available(PACKAGE))
+    assert beside <= set(figures.of_study(PACKAGE))
+    assert {value.figure for value in printed.compute()} <= set(figures.of_study(PACKAGE))
 
 
 def test_some_figures_only():

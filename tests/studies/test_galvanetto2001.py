@@ -9,12 +9,9 @@ from tests.reference.values import COULOMB_JUMPS, COULOMB_ORBITS, LAW9_ORBITS
 from stickslip import examples
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.plot.style import new_figure, style
-from stickslip.studies import figures
 from stickslip.studies.galvanetto2001 import printed
+from stickslip.studies.galvanetto2001.figures import FIGURES, diagrams, law9_maps
 from stickslip.studies.galvanetto2001.orbits import WINDOW
-from stickslip.studies.sources import GALVANETTO, source_named
-
-PACKAGE = source_named(GALVANETTO).package
 
 pytestmark = pytest.mark.paper
 
@@ -32,7 +29,7 @@ def bisected_cusp(f):
 
 @functools.cache
 def data(number):
-    return figures.load(number, PACKAGE).compute()
+    return FIGURES[number].compute()
 
 
 @pytest.fixture(scope="module")
@@ -40,15 +37,15 @@ def values():
     return {value.name: value for value in printed.compute()}
 
 
-@pytest.mark.parametrize("number", figures.available(PACKAGE))
+@pytest.mark.parametrize("number", FIGURES)
 def test_every_figure_draws_and_describes_itself(number):
-    module = figures.load(number, PACKAGE)
+    paper = FIGURES[number]
     with style():
-        figure = new_figure(module.COLUMNS, height=module.HEIGHT)
-        module.draw(data(number), figure)
+        figure = new_figure(paper.columns, height=paper.height)
+        paper.draw(data(number), figure)
         figure.draw_without_rendering()
     assert figure.axes
-    assert "nan" not in module.caption(data(number))
+    assert "nan" not in paper.caption(data(number))
 
 
 def test_figure_2_domain_is_the_segment_ac():
@@ -290,8 +287,7 @@ class TestDiagrams:
         assert found.a.multiplier > 1.0 > -1.0 > found.b.multiplier
 
     def test_figure_13_says_how_it_magnifies(self):
-        module = figures.load(13, PACKAGE)
-        assert f"magnified {module.MAGNIFICATION:g} times" in module.caption(data(13))
+        assert f"magnified {law9_maps.MAGNIFICATION:g} times" in FIGURES[13].caption(data(13))
 
     def test_figure_15_attractor_is_lost_at_the_crisis(self, values):
         found = data(15)
@@ -306,9 +302,7 @@ class TestDiagrams:
         """Most orbits from the place of the attractor have left it by the end of 50 steps."""
         found = data(15)
         gone = ~found.chaotic
-        late = found.transients[gone][-30:].reshape(30, figures.load(15, PACKAGE).STARTS, -1)[
-            :, :, -1
-        ]
+        late = found.transients[gone][-30:].reshape(30, diagrams.STARTS, -1)[:, :, -1]
         below = late < found.u1.points[gone][-30:]
         assert below.mean() > 0.5
 

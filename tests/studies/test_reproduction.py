@@ -72,19 +72,9 @@ def test_the_folder_may_not_be_a_file(tmp_path):
 
 
 def test_none_and_no_number_mean_all():
-    assert (
-        figures.select(None, PACKAGE) == figures.select((), PACKAGE) == figures.available(PACKAGE)
-    )
+    known = tuple(figures.of_study(PACKAGE))
+    assert figures.select(None, PACKAGE) == figures.select((), PACKAGE) == known
 
 
-def test_figures_are_found_by_name():
-    assert figures.available(PACKAGE) == tuple(range(1, 18))
-
-
-@pytest.mark.parametrize("number", figures.available(PACKAGE))
-def test_every_figure_module_keeps_the_contract(number):
-    module = figures.load(number, PACKAGE)
-    assert module.__doc__.startswith(f"Figure {number}: ")
-    assert module.TITLE
-    assert module.COLUMNS in ("one", "two")
-    assert 1.0 <= module.HEIGHT <= 7.0
+def test_every_figure_of_the_paper_can_be_computed():
+    assert tuple(figures.of_study(PACKAGE)) == tuple(range(1, 18))

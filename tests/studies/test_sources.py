@@ -20,13 +20,12 @@ def test_the_paper_is_one_of_the_studies() -> None:
 
 @pytest.mark.parametrize("source", studies.sources(), ids=lambda source: source.name)
 def test_a_study_has_figures_each_with_what_drawing_needs(source: studies.Source) -> None:
-    numbers = figures.available(source.package)
-    assert numbers == tuple(range(1, len(numbers) + 1))
-    for number in numbers:
-        module = figures.load(number, source.package)
-        assert module.TITLE
-        assert module.COLUMNS in {"one", "two"}
-        assert callable(module.compute)
+    found = figures.of_study(source.package)
+    assert list(found) == list(range(1, len(found) + 1))
+    for figure in found.values():
+        assert figure.columns in {"one", "two"}
+        assert 1.0 <= figure.height <= 7.0
+        assert callable(figure.compute)
 
 
 def test_an_unknown_study_is_answered_with_the_known_ones() -> None:

@@ -1,50 +1,35 @@
-"""Find a paper's figures by the names of their modules."""
+"""Find a paper's figures: each study lists its own in ``FIGURES``, by number."""
 
 from __future__ import annotations
 
 import importlib
-import pkgutil
-import re
-from collections.abc import Iterable
-from typing import Any, Protocol, cast
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
 
 from matplotlib.figure import Figure
 
 
-class PaperFigure(Protocol):
-    """What a figure module offers."""
+@dataclass(frozen=True)
+class PaperFigure:
+    """How a figure is computed, drawn and described."""
 
-    TITLE: str
-    COLUMNS: str
-    HEIGHT: float
-
-    def compute(self) -> Any:
-        """All numbers of the figure, as a frozen dataclass."""
-
-    def draw(self, data: Any, figure: Figure) -> None:
-        """Draw into an empty figure."""
-
-    def caption(self, data: Any) -> str:
-        """Say what is shown, with every parameter, and which of them the paper does not print."""
+    columns: str  # "one" or "two"
+    height: float  # inches
+    compute: Callable[[], Any]  # all numbers of the figure, immutable
+    draw: Callable[[Any, Figure], None]  # into an empty figure
+    caption: Callable[[Any], str]  # what is shown, with every parameter, and which are not printed
 
 
-def available(source: str) -> tuple[int, ...]:
-    """Numbers of the figures of a study that can be computed, ascending."""
-    names = (
-        module.name for module in pkgutil.iter_modules(importlib.import_module(source).__path__)
-    )
-    found = (re.fullmatch(r"fig(\d+)", name) for name in names)
-    return tuple(sorted(int(match[1]) for match in found if match))
+def of_study(package: str) -> dict[int, PaperFigure]:
+    """Figures of a study that can be computed, ascending."""
+    found: dict[int, PaperFigure] = importlib.import_module(f"{package}.figures").FIGURES
+    return dict(sorted(found.items()))
 
 
-def load(number: int, source: str) -> PaperFigure:
-    """Import one figure's module."""
-    return cast("PaperFigure", importlib.import_module(f"{source}.fig{number:02d}"))
-
-
-def select(numbers: Iterable[int] | None, source: str) -> tuple[int, ...]:
+def select(numbers: Iterable[int] | None, package: str) -> tuple[int, ...]:
     """Check figure numbers and sort them; none given means all."""
-    known = available(source)
+    known = tuple(of_study(package))
     wanted = known if numbers is None else tuple(sorted(set(numbers)))
     for number in wanted:
         if number not in known:

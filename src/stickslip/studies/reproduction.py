@@ -123,12 +123,12 @@ def _for_pages(path: Path) -> int:
 def _figure(
     package: str, number: int, folder: Path, formats: tuple[str, ...]
 ) -> tuple[str, tuple[Path, ...]]:
-    module = figures.load(number, package)
-    data = module.compute()
+    paper = figures.of_study(package)[number]
+    data = paper.compute()
     with style():
-        figure = new_figure(module.COLUMNS, height=module.HEIGHT)
-        module.draw(data, figure)
-        return module.caption(data), save(figure, folder / f"fig{number:02d}", formats)
+        figure = new_figure(paper.columns, height=paper.height)
+        paper.draw(data, figure)
+        return paper.caption(data), save(figure, folder / f"fig{number:02d}", formats)
 
 
 def _writable(folder: Path) -> Path:

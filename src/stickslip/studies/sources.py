@@ -1,8 +1,8 @@
 """Find studies by the names of their packages; each is a source with figures and claims.
 
-A package of `stickslip.studies` is a study. It offers ``SOURCE`` and ``TITLE``, modules ``figNN``
-(see `stickslip.studies.figures`) and a module ``claims`` with ``compute(figures)``. Its table of
-numbers is that of its claims, unless it offers ``values(figures, claims)``.
+A package of `stickslip.studies` is a study. It offers ``SOURCE`` and ``TITLE``, ``FIGURES`` in
+``figures`` (see `stickslip.studies.figures`) and a module ``claims`` with ``compute(figures)``. Its
+table of numbers is that of its claims, unless it offers ``values(figures, claims)``.
 """
 
 from __future__ import annotations

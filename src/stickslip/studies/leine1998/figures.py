@@ -1,4 +1,4 @@
-"""Figure 2: cycles over the damping, from the stick-slip cycle to steady sliding."""
+"""The stick-slip cycle, and cycles over the damping."""
 
 from __future__ import annotations
 
@@ -9,22 +9,42 @@ from matplotlib.figure import Figure
 
 from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.plot.style import PALETTE
-from stickslip.studies.leine1998.claims import DAMPING, MODEL, Cycles, cycles
+from stickslip.studies.figures import PaperFigure
+from stickslip.studies.leine1998.claims import DAMPING, MODEL, Cycles, cycles, undamped
 
-TITLE: Final = "Cycles over the damping"
-COLUMNS: Final = "one"
-HEIGHT: Final = 2.7
-POINTS: Final = 257
+# Figure 1: the stick-slip cycle in the plane of displacement and velocity.
+POINTS: Final = 1201
 
-compute = cycles
+
+def draw_cycle(data: Cycle, figure: Figure) -> None:
+    """Draw the cycle, the speed of the belt and steady sliding."""
+    ax = figure.add_subplot()
+    t = np.linspace(0.0, data.period, POINTS)
+    ax.axhline(MODEL.V, color=PALETTE["grey"], lw=0.6, ls=(0, (5, 3)))
+    ax.plot(data.trajectory.x(t)[:, 0], data.trajectory.v(t)[:, 0], color=PALETTE["blue"])
+    ax.plot(data.model.laws[0].force(MODEL.V), 0.0, "x", color=PALETTE["black"])
+    ax.set_xlabel("$X$")
+    ax.set_ylabel("$X'$")
+
+
+def describe_cycle(data: Cycle) -> str:
+    """Describe the picture with its parameters."""
+    return (
+        f"Stick-slip cycle of one block, F = 1/(1 + 3|w|), V = {MODEL.V:g} (dashed), no damping; "
+        f"period {data.period:.10f}. Cross: steady sliding, which repels."
+    )
+
+
+# Figure 2: cycles over the damping, from the stick-slip cycle to steady sliding.
+SAMPLES: Final = 257
 
 
 def _amplitude(cycle: Cycle) -> float:
-    t = np.linspace(0.0, cycle.period, POINTS)
+    t = np.linspace(0.0, cycle.period, SAMPLES)
     return float(np.ptp(cycle.trajectory.x(t))) / 2.0
 
 
-def draw(data: Cycles, figure: Figure) -> None:
+def draw_branch(data: Cycles, figure: Figure) -> None:
     """Draw amplitudes: solid lines attract, dashed ones repel."""
     ax = figure.add_subplot()
     hopf, fold = data.bifurcation("hopf"), data.bifurcation("landing")
@@ -44,7 +64,7 @@ def draw(data: Cycles, figure: Figure) -> None:
     ax.set_ylabel("amplitude of $X$")
 
 
-def caption(data: Cycles) -> str:
+def describe_branch(data: Cycles) -> str:
     """Describe the picture."""
     hopf, fold = data.bifurcation("hopf"), data.bifurcation("landing")
     return (
@@ -53,3 +73,9 @@ def caption(data: Cycles) -> str:
         f"point c = {hopf.value:.6f} and meets the stick-slip one at c = {fold.value:.6f}, where "
         "the stick has no length left: a discontinuous fold."
     )
+
+
+FIGURES: Final = {
+    1: PaperFigure("one", 2.7, undamped, draw_cycle, describe_cycle),
+    2: PaperFigure("one", 2.7, cycles, draw_branch, describe_branch),
+}
