@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.attractors.attractor import AttractorList
-from stickslip.analysis.attractors.recurrence import confirmed
+from stickslip.analysis.attractors.recurrence import attracts, confirmed
 from stickslip.analysis.attractors.search import AttractorSearch
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import InterpolatedMap, interpolated_map
@@ -161,7 +161,8 @@ class _Task:
     def _searched(self, fast: Map1D) -> tuple[AttractorSearch, AttractorList]:
         search = AttractorSearch(self.f, self.table, self.max_period, self.max_steps, fast)
         for orbit in self.known:
-            if orbit.stable and (cycle := confirmed(self.f, np.asarray(orbit.points))):
+            cycle = confirmed(self.f, orbit.points) if orbit.stable else None
+            if cycle is not None and attracts(self.f, cycle):
                 search.add_cycle(cycle)
         search.run(self.start)
         return search, search.result(self.n_spread)

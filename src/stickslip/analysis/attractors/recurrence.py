@@ -216,6 +216,11 @@ def capture_radius(f: Map1D, cycle: Cycle) -> float:
     return 0.0
 
 
+def attracts(f: Map1D, cycle: Cycle) -> bool:
+    """Whether a neighbourhood approaches a cycle: on a corner, one side may be stable alone."""
+    return cycle.stable and capture_radius(f, cycle) > 0.0
+
+
 def neutral_family(f: Map1D, cycle: Cycle) -> tuple[int, Floats] | None:
     """Intervals of periodic orbits of one word around a neutral cycle, and their period."""
     turns = 1 if cycle.multiplier > 0 else 2

@@ -25,6 +25,7 @@ from stickslip.analysis.attractors.recurrence import (
     SAME_POINT,
     Cycle,
     as_orbit,
+    attracts,
     capture_radius,
     confirmed,
     hidden_cycles,
@@ -139,7 +140,7 @@ class AttractorSearch:
             tried[k] = True
             cycle = settled(self.fast, tails[k], int(np.argmax(change[k])) + 1)
             cycle = self._accepted(cycle)
-            if cycle is None or not (cycle.stable or cycle.neutral):
+            if cycle is None or not (cycle.neutral or attracts(self.fast, cycle)):
                 continue
             if cycle.neutral and neutral_family(self.f, cycle) is None:
                 continue
@@ -252,8 +253,7 @@ class AttractorSearch:
             self.fast, motion.values, motion.slopes, self.max_period, multiples_of=bands.period
         )
         for cycle in filter(None, map(self._accepted, proposed)):
-            # A cycle on a corner may be stable from one side and unstable from the other.
-            if not cycle.stable or capture_radius(self.fast, cycle) == 0.0:
+            if not attracts(self.fast, cycle):
                 continue
             self.add_cycle(cycle)
             if np.any(bands.contain(cycle.points, TRAPPED * domain_width(self.f))):
