@@ -157,12 +157,12 @@ def curve() -> Any:
 
 @cache
 def chain_orbits() -> Any:
-    return ss.periodic_orbits(coulomb().chain, 1, n_starts=16)
+    return ss.periodic_orbits(chain(), 1, n_starts=16)
 
 
 @cache
 def chain_branch() -> Any:
-    return ss.follow(chain_orbits()[0], "V", (0.0366, 0.0367))
+    return ss.follow(chain_orbits()[0], "V", (0.1, 0.1003))
 
 
 # ---------------------------------------------------------------- files
