@@ -140,7 +140,7 @@ class AttractorSearch:
             tried[k] = True
             cycle = settled(self.fast, tails[k], int(np.argmax(change[k])) + 1)
             cycle = self._accepted(cycle)
-            if cycle is None or not (cycle.neutral or attracts(self.fast, cycle)):
+            if cycle is None or not (cycle.neutral or attracts(self.f, cycle)):
                 continue
             if cycle.neutral and neutral_family(self.f, cycle) is None:
                 continue
@@ -253,7 +253,7 @@ class AttractorSearch:
             self.fast, motion.values, motion.slopes, self.max_period, multiples_of=bands.period
         )
         for cycle in filter(None, map(self._accepted, proposed)):
-            if not attracts(self.fast, cycle):
+            if not attracts(self.f, cycle):
                 continue
             self.add_cycle(cycle)
             if np.any(bands.contain(cycle.points, TRAPPED * domain_width(self.f))):
