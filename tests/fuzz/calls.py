@@ -298,7 +298,7 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     "Units": {"m": 1.0, "k": 2.0, "fs1": 3.0},
     "attractors": {"f": logistic, "n_starts": 4, "max_steps": 100, "rng": 1},
     "axis": {"lo": 0.1, "hi": 0.2, "n": 3},
-    "basins": {"f": logistic, "found": attractors, "resolution": 1e-3, "max_rounds": 20},
+    "basins": {"f": logistic, "found": attractors, "resolution": 1e-3, "n_samples": 20, "rng": 1},
     "bifurcation_diagram": {
         "system": logistic,
         "parameter": "r",
@@ -457,6 +457,7 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
             "iterate": {"d": [0.1, 0.1], "n": 2},
             "itinerary": {"d": [0.1, 0.1]},
             "derivative": {"d": [0.1, 0.1]},
+            "value_and_derivative": {"d": [0.1, 0.1]},
             "parameter_derivative": {"d": [0.1, 0.1], "name": "V"},
             "replace": {"V": 0.05},
             "spread": {"n": 2},
@@ -473,7 +474,12 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
     "Attractor": (lambda: attractors()[0], {"contains": {"x": 0.1, "slack": 0.0}}),
     "Basins": (
         lambda: ss.basins(logistic()),
-        {"at": {"x": 0.1}, "share": {"attractor": 0}},
+        {
+            "at": {"x": 0.1},
+            "share": {"attractor": 0},
+            "proved": {"attractor": 0},
+            "sampled": {"attractor": 0},
+        },
     ),
     "InvariantDensity": (
         lambda: ss.invariant_density(maps.tent(1.9), ss.attractors(maps.tent(1.9))[0], cells=50),

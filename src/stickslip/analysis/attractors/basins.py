@@ -108,19 +108,24 @@ class Basins(Result):
 
     def share(self, attractor: int) -> float:
         """Part of the domain that belongs to an attractor (or to -1, -2), proved or sampled."""
-        proved = 0.0 if attractor == UNDECIDED else self.proved(attractor)
+        proved = 0.0 if self._known(attractor) == UNDECIDED else self.proved(attractor)
         return proved + self.sampled(attractor)[0]
 
     def proved(self, attractor: int) -> float:
         """Part of the domain in the intervals of an attractor (or of -2; of -1: not proved)."""
         lengths = np.diff(self.edges)
-        return float(lengths[self.index == attractor].sum() / lengths.sum())
+        return float(lengths[self.index == self._known(attractor)].sum() / lengths.sum())
 
     def sampled(self, attractor: int) -> tuple[float, float]:
         """Share found by samples of what is not proved, and its standard error."""
-        n, mine, unproved = int(self.counts.sum()), int(self.counts[attractor]), self.proved(-1)
+        mine = int(self.counts[self._known(attractor)])
+        n, unproved = int(self.counts.sum()), self.proved(-1)
         p = (mine + 0.5) / (n + 1)  # an error is not 0 where no sample came
         return (unproved * mine / n, unproved * math.sqrt(p * (1 - p) / n)) if n else (0.0, 0.0)
+
+    def _known(self, attractor: int) -> int:
+        last = len(self.attractors) - 1
+        return whole_number("attractor", attractor, LEFT, at_most=last, what="place in the list")
 
     def at(self, x: ArrayLike) -> Any:
         """Tell the index at points of the domain; on an edge, that of the interval right of it."""
