@@ -36,7 +36,7 @@ def follow_orbit(
     low, high = checked_range(f, name, range)
     steps = checked_steps(max_step, max_points)
     f = windowed(f, window)
-    value = contained(low, high, name, float(f.parameters[name]), "map and its orbit")
+    value = contained(low, high, name, float(f.parameters[name]), "orbit")
     if orbit.jump is not None:
         raise ValueError(
             f"the orbit through the jump d = {orbit.jump.d:.12g} is infinitely unstable and cannot "

@@ -89,7 +89,7 @@ def follow_orbit_nd(
     """
     low, high = checked_range(f, name, range)
     steps = checked_steps(max_step, max_points)
-    value = contained(low, high, name, float(f.parameters[name]), "map and its orbit")
+    value = contained(low, high, name, float(f.parameters[name]), "orbit")
     follower = _SpaceOrbitFollower(f, name, low, high, *steps, smallest=SMALLEST, patience=steps[1])
     return follower.follow(follower.start(orbit.points, value))
 

@@ -48,7 +48,7 @@ def follow_equilibrium(
     model = equilibrium.model
     checked_parameter("parameter", model, parameter)
     low, high = checked_interval("range", range)
-    own = contained(low, high, parameter, model.parameters[parameter], "model and its equilibrium")
+    own = contained(low, high, parameter, model.parameters[parameter], "equilibrium")
     for end in (low, high):
         model.replace(**{parameter: end})
 

@@ -105,7 +105,7 @@ def _checked(cycle: Cycle, parameter: str, ends: tuple[float, float]) -> tuple[f
     model = cycle.model
     checked_parameter("parameter", checked_model(model), parameter)
     low, high = checked_interval("range", ends)
-    contained(low, high, parameter, model.parameters[parameter], "model and its cycle")
+    contained(low, high, parameter, model.parameters[parameter], "cycle")
     for end in (low, high):
         model.replace(**{parameter: end})
     if not cycle.events and not (np.abs(np.abs(cycle.multipliers) - 1.0) > 1e-9).any():

@@ -79,7 +79,7 @@ def follow_breakpoint(
     """Follow a breakpoint of a map along one parameter; see `stickslip.follow`."""
     checked_parameter(system, name)
     low, high = checked_interval("range", range)
-    start = contained(low, high, name, float(system.parameters[name]), "map and its breakpoint")
+    start = contained(low, high, name, float(system.parameters[name]), "breakpoint")
     border = point if isinstance(point, TrackedDiscontinuity) else TrackedDiscontinuity.of(point)
     try:
         here = border.at(system)
