@@ -200,25 +200,37 @@ def _cyclic_step(slopes: Floats, defect: Floats) -> Floats:
 
 def capture_radius(f: Map1D, cycle: Cycle) -> float:
     """Distance from ``cycle.points[0]`` inside which eight points were seen to come closer."""
-    low, high = f.domain
-    shares = np.array([-1.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6, 1.0])
-    share_left = 0.5 * (1 + max(abs(cycle.multiplier), 0.5))
     # One turn also brings points closer that end on a twin of the cycle beside it.
-    turns = min(int(np.ceil(np.log(TWIN) / np.log(share_left))), MAX_TURNS)
-    centre, radius = cycle.points[0], 0.02 * (high - low)
-    while radius > 1e-12 * (high - low):
+    turns = min(int(np.ceil(np.log(TWIN) / np.log(_share_left(cycle)))), MAX_TURNS)
+    shares = np.array([-1.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6, 1.0])
+    return _radius_of_approach(f, cycle, 0.02, shares, turns)
+
+
+def attracts(f: Map1D, cycle: Cycle) -> bool:
+    """Whether both sides approach a cycle: on a corner, one may be stable alone."""
+    sides = np.array([-1.0, 1.0])
+    return cycle.stable and _radius_of_approach(f, cycle, TWIN, sides, turns=2) > 0.0
+
+
+def _share_left(cycle: Cycle) -> float:
+    """Share of a distance that a turn may leave: between the multiplier and one."""
+    return 0.5 * (1 + max(abs(cycle.multiplier), 0.5))
+
+
+def _radius_of_approach(
+    f: Map1D, cycle: Cycle, largest: float, shares: Floats, turns: int
+) -> float:
+    """Halve a distance from ``cycle.points[0]`` until points at shares of it come closer, or 0."""
+    low, high = f.domain
+    centre, radius, width = cycle.points[0], largest * (high - low), high - low
+    while radius > 1e-12 * width:
         trial = np.clip(centre + radius * shares, low, high)
         last = advance(f, trial, turns * cycle.period)[:, -1]
-        allowed = share_left**turns * np.abs(trial - centre) + ROUNDING * (high - low)
+        allowed = _share_left(cycle) ** turns * np.abs(trial - centre) + ROUNDING * width
         if np.all(np.abs(last - centre) <= allowed):
             return float(radius)
         radius *= 0.5
     return 0.0
-
-
-def attracts(f: Map1D, cycle: Cycle) -> bool:
-    """Whether a neighbourhood approaches a cycle: on a corner, one side may be stable alone."""
-    return cycle.stable and capture_radius(f, cycle) > 0.0
 
 
 def neutral_family(f: Map1D, cycle: Cycle) -> tuple[int, Floats] | None:

@@ -24,14 +24,13 @@ Sort: TypeAlias = tuple[str, int]  # kind of an attractor, and its period
 Part: TypeAlias = tuple[float, float, set[Sort]]  # of the range, and what attracts there
 
 
-def sorts_of(look: ParameterPoint) -> Counter[Sort]:
+def _sorts_of(look: ParameterPoint) -> Counter[Sort]:
     """Count the attractors at a value by kind and period."""
     return Counter((a.kind, a.period) for a in look.attractors)
 
 
-def _differ(one: ParameterPoint, two: ParameterPoint, max_period: int) -> bool:
+def _differ(here: Counter[Sort], there: Counter[Sort], max_period: int) -> bool:
     """Whether attractors differ in a way that longer cycles and windows of chaos do not explain."""
-    here, there = sorts_of(one), sorts_of(two)
     changed = (here - there) + (there - here)
     if any(not _beyond(sort, max_period) for sort in changed):
         return True
@@ -51,17 +50,17 @@ def accounted(
     values = sorted(value for value in listed if not math.isnan(value))
     unresolved: list[UnresolvedChange] = []
     parts: list[Part] = []  # where attractors are not asked for
-    for one, two in pairwise(sorted(looks, key=lambda look: look.value)):
-        between = values[bisect(values, one.value) : bisect(values, two.value)]
-        if not between and _differ(one, two, max_period):
-            before, after = _told(sorts_of(one)), _told(sorts_of(two))
-            reason = f"{before} before, {after} after: nothing located between"
-            unresolved.append(UnresolvedChange(reason, one.value, two.value))
-        for look, lo, hi in (
-            (one, one.value, min(between, default=two.value)),
-            (two, max(between, default=one.value), two.value),
+    seen = sorted(((look.value, _sorts_of(look)) for look in looks), key=lambda item: item[0])
+    for (p, here), (q, there) in pairwise(seen):
+        between = values[bisect(values, p) : bisect(values, q)]
+        if not between and _differ(here, there, max_period):
+            reason = f"{_told(here)} before, {_told(there)} after: nothing located between"
+            unresolved.append(UnresolvedChange(reason, p, q))
+        for sorts, lo, hi in (
+            (here, p, min(between, default=q)),
+            (there, max(between, default=p), q),
         ):
-            beyond = {sort for sort in sorts_of(look) if _beyond(sort, max_period)}
+            beyond = {sort for sort in sorts if _beyond(sort, max_period)}
             if beyond:
                 parts.append((lo, hi, beyond))
     return unresolved, [_outside(part) for part in _joined(parts)]
