@@ -10,6 +10,9 @@ from scipy.optimize import brentq
 import stickslip as ss
 from stickslip.analysis.bifurcations.accounting import accounted
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
+from stickslip.analysis.bifurcations.conditions.conditions import Collision
+from stickslip.analysis.bifurcations.conditions.locate import solve_near
+from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd
 
 SHARP = 1e-12  # of located values
 PERIODS = 5
@@ -199,6 +202,27 @@ def test_an_orbit_that_leaves_the_domain_ends_in_a_solved_condition():
     assert found.curves[0].ends[1].reason == "end of domain"
     assert not found.unresolved
     assert not found.outside
+
+
+def test_orbits_pass_a_harmless_break_whose_labels_meet_at_a_jump_too():
+    # x/2 + mu, less 1 right of 1/2; labels change at -1/2, too, where the fixed point 2 mu passes.
+    f = ss.PiecewiseMap(
+        lambda x, mu: np.where(x < 0.5, 0.5 * x + mu, 0.5 * x + mu - 1),
+        (-2, 2),
+        parameters={"mu": 0.0},
+        label=lambda x, mu: np.where(np.abs(x) < 0.5, 1, 2),
+    )
+    found = bifurcations(f, "mu", (-0.4, 0.35), max_period=1, n_lists=4)
+    assert_same(found, [(0.25, 1)])
+    assert not found.unresolved
+
+
+def test_a_search_as_narrow_as_its_step_ends_in_no_event():
+    # The fixed point 2 mu of x/2 + mu meets the upper end of the domain at mu = 1/2 only.
+    f = ss.PiecewiseMap(lambda x, mu: 0.5 * x + mu, (-1, 1), parameters={"mu": 0.0})
+    meets_end = Collision(1, DomainEnd(upper=True, x=1.0), -1)
+    with pytest.raises(ConditionLost):
+        solve_near(meets_end, lambda mu: f.replace(mu=mu), 0.0, step=3.0, within=(0.0, 0.4))
 
 
 def test_a_stable_orbit_that_leaves_a_window_is_accounted_for_by_its_end():

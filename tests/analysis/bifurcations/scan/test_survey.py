@@ -185,6 +185,16 @@ def test_orbits_pass_a_corner_that_no_label_shows():
     assert not survey.unresolved
 
 
+def test_a_break_that_comes_in_elsewhere_ends_no_orbit():
+    def func(x, mu):  # corners at 0.9, and at mu - 1: inside for mu > 0
+        return 0.5 * x + 0.1 * mu + np.maximum(mu - 1 - x, 0) - np.maximum(x - 0.9, 0)
+
+    f = ss.PiecewiseMap(func, (-1, 1), parameters={"mu": 0.0})
+    survey = surveyed(f, "mu", -0.3, 0.3, max_period=1, n=4)
+    assert not survey.events
+    assert not survey.unresolved
+
+
 def test_an_event_at_the_end_of_the_range():
     survey = surveyed(examples.logistic(3.0), "r", 3.0, 3.2, max_period=2)
     (event,) = survey.events

@@ -56,9 +56,8 @@ class Readings:
         return self.known[t].value
 
     def is_zero(self, t: float) -> bool:
-        """Whether the test function at a known t is below rounding."""
-        reading = self.known[t]
-        return abs(reading.value) <= BELOW_NOISE * reading.noise
+        """Whether the test function at t is below rounding."""
+        return abs(self(t)) <= BELOW_NOISE * self.known[t].noise
 
     def _read(self, t: float) -> Reading:
         if not self.known:
@@ -185,7 +184,6 @@ def solve_near(
     g = Readings(condition, at)
     lo, hi = max(within[0], guess - WIDEST * step), min(within[1], guess + WIDEST * step)
     old = min(max(guess, lo), hi)
-    g(old)
     if g.is_zero(old):
         return g.located(old, SPAN * step)
     move = -g(old) / slope if math.isfinite(slope) and slope != 0 else step
@@ -193,15 +191,19 @@ def solve_near(
         move = math.copysign(step, move)
     new = old + move if lo <= old + move <= hi else old - move
     new = min(max(new, lo), hi)
+    if new == old:  # at one end, the other closer than a step
+        new = lo + hi - old
     for _ in range(MAX_SECANT):
-        if g(new) * g(old) < 0 and not g.is_zero(new):
-            return g.located(_between(g, min(old, new), max(old, new)), SPAN * step)
-        if g.is_zero(new) or abs(new - old) <= 2 * np.spacing(abs(new)):
+        if g.is_zero(new):
             return g.located(new, SPAN * step)
+        if g(new) * g(old) < 0:
+            return g.located(_between(g, min(old, new), max(old, new)), SPAN * step)
         rise = g(new) - g(old)
         following = new - g(new) * (new - old) / rise if rise != 0 else math.inf
         if new in (lo, hi) and not lo <= following <= hi:
             break
+        if abs(new - old) <= 2 * np.spacing(abs(new)):
+            return g.located(new, SPAN * step)
         old, new = new, min(max(following, lo), hi)
     raise ConditionLost(f"the test function has no zero near {guess:.12g}")
 

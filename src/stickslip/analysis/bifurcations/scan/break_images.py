@@ -27,6 +27,8 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from numpy.typing import NDArray
+
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.branches.table import BranchTable
@@ -70,6 +72,40 @@ def images_of_breaks(
     return found
 
 
+def same_places(one: Floats, other: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Pair ascending places: in order, or those nearest to each other where some were born."""
+    first = np.arange(len(one))
+    if len(one) == len(other):
+        return first, first
+    if not (one.size and other.size):
+        return first[:0], first[:0]
+    apart = np.abs(one[:, None] - other)
+    nearest = apart.argmin(axis=1)
+    mutual = apart.argmin(axis=0)[nearest] == first
+    return first[mutual], nearest[mutual]
+
+
+def _renamed(
+    found: dict[Name, BreakImages], known: dict[Name, BreakImages]
+) -> dict[Name, BreakImages]:
+    """Give breaks the names that they have at another value: one that is born shifts no other."""
+    renamed = {}
+    for left, right, side in dict.fromkeys((*name[:2], name[3]) for name in found):
+        here, there = (
+            [name for name in names if (*name[:2], name[3]) == (left, right, side)]
+            for names in (found, known)
+        )
+        places = [
+            np.array([names[name].border.x for name in own])
+            for names, own in ((found, here), (known, there))
+        ]
+        pairs = dict(zip(*(k.tolist() for k in same_places(*places)), strict=True))
+        for k, name in enumerate(here):
+            new = there[pairs[k]] if k in pairs else (left, right, len(there) + k, side)
+            renamed[new] = found[name]
+    return renamed
+
+
 def _sides(
     table: BranchTable, breaks: list[Breakpoint], classes: SymbolClasses
 ) -> Iterator[tuple[Name, tuple[TrackedDiscontinuity | DomainEnd, int, float]]]:
@@ -107,7 +143,8 @@ def hidden_collisions(
 ) -> Iterator[Suspect]:
     """Suspect collisions where the signs of f^k(c) - c at two nodes differ, for all breaks c."""
     before, after = (images_of_breaks(node.table, max_period, classes) for node in (left, right))
-    search = _Search(family, max_period, classes, narrowest)
+    after = _renamed(after, before)
+    search = _Search(family, max_period, classes, narrowest, before)
     for name in sorted(set(before) | set(after)):
         yield from search.between(name, (left.q, before.get(name)), (right.q, after.get(name)))
 
@@ -123,6 +160,7 @@ class _Search:
     max_period: int
     classes: SymbolClasses
     narrowest: float
+    known: dict[Name, BreakImages]  # at the first value: their names hold
 
     def between(self, name: Name, low: _Seen, high: _Seen) -> Iterator[Suspect]:
         (p, a), (q, b) = low, high
@@ -161,7 +199,8 @@ class _Search:
         f, border = self.family.at(q), near.border
         if isinstance(border, TrackedDiscontinuity):
             if not (border.labelled and self.classes.telling):
-                return images_of_breaks(branch_table(f), self.max_period, self.classes).get(name)
+                found = images_of_breaks(branch_table(f), self.max_period, self.classes)
+                return _renamed(found, self.known).get(name)
         try:
             # What takes the place of a break that is gone has another name.
             strict = {} if isinstance(border, DomainEnd) else {"successors": False}

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import permutations
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import interpolated_map
 from stickslip.analysis.maps.derived import windowed
@@ -24,7 +27,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.interpolation.interpolated import InterpolatedMap
-    from stickslip.analysis.maps.protocol import Floats, Labels, MapFamily
+    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapFamily
     from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
 
 ON_CORNER: Final = 1e-13  # of the domain: a point so close to a corner is on it
@@ -85,9 +88,22 @@ class SymbolClasses:
         flat = [self._root(int(label)) for label in labels.ravel()]
         return np.array(flat, dtype=np.uint64).reshape(labels.shape)
 
-    def same(self, a: Labels, b: Labels) -> bool:
-        """Tell whether two orbits visit the same branches."""
-        return bool(np.array_equal(a, b)) or bool(np.array_equal(self.of(a), self.of(b)))
+    def changed(self, f: Map1D, points: Floats, now: Labels, before: Labels) -> list[int]:
+        """Places of points of f that have left their branches, but over harmless breakpoints."""
+        moved = np.flatnonzero(self.of(now) != self.of(before)).tolist()
+        return [k for k in moved if not self._passed(f, points[k], {int(now[k]), int(before[k])})]
+
+    def _passed(self, f: Map1D, x: float, pair: set[int]) -> bool:
+        """Whether two branches that meet harmlessly here, and otherwise elsewhere, do so near x."""
+        if tuple(sorted(pair)) not in self._smooth:
+            return False
+        found = []
+        for left, right in permutations(pair):
+            with suppress(ConditionLost):
+                break_ = TrackedDiscontinuity(left, right, x, "smooth")
+                found.append(break_.at(f, successors=False))
+        nearest = min(found, key=lambda one: abs(one.x - x), default=None)
+        return nearest is not None and nearest.kind == "smooth"
 
     def _root(self, label: int) -> int:
         while label in self._first:

@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange, attempted
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
-from stickslip.analysis.bifurcations.scan.break_images import hidden_collisions
+from stickslip.analysis.bifurcations.scan.break_images import hidden_collisions, same_places
 from stickslip.analysis.bifurcations.scan.events import (
     Event,
     flips_on,
@@ -272,8 +272,11 @@ class Survey:
         there = self._arrival(way, goal)
         if there is None or way.end is None:
             return
-        passed = np.flatnonzero(start.segments[k] != goal.segments[there])
-        if not passed.size or not len(goal.breaks):
+        before, after = same_places(start.breaks, goal.breaks)
+        old, new = start.bundle.points[k, :, None], goal.bundle.points[there, :, None]
+        beyond = (old < start.breaks[before]) != (new < goal.breaks[after])
+        passed = np.flatnonzero(beyond.any(axis=1))
+        if not passed.size:
             return
         place = int(passed[0])
         x, speed = goal.bundle.points[there, place], goal.velocity[there, place]

@@ -286,7 +286,7 @@ class _Tracker:
         there = moved.bundle
         if not moved.converged[0] or moved.collapsed[0]:
             return None
-        if not self.classes.same(there.labels, b.labels):
+        if self.classes.changed(f, there.points[0], there.labels[0], b.labels[0]):
             return None
         if (there.multipliers[0] - 1) * (b.multipliers[0] - 1) < 0:
             return None  # that is the other orbit of a fold
@@ -342,7 +342,7 @@ class _Tracker:
         if neutral and self._apart() < COLLAPSING * self.apart:
             return self._end("doubling", step)
         points = self.bundle.orbit_points(0)
-        labels = self.classes.of(self.bundle.labels[0, : len(points)])
+        labels = self.bundle.labels[0, : len(points)]
         for times in LOOK_AHEAD:
             ahead = points + times * step * self.speed[0, : len(points)]
             q = self.q + times * step
@@ -366,5 +366,6 @@ class _Tracker:
         if outside.size:
             return "outside", outside.tolist()
         got = sample(f, ahead)
-        other = np.flatnonzero((self.classes.of(got.label) != labels) | (got.status != OK))
-        return ("border", other.tolist()) if other.size else None
+        gone = np.flatnonzero(got.status != OK).tolist()
+        other = sorted({*gone, *self.classes.changed(f, ahead, got.label, labels)})
+        return ("border", other) if other else None
