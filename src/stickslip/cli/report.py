@@ -195,6 +195,8 @@ def _searched(found: BifurcationList) -> Iterator[str]:
     yield f"searched: orbits to period {found.max_period} in {window}"
     if found.n_lists:
         yield f"complete lists of orbits at {found.n_lists} values of {found.parameter}"
+    if found.looks:
+        yield f"attractors at {len(found.looks)} values of {found.parameter}"
 
 
 def _name(item: Bifurcation) -> str:

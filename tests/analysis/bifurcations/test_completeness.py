@@ -240,6 +240,10 @@ def test_attractors_beyond_the_longest_period_are_told():
     assert "period 4, 8" in found.outside[0].reason
     assert "outside the question" in repr(found)
     assert not found.unresolved
+    assert (found.looks[0], found.looks[-1]) == found.range
+    apart = np.diff(found.looks)
+    assert (apart > 0).all()
+    assert f"{apart.max():.3g} apart" in repr(found)
 
 
 def test_a_change_that_nothing_explains_is_told():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, TypeVar, get_args
 
 import numpy as np
@@ -291,6 +292,9 @@ class BifurcationList(ResultList[Bifurcation]):
         cycles there was not asked for.
     n_lists : int
         Parameter values at which complete lists of orbits were made.
+    looks : tuple of float
+        Parameter values at which the attractors were looked at, ascending: a cycle above
+        `max_period` that is born and lost between two of them is not seen.
     """
 
     bifurcations: tuple[Bifurcation, ...]
@@ -304,6 +308,7 @@ class BifurcationList(ResultList[Bifurcation]):
     unresolved: tuple[UnresolvedChange, ...] = ()
     outside: tuple[UnresolvedChange, ...] = ()
     n_lists: int = 0
+    looks: tuple[float, ...] = ()
     _column_names: ClassVar = (
         *("kind", "criticality", "parameter", "value", "error", "period", "points"),
         *("multipliers", "orbits_before", "orbits_after", "attractors_before"),
@@ -348,6 +353,12 @@ class BifurcationList(ResultList[Bifurcation]):
             )
         lines += [f"  unresolved: {item}" for item in self.unresolved]
         lines += [f"  {item}" for item in self.outside]
+        if len(self.looks) > 1:
+            apart = max(b - a for a, b in pairwise(self.looks))
+            lines.append(
+                f"  attractors seen at {len(self.looks)} values, at most {apart:.3g} apart: cycles "
+                "above that period may live between"
+            )
         return "\n".join(lines)
 
 

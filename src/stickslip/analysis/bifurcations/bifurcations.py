@@ -241,6 +241,7 @@ class _Report:
             unresolved=tuple(sorted([*self.unresolved, *unexplained], key=lambda item: item.lo)),
             outside=tuple(outside),
             n_lists=survey.n_nodes,
+            looks=tuple(sorted(self.looks)),
         )
 
     def _part(self, part: Callable[[], T], what: str, *at: float) -> T | None:
