@@ -15,7 +15,7 @@ from stickslip.analysis.attractors.lyapunov import advance
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.protocol import domain_width, sample
 from stickslip.analysis.orbits.bundles import OrbitBundle, polish_orbits
-from stickslip.analysis.orbits.newton import successors
+from stickslip.analysis.orbits.newton import polish_on
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 if TYPE_CHECKING:
@@ -33,7 +33,6 @@ MOVED: Final = 1e-3  # of the domain's width: Newton may not move a settled orbi
 NEUTRAL: Final = 1e-5  # multipliers this close to the unit circle decide nothing
 SAME_POINT: Final = 1e-7  # of the domain's width: points of one orbit closer than this coincide
 SEARCHED: Final = 1 << 15  # points of orbits that are searched for hidden cycles
-NEWTON_STEPS: Final = 30
 TRUST_RADIUS: Final = 4.0  # times what a cycle may have moved: steps on the way to it stay within
 ROUNDING: Final = 64 * np.finfo(np.float64).eps
 FAMILY: Final = 1e-3  # of the domain's width: beside a single neutral orbit rounding hides less
@@ -154,48 +153,14 @@ def promising(f: Map1D, starts: Sequence[Floats], moved: float) -> list[int]:
 
 
 def _newton(f: Map1D, start: Floats, trust_radius: float) -> Cycle | None:
-    """Iterate until the residual falls no further; None for a point outside the trust radius."""
-    low, high = f.domain
-    scale = np.max(np.abs(start)) + (high - low)
-    points, best = start, None
-    first_word = sample(f, start).label
-    for _ in range(NEWTON_STEPS):
-        here = sample(f, points)
-        if not np.all(np.isfinite(here.value) & np.isfinite(here.derivative)):
-            break
-        defect = here.value - successors(points)
-        cycle = Cycle(
-            points, float(np.prod(here.derivative)), here.label, float(np.max(np.abs(defect)))
-        )
-        if best is not None and best.residual <= min(cycle.residual, ROUNDING * scale):
-            break
-        best = cycle
-        if cycle.residual == 0 or cycle.multiplier == 1:
-            break
-        points = points + _cyclic_step(here.derivative, defect)
-        if not np.max(np.abs(points - start)) <= trust_radius:
-            break
-    if best is None or best.residual > ROUNDING * scale:
+    """Solve for a cycle of the same word; None for a point outside the trust radius."""
+    scale = float(np.max(np.abs(start))) + domain_width(f)
+    found = polish_on(f, start[None], scale, trust_radius=trust_radius)
+    labels = found.labels[0]
+    if not (found.closed[0] and np.array_equal(labels, sample(f, start).label)):
         return None
-    return best if np.array_equal(best.labels, first_word) else None
-
-
-def _cyclic_step(slopes: Floats, defect: Floats) -> Floats:
-    """Solve ``dx_(i+1) = slope_i dx_i + defect_i`` from where the cycle damps rounding."""
-    with np.errstate(divide="ignore"):
-        climb = np.cumsum(np.log(np.abs(slopes)))
-    climb = np.where(np.isfinite(climb), climb, -np.inf)
-    first = (int(np.argmax(climb)) + 1) % len(slopes)
-    turned = np.roll(slopes, -first)
-    # Plain numbers: single elements of arrays are ten times slower.
-    a, r = turned.tolist(), np.roll(defect, -first).tolist()
-    offset = 0.0
-    for slope, jump in zip(a, r, strict=True):
-        offset = slope * offset + jump
-    step = [float(offset / (1 - np.prod(turned)))]
-    for slope, jump in zip(a[:-1], r[:-1], strict=True):
-        step.append(slope * step[-1] + jump)
-    return np.roll(step, first)
+    multiplier = float(np.prod(found.slopes[0]))
+    return Cycle(found.points[0], multiplier, labels, float(found.residual[0]))
 
 
 def capture_radius(f: Map1D, cycle: Cycle) -> float:

@@ -14,7 +14,7 @@ from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
 from stickslip.analysis.continuation.orbit_follower import OrbitProblem
 from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.maps.protocol import sample
-from stickslip.analysis.orbits.newton import successors, turned
+from stickslip.analysis.orbits.newton import turned
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -285,11 +285,11 @@ def _labels_and_residuals(
         label[here], value[here] = got.label, got.value
     ends = np.cumsum([points.size for _, points in curves])[:-1]
     return [
-        (labels.reshape(points.shape), np.abs(images.reshape(points.shape) - after).max(axis=1))
+        (labels.reshape(points.shape), np.abs(off).max(axis=1))
         for (_, points), labels, images in zip(
             curves, np.split(label, ends), np.split(value, ends), strict=True
         )
-        for after in [successors(points)]
+        for off in [images.reshape(points.shape) - np.roll(points, -1, axis=1)]
     ]
 
 

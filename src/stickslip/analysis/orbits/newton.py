@@ -7,83 +7,136 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import sample, values_and_slopes
+from stickslip.analysis.maps.protocol import sample
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
 
 MAX_NEWTON: Final = 20
 EPS: Final = float(np.finfo(np.float64).eps)
-DENSE: Final = 16  # longest period whose equations are solved as a full matrix
 STALLED: Final = 1e-9  # of the map's values: smaller steps must go on shrinking
 STEEPEST: Final = 1e7  # slope beyond which rounding of a point is no excuse for a residual
 MANY: Final = 64.0  # roundings that may add up in a value of the map
 ROUNDINGS: Final = 4.0  # of one evaluation of a map, in its error bound
 
-Evaluate: TypeAlias = Callable[["NDArray[np.intp]", "Floats"], tuple["Floats", "Floats"]]
+# Values, slopes and labels at points, whose places in the flattened array come first.
+Evaluate: TypeAlias = Callable[
+    ["NDArray[np.intp]", "Floats"], tuple["Floats", "Floats", "Labels | int"]
+]
 
 
 @dataclass(frozen=True)
 class Polished:
-    """Periodic points (n, p) after Newton's method."""
+    """Periodic points (n, P) after Newton's method, each row padded beyond its period."""
 
+    periods: NDArray[np.intp]
     points: Floats
-    slopes: Floats
-    error: Floats  # bound of the points' errors: inverse Jacobian times residual and rounding
+    slopes: Floats  # 1 beyond the period
+    labels: Labels  # 0 there
+    off: Floats  # residuals and rounding, which make the error
     residual: Floats  # shape (n,)
-    converged: NDArray[np.bool_]  # residuals are rounding, and the error is bounded
+    closed: NDArray[np.bool_]  # residuals are rounding
+    converged: NDArray[np.bool_]  # ... and the equations are regular
+    given_up: NDArray[np.bool_]  # led too far away, or by growing steps
+
+    @property
+    def error(self) -> Floats:
+        """Bound of the points' errors to first order; infinite where the equations are singular."""
+        bound = np.full(self.points.shape, np.inf)
+        usable = _regular(self.slopes)
+        bound[usable] = inverse_bound(self.slopes[usable], self.off[usable])
+        return bound
 
 
 def polish(
-    evaluate: Evaluate, points: Floats, lower: Floats, upper: Floats, value_scale: float
+    evaluate: Evaluate,
+    guess: Floats,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    scale: float,
+    *,
+    periods: NDArray[np.intp] | None = None,
+    start: Floats | None = None,
+    trust_radius: float = np.inf,
+    contraction: float = np.inf,
+    enough: float = 0.0,
 ) -> Polished:
-    """Solve f(x_i) = x_(i+1) for all points of many orbits (n, p), kept between two bounds."""
-    # ``evaluate(k, x)`` returns values and slopes at x, k their places in the flattened
-    # ``points``.
-    points = np.clip(points, lower, upper)
-    slopes, residuals = np.empty_like(points), np.empty_like(points)
-    still = np.zeros(len(points), dtype=bool)
-    last = np.full(len(points), np.inf)
-    todo = np.arange(len(points))
+    """Solve f(x_i) = x_(i+1) for all points of many orbits (n, P), kept between two bounds."""
+    # Given up: further than `trust_radius` from the guess, or steps that do not contract so.
+    # A step no longer than `enough` is the last: the next would be its square.
+    n, width = guess.shape
+    periods = np.full(n, width) if periods is None else periods
+    used = np.arange(width) < periods[:, None]
+    lower, upper = np.broadcast_to(lower, guess.shape), np.broadcast_to(upper, guess.shape)
+    points = np.clip(guess if start is None else start, lower, upper)
+    slopes, residuals, steps = np.ones(guess.shape), np.zeros(guess.shape), np.zeros(guess.shape)
+    labels = np.zeros(guess.shape, dtype=np.uint64)
+    last, given_up, todo = np.full(n, np.inf), np.zeros(n, dtype=bool), np.arange(n)
     for _ in range(MAX_NEWTON):
-        _evaluate_rows(evaluate, points, slopes, residuals, todo)
-        todo = todo[~(residual_is_rounding(slopes, residuals, value_scale) | still)[todo]]
+        places = np.flatnonzero(used[todo])
+        row, column = np.divmod(places, width)
+        at = todo[row], column
+        value, slopes[at], labels[at] = evaluate(todo[row] * width + column, points[at])
+        residuals[at] = value - points[at[0], (column + 1) % periods[at[0]]]
+        step = solve_cyclic(slopes[todo], -residuals[todo], periods[todo])
+        steps[todo] = step = np.where(_regular(slopes[todo])[:, None], step, np.nan)
+        with np.errstate(invalid="ignore"):
+            moves = ~residual_is_rounding(slopes[todo], residuals[todo], scale)
+            size = np.abs(step).max(axis=1, initial=0.0)
+            moves &= size > max(EPS * scale, enough)  # not if NaN: the orbit is lost
+            # Small steps that shrink no more are the rounding of the map itself.
+            moves &= (size > STALLED * scale) | (size < 0.25 * last[todo])
+            lost = moves & (size > STALLED * scale) & ~(size <= contraction * last[todo])
+            last[todo] = size
+        going = todo[moves]
+        points[going] = np.clip(points[going] + step[moves], lower[going], upper[going])
+        if np.isfinite(trust_radius):
+            away = np.where(used[todo], np.abs(points[todo] - guess[todo]), 0.0)
+            lost |= moves & (away.max(axis=1) > trust_radius)
+        given_up[todo[lost]] = True
+        todo = todo[moves & ~lost]
         if not todo.size:
             break
-        step = _newton_steps(slopes[todo], residuals[todo])
-        moved = np.clip(points[todo] - step, lower[todo], upper[todo])
-        size = np.abs(moved - points[todo]).max(axis=1)
-        # Small steps that shrink no more are the rounding of the map itself.
-        stalled = (size <= STALLED * value_scale) & (size > 0.25 * last[todo])
-        still[todo] = (size <= EPS * value_scale) | stalled
-        last[todo] = size
-        points[todo] = moved
-    error = _error_bound(points, slopes, residuals, value_scale)
-    converged = residual_is_rounding(slopes, residuals, value_scale, MANY) & np.isfinite(error).all(
-        axis=1
-    )
+    closed = residual_is_rounding(slopes, residuals, scale, MANY) & ~given_up
+    converged = (closed | (last <= enough)) & np.isfinite(steps).all(axis=1) & ~given_up
     # The last residuals still make for one step, which need not be checked.
-    points = np.clip(points - _newton_steps(slopes, residuals), lower, upper)
-    return Polished(points, slopes, error, np.abs(residuals).max(axis=1), converged)
+    points[converged] = (points + steps)[converged]
+    return Polished(
+        periods,
+        np.where(used, np.clip(points, lower, upper), np.nan),
+        slopes,
+        labels,
+        np.where(used, np.abs(residuals) + ROUNDINGS * EPS * scale, 0.0),
+        np.abs(residuals).max(axis=1, initial=0.0),
+        closed,
+        converged,
+        given_up,
+    )
+
+
+def polish_on(f: Map1D, guess: Floats, scale: float | None = None, **options: Any) -> Polished:
+    """Solve for orbits of a map near guessed ones, on its domain; see `polish`."""
+
+    def evaluate(_: NDArray[np.intp], x: Floats) -> tuple[Floats, Floats, Labels]:
+        values = sample(f, x)
+        return values.value, values.derivative, values.label
+
+    lo, hi = f.domain
+    scale = max(abs(lo), abs(hi)) if scale is None else scale
+    return polish(evaluate, guess, lo, hi, scale, **options)
 
 
 def solve_orbit(f: Map1D, guess: Floats) -> PeriodicOrbit:
     """Solve for the orbit near guessed points, on their branches; "failed" if nothing converges."""
-    lo, hi = f.domain
-
-    def evaluate(_: NDArray[np.intp], x: Floats) -> tuple[Floats, Floats]:
-        return values_and_slopes(f, x)
-
     p = len(guess)
-    ends = np.full((1, p), lo), np.full((1, p), hi)
-    found = polish(evaluate, guess[None], *ends, max(abs(lo), abs(hi)))
+    found = polish_on(f, guess[None])
     smallest = int(np.argmin(found.points[0]))
     points, error = np.roll(found.points[0], -smallest), np.roll(found.error[0], -smallest)
     values = sample(f, points)
@@ -121,54 +174,10 @@ def residual_is_rounding(
     return np.asarray(rounding.all(axis=1))
 
 
-def _evaluate_rows(
-    evaluate: Evaluate, points: Floats, slopes: Floats, residuals: Floats, rows: NDArray[np.intp]
-) -> None:
-    """Fill in slopes and f(x_i) - x_(i+1) of some orbits."""
-    p = points.shape[1]
-    places = (rows[:, None] * p + np.arange(p)).ravel()
-    value, slope = evaluate(places, points[rows].ravel())
-    slopes[rows] = slope.reshape(-1, p)
-    residuals[rows] = value.reshape(-1, p) - successors(points[rows])
-
-
-def _jacobian(slopes: Floats) -> Floats:
-    """Differentiate the residuals: slopes on the diagonal, -1 beside it, cyclic."""
-    n, p = slopes.shape
-    matrix = np.zeros((n, p, p))
-    i = np.arange(p)
-    matrix[:, i, i] = slopes
-    matrix[:, i, (i + 1) % p] -= 1.0
-    return matrix
-
-
-def _newton_steps(slopes: Floats, residuals: Floats) -> Floats:
-    """Solve the linear equations of each orbit; no step where they are singular (a fold)."""
-    usable = np.isfinite(slopes).all(axis=1) & np.isfinite(residuals).all(axis=1)
-    usable &= np.abs(slopes.prod(axis=1) - 1) > EPS
-    steps = np.zeros_like(slopes)
-    if usable.any() and slopes.shape[1] > DENSE:
-        periods = np.full(int(usable.sum()), slopes.shape[1], dtype=np.intp)
-        steps[usable] = solve_cyclic(slopes[usable], residuals[usable], periods)
-    elif usable.any():
-        system, right = _jacobian(slopes[usable]), residuals[usable][..., None]
-        steps[usable] = np.linalg.solve(system, right)[..., 0]
-    return steps
-
-
-def _error_bound(points: Floats, slopes: Floats, residuals: Floats, value_scale: float) -> Floats:
-    """Bound the points' errors to first order; infinite where the equations are singular."""
-    bound = np.full(points.shape, np.inf)
-    usable = np.isfinite(slopes).all(axis=1) & (np.abs(slopes.prod(axis=1) - 1) > EPS)
-    if usable.any():
-        off = np.abs(residuals[usable]) + ROUNDINGS * EPS * value_scale
-        bound[usable] = inverse_bound(slopes[usable], off)
-    return bound
-
-
-def successors(points: Floats) -> Floats:
-    """Return the point after each one around its cycle; on small arrays `numpy.roll` is slower."""
-    return np.concatenate((points[..., 1:], points[..., :1]), axis=-1)
+def _regular(slopes: Floats) -> NDArray[np.bool_]:
+    """Tell where Newton's equations have a solution: not beside an infinite slope, or at a fold."""
+    with np.errstate(invalid="ignore"):
+        return np.isfinite(slopes).all(axis=1) & ~(np.abs(slopes.prod(axis=1) - 1) <= EPS)
 
 
 def turn_towards(points: Floats, near: Floats) -> int:

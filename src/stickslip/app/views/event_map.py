@@ -18,8 +18,8 @@ from stickslip.analysis.attractors.basins import basins as divided
 from stickslip.analysis.branches.branches import branches
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.derived import windowed
-from stickslip.analysis.maps.protocol import domain_width, sample
-from stickslip.analysis.orbits.newton import polish
+from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.orbits.newton import polish_on
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app.requests import Part
 from stickslip.app.views.model import map_of, naming
@@ -277,12 +277,7 @@ def _solved(f: Map1D, guesses: Floats) -> Iterator[dict[str, Any]]:
     low, high = f.domain
     guesses = guesses[((guesses >= low) & (guesses <= high)).all(axis=1)]
 
-    def evaluate(_: NDArray[np.intp], x: Floats) -> tuple[Floats, Floats]:
-        values = sample(f, x)
-        return values.value, values.derivative
-
-    bounds = np.full_like(guesses, low), np.full_like(guesses, high)
-    found = polish(evaluate, guesses, *bounds, max(abs(low), abs(high)))
+    found = polish_on(f, guesses)
     width = domain_width(f)
     kept: list[Floats] = []
     for k in np.flatnonzero(found.converged):

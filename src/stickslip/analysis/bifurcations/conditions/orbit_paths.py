@@ -12,13 +12,11 @@ import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
-from stickslip.analysis.orbits.newton import polish
+from stickslip.analysis.orbits.newton import polish_on
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stickslip.analysis.branches.along.tracked import CriticalReading
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.maps.protocol import Map1D
 
 Others: TypeAlias = "Mapping[int, tuple[CriticalReading, int]]"
 
@@ -143,25 +141,15 @@ def multiplier_noise(f: Map1D, orbit: Followed) -> float:
 
 def follow_orbit(f: Map1D, points: tuple[float, ...]) -> Followed:
     """Find the orbit close to where it was in another map, or raise `ConditionLost`."""
-    start = np.array([points])
-    lo, hi = f.domain
-    labels: list[int] = []
-
-    def evaluate(_: NDArray[np.intp], x: Floats) -> tuple[Floats, Floats]:
-        values = sample(f, x)
-        labels[:] = values.label.tolist()
-        return values.value, values.derivative
-
     scale = domain_width(getattr(f, "whole", f))
-    found = polish(evaluate, start, np.full_like(start, lo), np.full_like(start, hi), scale)
+    found = polish_on(f, np.array([points]), scale)
     if not found.converged[0]:
         raise ConditionLost(f"the orbit of period {len(points)} at {points[0]:.12g} is gone")
     x = found.points[0]
     if len(x) > 1 and np.min(np.abs(x[1:] - x[0])) <= DISTINCT * scale:
         raise ConditionLost(f"the orbit of period {len(points)} has become one of a shorter period")
-    return Followed(
-        tuple(x.tolist()), tuple(found.slopes[0].tolist()), tuple(labels), float(found.error.max())
-    )
+    slopes, labels = tuple(found.slopes[0].tolist()), tuple(found.labels[0].tolist())
+    return Followed(tuple(x.tolist()), slopes, labels, float(found.error.max()))
 
 
 def slope_one(f: Map1D, p: int, x: float) -> tuple[Path, float, float]:
