@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from stickslip.analysis.branches.along.change_search import SLIVER
 from stickslip.analysis.branches.along.tracked import (
     ConditionLost,
+    DomainEnd,
     TrackedDiscontinuity,
     piece_end,
     piece_end_near,
@@ -20,9 +22,9 @@ from stickslip.analysis.maps.protocol import domain_width, sample
 from stickslip.status import OK
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
-    from stickslip.analysis.branches.along.tracked import PieceEnd
+    from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.continuation.orbit_equations import Departure, OrbitEquations
     from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily
 
@@ -31,52 +33,29 @@ TINY: Final = 1e-12
 NEARBY: Final = 1e-4  # of the domain: where a break without a label is looked for
 
 
-class Border(Protocol):
-    """A place of the map that moves with its parameters and that an orbit may meet."""
-
-    side: int  # where the orbit is: -1 left of it, 1 right
-
-    def reading(self, f: Map1D) -> tuple[float, float, float]:
-        """Return its place, and value and slope of the map there on the orbit's side."""
-
-
 @dataclass
-class Break:
-    """A break of the map; remembers where it was last."""
+class Border:
+    """A break of the map, or an end of its domain, that an orbit may meet; knows where it was."""
 
-    discontinuity: TrackedDiscontinuity
+    critical: TrackedDiscontinuity | DomainEnd
     side: int  # the orbit's: -1 left, 1 right
     # labels on the orbit's side, at whose end the break is; empty without labels
     piece: frozenset[int] = frozenset()
 
-    def reading(self, f: Map1D) -> tuple[float, float, float]:
-        """Find the break in a map; `ConditionLost` if it is gone."""
+    def reading(self, f: Map1D) -> CriticalReading:
+        """Find the border in a map; `ConditionLost` if it is gone, or there is no value."""
         try:
-            found = self.discontinuity.at(f, successors=False)
+            found = self.critical.at(f, successors=False)
         except ConditionLost:
-            end = piece_end_near(f, self.piece, self.discontinuity.x, self.side)
+            end = piece_end_near(f, self.piece, self.critical.x, self.side)
             if end is None:
                 raise
-            self.discontinuity = end.border
-            return end.border.x, end.value, end.slope
-        assert isinstance(found.critical, TrackedDiscontinuity)
-        self.discontinuity = found.critical
-        return found.x, found.value(self.side), found.slope(self.side)
-
-
-@dataclass
-class DomainEnd:
-    """An end of the domain or window: the orbit's ``side`` of it is -1 for the upper end."""
-
-    side: int
-
-    def reading(self, f: Map1D) -> tuple[float, float, float]:
-        """Evaluate the map at its end."""
-        x = f.domain[0 if self.side > 0 else 1]
-        values = sample(f, x)
-        if values.status != OK:
-            raise ConditionLost(f"no value at the end {x:.12g} of the domain")
-        return x, float(values.value), float(values.derivative)
+            found = end
+        if not math.isfinite(found.value(self.side)):
+            raise ConditionLost(f"no value at the end {found.x:.12g} of the domain")
+        assert isinstance(found.critical, TrackedDiscontinuity | DomainEnd)
+        self.critical = found.critical
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,17 +63,26 @@ class Encounter:
     """A border that a point of an orbit has come to."""
 
     index: int
-    kind: str
     border: Border
-    beyond: int | None = None  # label on the other side; None where there is no value
 
     @classmethod
     def of(
-        cls, index: int, break_: TrackedDiscontinuity, side: int, piece: set[int] | None = None
+        cls,
+        index: int,
+        critical: TrackedDiscontinuity | DomainEnd,
+        side: int,
+        piece: Collection[int] = (),
     ) -> Encounter:
-        """Meet a break from one side."""
-        beyond = break_.right_label if side < 0 else break_.left_label
-        return cls(index, break_.kind, Break(break_, side, frozenset(piece or ())), beyond)
+        """Meet a border from one side."""
+        return cls(index, Border(critical, side, frozenset(piece)))
+
+    @property
+    def harmless(self) -> int | None:
+        """Label beyond a break that does the orbit nothing; None at any other border."""
+        met = self.border.critical
+        if isinstance(met, DomainEnd) or met.kind != "smooth":
+            return None
+        return met.right_label if self.border.side < 0 else met.left_label
 
 
 def encounters(
@@ -135,29 +123,29 @@ def _between(
     side = -1 if outside > inside else 1
     end = piece_end(f, piece, inside, min(max(outside, lo), hi))
     if end is None:
-        return None if lo <= outside <= hi else Encounter(index, "end", DomainEnd(side))
-    return Encounter.of(index, _settled(end, f), side, piece)
+        upper = side < 0
+        ended = not lo <= outside <= hi
+        return Encounter.of(index, DomainEnd(upper, f.domain[upper]), side) if ended else None
+    assert isinstance(end.critical, TrackedDiscontinuity)
+    return Encounter.of(index, _settled(end.critical, side, f), side, piece)
 
 
-def _settled(end: PieceEnd, f: Map1D) -> TrackedDiscontinuity:
+def _settled(end: TrackedDiscontinuity, side: int, f: Map1D) -> TrackedDiscontinuity:
     """Tell a break by the next branch worth the name; within rounding of a tie labels flicker."""
-    own = end.border.left_label if end.side < 0 else end.border.right_label
-    next_one = float(np.clip(end.border.x - end.side * SLIVER * domain_width(f), *f.domain))
-    values = sample(f, next_one)
+    own, next_one = (end.left_label, end.right_label)[::-side]
+    values = sample(f, float(np.clip(end.x - side * SLIVER * domain_width(f), *f.domain)))
     label = int(values.label) if values.status == OK else None
-    for beyond in dict.fromkeys((label, end.beyond)):
-        left, right = (own, beyond) if end.side < 0 else (beyond, own)
+    for beyond in dict.fromkeys((label, next_one)):
+        left, right = (own, beyond)[::-side]
         try:
             found = (
-                TrackedDiscontinuity(left, right, end.border.x, end.border.kind)
-                .at(f, successors=False)
-                .critical
+                TrackedDiscontinuity(left, right, end.x, end.kind).at(f, successors=False).critical
             )
         except ConditionLost:
             continue
         if isinstance(found, TrackedDiscontinuity):
             return found
-    return end.border
+    return end
 
 
 def unlabelled_encounters(f: MapFamily, points: Floats) -> list[Encounter]:

@@ -98,17 +98,17 @@ class _Problem:
     def state(self, q: float, guess: Floats) -> _State:
         """Evaluate the equations, the pinned point on the border."""
         f, k = self.at(q), self.index
-        place, value, slope = self.border.reading(f)
+        met, side = self.border.reading(f), self.border.side
         points = np.clip(guess, *f.domain)
-        points[k] = place
+        points[k] = met.x
         values = sample(f, points)
         rest = np.arange(len(points)) != k
         if (values.status[rest] != OK).any():
             raise ConditionLost("the orbit has no value on the way to the break")
         images, slopes = values.value.copy(), values.derivative.copy()
-        images[k], slopes[k] = value, slope
+        images[k], slopes[k] = met.value(side), met.slope(side)
         residual = images - np.roll(points, -1)
-        return _State(q, points, f, place, value, slopes, values.label, residual)
+        return _State(q, points, f, met.x, met.value(side), slopes, values.label, residual)
 
     def newton_step(self, before: _State, now: _State) -> Floats:
         """Solve for changes of the points, and the parameter's in place of the pinned one's."""

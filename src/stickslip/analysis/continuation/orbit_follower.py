@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from stickslip.analysis.branches.along.tracked import ConditionLost
-from stickslip.analysis.continuation.borders import Break, encounters, unlabelled_encounters
+from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd
+from stickslip.analysis.continuation.borders import encounters, unlabelled_encounters
 from stickslip.analysis.continuation.collision import meet
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
 from stickslip.analysis.continuation.follower import (
@@ -49,7 +49,6 @@ REASONS: Final[dict[str, Any]] = {
     "jump": "breakpoint",
     "corner": "breakpoint",
     "edge": "gap",
-    "end": "end of domain",
 }
 
 
@@ -207,8 +206,8 @@ class LineOrbitFollower(OrbitFollower):
                     return end
             return self.end(last, "step limit")
         for met in encounters(self.equations, points, value, stop.cause):
-            if met.kind == "smooth" and met.beyond is not None:
-                self.equations.pieces[met.index].add(met.beyond)
+            if met.harmless is not None:
+                self.equations.pieces[met.index].add(met.harmless)
                 return replace(last, step=self.control.first)
             if (end := self._end_at(last, met, REACHES * last.step, half)) is not None:
                 return end
@@ -234,9 +233,10 @@ class LineOrbitFollower(OrbitFollower):
         note = Linearized(met.slopes, met.points, labels)
         point = self.at(last, met.points, met.value, np.array([met.residual]), note)
         half.rows.append(point)
-        break_ = border.discontinuity if isinstance(border, Break) else None
-        reason = REASONS[encounter.kind]
-        return self.end(point, reason, index=index, side=border.side, border=break_)
+        found = border.critical
+        if isinstance(found, DomainEnd):
+            return self.end(point, "end of domain", index=index, side=border.side)
+        return self.end(point, REASONS[found.kind], index=index, side=border.side, border=found)
 
     def _lies_ahead(self, last: CurvePoint, met: Meeting, reach: float) -> bool:
         way = (np.append(met.points, met.value) - last.y) / self.curve.scale

@@ -203,8 +203,7 @@ class _Search:
                 return _renamed(found, self.known).get(name)
         try:
             # What takes the place of a break that is gone has another name.
-            strict = {} if isinstance(border, DomainEnd) else {"successors": False}
-            reading = border.at(f, **strict)
+            reading = border.at(f, successors=False)
             border = cast("TrackedDiscontinuity | DomainEnd", reading.critical)
         except ConditionLost:
             return None

@@ -99,19 +99,19 @@ def find_change(
     pair = _fan_out(probe, left, right, x, max(reach, NARROWEST * probe.scale))
     if pair is None:
         return None
-    last, first = _close(probe, lambda branch: branch == left, pair)
+    last, first = close_in(probe, lambda branch: branch == left, pair)
     if first.branch == right:
         return last, first
     probe.look(last.x + SLIVER * probe.scale * FAN**-k for k in range(4))
     i = bisect_left(probe.seen, last.x, key=lambda s: s.x)
     while i + 1 < len(probe.seen) and probe.seen[i + 1].x <= last.x + SLIVER * probe.scale:
         if probe.seen[i + 1].branch == right:
-            return last, _close(probe, lambda branch: branch != right, (i, i + 1))[1]
+            return last, close_in(probe, lambda branch: branch != right, (i, i + 1))[1]
         i += 1
     return None
 
 
-def _close(
+def close_in(
     probe: Probe, is_left: Callable[[Branch], bool], pair: tuple[int, int]
 ) -> tuple[Seen, Seen]:
     """Narrow a bracket until its ends are adjacent floats."""

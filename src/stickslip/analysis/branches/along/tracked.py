@@ -11,15 +11,20 @@ from typing import TYPE_CHECKING, Final, Literal, Self, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.branches.along.change_search import Branch, Probe, Seen, find_change
-from stickslip.analysis.branches.breakpoints import Limits, kind_of, limits_inside
+from stickslip.analysis.branches.along.change_search import (
+    Branch,
+    Probe,
+    Seen,
+    close_in,
+    find_change,
+)
+from stickslip.analysis.branches.breakpoints import kind_of, limits_inside
 from stickslip.analysis.branches.mesh import Nodes
 from stickslip.analysis.branches.table import RESOLUTION, branch_table
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
 from stickslip.numerics.zeros import slope_zeros
 from stickslip.results.parts import part
-from stickslip.status import OK
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -37,9 +42,7 @@ EPS: Final = float(np.finfo(np.float64).eps)
 TURN: Final = 1e-7  # of the domain: half width of the first bracket of a turning point
 WIDENING: Final = 4.0  # of that bracket, until the slope changes its sign
 CONTINUOUS: Final = 1e-3  # of the slopes around: a slope that jumps over 0 is no turning point
-FAN: Final = 33  # points between which the end is looked for ...
-ROUNDS: Final = 12  # ... so often: adjacent floats after ten
-ADJACENT: Final = 2  # floats
+FAN: Final = 33  # points between which the end of a piece is looked for
 FAN_OUT: Final = 8.0 ** np.arange(-12, -2)  # of the domain: how far an end may have moved
 
 
@@ -182,8 +185,8 @@ class DomainEnd:
         """``edge``."""
         return "edge"
 
-    def at(self, f: Map1D) -> CriticalReading:
-        """Read the map off at its end."""
+    def at(self, f: Map1D, *, successors: bool = True) -> CriticalReading:
+        """Read the map off at its end, which nothing takes the place of."""
         x = float(f.domain[self.upper])
         value, slope = (float(v) for v in values_and_slopes(f, np.array(x)))
         inside, outside = (value, slope), (math.nan, math.nan)
@@ -229,19 +232,23 @@ def _by_labels(f: Map1D, border: TrackedDiscontinuity) -> CriticalReading | None
     left, right = Branch.of(border.left_label), Branch.of(border.right_label)
     probe = Probe(f)
     found = find_change(probe, left, right, border.x, REACH * border.reach)
-    if found is None:
-        return None
-    last, first = found
-    near = NearDiscontinuity(f)
+    return None if found is None else _described(probe, *found, left, right, border.x)
+
+
+def _described(
+    probe: Probe, last: Seen, first: Seen, left: Branch, right: Branch, near: float
+) -> CriticalReading:
+    """Take limits from both branches beside a break, found from where it was expected."""
+    mesh = NearDiscontinuity(probe.f)
     ends = _nodes(last, first)
     room = np.array([probe.extent(last.x, left, -1), probe.extent(first.x, right, 1)])
-    limits = limits_inside(near, ends, np.array([-1.0, 1.0]), room)
+    limits = limits_inside(mesh, ends, np.array([-1.0, 1.0]), room)
     # The first float to the right, but one that has a value; beside 0, 0 rather than a tiny one.
     x = last.x if last.x == 0 or not first.branch.ok else first.x
     limits = limits.moved(x - ends.x)
     at_left, at_right = limits.take(slice(0, 1)), limits.take(slice(1, 2))
-    (kind,) = kind_of(near, at_left, at_right, np.array([first.x - last.x]))
-    moved = TrackedDiscontinuity(border.left_label, border.right_label, x, kind, abs(x - border.x))
+    (kind,) = kind_of(mesh, at_left, at_right, np.array([first.x - last.x]))
+    left_label, right_label = (b.label if b.ok else None for b in (left, right))
     return CriticalReading(
         x,
         float(limits.value[0]),
@@ -250,7 +257,7 @@ def _by_labels(f: Map1D, border: TrackedDiscontinuity) -> CriticalReading | None
         float(limits.slope[1]),
         kind,
         (last.x, first.x),
-        moved,
+        TrackedDiscontinuity(left_label, right_label, x, kind, abs(x - near)),
     )
 
 
@@ -319,58 +326,29 @@ def _slope_bracket(f: Map1D, x: float, reach: float) -> tuple[Floats, Floats]:
         reach *= WIDENING
 
 
-@dataclass(frozen=True, eq=False)
-class PieceEnd:
-    """The end of a piece; value and slope of the map are limits from the piece."""
-
-    border: TrackedDiscontinuity
-    side: int  # where the piece is: -1 left of its end, 1 right
-    value: float
-    slope: float
-
-    @property
-    def beyond(self) -> int | None:
-        """Label on the other side; None where there is no value."""
-        return self.border.right_label if self.side < 0 else self.border.left_label
+# ---------------------------------------------------------------- ends of pieces
 
 
-def piece_end(f: Map1D, piece: Collection[int], inside: float, outside: float) -> PieceEnd | None:
+def piece_end(
+    f: Map1D, piece: Collection[int], inside: float, outside: float
+) -> CriticalReading | None:
     """Find, to adjacent floats, the first end of a piece from a point on it towards one outside."""
-    allowed = np.array(sorted(piece), dtype=np.uint64)
-    room = found = None
-    for _ in range(ROUNDS):
-        x = np.linspace(inside, outside, FAN)
-        values = sample(f, x)
-        on_piece = (values.status == OK) & np.isin(values.label, allowed)
-        if on_piece.all() or not on_piece[0]:
-            break
-        first = int(np.argmin(on_piece))
-        found = Nodes.at(x, values).take(slice(first - 1, first + 1))
-        if room is None:
-            room = abs(float(x[first - 1]) - inside)
-        inside, outside = found.x.tolist()
-        if abs(outside - inside) <= ADJACENT * np.spacing(abs(outside)):
-            break
-    if found is None or room is None:
-        return None
-    return _described(NearDiscontinuity(f), found, room)
+    probe = Probe(f)
+    probe.look(np.linspace(inside, outside, FAN).tolist())
+    rightwards = outside > inside
+
+    def is_left(branch: Branch) -> bool:
+        return (branch.ok and branch.label in piece) == rightwards
+
+    pairs = range(len(probe.seen) - 1)
+    for i in pairs if rightwards else reversed(pairs):
+        if is_left(probe.seen[i].branch) and not is_left(probe.seen[i + 1].branch):
+            last, first = close_in(probe, is_left, (i, i + 1))
+            return _described(probe, last, first, last.branch, first.branch, last.x)
+    return None
 
 
-def _described(mesh: NearDiscontinuity, pair: Nodes, room: float) -> PieceEnd:
-    """Take limits from the piece, and compare them with what comes next."""
-    last, beyond = pair.take(slice(0, 1)), pair.take(slice(1, 2))
-    side = -1 if beyond.x[0] > last.x[0] else 1
-    limits = limits_inside(mesh, last, np.array([float(side)]), np.array([room]))
-    other = Limits(beyond.value, beyond.slope)
-    left, right = (limits, other) if side < 0 else (other, limits)
-    (kind,) = kind_of(mesh, left, right, np.abs(beyond.x - last.x))
-    labels = int(last.label[0]), (int(beyond.label[0]) if beyond.ok[0] else None)
-    left_label, right_label = labels if side < 0 else labels[::-1]
-    border = TrackedDiscontinuity(left_label, right_label, float(last.x[0]), kind)
-    return PieceEnd(border, side, float(limits.value[0]), float(limits.slope[0]))
-
-
-def piece_end_near(f: Map1D, piece: Collection[int], x: float, side: int) -> PieceEnd | None:
+def piece_end_near(f: Map1D, piece: Collection[int], x: float, side: int) -> CriticalReading | None:
     """Find the end of a piece close to x; side is -1 for a piece left of its end, else 1."""
     reach = side * domain_width(f) * FAN_OUT
     inside, outside = (np.clip(x + k * reach, *f.domain).tolist() for k in (1, -1))
