@@ -68,9 +68,8 @@ def test_a_pitchfork_is_super_or_subcritical(sign):
     assert not found.unresolved
     trunk, arms = sorted(found.curves, key=lambda branch: np.ptp(branch.points))
     assert trunk.end_reasons == arms.end_reasons == ("end of range", "end of range")
-    assert np.abs(arms.points[:, 0] - 0.2) == pytest.approx(
-        np.sqrt(np.abs(arms.values - 1)), abs=1e-9
-    )
+    # Squared: at the fork a value that is off by rounding moves the root by 1e-8.
+    assert (arms.points[:, 0] - 0.2) ** 2 == pytest.approx(np.abs(arms.values - 1), abs=1e-12)
 
 
 def test_a_cycle_of_a_symmetric_map_loses_its_symmetry():

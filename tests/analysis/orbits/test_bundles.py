@@ -8,8 +8,8 @@ from tests.analysis import known_maps as examples
 
 from stickslip import examples as models
 from stickslip.analysis.bifurcations.scan.nodes import velocity
-from stickslip.analysis.orbits.bundles import OrbitBundle, polish_orbits
-from stickslip.analysis.orbits.newton import solve_cyclic
+from stickslip.analysis.orbits.bundles import OrbitBundle
+from stickslip.analysis.orbits.newton import polish_on, solve_cyclic
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.event_map import EventMap
 
@@ -20,13 +20,12 @@ def move_orbits(bundle, f, name, value):
     """Foretell orbits at another value of a parameter to first order, and solve for them."""
     at_value = f.replace(**{name: value})
     points = bundle.points + (value - f.parameters[name]) * velocity(bundle, f, name)
-    foretold = OrbitBundle(bundle.periods, points, bundle.slopes, bundle.labels)
-    return at_value, polish_orbits(foretold, at_value)
+    return at_value, polish_on(at_value, points, periods=bundle.periods)
 
 
 def same_labels(bundle, moved):
     """Tell which orbits have converged with all points on the branches that they were on."""
-    return moved.converged & (moved.bundle.labels == bundle.labels).all(axis=1)
+    return moved.converged & (moved.labels == bundle.labels).all(axis=1)
 
 
 slopes = st.floats(-4, 4).filter(lambda s: abs(s) > 0.1)
@@ -68,9 +67,9 @@ def test_moved_orbits_are_those_of_a_fresh_list(logistic_orbits):
         assert moved.converged.all()
         assert same_labels(bundle, moved).all()
         assert not moved.collapsed.any()
-        distance = np.nanmax(np.abs(moved.bundle.points - bundle.points), axis=1)
+        distance = np.nanmax(np.abs(moved.points - bundle.points), axis=1)
         assert (moved.surprise <= 0.2 * distance).all()
-        bundle = moved.bundle
+        bundle = moved
     fresh = periodic_orbits(f, 4)
     assert f.parameters == {"r": 3.93}
     assert len(fresh) == len(bundle)
@@ -87,7 +86,7 @@ def test_rows_do_not_depend_on_their_neighbours(logistic_orbits):
     for row in range(len(bundle)):
         _, alone = move_orbits(bundle.take(slice(row, row + 1)), f, "r", 3.91)
         p = bundle.periods[row]
-        assert np.array_equal(alone.bundle.points[0, :p], together.bundle.points[row, :p])
+        assert np.array_equal(alone.points[0, :p], together.points[row, :p])
 
 
 def test_orbits_that_are_gone_do_not_converge():
@@ -113,7 +112,7 @@ def test_changes_of_the_label_are_told():
     _, moved = move_orbits(bundle, f, "mu", -0.1)
     assert moved.converged.all()
     assert not same_labels(bundle, moved).any()
-    assert moved.bundle.points[0, 0] == pytest.approx(-0.2)
+    assert moved.points[0, 0] == pytest.approx(-0.2)
 
 
 def test_orbits_of_an_event_map():
@@ -122,21 +121,20 @@ def test_orbits_of_an_event_map():
     at_value, moved = move_orbits(bundle, f, "V", 0.0367)
     assert same_labels(bundle, moved).all()
     fresh = OrbitBundle.of(periodic_orbits(at_value, 4), at_value)
-    assert np.nanmax(np.abs(np.sort(fresh.points) - np.sort(moved.bundle.points))) < ROUNDING
+    assert np.nanmax(np.abs(np.sort(fresh.points) - np.sort(moved.points))) < ROUNDING
 
 
 def test_polishing_starts_from_rough_points(logistic_orbits):
     f, bundle = logistic_orbits
-    rough = OrbitBundle(bundle.periods, bundle.points + 1e-4, bundle.slopes, bundle.labels)
-    moved = polish_orbits(rough, f)
-    assert np.nanmax(np.abs(moved.bundle.points - bundle.points)) < ROUNDING
+    moved = polish_on(f, bundle.points + 1e-4, periods=bundle.periods)
+    assert np.nanmax(np.abs(moved.points - bundle.points)) < ROUNDING
 
 
 def test_no_orbits_move_too(logistic_orbits):
     f, bundle = logistic_orbits
     at_value, moved = move_orbits(bundle.take(slice(0, 0)), f, "r", 3.95)
     assert at_value.parameters == {"r": 3.95}
-    assert len(moved.bundle) == 0
+    assert len(moved) == 0
     assert len(OrbitBundle.of([], f)) == 0
 
 
@@ -155,22 +153,20 @@ def test_wrong_names_and_values(logistic_orbits):
 
 def test_orbits_are_given_up_that_stray_or_do_not_contract(logistic_orbits):
     f, bundle = logistic_orbits
-    far = OrbitBundle(bundle.periods, bundle.points + 0.05, bundle.slopes, bundle.labels)
-    near = OrbitBundle(bundle.periods, bundle.points + 1e-4, bundle.slopes, bundle.labels)
-    strayed = polish_orbits(far, f, trust_radius=1e-3)
+    far, near = bundle.points + 0.05, bundle.points + 1e-4
+    strayed = polish_on(f, far, periods=bundle.periods, trust_radius=1e-3)
     assert strayed.given_up.all()
     assert not strayed.converged.any()
-    kept = polish_orbits(near, f, trust_radius=1e-2, contraction=0.5)
+    kept = polish_on(f, near, periods=bundle.periods, trust_radius=1e-2, contraction=0.5)
     assert kept.converged.all()
     assert not kept.given_up.any()
-    grown = polish_orbits(far, f, contraction=1e-3)
+    grown = polish_on(f, far, periods=bundle.periods, contraction=1e-3)
     assert (grown.given_up | grown.converged).all()
     assert grown.given_up.any()
 
 
 def test_better_first_guesses_change_nothing_but_the_work(logistic_orbits):
     f, bundle = logistic_orbits
-    foretold = OrbitBundle(bundle.periods, bundle.points + 1e-3, bundle.slopes, bundle.labels)
-    moved = polish_orbits(foretold, f, bundle.points)
-    np.testing.assert_allclose(moved.bundle.points, bundle.points, rtol=0, atol=ROUNDING)
+    moved = polish_on(f, bundle.points + 1e-3, periods=bundle.periods, start=bundle.points)
+    np.testing.assert_allclose(moved.points, bundle.points, rtol=0, atol=ROUNDING)
     assert moved.surprise == pytest.approx(np.full(len(bundle), 1e-3), rel=1e-9)

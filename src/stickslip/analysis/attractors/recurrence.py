@@ -14,7 +14,6 @@ from stickslip.analysis.attractors.bands import merged
 from stickslip.analysis.attractors.lyapunov import advance
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.protocol import domain_width, sample
-from stickslip.analysis.orbits.bundles import OrbitBundle, polish_orbits
 from stickslip.analysis.orbits.newton import polish_on
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
@@ -143,11 +142,9 @@ def promising(f: Map1D, starts: Sequence[Floats], moved: float) -> list[int]:
     points = np.full((len(starts), int(periods.max())), np.nan)
     for row, start in zip(points, starts, strict=True):
         row[: len(start)] = start
-    guesses = OrbitBundle(periods, points, points, np.zeros(points.shape, dtype=np.uint64))
-    found = polish_orbits(
-        guesses, f, trust_radius=TRUST_RADIUS * moved * domain_width(f), contraction=1.0
-    )
-    multipliers = np.abs(found.bundle.multipliers)
+    limits = {"trust_radius": TRUST_RADIUS * moved * domain_width(f), "contraction": 1.0}
+    found = polish_on(f, points, periods=periods, **limits)
+    multipliers = np.abs(found.multipliers)
     repelling = found.converged & ~found.collapsed & (multipliers > 1 + NEUTRAL)
     return np.flatnonzero(~(found.given_up | np.isnan(multipliers) | repelling)).tolist()
 

@@ -14,8 +14,7 @@ from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.normal_forms import FlipCoefficient, flip_coefficient
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import values_and_slopes
-from stickslip.analysis.orbits.bundles import OrbitBundle, polish_orbits
-from stickslip.analysis.orbits.newton import solve_orbit
+from stickslip.analysis.orbits.newton import Polished, polish_on, solve_orbit
 from stickslip.analysis.threads import in_threads
 
 if TYPE_CHECKING:
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.locate import Located
     from stickslip.analysis.bifurcations.scan.nodes import Family
     from stickslip.analysis.continuation.curve import Curve, CurveEvent
-    from stickslip.analysis.maps.protocol import Floats, MapFamily
+    from stickslip.analysis.maps.protocol import Floats
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 LONGEST: Final = 256  # period of the last flip that is solved for
@@ -138,13 +137,13 @@ def _next_flip(level: _Level, family: Family) -> Located | None:
     grown = next(filter(None, (_grown(start, last, way, n, family) for n in STRIDES)), None)
     if grown is None:
         return None
-    f, points = grown
+    value, points = grown
     ends = sorted((last.value, last.value + 2 * way))
     try:
         found = solve_near(
             Flip(2 * last.period, tuple(points.tolist())),
             family.whole,
-            float(f.parameters[family.name]),
+            value,
             step=0.05 * abs(way),
             within=(ends[0], ends[1]),
         )
@@ -154,35 +153,34 @@ def _next_flip(level: _Level, family: Family) -> Located | None:
 
 
 def _grown(
-    start: tuple[MapFamily, OrbitBundle, float],
+    start: tuple[Polished, float],
     last: Bifurcation,
     way: float,
     strides: int,
     family: Family,
-) -> tuple[MapFamily, Floats] | None:
+) -> tuple[float, Floats] | None:
     """Carry a doubled orbit from where it was solved for to where its own flip is expected."""
     # Its halves part like the root of the distance from its birth; their middle moves in
     # proportion.
-    f, bundle, q = start
-    points = bundle.points[0]
+    orbit, q = start
+    points = orbit.points[0]
     for value in np.linspace(q, last.value + way, strides + 1)[1:].tolist():
         ratio = (value - last.value) / (q - last.value)
         halves = points.reshape(2, -1)
         apart = math.sqrt(ratio) * 0.5 * (halves[0] - halves[1])
         middle = last.points + ratio * (halves.mean(axis=0) - last.points)
-        found = _polished(np.concatenate([middle + apart, middle - apart]), family, value)
-        if found is None or not _apart(found[1], np.abs(apart).max()):
+        found = polish_on(
+            family.whole(value), np.concatenate([middle + apart, middle - apart])[None]
+        )
+        if not _apart(found, np.abs(apart).max()):
             return None
-        (f, bundle), q = found, value
-        points = bundle.points[0]
-        if bundle.multipliers[0] < -1:
+        q, points = value, found.points[0]
+        if found.multipliers[0] < -1:
             break
-    return f, points
+    return q, points
 
 
-def _doubled(
-    level: _Level, way: float, family: Family
-) -> tuple[MapFamily, OrbitBundle, float] | None:
+def _doubled(level: _Level, way: float, family: Family) -> tuple[Polished, float] | None:
     """Solve for the orbit born at a flip, from the size that the normal form foretells."""
     # On the unstable side u -> -(1 + e) u + c u^3 has the cycle u = ±sqrt(e / c).
     last, coefficient = level.flip, level.coefficient.value
@@ -194,28 +192,17 @@ def _doubled(
         q = last.value + share * way
         u = math.sqrt(abs(level.slope * share * way) / coefficient) * shape
         guess = np.concatenate([last.points + u, last.points - u])
-        found = _polished(guess, family, q)
-        if found is not None and _apart(found[1], np.abs(u).max()):
-            return (*found, q)
+        found = polish_on(family.whole(q), guess[None])
+        if _apart(found, np.abs(u).max()):
+            return found, q
     return None
 
 
-def _polished(guess: Floats, family: Family, q: float) -> tuple[MapFamily, OrbitBundle] | None:
-    f = family.whole(q)
-    periods = np.array([len(guess)], dtype=np.intp)
-    blank = np.full((1, len(guess)), np.nan)
-    labels = np.zeros((1, len(guess)), dtype=np.uint64)
-    moved = polish_orbits(OrbitBundle(periods, guess[None], blank, labels), f)
-    if not moved.converged[0] or moved.collapsed[0]:
-        return None
-    return f, moved.bundle
-
-
-def _apart(bundle: OrbitBundle, size: float) -> bool:
+def _apart(found: Polished, size: float) -> bool:
     """Tell whether an orbit is its own, and not its parent twice."""
-    points = bundle.points[0]
+    points = found.points[0]
     half = len(points) // 2
-    return bool(np.abs(points[:half] - points[half:]).max() > APART * size)
+    return bool(found.converged[0] and np.abs(points[:half] - points[half:]).max() > APART * size)
 
 
 def _next_level(found: Located, family: Family) -> _Level:
@@ -255,7 +242,7 @@ def _with_orbits(level: _Level, family: Family) -> Bifurcation:
         sides.append([parent] if parent.quality == "located" else [])
     start = _doubled(level, BESIDE / STARTS[0] * way, family)
     if start is not None:
-        double = solve_orbit(start[0], start[1].points[0])
+        double = solve_orbit(family.whole(start[1]), start[0].points[0])
         sides[1] += [double] if double.quality == "located" else []
     before, after = sides if way > 0 else sides[::-1]
     return replace(flip, orbits_before=tuple(before), orbits_after=tuple(after))

@@ -17,7 +17,7 @@ from stickslip.analysis.bifurcations.orbit_curves import Row, columns_of, orbit_
 from stickslip.analysis.bifurcations.scan.events import orbit_at
 from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.analysis.orbits.bundles import OrbitBundle, polish_orbits
+from stickslip.analysis.orbits.newton import polish_on
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -119,12 +119,8 @@ def _solve(f: Map1D, value: float, k: int, courses: list[_Course]) -> None:
     for line, course in zip(guess, courses, strict=True):
         line[: course.sampled.period] = course.sampled.foretell(value, course.passed)
     periods = np.array([course.sampled.period for course in courses], dtype=np.intp)
-    labels = np.zeros(guess.shape, dtype=np.uint64)
-    moved = polish_orbits(
-        OrbitBundle(periods, guess, guess, labels), f, enough=TINY * domain_width(f)
-    )
-    points = moved.bundle.points
-    multipliers = np.where(moved.converged, moved.bundle.multipliers, np.nan)
+    found = polish_on(f, guess, periods=periods, enough=TINY * domain_width(f))
+    points, multipliers = found.points, np.where(found.converged, found.multipliers, np.nan)
     slack = FLOOR * domain_width(f)
     for row, course in enumerate(courses):
         p = course.sampled.period

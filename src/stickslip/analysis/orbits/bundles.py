@@ -1,24 +1,21 @@
-"""Many periodic orbits of one map, of any periods, moved to another parameter value at once."""
+"""Many periodic orbits of one map, of any periods, as arrays."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from stickslip.analysis.maps.protocol import sample
-from stickslip.analysis.orbits.newton import polish_on
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
-
-SAME: Final = 1e-9  # of the domain's size: points of an orbit that coincide
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,11 +46,9 @@ class OrbitBundle:
         """Return the number of orbits."""
         return len(self.periods)
 
-    def take(self, index: NDArray[np.intp] | NDArray[np.bool_] | slice) -> OrbitBundle:
+    def take(self, index: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Self:
         """Return some of the orbits."""
-        return OrbitBundle(
-            self.periods[index], self.points[index], self.slopes[index], self.labels[index]
-        )
+        return type(self)(*(getattr(self, f.name)[index] for f in fields(self)))
 
     def orbit_points(self, row: int) -> Floats:
         """Return the points of one orbit, shape (period,)."""
@@ -71,40 +66,13 @@ class OrbitBundle:
         product: Floats = np.where(self.used, self.slopes, 1.0).prod(axis=1)
         return product
 
-
-@dataclass(frozen=True, eq=False)
-class Moved:
-    """Orbits after a change of the parameter; arrays of shape (k,)."""
-
-    bundle: OrbitBundle  # meaningless where not `converged`
-    converged: NDArray[np.bool_]  # down to rounding
-    given_up: NDArray[np.bool_]  # Newton's method led too far away, or its steps grew
-    collapsed: NDArray[np.bool_]  # converged, but onto an orbit of which the period is a multiple
-    surprise: Floats  # largest distance of a point from its forecast
-
-
-def polish_orbits(
-    bundle: OrbitBundle, f: Map1D, start: Floats | None = None, **limits: float
-) -> Moved:
-    """Solve for orbits of f from ``start``, by default the bundle's points; limits of `polish`."""
-    scale = max(abs(end) for end in f.domain)
-    found = polish_on(f, bundle.points, periods=bundle.periods, start=start, **limits)
-    slopes = np.where(bundle.used, found.slopes, np.nan)
-    moved = OrbitBundle(bundle.periods, found.points, slopes, found.labels)
-    collapsed = _collapsed(moved, SAME * scale) & found.converged
-    off = np.where(bundle.used, np.abs(found.points - bundle.points), 0.0)
-    surprise = off.max(axis=1, initial=0.0)
-    return Moved(moved, found.converged, found.given_up, collapsed, surprise)
-
-
-def _collapsed(bundle: OrbitBundle, same: float) -> NDArray[np.bool_]:
-    """Tell which orbits repeat after a divisor of their period."""
-    collapsed = np.zeros(len(bundle), dtype=bool)
-    columns = np.arange(bundle.points.shape[1])
-    for q in range(1, bundle.points.shape[1] // 2 + 1):
-        rows = np.flatnonzero((bundle.periods % q == 0) & (bundle.periods > q))
-        points, periods = bundle.points[rows], bundle.periods[rows]
-        later = np.take_along_axis(points, (columns + q) % periods[:, None], axis=1)
-        apart = np.where(bundle.used[rows], np.abs(later - points), 0.0)
-        collapsed[rows] |= apart.max(axis=1, initial=0.0) <= same
-    return collapsed
+    def repeats(self, slack: ArrayLike) -> NDArray[np.bool_]:
+        """Tell which orbits repeat, up to a slack, after a divisor of their period; shape (k,)."""
+        found = np.zeros(len(self), dtype=bool)
+        columns = np.arange(self.points.shape[1])
+        for q in range(1, self.points.shape[1] // 2 + 1):
+            later = np.take_along_axis(self.points, (columns + q) % self.periods[:, None], axis=1)
+            with np.errstate(invalid="ignore"):
+                same = (np.abs(later - self.points) <= slack) | ~self.used
+            found |= same.all(axis=1) & (self.periods % q == 0) & (self.periods > q)
+        return found

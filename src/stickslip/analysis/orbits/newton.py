@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
 from stickslip.analysis.maps.protocol import sample
+from stickslip.analysis.orbits.bundles import OrbitBundle
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 if TYPE_CHECKING:
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 MAX_NEWTON: Final = 20
 EPS: Final = float(np.finfo(np.float64).eps)
 STALLED: Final = 1e-9  # of the map's values: smaller steps must go on shrinking
+SAME: Final = 1e-9  # of the points' size: those of one orbit that coincide
 STEEPEST: Final = 1e7  # slope beyond which rounding of a point is no excuse for a residual
 MANY: Final = 64.0  # roundings that may add up in a value of the map
 ROUNDINGS: Final = 4.0  # of one evaluation of a map, in its error bound
@@ -32,27 +35,30 @@ Evaluate: TypeAlias = Callable[
 ]
 
 
-@dataclass(frozen=True)
-class Polished:
-    """Periodic points (n, P) after Newton's method, each row padded beyond its period."""
+@dataclass(frozen=True, eq=False)
+class Polished(OrbitBundle):
+    """Orbits after Newton's method; meaningless where not `converged`."""
 
-    periods: NDArray[np.intp]
-    points: Floats
-    slopes: Floats  # 1 beyond the period
-    labels: Labels  # 0 there
     off: Floats  # residuals and rounding, which make the error
-    residual: Floats  # shape (n,)
+    surprise: Floats  # largest distance of a point from its guess, shape (n,)
+    residual: Floats
     closed: NDArray[np.bool_]  # residuals are rounding
     converged: NDArray[np.bool_]  # ... and the equations are regular
     given_up: NDArray[np.bool_]  # led too far away, or by growing steps
 
-    @property
+    @cached_property
     def error(self) -> Floats:
         """Bound of the points' errors to first order; infinite where the equations are singular."""
         bound = np.full(self.points.shape, np.inf)
         usable = _regular(self.slopes)
         bound[usable] = inverse_bound(self.slopes[usable], self.off[usable])
         return bound
+
+    @cached_property
+    def collapsed(self) -> NDArray[np.bool_]:
+        """Which have converged onto an orbit of which their period is a multiple."""
+        size = np.abs(np.nan_to_num(self.points)).max(axis=1, keepdims=True, initial=0.0)
+        return self.converged & self.repeats(SAME * size)
 
 
 def polish(
@@ -108,12 +114,14 @@ def polish(
     converged = (closed | (last <= enough)) & np.isfinite(steps).all(axis=1) & ~given_up
     # The last residuals still make for one step, which need not be checked.
     points[converged] = (points + steps)[converged]
+    points = np.where(used, np.clip(points, lower, upper), np.nan)
     return Polished(
         periods,
-        np.where(used, np.clip(points, lower, upper), np.nan),
+        points,
         slopes,
         labels,
         np.where(used, np.abs(residuals) + ROUNDINGS * EPS * scale, 0.0),
+        np.where(used, np.abs(points - guess), 0.0).max(axis=1, initial=0.0),
         np.abs(residuals).max(axis=1, initial=0.0),
         closed,
         converged,

@@ -6,7 +6,7 @@ Infinitely unstable ones, of the map with its jumps filled in, are known from en
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
@@ -204,10 +204,11 @@ class _Search:
         brackets, near_folds = brackets_on_diagonal(pieces, self.table.resolution)
         self.near_folds += near_folds
         brackets, found = self._solved(brackets)
-        minimal = ~self._repeats(found)
-        brackets, found = brackets.take(minimal), _rows(found, minimal)
+        error = np.where(np.isfinite(found.error), found.error, 0.0)
+        minimal = ~found.repeats(4 * error + SAME * self.scale)
+        brackets, found = brackets.take(minimal), found.take(minimal)
         once = self._distinct(found)
-        self._append(brackets.take(once), _rows(found, once))
+        self._append(brackets.take(once), found.take(once))
 
     def _solved(self, brackets: Brackets) -> tuple[Brackets, Polished]:
         """Solve each bracket: Newton from a guess by inverse branches, else after halving."""
@@ -253,16 +254,6 @@ class _Search:
             beyond = ((orbit[:, -1] >= x) == rises)[:, None]
             left, right = np.where(beyond, left, orbit), np.where(beyond, orbit, right)
         return replace(brackets, left=left, right=right)
-
-    def _repeats(self, found: Polished) -> Any:
-        """Tell which orbits have a shorter period, a divisor."""
-        p = found.points.shape[1]
-        repeats = np.zeros(len(found.points), dtype=bool)
-        slack = 4 * np.where(np.isfinite(found.error), found.error, 0.0) + SAME * self.scale
-        for q in (q for q in range(1, p) if p % q == 0):
-            moved = np.abs(np.roll(found.points, -q, axis=1) - found.points)
-            repeats |= (moved <= slack).all(axis=1)
-        return repeats
 
     def _distinct(self, found: Polished) -> Indices:
         """Choose orbits that are not another one once more."""
@@ -352,13 +343,9 @@ def _from_smallest(points: Floats) -> Floats:
     return points[np.arange(n)[:, None], (start[:, None] + np.arange(p)) % p]
 
 
-def _rows(found: Polished, index: Any) -> Polished:
-    return Polished(*(column[index] for column in vars(found).values()))
-
-
 def _with_rows(found: Polished, index: Indices, other: Polished) -> Polished:
-    for column, rows in zip(vars(found).values(), vars(other).values(), strict=True):
-        column[index] = rows
+    for one in fields(found):
+        getattr(found, one.name)[index] = getattr(other, one.name)
     return found
 
 

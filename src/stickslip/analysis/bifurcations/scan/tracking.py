@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.scan.nodes import velocity
 from stickslip.analysis.maps.protocol import domain_width, sample
-from stickslip.analysis.orbits.bundles import OrbitBundle, polish_orbits
+from stickslip.analysis.orbits.newton import polish_on
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
     from stickslip.analysis.maps.protocol import Floats, MapFamily
+    from stickslip.analysis.orbits.bundles import OrbitBundle
 
 TRUST: Final = 0.05  # share of an orbit's way by which the cubic's prediction may be wrong
 FLOOR: Final = 1e-7  # of the domain's width: errors of a prediction that count for nothing
@@ -126,20 +127,18 @@ def _proved(
     step = right.q - left.q
     guess = 0.5 * (x0 + x1) + step / 8 * (v0 - v1)
     labels = _padded(one.labels, width)
-    start = OrbitBundle(one.periods, guess, np.full(guess.shape, np.nan), labels)
-    moved = polish_orbits(start, f)
-    there = moved.bundle
+    there = polish_on(f, guess, periods=one.periods)
     used = there.used
     with np.errstate(invalid="ignore"):
         way = np.where(used, np.abs(x1 - x0), 0.0).max(axis=1) + FLOOR * domain_width(f)
-        expected = moved.surprise <= TRUST * way
+        expected = there.surprise <= TRUST * way
     free = _padded(left.on_corner[rows], width)
     # An orbit on a corner: its multiplier depends on the side, and changes nothing.
     stays = np.asarray(free.any(axis=1))
     same = (~used | free | (classes.of(there.labels) == classes.of(labels))).all(axis=1)
     all_three = (one, there, other)
     sides = [np.sign(bundle.multipliers - 1) for bundle in all_three]
-    proved = moved.converged & ~moved.collapsed & expected & same
+    proved = there.converged & ~there.collapsed & expected & same
     proved &= ((sides[0] == sides[1]) & (sides[1] == sides[2])) | stays
     pieces = [
         Piece(
@@ -229,7 +228,7 @@ class _Tracker:
     ) -> None:
         self.family, self.classes, self.goal = family, classes, float(goal)
         self.q, self.f = node.q, node.f
-        self.bundle = node.bundle.take(slice(place, place + 1))
+        self.bundle: OrbitBundle = node.bundle.take(slice(place, place + 1))
         self.speed = node.velocity[place : place + 1]
         self.length = self.goal - self.q
         self.before: tuple[float, Floats, Floats] | None = None
@@ -277,21 +276,24 @@ class _Tracker:
         q = self.goal if step == self.goal - self.q else self.q + step
         f = self.family.at(q)
         b, move = self.bundle, (q - self.q) * self.speed
-        foretold = OrbitBundle(b.periods, b.points + move, b.slopes, b.labels)
         floor = FLOOR * domain_width(f)
         trust_radius = TRUST_RADIUS * (np.nanmax(np.abs(move)) + floor)
-        moved = polish_orbits(
-            foretold, f, self._guess(q), trust_radius=trust_radius, contraction=CONTRACTS
+        there = polish_on(
+            f,
+            b.points + move,
+            periods=b.periods,
+            start=self._guess(q),
+            trust_radius=trust_radius,
+            contraction=CONTRACTS,
         )
-        there = moved.bundle
-        if not moved.converged[0] or moved.collapsed[0]:
+        if not there.converged[0] or there.collapsed[0]:
             return None
         if self.classes.changed(f, there.points[0], there.labels[0], b.labels[0]):
             return None
         if (there.multipliers[0] - 1) * (b.multipliers[0] - 1) < 0:
             return None  # that is the other orbit of a fold
         way = np.abs(there.points - b.points)[b.used].max() + floor
-        ratio = float(moved.surprise[0] / way)
+        ratio = float(there.surprise[0] / way)
         if not ratio <= SURPRISE:
             return None
         self.before = (self.q, b.points, self.speed)
