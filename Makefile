@@ -48,7 +48,7 @@ check: $(STAMPS)/dev
 # What takes too long for every change: tests marked slow, then random systems against the oracles.
 # Counts are added to docs/evidence.csv; every run takes other systems.
 evidence: $(STAMPS)/dev
-	$(PY) -m pytest -n $(JOBS) -q -m slow
+	$(PY) -m pytest -n $(JOBS) --dist worksteal -q -m slow
 	$(PY) -m tests.acceptance.evidence coulomb --n 20000 --jobs $(JOBS)
 	$(PY) -m tests.acceptance.evidence steppers --n 2000 --jobs $(JOBS)
 	$(PY) -m tests.acceptance.evidence grazing --kind coulomb --n 200 --breakpoints 2 \
@@ -83,10 +83,10 @@ clean:
 # ---------------------------------------------------------------- what `check` is made of
 
 test-kernels: $(STAMPS)/dev
-	NUMBA_DISABLE_JIT=1 $(PY) -m pytest tests -m kernel -n $(JOBS) -q
+	NUMBA_DISABLE_JIT=1 $(PY) -m pytest tests -m kernel -n $(JOBS) --dist worksteal -q
 
 test-all: $(STAMPS)/dev
-	$(PY) -m pytest -n $(JOBS) -q -m "not slow"
+	$(PY) -m pytest -n $(JOBS) --dist worksteal -q -m "not slow"
 
 lint: $(STAMPS)/dev
 	$(PY) -m ruff format --check .

@@ -109,7 +109,16 @@ def test_bad_input_leaves_a_message_and_no_file(options, fragments, tmp_path, ca
     assert list(tmp_path.iterdir()) == []
 
 
-FIELDS = ["cycle", "period", "multiplier", "stable", "events", "global_sticks", "hits"]
+FIELDS = [
+    "cycle",
+    "period",
+    "multiplier",
+    "multiplier_imag",
+    "stable",
+    "events",
+    "global_sticks",
+    "hits",
+]
 
 
 def test_json_carries_every_cycle_to_the_last_digit(capsys):
@@ -120,6 +129,9 @@ def test_json_carries_every_cycle_to_the_last_digit(capsys):
     found = ss.limit_cycles(ss.examples.coulomb(), n_starts=6, rng=3)
     assert list(document["result"]) == FIELDS
     assert document["result"]["period"] == [cycle.period for cycle in found]
+    largest = [cycle.largest_multiplier for cycle in found]
+    assert document["result"]["multiplier"] == [m.real for m in largest]
+    assert document["result"]["multiplier_imag"] == [m.imag for m in largest]
     assert document["result"]["hits"] == found.hits.tolist()
     assert document["parameters"].items() >= {"n_starts": 6, "seed": 3, "V": 0.0366}.items()
 

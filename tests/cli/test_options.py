@@ -9,6 +9,7 @@ from tests.mechanics.eventmap.unequal import pair
 
 import stickslip as ss
 from stickslip.cli import main
+from stickslip.mechanics.friction.values import parse_law
 from stickslip.mechanics.model.file import write_model
 
 QUESTIONS = {
@@ -65,6 +66,17 @@ def test_two_laws_and_an_option_for_both(file, capsys):
     assert document["result"]["value"] == [ss.event_map(model)(0.1)]
     document = answer(capsys, "map --model mine.toml -d 0.1 --friction coulomb:mu=0.22")
     assert document["result"]["value"] == [ss.event_map(ss.examples.coulomb())(0.1)]
+
+
+def test_a_law_as_a_formula(capsys):
+    text = "mu+(1-mu)*exp(-s/v),mu=0.2,v=0.5"
+    numbers = "--alpha 1.2 --beta 1.3 --V 0.1"
+    document = answer(capsys, f"map {numbers} --friction {text} -d 0.1")
+    law = ss.friction_law("mu+(1-mu)*exp(-s/v)", parameters={"mu": 0.2, "v": 0.5})
+    model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=law)
+    assert document["result"]["value"] == [ss.event_map(model)(0.1)]
+    assert document["parameters"].items() >= {"mu": 0.2, "v": 0.5}.items()
+    assert parse_law(document["parameters"]["friction"][0]) == law
 
 
 def test_through_the_real_program(file, tmp_path):

@@ -252,12 +252,13 @@ def test_a_force_as_a_sum_of_two(law, s, low, scale):
         assert code.force_sharp(p, m, 0.0, 0.0) == (code.static_value(p, m), 0.0)
 
 
+def of_two(s, a, b):
+    return a / (1 + s) + b * s if s < 9 else a
+
+
 @pytest.mark.kernel
 @given(s=st.floats(0, 2))
 def test_each_parameter_of_a_law_known_by_values_has_its_own_place(s):
-    def of_two(s, a, b):
-        return a / (1 + s) + b * s if s < 9 else a
-
     law = friction_law(of_two, parameters={"a": 0.3, "b": 0.2})
     code = law_code([law])
     (p,) = code.parameter_rows([law])

@@ -13,6 +13,7 @@ from stickslip.plot.style import (
     axes_or_new,
     new_figure,
     panel_letter,
+    pictured,
     save,
     style,
 )
@@ -122,3 +123,33 @@ class TestAxes:
 def test_formats_and_colours_are_distinct():
     assert len(set(PICTURE_FORMATS)) == len(PICTURE_FORMATS)
     assert len(set(PALETTE.values())) == len(PALETTE)
+
+
+@pytest.mark.parametrize("n", [1, 7, 30])
+def test_a_legend_above_the_axes_fits(n):
+    def draw(ax):
+        for k in range(n):
+            ax.plot([0.0, 1.0], [0.0, k], label=f"period {k + 0.123456}")
+        return ax
+
+    with style():
+        figure = pictured(draw, 4.0)
+        figure.draw_without_rendering()
+        (legend,) = figure.legends
+        box, (ax,) = legend.get_window_extent(), figure.axes
+    assert box.x0 >= 0.0
+    assert box.x1 <= figure.bbox.x1 + 1.0
+    assert box.y0 >= ax.get_window_extent().y1 - 1.0
+
+
+def test_a_legend_is_drawn_once_and_equal_scales_leave_no_empty_quarters():
+    def draw(ax):
+        ax.plot([0.0, 1.0], label="a line")
+        ax.legend()
+        ax.set_aspect("equal")
+        return ax
+
+    with style():
+        figure = pictured(draw, 4.0)
+    assert not figure.legends
+    assert figure.get_figwidth() == figure.get_figheight()

@@ -56,7 +56,7 @@ from stickslip.plot.locus import stick_locus, trajectory_in_plane
 from stickslip.plot.maps import cobweb, event_map
 from stickslip.plot.motion import phase_portrait
 from stickslip.plot.orbits import draw_orbits
-from stickslip.plot.style import new_figure, save, style
+from stickslip.plot.style import pictured, save, style
 from stickslip.vocabulary import did_you_mean
 
 KNOWN: Final = requests.REQUESTS | requests.PICTURES
@@ -260,12 +260,7 @@ def picture_of(request: requests.Request, kind: str) -> bytes:
     """Compute and draw a view, as "svg" or "png"."""
     draw = DRAWN[type(request)](request)
     with _one_at_a_time(), TemporaryDirectory() as folder:
-        figure = new_figure("two", height=HEIGHT)
-        axes = draw(figure.add_subplot())
-        labels = axes.get_legend_handles_labels()[1]
-        if labels and axes.get_legend() is None:
-            figure.legend(loc="outside upper right", ncols=min(len(labels), 5))
-        (path,) = save(figure, Path(folder) / "view", (kind,))
+        (path,) = save(pictured(draw, HEIGHT), Path(folder) / "view", (kind,))
         return path.read_bytes()
 
 

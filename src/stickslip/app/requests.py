@@ -19,6 +19,7 @@ from msgspec import Meta, Raw, Struct
 from numpy.typing import NDArray
 
 from stickslip.checks import finite_number
+from stickslip.mechanics.friction.values import FORMULA
 from stickslip.mechanics.model.arguments import Model
 from stickslip.mechanics.model.file import model_of_values
 from stickslip.vocabulary import did_you_mean
@@ -274,7 +275,7 @@ def model_of(request: Request) -> Model:
 
 
 def _refuse_large(table: dict[str, Any]) -> None:
-    """Refuse models whose size alone would keep the server busy."""
+    """Refuse models that would keep the server busy by themselves."""
     for name, value in table.items():
         if isinstance(value, list) and len(value) > MOST_BLOCKS:
             raise BadRequestError(
@@ -283,6 +284,11 @@ def _refuse_large(table: dict[str, Any]) -> None:
             )
     laws = table.get("friction")
     for law in laws if isinstance(laws, list) else [laws]:
+        if isinstance(law, str) or (isinstance(law, dict) and law.get("law") == FORMULA):
+            raise BadRequestError(
+                "a formula is not served: each new one would keep the compiler busy for all.",
+                "model.friction",
+            )
         knots = law.get("speed") if isinstance(law, dict) else None
         if isinstance(knots, list) and len(knots) > MOST_KNOTS:
             raise BadRequestError(

@@ -103,7 +103,7 @@ def _requirements() -> dict[str, list[str]]:
     """Names of the distributions that the core ("") and each extra ask for."""
     wanted: dict[str, list[str]] = {"": []}
     for line in importlib.metadata.requires(PACKAGE) or []:
-        extra = re.search(r"""extra == ['"](\w+)['"]""", line)
+        extra = re.search(r"""extra == ['"]([\w-]+)['"]""", line)
         name = re.match(r"[\w.-]+", line)
         assert name is not None, line
         wanted.setdefault(extra[1] if extra else "", []).append(name[0])
@@ -120,7 +120,7 @@ def _versions() -> list[Finding]:
 def _extras() -> list[Finding]:
     findings = []
     for extra, names in _requirements().items():
-        if extra in {"", "dev", "docs", "bench"}:
+        if extra in {"", "dev", "docs", "bench", "bench-peers"}:
             continue
         missing = [name for name in names if _installed(name) is None]
         remedy = f'pip install "{PACKAGE}[{extra}]" adds {", ".join(missing)}'

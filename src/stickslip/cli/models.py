@@ -350,9 +350,9 @@ def cycles(
     """List limit cycles in continuous time, with global stick phases or without.
 
     One row for each cycle, sorted by the number of starts that led to it. Columns: cycle,
-    period, size of the largest multiplier, stable, events in one period, global_sticks, hits
-    (0: known from the event map alone). What else the starts led to, and the estimated share
-    of starts to cycles that were not found, is said on stderr.
+    period, multiplier of largest size (real part, and multiplier_imag), stable, events in one
+    period, global_sticks, hits (0: known from the event map alone). What else the starts led to,
+    and the estimated share of starts to cycles that were not found, is said on stderr.
 
     Parameters
     ----------

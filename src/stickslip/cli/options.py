@@ -77,7 +77,8 @@ class ModelOptions:
     friction: Annotated[
         tuple[str, ...] | None, Parameter(name="--friction", negative=(), metavar="LAW")
     ] = None
-    """Kinetic law, like coulomb:mu=0.22; given several times: one for each block."""
+    """Kinetic law, like coulomb:mu=0.22 or "a + (1 - a) * exp(-s), a=0.3"; given several times: one
+    for each block."""
 
     def model(self) -> Model:
         """Build the model; says which options are missing."""

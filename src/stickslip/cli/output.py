@@ -121,13 +121,10 @@ def show_table(columns: Mapping[str, Any]) -> None:
 
 def draw_pictures(plot: Callable[[Axes], Axes], paths: Iterable[Path]) -> None:
     """Draw a result with its ``plot`` into files; each file's name tells its format."""
-    from stickslip.plot.style import new_figure, save, style
+    from stickslip.plot.style import pictured, save, style
 
     with style():
-        figure = new_figure("two", height=PICTURE_HEIGHT)
-        axes = plot(figure.add_subplot())
-        if labels := axes.get_legend_handles_labels()[1]:
-            figure.legend(loc="outside upper right", ncols=len(labels))
+        figure = pictured(plot, PICTURE_HEIGHT)
         for path in paths:
             save(figure, path.with_suffix(""), (path.suffix.removeprefix("."),))
 

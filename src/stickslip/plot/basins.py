@@ -89,7 +89,10 @@ def _name(basins: Any, k: int) -> str:
     if k == UNDECIDED:
         return "not proved"
     share, error = basins.sampled(k)
-    name = "leaves" if k == LEFT else f"attractor {k}"
+    name = "leaves"
+    if k != LEFT:
+        attractor = basins.attractors[k]
+        name = f"attractor {k}: {attractor.kind}, period {attractor.period}"
     return f"{name} (and {share:.3f} ± {error:.1g}, sampled)" if share else name
 
 

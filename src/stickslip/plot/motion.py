@@ -140,5 +140,6 @@ def time_series(trajectory: Any, name: str = "v", ax: Axes | None = None) -> Axe
         ax.plot(t, values[:, block], label=f"block {block + 1}")
     ax.set_xlabel(symbol("t"))
     ax.set_ylabel(symbol(name, "i"))
-    ax.legend()
+    columns = min(values.shape[-1], 6)
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.2)
     return ax

@@ -26,7 +26,10 @@ def draw_orbits(orbits: Sequence[Any], ax: Axes | None = None, **style: Any) -> 
     ax = axes_or_new(ax)
     for orbit in orbits:
         crossing = {"marker": "x", "mec": PALETTE["purple"], "mew": 1.0}
-        looks = crossing if orbit.infinitely_unstable else {}
+        looks: dict[str, Any] = crossing if orbit.infinitely_unstable else {}
+        name = "stable" if orbit.stable else "through a jump" if looks else "unstable"
+        known = ax.get_legend_handles_labels()[1]
+        looks["label"] = "_nolegend_" if name in known else name
         mark_orbit(ax, orbit.points, stable=bool(orbit.stable), **{**looks, **style})
     if bare:
         ax.axline((0.0, 0.0), slope=1.0, color=PALETTE["grey"], lw=0.5, zorder=1)

@@ -110,6 +110,24 @@ def new_figure(columns: str = "one", *, height: float | None = None) -> Figure:
     return Figure(figsize=(WIDTHS[columns], height or 0.75 * WIDTHS["one"]), layout="constrained")
 
 
+def pictured(draw: Callable[[Axes], Axes], height: float) -> Figure:
+    """Draw on axes of a new figure, as wide as two columns or square, with a legend above."""
+    figure = new_figure("two", height=height)
+    axes = draw(figure.add_subplot())
+    if axes.get_aspect() == 1.0:
+        figure.set_figwidth(height)
+    labels = axes.get_legend_handles_labels()[1]
+    if labels and axes.get_legend() is None:
+        fitting = int(figure.get_figwidth() / (LEGEND_LINE + LEGEND_LETTER * max(map(len, labels))))
+        figure.legend(loc="outside upper right", ncols=min(len(labels), max(fitting, 1)))
+    return figure
+
+
+LEGEND_LINE: Final = 0.5
+LEGEND_LETTER: Final = 0.07
+"""Inches that an entry of a legend takes, apart from its letters and for each of them."""
+
+
 def axes_or_new(ax: Axes | None) -> Axes:
     """Return the axes given, or those of a new figure."""
     # Registered with pyplot only if the caller has imported pyplot: ``plt.show()`` works there, and

@@ -89,8 +89,8 @@ def test_what_is_written_by_str_is_read_by_parse_law():
         ("", "no friction law ''"),
         ("coulomb", "needs a value for 'mu'"),
         ("coulomb:mu", "'mu' in 'coulomb:mu' is not of the form parameter=value"),
-        ("coulomb:mu=", "mu = '' of the friction law coulomb is not a number"),
-        ("coulomb:mu=x", "mu = 'x' of the friction law coulomb is not a number"),
+        ("coulomb:mu=", "mu = '' of a friction law is not a number"),
+        ("coulomb:mu=x", "mu = 'x' of a friction law is not a number"),
         (
             "coulomb:mu=nan",
             "mu = nan of the friction law coulomb is not allowed: mu must",

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stickslip as ss
+from stickslip.mechanics.friction.values import parse_law
 from stickslip.mechanics.model.file import model_text, read_model, write_model
 
 COULOMB = """\
@@ -37,6 +38,16 @@ v_dr = 0.0366
 law = "popp-stelter"
 gamma = 3
 """
+FORMULA = (
+    COULOMB.partition("[friction]")[0]
+    + """\
+[friction]
+law = "formula"
+force = "mu + (1 - mu) * exp(-s / v)"
+mu = 0.2
+v = 0.5
+"""
+)
 TABULATED = COULOMB.replace("coulomb", "tabulated").replace("mu = 0.22\n", "")
 CHAIN = COULOMB.replace("two_block", "chain")
 OSCILLATOR = 'kind = "oscillator"\nV = 0.2\n[friction]\nlaw = "coulomb"\nmu = 0.3\n'
@@ -52,6 +63,23 @@ def read(tmp_path):
         return read_model(path)
 
     return reading
+
+
+def test_formulas(read, tmp_path):
+    law = ss.friction_law("mu + (1 - mu) * exp(-s / v)", parameters={"mu": 0.2, "v": 0.5})
+    model = ss.examples.coulomb().replace(friction=law)
+    assert read(FORMULA) == model
+    head = COULOMB.partition("[friction]")[0]
+    text = "mu + (1 - mu) * exp(-s / v), mu = 0.2, v = 0.5"
+    assert read(f'{head}friction = "{text}"\n') == model
+    assert read(f'{head}friction = "coulomb:mu=0.22"\n') == ss.examples.coulomb()
+    other = ss.friction_law("1 / (1 +\n s)", forward="exp(-s)")
+    assert parse_law(str(law)) == law
+    assert parse_law(str(other)) == other
+    for one in (model, model.replace(friction=other), model.replace(friction=(law, other))):
+        write_model(one, tmp_path / "written.toml")
+        assert read_model(tmp_path / "written.toml") == one
+        assert one.parameters == read_model(tmp_path / "written.toml").parameters
 
 
 def test_the_papers_system(read):
@@ -82,11 +110,13 @@ def test_the_documentation_shows_files_that_work(read):
     page = Path(__file__).parents[3].joinpath("docs", "model-files.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^( *)```toml\n(.*?)^ *```", page, flags=re.MULTILINE | re.DOTALL)
     files = [re.sub(f"^{indent}", "", text, flags=re.MULTILINE) for indent, text in blocks]
-    whole, chain, full, one, laws, physical = files
+    whole, chain, full, one, line, laws, physical = files
     assert read(chain) == ss.Chain([1, 1.3, 1.1], 1.2, 0.0366, ss.Coulomb(0.22), damping=0.01)
     assert read(full).forcing == ss.Harmonic((0.0, 0.2), 1.3, phase=0.5)
     assert read(one) == ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3.0))
     assert read(whole) == ss.examples.coulomb()
+    formula = read(whole.partition("[friction]")[0] + line).friction
+    assert formula.parameters == {"mu": 0.2, "v": 0.5}
     pair = read(whole.partition("[friction]")[0] + laws)
     assert pair.friction == (ss.Coulomb(mu=0.22), ss.PoppStelter(gamma=3.0))
     assert read(physical).units == ss.Units(m=2.0, k=8.0, fs1=4.0)
@@ -303,8 +333,19 @@ BAD = {
     ),
     "friction missing": (COULOMB.partition("[friction]")[0], ["lacks friction"]),
     "friction as text": (
-        COULOMB.partition("[friction]")[0] + 'friction = "coulomb:mu=0.22"\n',
-        ["friction = 'coulomb:mu=0.22'", "[friction]"],
+        COULOMB.partition("[friction]")[0] + 'friction = "mu + (1 - mu) / (1 + s"\n',
+        ["friction: the formula 'mu + (1 - mu) / (1 + s' ends where ) is expected"],
+    ),
+    "formula without a value": (
+        COULOMB.partition("[friction]")[0] + 'friction = "mu + (1 - mu) / (1 + s)"\n',
+        ["friction: force of the friction law mu + (1 - mu) / (1 + s) needs a value for 'mu'"],
+    ),
+    "formula as a number": (FORMULA.replace('"mu + (1 - mu) * exp(-s / v)"', "1"), ["force = 1"]),
+    "formula missing": (FORMULA.replace("force =", "v2 ="), ["[friction]", "lacks force"]),
+    "formula outside of [0, 1]": (FORMULA.replace("(1 - mu)", "2"), ["[friction]", "F(0) = 2.2"]),
+    "friction as a number": (
+        COULOMB.partition("[friction]")[0] + "friction = 0.22\n",
+        ["friction = 0.22", "[friction]", "coulomb:mu=0.22"],
     ),
     "friction as an empty list": (
         COULOMB.partition("[friction]")[0] + "friction = []\n",

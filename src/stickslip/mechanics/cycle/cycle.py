@@ -58,7 +58,9 @@ class Cycle(Result):
     events: tuple[Event, ...]
     residual: float
     _trajectory: list[Trajectory] = field(default_factory=list, init=False, compare=False)
-    _column_names: ClassVar = (*("period", "multiplier", "stable", "events", "global_sticks"),)
+    _column_names: ClassVar = (
+        *("period", "multiplier", "multiplier_imag", "stable", "events", "global_sticks"),
+    )
     _plot: ClassVar = "cycles.plot_cycle"
 
     @property
@@ -69,6 +71,11 @@ class Cycle(Result):
         return self._trajectory[0]
 
     @property
+    def largest_multiplier(self) -> complex:
+        """The multiplier of largest modulus, of a pair the one above the axis; 0 without any."""
+        return max(map(complex, self.multipliers), key=lambda m: (abs(m), m.imag), default=0j)
+
+    @property
     def d(self) -> Floats:
         """Differences of the displacements in its global stick phases."""
         return self.trajectory.d
@@ -76,7 +83,7 @@ class Cycle(Result):
     def __repr__(self) -> str:
         """Period, multipliers and events."""
         word = "stable" if self.stable else "not stable"
-        sizes = ", ".join(_text(value) for value in self.multipliers)
+        sizes = ", ".join(multiplier_text(value) for value in self.multipliers)
         lines = [f"Cycle: period {self.period:.12g}, {word}, {len(self.events)} events"]
         lines.append(f"  multipliers {sizes or 'none'}")
         lines += [f"  t = {e.time:<14.10g} block {e.block}  {e.kind}" for e in self.events[:8]]
@@ -85,12 +92,14 @@ class Cycle(Result):
         return "\n".join(lines)
 
     def _columns(self) -> dict[str, Any]:
-        size = np.abs(self.multipliers).max(initial=0.0)
-        facts = (self.period, size, self.stable, len(self.events), len(self.d))
+        largest = self.largest_multiplier
+        parts = (float(largest.real), float(largest.imag))
+        facts = (self.period, *parts, self.stable, len(self.events), len(self.d))
         return {name: [fact] for name, fact in zip(self._column_names, facts, strict=True)}
 
 
-def _text(value: complex) -> str:
+def multiplier_text(value: complex) -> str:
+    """Write a multiplier, real ones without an imaginary part."""
     return f"{value.real:.8g}" if value.imag == 0.0 else f"{value.real:.6g}{value.imag:+.6g}i"
 
 

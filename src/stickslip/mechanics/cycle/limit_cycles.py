@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.checks import MOST_KEPT, random_generator, whole_number
 from stickslip.errors import NoCycleError
-from stickslip.mechanics.cycle.cycle import Cycle, same_cycle
+from stickslip.mechanics.cycle.cycle import Cycle, multiplier_text, same_cycle
 from stickslip.mechanics.cycle.equilibria import equilibria
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.model.arguments import checked_model
@@ -76,9 +76,9 @@ class CycleList(ResultList[Cycle]):
         """Return one line a cycle, then what else the starts led to."""
         lines = [f"CycleList: {len(self)} cycles from {self.n_starts} starts"]
         for cycle, hits in zip(self.cycles[:SHOWN], self.hits, strict=False):
-            size = np.abs(cycle.multipliers).max(initial=0.0)
+            multiplier = multiplier_text(cycle.largest_multiplier)
             lines.append(
-                f"  period {cycle.period:14.10g}  |multiplier| {size:<11.6g} "
+                f"  period {cycle.period:14.10g}  multiplier {multiplier:<13} "
                 f"{len(cycle.events)} events, {len(cycle.d)} global sticks, {hits} hits"
             )
         if len(self) > SHOWN:

@@ -1,4 +1,4 @@
-"""Friction laws that a user writes as a plain Python function."""
+"""Friction laws that a user writes: as a plain Python function, or as a formula in a text."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from stickslip.mechanics.friction.formula import (
 )
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.numerics.expression import NotTraceable
+from stickslip.numerics.formula_text import FormulaText
 from stickslip.numerics.tracing import plain_function
 from stickslip.vocabulary import did_you_mean, suggests
 
@@ -70,25 +71,27 @@ SLOPE_AGREEMENT = 1e-6
 
 @suggests
 def friction_law(
-    force: Callable[..., float],
+    force: Callable[..., float] | str,
     *,
     parameters: Mapping[str, float] | None = None,
     slope: Callable[..., float] | None = None,
-    forward: Callable[..., float] | None = None,
+    forward: Callable[..., float] | str | None = None,
 ) -> UserLaw:
-    """Make a friction law of a plain Python function.
+    """Make a friction law of a plain Python function, or of a formula in a text.
 
     Parameters
     ----------
-    force : callable
+    force : callable or str
         ``force(s, a, ...)``: kinetic friction over the static limit at the slip speed
-        ``s >= 0``, with ``0 <= F(0) <= 1``. It opposes the slip.
+        ``s >= 0``, with ``0 <= F(0) <= 1``. It opposes the slip. As text, in `s` and the
+        parameters: numbers, names, ``+ - * / **``, parentheses and ``exp, expm1, log, log1p,
+        sqrt, sin, cos, tan, sinh, cosh, tanh, atan, asinh``; nothing in it runs as Python.
     parameters : mapping of str to float, optional
         The named parameters and their values. They count among a model's parameters.
     slope : callable, optional
         ``slope(s, a, ...)``, dF/ds. Needed only where the law cannot be differentiated
         exactly, see Notes; differences are the default there.
-    forward : callable, optional
+    forward : callable or str, optional
         A different law for a block that is faster than the belt.
 
     Returns
@@ -99,7 +102,8 @@ def friction_law(
     ------
     ValueError
         The parameters do not fit the functions; the law is not finite for 0 <= s <= 10; F(0)
-        is outside [0, 1]; the law can be neither recorded as a formula nor compiled.
+        is outside [0, 1]; the law can be neither recorded as a formula nor compiled; a text
+        cannot be read.
 
     Notes
     -----
@@ -108,16 +112,22 @@ def friction_law(
     Taylor series are exact then, and kernels are kept between runs. A law that does anything
     else, such as branch on `s`, is compiled as it stands, once per process. Exponents: ``s**2``
     is recorded; ``s**a`` with a parameter `a`, which may make F singular at s = 0, is compiled.
+    Texts are recorded, never compiled as they stand; model files and the command line take them
+    too.
 
     Examples
     --------
     >>> law = friction_law(lambda s, a: a + (1 - a) / (1 + s), parameters={"a": 0.3})
     >>> law.force(1.0)
     0.65
+    >>> ss.friction_law("a + (1 - a) / (1 + s)", parameters={"a": 0.3}).force(1.0)
+    0.65
     """
     given = {} if parameters is None else parameters
     values = tuple(instance("parameters", given, Mapping, "names with their values").items())
-    return UserLaw(force, values, slope, forward)
+    function = FormulaText(force) if isinstance(force, str) else force
+    other = FormulaText(forward) if isinstance(forward, str) else forward
+    return UserLaw(function, values, slope, other)
 
 
 @dataclass(frozen=True, repr=False)
@@ -158,6 +168,14 @@ class UserLaw(FrictionLaw):
     def formula(self) -> Formula:
         """The law as a graph, or as its functions."""
         return self._formula
+
+    @property
+    def text(self) -> dict[str, str] | None:
+        """Formulas of ``force`` and perhaps ``forward``, where they were given as text."""
+        given = {"force": self.function, "forward": self.forward_function}
+        texts = {name: f.text for name, f in given.items() if isinstance(f, FormulaText)}
+        others = (f for f in (*given.values(), self.slope_function) if f is not None)
+        return texts if all(isinstance(f, FormulaText) for f in others) else None
 
     # --- parameters ---------------------------------------------------------------------------
 
@@ -248,6 +266,8 @@ class UserLaw(FrictionLaw):
         known: Mapping[UserFunction, list[float]],
         not_traced: str,
     ) -> None:
+        if self.text is not None:
+            raise ValueError(f"the friction law {shown(self.title)} cannot be used: {not_traced}")
         for user in dict.fromkeys((functions.backward, functions.forward, functions.slope)):
             if user is None:
                 continue
@@ -303,11 +323,23 @@ class UserLaw(FrictionLaw):
         m = 1 if forward else -1
         return np.vectorize(lambda speed: slope(row, m, speed), otypes=[float])(s)
 
+    def __str__(self) -> str:
+        """Write a law of formulas as ``parse_law`` reads it."""
+        if self.text is None:
+            return super().__str__()
+        force, *forward = self.text.values()
+        rest = [f"forward={text}" for text in forward]
+        return ", ".join([force, *rest, *(f"{name}={value!r}" for name, value in self.values)])
+
     def __repr__(self) -> str:
         """Show the call that makes it."""
+        function, forward = (
+            repr(f.text) if isinstance(f, FormulaText) else otherwise
+            for f, otherwise in ((self.function, self.title), (self.forward_function, "..."))
+        )
         parameters = f", parameters={dict(self.values)!r}" if self.values else ""
-        more = "" if self.forward_function is None else ", forward=..."
-        return f"friction_law({self.title}{parameters}{more})"
+        more = "" if self.forward_function is None else f", forward={forward}"
+        return f"friction_law({function}{parameters}{more})"
 
 
 def _agree(values: Any, known: list[float]) -> bool:

@@ -2,41 +2,64 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, Final
 
 from stickslip.checks import shown
-from stickslip.mechanics.friction import LAWS, TabulatedFriction
+from stickslip.mechanics.friction import LAWS, TabulatedFriction, UserLaw, friction_law
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.vocabulary import did_you_mean
 
 
 def parse_law(text: str) -> FrictionLaw:
-    """Read a built-in law, ``"coulomb:mu=0.22"``; the opposite of ``str(law)``."""
+    """Read ``"coulomb:mu=0.22"`` or ``"a + (1 - a) / (1 + s), a=0.3"``; ``str(law)`` writes it."""
+    if NAMED.match(text) is None:
+        force, *items = text.split(",")
+        return _formula({"force": force.strip(), **_items(items, text)})
     name, _, rest = text.strip().partition(":")
     name = name.strip().lower().replace("_", "-")
     if name not in LAWS:
         raise ValueError(f"there is no friction law {shown(name)}. {did_you_mean(name, LAWS)}")
     law = LAWS[name]
-    values: dict[str, float] = {}
-    for item in filter(None, (part.strip() for part in rest.split(","))):
-        key, equals, number = (part.strip() for part in item.partition("="))
+    return law.from_values(_items(rest.split(","), text))
+
+
+NAMED: Final = re.compile(r"\s*[\w-]*\s*(:|$)")
+"""What starts with the name of a law; all else is a formula."""
+FORMULA: Final = "formula"
+TEXTS: Final = ("force", "forward")
+"""Of a formula law; its other keys are its parameters."""
+
+
+def _items(items: Sequence[str], text: str) -> dict[str, Any]:
+    values: dict[str, Any] = {}
+    for item in filter(None, (part.strip() for part in items)):
+        key, equals, value = (part.strip() for part in item.partition("="))
         if not equals:
             raise ValueError(f"{shown(item)} in {shown(text)} is not of the form parameter=value")
         if key in values:
             raise ValueError(f"{shown(key)} is given twice in {shown(text)}")
-        values[key] = _number(key, number, law)
-    return law.from_values(values)
+        values[key] = value if key in TEXTS else _number(key, value)
+    return values
 
 
-def _number(key: str, text: str, law: type[FrictionLaw]) -> float:
+def _number(key: str, text: str) -> float:
     try:
         return int(text) if text.lstrip("+-").isdigit() else float(text)
     except ValueError:
-        raise ValueError(
-            f"{key} = {shown(text)} of the friction law {law.name} is not a number"
-        ) from None
+        raise ValueError(f"{key} = {shown(text)} of a friction law is not a number") from None
+
+
+def _formula(values: Mapping[str, Any]) -> UserLaw:
+    refuse_missing(values, ("force",))
+    texts = {name: values[name] for name in TEXTS if name in values}
+    for name, text in texts.items():
+        if not isinstance(text, str):
+            raise ValueError(f"{name} = {shown(text)} must be a formula in quotation marks")
+    numbers = {name: value for name, value in values.items() if name not in TEXTS}
+    return friction_law(**texts, parameters=numbers)
 
 
 TABLE: Final = ("speed", "force")
@@ -45,13 +68,15 @@ ABOVE_TABLES: Final = (
     *("friction", "units", "physical", "forcing"),
 )
 """Keys of models, of any kind, which slip under a table that is written too early."""
-LAWS_IN_FILES: Final = (*LAWS, TabulatedFriction.name)
+LAWS_IN_FILES: Final = (*LAWS, TabulatedFriction.name, FORMULA)
 
 
 def law_values(law: FrictionLaw) -> dict[str, Any]:
     """Return a law as plain values; ValueError for a Python function, which a file cannot hold."""
     if isinstance(law, TabulatedFriction):
         return {"law": law.name, "speed": list(law.speeds), "force": list(law.forces)}
+    if isinstance(law, UserLaw) and law.text is not None:
+        return {"law": FORMULA, **law.text, **law.parameters}
     if LAWS.get(law.name) is not type(law):
         raise ValueError(
             f"the friction law {law.title} is a Python function, which a file cannot hold. "
@@ -63,6 +88,9 @@ def law_values(law: FrictionLaw) -> dict[str, Any]:
 def friction_of(given: Any, n_blocks: int | None) -> FrictionLaw | tuple[FrictionLaw, ...]:
     """Read ``[friction]``, or ``[[friction]]`` once for each block (of any number if None)."""
     match given:
+        case str():
+            with within("friction: "):
+                return parse_law(given)
         case dict():
             with within("[friction] "):
                 return _law(given)
@@ -75,7 +103,7 @@ def friction_of(given: Any, n_blocks: int | None) -> FrictionLaw | tuple[Frictio
             )
     raise ValueError(
         f"friction = {shown(given)} must be a table: a line [friction], under it law and its "
-        "parameters."
+        'parameters; or a text such as "coulomb:mu=0.22" or "a + (1 - a) * exp(-s), a=0.3".'
     )
 
 
@@ -98,6 +126,8 @@ def _law(table: dict[str, Any]) -> FrictionLaw:
         refuse_unknown(values, TABLE)
         refuse_missing(values, TABLE)
         return TabulatedFriction(**values)
+    if name == FORMULA:
+        return _formula(values)
     if name not in LAWS:
         raise ValueError(
             f"law = {shown(name)} is no friction law. {did_you_mean(name, LAWS_IN_FILES)}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from collections.abc import Callable, Mapping
@@ -233,7 +234,7 @@ def write_model(model: Model, path: str | PathLike[str]) -> None:
     Parameters
     ----------
     model : TwoBlock, Blocks, Chain or Oscillator
-        With built-in friction laws; numbers are written with every digit.
+        With built-in friction laws or formulas; numbers are written with every digit.
     path : str or path
         A file of that name is replaced; it is whole at any time.
 
@@ -262,9 +263,9 @@ def model_text(model: Model) -> str:
 
 
 def _lines(values: Mapping[str, Any]) -> list[str]:
-    """Write values; Python's shortest exact form of a finite number is TOML too."""
+    """Write values: texts of JSON are TOML, and so is Python's exact form of a finite number."""
     return [
-        f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value!r}"
+        f"{name} = {json.dumps(value) if isinstance(value, str) else repr(value)}"
         for name, value in values.items()
     ]
 
