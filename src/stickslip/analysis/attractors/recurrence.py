@@ -15,7 +15,7 @@ from stickslip.analysis.attractors.lyapunov import advance
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.protocol import domain_width, sample
 from stickslip.analysis.orbits.newton import polish_on
-from stickslip.analysis.orbits.orbit import PeriodicOrbit
+from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -75,24 +75,20 @@ class Cycle:
 
 def as_orbit(f: Map1D, cycle: Cycle, table: BranchTable | None = None) -> PeriodicOrbit:
     """Turn a confirmed cycle into the public type, the smallest point first."""
-    start = int(np.argmin(cycle.points))
-    points, labels = np.roll(cycle.points, -start), np.roll(cycle.labels, -start)
     table = branch_table(f) if table is None else table
-    size = np.max(np.abs(points)) + domain_width(f)
+    size = np.max(np.abs(cycle.points)) + domain_width(f)
     # A residual moves the points of a stable orbit by its sum over all further rounds.
     error = (cycle.residual + 4 * np.finfo(np.float64).eps * size) * cycle.period
     error /= max(abs(1 - cycle.multiplier), NEUTRAL)
-    return PeriodicOrbit(
-        points=points,
-        period=cycle.period,
+    return orbit_of(
+        f,
+        cycle.points,
+        cycle.labels,
         multiplier=cycle.multiplier,
         stable=cycle.stable,
-        itinerary=tuple(table.text(int(label)) for label in labels),
-        labels=labels,
-        quality="located",
-        interval=points[:, None] + error * np.array([-1.0, 1.0]),
+        error=error,
+        texts=[table.text(int(label)) for label in cycle.labels],
         residual=cycle.residual,
-        system=f,
     )
 
 

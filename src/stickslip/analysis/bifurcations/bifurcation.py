@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stickslip.analysis.attractors.attractor import Attractor
+    from stickslip.analysis.bifurcations.conditions.locate import Located
     from stickslip.analysis.bifurcations.outcome import Outcome
     from stickslip.analysis.continuation.curve import Curve
     from stickslip.analysis.maps.protocol import Floats, MapFamily
@@ -176,6 +177,33 @@ class Bifurcation(Result):
 
     def _columns(self) -> dict[str, Any]:
         return {name: [cell] for name, cell in self.row().items()}
+
+
+def bifurcation_of(
+    kind: BifurcationKind,
+    found: Located,
+    parameter: str,
+    system: MapFamily | None,
+    **more: Any,
+) -> Bifurcation:
+    """Describe a condition that was solved for."""
+    reading = found.reading
+    points = np.array(reading.points)
+    return Bifurcation(
+        kind=kind,
+        parameter=parameter,
+        value=float(found.value),
+        error=float(found.error),
+        period=reading.condition.period,
+        points=np.roll(points, -int(np.argmin(points))),
+        quality=found.quality,
+        interval=(float(found.interval[0]), float(found.interval[1])),
+        residual=float(found.residual),
+        condition=reading.condition,
+        multipliers=reading.multipliers,
+        system=system,
+        **more,
+    )
 
 
 @part

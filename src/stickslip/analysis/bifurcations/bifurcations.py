@@ -14,6 +14,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
     BifurcationList,
     UnresolvedChange,
     attempted,
+    bifurcation_of,
 )
 from stickslip.analysis.bifurcations.cascades import cascades
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Contact
@@ -319,25 +320,16 @@ class _Report:
         return any(abs(event.value - value) <= same for value in self.values)
 
     def _crisis(self, event: CrisisEvent) -> Bifurcation:
-        located = event.located
         below, above = self._sides(event.value)
-        return Bifurcation(
-            kind=event.kind,
-            parameter=self.survey.family.name,
-            value=float(event.value),
-            error=float(event.error),
-            period=event.period,
-            points=np.roll(event.points, -int(np.argmin(event.points))),
+        return bifurcation_of(
+            event.kind,
+            event.located,
+            self.survey.family.name,
+            self.f,
             orbits_before=self._orbit_at(below, event),
             orbits_after=self._orbit_at(above, event),
             attractors_before=event.attractors_before,
             attractors_after=event.attractors_after,
-            quality=located.quality,
-            interval=located.interval,
-            residual=located.residual,
-            condition=event.condition,
-            multipliers=located.reading.multipliers,
-            system=self.f,
         )
 
     def _orbit_at(self, q: float, event: CrisisEvent) -> tuple[PeriodicOrbit, ...]:

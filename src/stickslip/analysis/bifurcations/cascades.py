@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.bifurcation import Bifurcation, Cascade
+from stickslip.analysis.bifurcations.bifurcation import Bifurcation, Cascade, bifurcation_of
 from stickslip.analysis.bifurcations.conditions.conditions import Flip
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.normal_forms import FlipCoefficient, flip_coefficient
@@ -207,25 +207,9 @@ def _apart(found: Polished, size: float) -> bool:
 
 def _next_level(found: Located, family: Family) -> _Level:
     """Make a bifurcation of a flip beyond the lists, with the orbits on both sides."""
-    points = np.array(found.reading.points)
-    points = np.roll(points, -int(np.argmin(points)))
-    coefficient = flip_coefficient(family.whole(found.value), points)
-    flip = Bifurcation(
-        kind="flip",
-        parameter=family.name,
-        value=float(found.value),
-        error=float(found.error),
-        period=len(points),
-        points=points,
-        criticality=coefficient.criticality,
-        quality=found.quality,
-        interval=found.interval,
-        residual=found.residual,
-        condition=found.reading.condition,
-        multipliers=found.reading.multipliers,
-        in_cascade=True,
-        system=family.f,
-    )
+    flip = bifurcation_of("flip", found, family.name, family.f, in_cascade=True)
+    coefficient = flip_coefficient(family.whole(flip.value), flip.points)
+    flip = replace(flip, criticality=coefficient.criticality)
     level = _Level(flip, float(found.slope), coefficient)
     return replace(level, flip=_with_orbits(level, family))
 

@@ -7,7 +7,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.bifurcation import Bifurcation, UnresolvedChange
+from stickslip.analysis.bifurcations.bifurcation import (
+    Bifurcation,
+    UnresolvedChange,
+    bifurcation_of,
+)
 from stickslip.analysis.bifurcations.border_collision.classification import (
     observed,
     predicted_at_corner,
@@ -120,24 +124,16 @@ def explained(event: Event, span: Span, concerned: Concerned, family: Family) ->
         criticality, note = coefficients.criticality, coefficients.text
     if isinstance(reading.condition, Collision):
         predicted = _predicted(event, reading.condition, family)
-    return Bifurcation(
-        kind=event.kind,
-        parameter=family.name,
-        value=event.value,
-        error=float(found.error),
-        period=event.period,
-        points=event.points,
+    return bifurcation_of(
+        event.kind,
+        found,
+        family.name,
+        family.f,
         criticality=criticality,
         orbits_before=span.left.select(concerned.before),
         orbits_after=span.right.select(concerned.after),
         predicted_outcome=predicted,
-        quality=found.quality,
-        interval=(float(found.interval[0]), float(found.interval[1])),
-        residual=float(found.residual),
-        condition=reading.condition,
-        multipliers=reading.multipliers,
         note=note,
-        system=family.f,
     )
 
 

@@ -21,8 +21,8 @@ from stickslip.analysis.continuation.follower import (
 from stickslip.analysis.continuation.half_period import flip_of_half, shrinks_to_half
 from stickslip.analysis.continuation.orbit_equations import Linearized, OrbitEquations
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.analysis.orbits.newton import itinerary_of, solve_orbit
-from stickslip.analysis.orbits.orbit import PeriodicOrbit
+from stickslip.analysis.orbits.newton import solve_orbit
+from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
 from stickslip.numerics.continuation import CurvePoint, StepControl, StepTooLong
 from stickslip.results.parts import part
 from stickslip.status import OK
@@ -277,21 +277,14 @@ class OrbitProblem(Problem):
         """Return the orbit of a row as it was solved: at an end, a one-sided limit."""
         assert self.system is not None
         f = self.system.replace(**{curve.parameter: float(curve.values[row])})
-        start = int(np.argmin(curve.points[row]))
-        points = np.roll(curve.points[row], -start)
-        labels = np.roll(curve.data["labels"][row], -start)
-        multiplier, residual = float(curve.multipliers[row]), float(curve.data["residual"][row])
-        return PeriodicOrbit(
-            points=points,
-            period=len(points),
-            multiplier=multiplier,
-            stable=abs(multiplier) < 1,
-            itinerary=itinerary_of(f, points, labels),
-            labels=labels,
-            quality="located",
-            interval=points[:, None] + residual * np.array([-1.0, 1.0]),
+        residual = float(curve.data["residual"][row])
+        return orbit_of(
+            f,
+            curve.points[row],
+            curve.data["labels"][row],
+            multiplier=float(curve.multipliers[row]),
+            error=residual,
             residual=residual,
-            system=f,
         )
 
     def same(self, one: PeriodicOrbit, other: PeriodicOrbit) -> bool:

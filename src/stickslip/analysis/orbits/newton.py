@@ -14,12 +14,13 @@ import numpy as np
 
 from stickslip.analysis.maps.protocol import sample
 from stickslip.analysis.orbits.bundles import OrbitBundle
-from stickslip.analysis.orbits.orbit import PeriodicOrbit
+from stickslip.analysis.orbits.orbit import orbit_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 MAX_NEWTON: Final = 20
 EPS: Final = float(np.finfo(np.float64).eps)
@@ -143,32 +144,18 @@ def polish_on(f: Map1D, guess: Floats, scale: float | None = None, **options: An
 
 def solve_orbit(f: Map1D, guess: Floats) -> PeriodicOrbit:
     """Solve for the orbit near guessed points, on their branches; "failed" if nothing converges."""
-    p = len(guess)
     found = polish_on(f, guess[None])
-    smallest = int(np.argmin(found.points[0]))
-    points, error = np.roll(found.points[0], -smallest), np.roll(found.error[0], -smallest)
+    points = found.points[0]
     values = sample(f, points)
-    multiplier = float(values.derivative.prod())
-    return PeriodicOrbit(
-        points=points,
-        period=p,
-        multiplier=multiplier,
-        stable=abs(multiplier) < 1,
-        itinerary=itinerary_of(f, points, values.label),
-        labels=values.label,
-        quality="located" if found.converged[0] else "failed",
-        interval=points[:, None] + error[:, None] * np.array([-1.0, 1.0]),
+    return orbit_of(
+        f,
+        points,
+        values.label,
+        multiplier=float(values.derivative.prod()),
+        error=found.error[0],
         residual=float(found.residual[0]),
-        system=f,
+        quality="located" if found.converged[0] else "failed",
     )
-
-
-def itinerary_of(f: Map1D, points: Floats, labels: Labels) -> tuple[str, ...]:
-    """Return what a map says of each point's branch: its own text if it has one, else the label."""
-    describe = getattr(f, "itinerary", None)
-    if describe is None:
-        return tuple(str(label) for label in labels.tolist())
-    return tuple(str(describe(x)) for x in points.tolist())
 
 
 def residual_is_rounding(

@@ -12,6 +12,10 @@ from stickslip.results.parts import part
 from stickslip.results.result import Result, ResultList
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike
+
     from stickslip.analysis.branches.discontinuities import Unresolved
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
 
@@ -128,6 +132,41 @@ class PeriodicOrbit(AnyOrbit):
             "error": 0.5 * (self.interval[:, 1] - self.interval[:, 0]),
             "itinerary": np.array(self.itinerary),
         }
+
+
+def orbit_of(
+    f: Map1D,
+    points: Floats,
+    labels: Labels,
+    *,
+    multiplier: float,
+    error: ArrayLike = 0.0,
+    interval: Floats | None = None,
+    texts: Sequence[str] | None = None,
+    **known: Any,
+) -> PeriodicOrbit:
+    """Describe an orbit of a map from its points in any turn; rows are turned with them."""
+    start = int(np.argmin(points))
+    if interval is None:
+        interval = points[:, None] + np.multiply.outer(error, [-1.0, 1.0])
+    points, labels = np.roll(points, -start), np.roll(labels, -start)
+    if texts is None:  # the map's own if it has any
+        describe = getattr(f, "itinerary", None)
+        texts = labels.tolist() if describe is None else list(map(describe, points.tolist()))
+    else:
+        texts = [*texts[start:], *texts[:start]]
+    return PeriodicOrbit(
+        points=points,
+        period=len(points),
+        multiplier=multiplier,
+        stable=known.pop("stable", abs(multiplier) < 1),
+        itinerary=tuple(map(str, texts)),
+        labels=labels,
+        quality=known.pop("quality", "located"),
+        interval=np.roll(interval, -start, axis=0),
+        system=f,
+        **known,
+    )
 
 
 @part

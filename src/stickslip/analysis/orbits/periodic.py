@@ -19,7 +19,13 @@ from stickslip.analysis.maps.protocol import sample
 from stickslip.analysis.maps.protocol_nd import MapND
 from stickslip.analysis.orbits.diagonal import brackets_on_diagonal, forward_orbits
 from stickslip.analysis.orbits.newton import Polished, polish
-from stickslip.analysis.orbits.orbit import JumpCrossing, NearFold, OrbitList, PeriodicOrbit
+from stickslip.analysis.orbits.orbit import (
+    JumpCrossing,
+    NearFold,
+    OrbitList,
+    PeriodicOrbit,
+    orbit_of,
+)
 from stickslip.analysis.orbits.orbits_nd import N_STARTS, OrbitListND, search_orbits
 from stickslip.checks import MOST_KEPT, shown, whole_number
 from stickslip.vocabulary import suggests
@@ -302,31 +308,19 @@ class _Search:
         return False
 
     def _orbit(self, brackets: Brackets, found: Polished, k: int) -> PeriodicOrbit:
-        start = int(np.argmin(found.points[k]))
-
-        def turned(row: Any) -> Any:
-            return np.roll(row, -start, axis=0)
-
-        multiplier = float(found.slopes[k].prod())
-        points = turned(found.points[k])
-        labels = self.table.labels_at(points)
+        labels = self.table.labels_at(found.points[k])
+        ends = np.stack([brackets.left[k, :-1], brackets.right[k, :-1]], axis=1)
         located = bool(found.converged[k])
-        if located:
-            interval = points[:, None] + turned(found.error[k])[:, None] * np.array([-1.0, 1.0])
-        else:
-            ends = np.stack([brackets.left[k, :-1], brackets.right[k, :-1]], axis=1)
-            interval = turned(np.sort(ends, axis=1))
-        return PeriodicOrbit(
-            points=points,
-            period=len(points),
-            multiplier=multiplier,
-            stable=abs(multiplier) < 1,
-            itinerary=tuple(self.table.text(int(label)) for label in labels),
-            labels=labels,
-            quality="located" if located else "bracketed",
-            interval=interval,
+        return orbit_of(
+            self.table.f,
+            found.points[k],
+            labels,
+            multiplier=float(found.slopes[k].prod()),
+            error=found.error[k],
+            interval=None if located else np.sort(ends),
+            texts=[self.table.text(int(label)) for label in labels],
             residual=float(found.residual[k]),
-            system=self.table.f,
+            quality="located" if located else "bracketed",
         )
 
     def add_jump_orbits(self, pieces: Pieces) -> None:
@@ -413,19 +407,15 @@ def _orbit(
         share=float((path[0] - jump.left) / (jump.right - jump.left)),
         rising=bool((jump.right > jump.left) == (table.pieces.direction[word].prod() > 0)),
     )
-    start = int(np.argmin(points))
-    return PeriodicOrbit(
-        points=np.roll(points, -start),
-        period=len(points),
+    return orbit_of(
+        table.f,
+        points,
+        labels,
         multiplier=math.inf,
-        stable=False,
-        itinerary=tuple(texts[start:] + texts[:start]),
-        labels=np.roll(labels, -start),
-        quality="located",
-        interval=np.roll(points[:, None] + error[:, None] * np.array([-1.0, 1.0]), -start, axis=0),
+        error=error,
+        texts=texts,
         residual=float(residual.max(initial=0.0)),
         jump=crossing,
-        system=table.f,
     )
 
 

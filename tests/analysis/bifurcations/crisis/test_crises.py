@@ -48,7 +48,7 @@ def test_bands_of_the_tent_map_merge_at_roots_of_two():
     assert [a.period for a in first.attractors_after] == [2]
     # The orbit between the bands: the fixed point s / (1 + s), and its double.
     assert second.points == pytest.approx([2**0.5 / (1 + 2**0.5)])
-    assert first.period == 2
+    assert first.condition.period == 2
     assert all(
         abs(e.value - v) <= 10 * e.error for e, v in zip(events, (2**0.25, 2**0.5), strict=True)
     )
@@ -104,7 +104,7 @@ def test_end_of_the_window_of_period_three():
     (event,) = found(logistic, [3.853, 3.86])
     assert event.kind == "interior_crisis"
     assert event.value == pytest.approx(expected, abs=LOCATED)
-    assert event.period == 3
+    assert event.condition.period == 3
     assert [a.period for a in event.attractors_before] == [3]
     assert [a.period for a in event.attractors_after] == [1]
 
@@ -196,7 +196,7 @@ def test_boundary_crisis_of_law_9():
     assert event.kind == "boundary_crisis"
     assert event.value == pytest.approx(1.215285651451, abs=1e-12)  # f(f(c)) = U1
     assert event.condition.k == 2
-    assert event.period == 1
+    assert event.condition.period == 1
     assert sorted(a.kind for a in event.attractors_before) == ["chaotic", "periodic"]
     assert [a.kind for a in event.attractors_after] == ["periodic"]
 
@@ -217,8 +217,10 @@ def test_two_bands_of_law_9_merge_at_p1():
 @pytest.mark.slow
 def test_chaos_after_the_cascade_of_s1():
     events = found(law9, [1.2157, 1.2158, 1.2159, 1.2161, 1.2167, 1.217])
-    simple = [event for event in events if event.period <= 2]  # others end windows of chaos
-    assert [(event.kind, event.period) for event in simple] == [
+    simple = [
+        event for event in events if event.condition.period <= 2
+    ]  # others end windows of chaos
+    assert [(event.kind, event.condition.period) for event in simple] == [
         ("band_merging", 2),
         ("band_merging", 1),
         ("interior_crisis", 1),

@@ -65,15 +65,29 @@ class CrisisEvent:
     """A chaotic attractor that is lost, or changes suddenly, at a parameter value."""
 
     kind: CrisisKind
-    value: float
-    error: float
-    condition: Connection | Contact  # started from here
     located: Located
-    # the unstable orbit there, in the map's order, the point that is met first; or the break met
-    points: tuple[float, ...]
-    period: int  # of the unstable orbit; 0 if there is none
-    sides: tuple[ParameterPoint, ParameterPoint]  # just below and just above `value`
     attractor: Attractor  # that changes
+    sides: tuple[ParameterPoint, ParameterPoint]  # just below and just above `value`
+
+    @property
+    def value(self) -> float:
+        """Of the parameter."""
+        return self.located.value
+
+    @property
+    def error(self) -> float:
+        """Of the value."""
+        return self.located.error
+
+    @property
+    def condition(self) -> Condition:
+        """A `Connection` or `Contact`, started from here."""
+        return self.located.reading.condition
+
+    @property
+    def points(self) -> tuple[float, ...]:
+        """The unstable orbit that is met, the point that is met first; or the break met."""
+        return self.located.reading.points
 
     @property
     def attractors_before(self) -> tuple[Attractor, ...]:
@@ -197,15 +211,15 @@ class _Search:
         seen = changes(left, right)
         width = right.value - left.value
         for change in seen:
-            found = self._event(change, BESIDE * width)
-            if found is None:
+            event = self._event(change, BESIDE * width)
+            if event is None:
                 continue
-            event, below, above = found
+            below, above = event.sides
             self.keep(event)
             for twin in changes(below, above):
                 same = self._event(twin, BESIDE * width)
                 if same is not None:
-                    self.keep(same[0])
+                    self.keep(same)
             if change.start is left:
                 self._wait(above, right)
             else:
@@ -243,10 +257,8 @@ class _Search:
         short = turns <= self.max_period or turns & (turns - 1) == 0
         return 1.0 if rest == 0 and short else UNLIKELY
 
-    def _event(
-        self, change: Change, beside: float
-    ) -> tuple[CrisisEvent, ParameterPoint, ParameterPoint] | None:
-        """Return an event that the attractors on both sides confirm, and its sides."""
+    def _event(self, change: Change, beside: float) -> CrisisEvent | None:
+        """Return an event that the attractors on both sides confirm."""
         start, stop = change.start, change.stop
         refuted: list[Located] = []
         for zero in self._ahead(change):
@@ -262,7 +274,7 @@ class _Search:
 
     def _confirmed(
         self, located: Located, attractor: Attractor, upwards: bool, beside: float
-    ) -> tuple[CrisisEvent, ParameterPoint, ParameterPoint] | None:
+    ) -> CrisisEvent | None:
         """Look at the attractors on both sides, further away if something hides them."""
         last = None
         for nudge in NUDGES:
@@ -271,11 +283,11 @@ class _Search:
             near, far = (below, above) if upwards else (above, below)
             kind = kind_of_change(attractor, near, far)
             if kind in KINDS:
-                return _as_event(kind, located, attractor, below, above), below, above
+                return CrisisEvent(kind, located, attractor, (below, above))
             if kind is None:
                 return None
             if kind == "transient":
-                last = _as_event("boundary_crisis", located, attractor, below, above), below, above
+                last = CrisisEvent("boundary_crisis", located, attractor, (below, above))
         # Transients beside a boundary crisis live long, but the attractor is gone.
         return last
 
@@ -350,10 +362,9 @@ class _Search:
             located = solve_near(condition, self.at, point.value, step=beside)
             if abs(located.value - point.value) > located.error:
                 return None
-            event = self._confirmed(located, attractor, width > 0, beside)
+            return self._confirmed(located, attractor, width > 0, beside)
         except (ConditionLost, ValueError):
             return None  # the family may end here, too
-        return None if event is None else event[0]
 
     def keep(self, event: CrisisEvent) -> bool:
         """Add an event unless it is there already; tell which."""
@@ -361,26 +372,3 @@ class _Search:
         if new:
             self.events.append(event)
         return new
-
-
-def _as_event(
-    kind: CrisisKind,
-    located: Located,
-    attractor: Attractor,
-    below: ParameterPoint,
-    above: ParameterPoint,
-) -> CrisisEvent:
-    reading = located.reading
-    condition = reading.condition
-    assert isinstance(condition, Connection | Contact)
-    return CrisisEvent(
-        kind=kind,
-        value=located.value,
-        error=located.error,
-        condition=condition,
-        located=located,
-        points=reading.points,
-        period=condition.period,
-        sides=(below, above),
-        attractor=attractor,
-    )

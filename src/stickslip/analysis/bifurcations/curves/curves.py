@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.bifurcation import Bifurcation
+from stickslip.analysis.bifurcations.bifurcation import Bifurcation, bifurcation_of
 from stickslip.analysis.bifurcations.conditions.conditions import Crossing, Fold
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.curves.curve_ends import end_event
@@ -83,20 +83,11 @@ class BifurcationProblem(Problem):
             raise ValueError(
                 f"{name} = {value:.12g}: the bifurcation is not found there: {lost}."
             ) from lost
-        return Bifurcation(
-            kind=curve.kind.removeprefix(KIND),  # type: ignore[arg-type]
-            parameter=other,
-            value=found.value,
-            error=found.error,
-            period=found.reading.condition.period,
-            points=np.array(found.reading.points),
-            quality=found.quality,
-            interval=found.interval,
-            residual=found.residual,
-            condition=found.reading.condition,
-            multipliers=found.reading.multipliers,
-            system=system.replace(**{name: value, other: found.value}),
+        kind, new = (
+            curve.kind.removeprefix(KIND),
+            system.replace(**{name: value, other: found.value}),
         )
+        return bifurcation_of(kind, found, other, new)  # type: ignore[arg-type]
 
     def row(self, curve: Curve, row: int) -> Bifurcation:
         """Solve for it again at the row's value of the varied parameter."""
