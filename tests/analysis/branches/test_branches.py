@@ -31,7 +31,6 @@ def test_logistic_map_is_one_branch_with_two_laps():
     assert len(table) == 1
     assert not table.breakpoints
     assert table.turning_points == pytest.approx([0.5], abs=ROUNDING)
-    assert table.turning_values == pytest.approx([1.0], abs=ROUNDING)
     assert len(table.laps) == 2
 
 

@@ -128,6 +128,10 @@ class _Look:
         self.width = domain_width(f)
         self.found: list[Motion] = []
 
+    def _all_cycles(self) -> list[Floats]:
+        """Cycles that were given, and those found."""
+        return [*self.cycles, *(m.points for m in self.found if m.kind == "periodic")]
+
     def hand_on(self, motion: Motion) -> bool:
         """Find a cycle of the last map in this one; False if it must be iterated."""
         return motion.kind == "periodic" and self._add_cycle(motion.points, RECURRING)
@@ -161,7 +165,7 @@ class _Look:
     def _beside_cycles(self, tails: Floats) -> NDArray[np.bool_]:
         """Tell which orbits have lately been close to a known cycle, where some only crawl."""
         beside = np.zeros(len(tails), dtype=bool)
-        for cycle in (*self.cycles, *(m.points for m in self.found if m.kind == "periodic")):
+        for cycle in self._all_cycles():
             gaps = np.abs(tails[:, -WITH:, None] - cycle).min(axis=2)
             beside |= gaps.max(axis=1) <= RECURRING * self.width
         return beside
@@ -230,7 +234,7 @@ class _Look:
     def _crawls(self, tail: Floats) -> bool:
         """Tell whether an orbit comes closer to a known cycle, if too slowly to settle on it."""
         quarter = len(tail) // 4
-        for cycle in (*self.cycles, *(m.points for m in self.found if m.kind == "periodic")):
+        for cycle in self._all_cycles():
             early, late = (
                 np.abs(part[:, None] - cycle).min(axis=1).mean()
                 for part in (tail[quarter : 2 * quarter], tail[-quarter:])
@@ -261,11 +265,8 @@ class _Look:
         cycle = confirmed(self.f, points, moved)
         if cycle is None or not cycle.stable:
             return False
-        known = [*self.cycles, *(m.points for m in self.found if m.kind == "periodic")]
-        if not any(self._same(cycle.points, other) for other in known):
-            with np.errstate(divide="ignore"):
-                exponent = float(np.log(np.abs(cycle.multiplier))) / cycle.period
-            self.found.append(Motion("periodic", cycle.points, exponent))
+        if not any(self._same(cycle.points, other) for other in self._all_cycles()):
+            self.found.append(Motion("periodic", cycle.points, cycle.exponent))
         return True
 
     def _same(self, one: Floats, other: Floats) -> bool:

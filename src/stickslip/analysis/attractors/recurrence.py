@@ -56,6 +56,12 @@ class Cycle:
         return len(self.points)
 
     @property
+    def exponent(self) -> float:
+        """Mean of log |f'| along the orbit."""
+        with np.errstate(divide="ignore"):
+            return float(np.log(np.abs(self.multiplier))) / self.period
+
+    @property
     def stable(self) -> bool:
         """Whether the multiplier lies inside the unit circle by more than its uncertainty."""
         return abs(self.multiplier) < 1 - NEUTRAL

@@ -354,10 +354,8 @@ def _difference(f: Map1D, motion: ChaoticMotion) -> tuple[float, float]:
 
 
 def _cycle_exponent(cycle: Cycle) -> LyapunovExponent:
-    with np.errstate(divide="ignore"):
-        value = float(np.log(np.abs(cycle.multiplier))) / cycle.period
     doubt = 1e-15 / abs(cycle.multiplier) if cycle.multiplier else 0.0
-    return LyapunovExponent(value, doubt, cycle.period)
+    return LyapunovExponent(cycle.exponent, doubt, cycle.period)
 
 
 def _chaotic(bands: Bands, exponent: LyapunovExponent, point: float) -> Attractor:

@@ -62,7 +62,7 @@ def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Li
     inside = mesh.probe(np.clip(x, lo, hi))
     close, near, far, farther = (inside.take(slice(i * n, (i + 1) * n)) for i in range(4))
     with np.errstate(all="ignore"):
-        diverges = _diverges(mesh, close, near, far, h)
+        diverges = _diverges(mesh, close, near, far)
         # Linear with the slope at h; s0 + a sqrt(h) + b h suits both sides of a graze.
         plain = close.value + near.slope * (ends.x - close.x)
         value = np.where(diverges, _root_value(near, far, inward * h), plain)
@@ -87,7 +87,7 @@ def _beside_gaps(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Lim
     return Limits(value, slope)
 
 
-def _diverges(mesh: Prober, close: Nodes, near: Nodes, far: Nodes, h: Floats) -> NDArray[np.bool_]:
+def _diverges(mesh: Prober, close: Nodes, near: Nodes, far: Nodes) -> NDArray[np.bool_]:
     """Tell where the slope grows without bound, like the derivative of a root."""
     steepens = (np.abs(near.slope) > STEEPENS * np.abs(far.slope)) & (
         np.abs(close.slope) > STEEPENS**3 * np.abs(near.slope)

@@ -81,7 +81,7 @@ class BranchTable(ResultList[Branch]):
     gaps : ndarray of float, shape (k, 2)
         Open intervals without a value: last point before and first point after, or the end
         of the domain.
-    turning_points, turning_values : ndarray of float, shape (m,)
+    turning_points : ndarray of float, shape (m,)
         Smooth extrema of the map.
     laps : Laps
         Maximal smooth monotone intervals.
@@ -99,7 +99,6 @@ class BranchTable(ResultList[Branch]):
     breakpoints: tuple[Breakpoint, ...]
     gaps: Floats
     turning_points: Floats
-    turning_values: Floats
     laps: Laps
     pieces: Laps
     unresolved: tuple[Unresolved, ...]
@@ -189,7 +188,6 @@ def _make_table(f: Map1D, resolution: float) -> BranchTable:
         breakpoints=tuple(breaks),
         gaps=_gaps(segments),
         turning_points=np.concatenate([s.x[s.turns] for s in stretches] or [np.empty(0)]),
-        turning_values=np.concatenate([s.value[s.turns] for s in stretches] or [np.empty(0)]),
         laps=laps,
         pieces=tabulate_laps(mesh, split_at_smooth(stretches, segments), len(breaks)),
         unresolved=tuple(unresolved),

@@ -52,7 +52,6 @@ class InterpolatedMap:
     table: BranchTable
     polynomials: CellPolynomials
     cell_labels: Labels
-    cell_errors: Floats  # estimated, of values
     error: float  # largest of a value; infinite: the map has a branch that its table does not know
     n_evaluations: int  # of the true map
 
@@ -215,7 +214,6 @@ class _Construction:
             table=self.table,
             polynomials=polynomials,
             cell_labels=self.label,
-            cell_errors=self.error,
             error=0.0,
             n_evaluations=self.n_evaluations + PROBES,
         )

@@ -38,7 +38,6 @@ class Located:
     quality: str  # "failed" where the test function jumps over zero
     slope: float  # of the test function
     reading: Reading  # at `value`
-    n_readings: int = 0  # how often the condition was evaluated
 
 
 @dataclass
@@ -96,7 +95,6 @@ class Readings:
             quality="failed" if self._jumps_at(t) else "located",
             slope=slope,
             reading=reading,
-            n_readings=len(self.known),
         )
 
     def _jumps_at(self, t: float) -> bool:

@@ -30,7 +30,7 @@ from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.orbits.newton import turned
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from stickslip.analysis.bifurcations.conditions.conditions import Condition
     from stickslip.analysis.bifurcations.conditions.locate import Located
@@ -253,52 +253,33 @@ def suspects_at_end(way: Way, family: Family) -> Iterator[Suspect]:
         return
     if end.reason == "border":
         yield from _collisions(way, family)
-    even = len(end.points) % 2 == 0
-    doubled = even and _apart(end.points, len(end.points) // 2) < CLOSING * width_of(family)
+    # Linear beside each: the doubled orbit's multiplier and a crossing one's, a fold's squared.
+    period, off, points = len(end.points), np.array(way.multipliers) - 1, end.points
+    half, even = period // 2, period % 2 == 0
+    middle = 0.5 * (points + np.roll(points, half))[:half]
+    flip = Flip(half, tuple(middle.tolist()))
+    doubled = even and _apart(points, half) < CLOSING * width_of(family)
     if end.reason == "doubling" or doubled:
-        yield _halved(way)
-    yield _fold(way)
-    yield _cross(way, family.name)
+        yield _extrapolated(way, off, flip)
+    here = tuple(points.tolist())
+    yield _extrapolated(way, off**2, Fold(period, here))
+    yield _extrapolated(way, off, Crossing(period, here, family.name))
     if end.reason == "standstill":
         if even and not doubled:
-            yield _halved(way)
+            yield _extrapolated(way, off, flip)
         yield from _collisions(way, family)
 
 
-def _fold(way: Way) -> Suspect:
-    """Extrapolate (multiplier - 1)^2, which is linear beside a fold, to zero."""
-    end = way.end
-    assert end is not None
-    guess, reach = _zero_of([(m - 1) ** 2 for m in way.multipliers], way.values, end.step)
-    return Suspect(Fold(len(end.points), tuple(end.points.tolist())), guess, reach)
-
-
-def _cross(way: Way, name: str) -> Suspect:
-    """Extrapolate the multiplier, linear along an orbit that crosses another one, to 1."""
-    end = way.end
-    assert end is not None
-    guess, reach = _zero_of([m - 1 for m in way.multipliers], way.values, end.step)
-    return Suspect(Crossing(len(end.points), tuple(end.points.tolist()), name), guess, reach)
-
-
-def _halved(way: Way) -> Suspect:
-    """Extrapolate a doubled orbit's multiplier, linear beside the flip, to 1."""
-    end = way.end
-    assert end is not None
-    half = len(end.points) // 2
-    middle = 0.5 * (end.points + np.roll(end.points, half))[:half]
-    guess, reach = _zero_of([m - 1 for m in way.multipliers], way.values, end.step)
-    return Suspect(Flip(half, tuple(middle.tolist())), guess, reach)
-
-
-def _zero_of(test: Sequence[float], values: Sequence[float], step: float) -> tuple[float, float]:
-    """Extrapolate the last two values of a function to zero; the step bounds the distance."""
+def _extrapolated(way: Way, test: Floats, condition: Fold | Flip | Crossing) -> Suspect:
+    """Extrapolate the last two values of a function to zero; the last step bounds the distance."""
+    assert way.end is not None
+    values, step = way.values, way.end.step
     distance = step
     if len(test) > 1 and test[-1] != test[-2]:
-        ahead = -test[-1] * (values[-1] - values[-2]) / (test[-1] - test[-2])
+        ahead = -float(test[-1]) * (values[-1] - values[-2]) / float(test[-1] - test[-2])
         if 0 < ahead / step < 8:
             distance = ahead
-    return values[-1] + distance, abs(distance)
+    return Suspect(condition, values[-1] + distance, abs(distance))
 
 
 def _collisions(way: Way, family: Family) -> Iterator[Suspect]:
