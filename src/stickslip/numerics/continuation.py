@@ -10,7 +10,7 @@ chapters 2 and 6; Seydel, Practical Bifurcation and Stability Analysis (2010), c
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, Literal, TypeAlias
 
@@ -286,3 +286,8 @@ def _hermite(a: CurvePoint, b: CurvePoint, t: float, length: float, scale: Float
     start, end = length * a.tangent - rise, rise - length * b.tangent
     way: Floats = t * rise + t * (1 - t) * (start * (1 - t) + end * t)
     return way
+
+
+def lagrange_weights(known: Sequence[float], wanted: float) -> list[float]:
+    """Weights of values at known places in the polynomial through them, at another place."""
+    return [math.prod((wanted - b) / (a - b) for b in known if b != a) for a in known]

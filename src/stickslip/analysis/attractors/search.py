@@ -283,10 +283,10 @@ class AttractorSearch:
 
     def _give_up(self, moving: Any, tails: Floats, reason: str) -> None:
         """Group what is left by the cells it visits, and look behind each group for a cycle."""
-        groups: list[tuple[set[int], int]] = []
+        groups: list[tuple[set[float], int]] = []
         for seed, tail in zip(moving, tails, strict=True):
             place = (tail - self.f.domain[0]) / domain_width(self.f)
-            cells = {int(cell) for cell in np.floor(CELLS * place)}
+            cells = set(np.unique(np.floor(CELLS * place)).tolist())
             index = next((k for c, k in groups if len(c & cells) > 0.5 * len(cells)), -1)
             if index < 0:
                 if cycle := self._crept_along(tail):

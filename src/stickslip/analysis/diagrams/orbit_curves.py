@@ -18,6 +18,7 @@ from stickslip.analysis.bifurcations.scan.events import orbit_at
 from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.orbits.newton import polish_on
+from stickslip.numerics.continuation import lagrange_weights
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -63,8 +64,8 @@ class SampledOrbit:
         if value in places:
             return places[value]
         q = np.array(list(places))
-        u = self._smooth(np.append(q, value))
-        return _lagrange(u[:-1], np.array(list(places.values())), float(u[-1]))
+        *u, at = self._smooth(np.append(q, value)).tolist()
+        return np.asarray(lagrange_weights(u, at) @ np.array(list(places.values())))
 
     def _smooth(self, q: Floats) -> Floats:
         """Return coordinates in which the points are smooth near the last of these values."""
@@ -75,14 +76,6 @@ class SampledOrbit:
         if self.roots[1] and high - q[-1] <= reach:
             return np.sqrt(np.maximum(high - q, 0.0))
         return q
-
-
-def _lagrange(u: Floats, x: Floats, at: float) -> Floats:
-    """Polynomial through (u, x), shapes (k,) and (k, p), at one place."""
-    with np.errstate(all="ignore"):
-        ratio = (at - u[None, :]) / (u[:, None] - u[None, :])
-    np.fill_diagonal(ratio, 1.0)
-    return np.asarray(ratio.prod(axis=1) @ x)
 
 
 @dataclass

@@ -8,15 +8,18 @@ from __future__ import annotations
 import copy
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal, Protocol
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
 from stickslip.analysis.maps.protocol import domain_width, sample
 
 if TYPE_CHECKING:
+    from stickslip.analysis.branches.along.tracked import CriticalReading
+    from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
+OneSided: TypeAlias = "Breakpoint | CriticalReading"
 Fate = Literal["returns", "settles", "leaves", "wanders"]
 
 MAX_STEPS: Final = 20_000
@@ -27,30 +30,6 @@ RECURS: Final = 1e-12  # of the domain's width: less than a slow approach moves 
 FIRST_LOOK: Final = 256  # steps after which to look whether the far image has settled
 SHOWN: Final = 64  # images kept
 N_WINDOWS: Final = 10_000  # numbers n tried
-
-
-class OneSided(Protocol):
-    """What is needed of a border: a `Breakpoint` of a table, or the reading of a followed one."""
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Points on either side."""
-
-    @property
-    def left(self) -> float:
-        """Value on the left."""
-
-    @property
-    def right(self) -> float:
-        """Value on the right."""
-
-    @property
-    def left_slope(self) -> float:
-        """Slope on the left."""
-
-    @property
-    def right_slope(self) -> float:
-        """Slope on the right."""
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,7 @@ this side, is extrapolated to zero: closer than the resolution two breaks cannot
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, TypeAlias
 
@@ -27,7 +26,7 @@ from stickslip.analysis.bifurcations.curves.plane_equations import (
     replaced_sides,
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
-from stickslip.numerics.continuation import LeavesRegion
+from stickslip.numerics.continuation import LeavesRegion, lagrange_weights
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Reading
@@ -135,7 +134,7 @@ def _extrapolated(
     if len(set(gaps)) < len(gaps):
         return None
     # The way along the curve as a quadratic function of the distance, where that is zero.
-    way = float(np.dot(_weights(gaps, 0.0), lengths))
+    way = float(np.dot(lagrange_weights(gaps, 0.0), lengths))
     if abs(way) > BELIEVED:
         return None
     return replace(last, y=_lagrange(LOOK_BACK, before, way))
@@ -143,10 +142,5 @@ def _extrapolated(
 
 def _lagrange(lengths: tuple[float, ...], nodes: list[CurvePoint], length: float) -> Floats:
     """Continue the curve through points at known lengths."""
-    y: Floats = np.dot(_weights(lengths, length), [node.y for node in nodes])
+    y: Floats = np.dot(lagrange_weights(lengths, length), [node.y for node in nodes])
     return y
-
-
-def _weights(known: Sequence[float], wanted: float) -> list[float]:
-    """Weights of values at known places in the polynomial through them, at another place."""
-    return [math.prod((wanted - b) / (a - b) for b in known if b != a) for a in known]

@@ -16,13 +16,17 @@ import numpy as np
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
 from stickslip.analysis.bifurcations.curves.plane_equations import changed_labels, closest_to_end
 from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
-from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
+from stickslip.analysis.branches.along.tracked import (
+    ConditionLost,
+    TrackedDiscontinuity,
+    break_between,
+)
 from stickslip.numerics.continuation import LeavesRegion, StepTooLong
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
     from stickslip.analysis.bifurcations.curves.plane_equations import Equations
-    from stickslip.analysis.branches.along.tracked import CriticalReading
+    from stickslip.analysis.branches.along.tracked import Critical, CriticalReading
     from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.numerics.continuation import ArclengthCurve, CurvePoint
 
@@ -193,19 +197,11 @@ def _crossing(
 
 def break_beside(
     equations: Equations, node: CurvePoint, i: int, labels: tuple[int, int]
-) -> TrackedDiscontinuity | None:
+) -> Critical | None:
     """Find the break between two labels close to point i of an orbit, None if there is none."""
     f, x = map_at(equations, node), float(node.note.visited[i])
-    for left, right in (labels, labels[::-1]):
-        try:
-            found = TrackedDiscontinuity(left, right, x, "jump").at(f).critical
-        except ConditionLost:
-            continue
-        if isinstance(found, TrackedDiscontinuity) and {found.left_label, found.right_label} == set(
-            labels
-        ):
-            return found
-    return None
+    found = break_between(f, x, labels)
+    return None if found is None else found.critical
 
 
 def meeting(node: CurvePoint, i: int, met: CriticalReading | None) -> Event:

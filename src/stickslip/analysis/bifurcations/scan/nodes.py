@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import permutations
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
+from stickslip.analysis.branches.along.tracked import break_between
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import interpolated_map
 from stickslip.analysis.maps.derived import windowed
@@ -97,12 +95,7 @@ class SymbolClasses:
         """Whether two branches that meet harmlessly here, and otherwise elsewhere, do so near x."""
         if tuple(sorted(pair)) not in self._smooth:
             return False
-        found = []
-        for left, right in permutations(pair):
-            with suppress(ConditionLost):
-                break_ = TrackedDiscontinuity(left, right, x, "smooth")
-                found.append(break_.at(f, successors=False))
-        nearest = min(found, key=lambda one: abs(one.x - x), default=None)
+        nearest = break_between(f, x, pair)
         return nearest is not None and nearest.kind == "smooth"
 
     def _root(self, label: int) -> int:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import domain_width, is_ok, sample
+from stickslip.numerics.continuation import lagrange_weights
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
@@ -172,12 +173,9 @@ def _march(
 
 
 def _extrapolated(places: list[tuple[float, Floats]], value: float) -> Floats:
-    """Continue the polynomial through the places (Lagrange's form)."""
-    total = np.zeros_like(places[0][1])
-    for q, x in places:
-        factors = [(value - other) / (q - other) for other, _ in places if other != q]
-        total = total + x * float(np.prod(factors))
-    return total
+    """Continue the polynomial through the places."""
+    known, x = zip(*places, strict=True)
+    return np.asarray(lagrange_weights(known, value) @ np.array(x))
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,9 @@ Labels on either side tell a discontinuity; where they do not, the table of a sm
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import permutations
 from typing import TYPE_CHECKING, Final, Literal, Self, TypeAlias
 
 import numpy as np
@@ -259,6 +261,16 @@ def _described(
         (last.x, first.x),
         TrackedDiscontinuity(left_label, right_label, x, kind, abs(x - near)),
     )
+
+
+def break_between(f: Map1D, x: float, labels: Collection[int]) -> CriticalReading | None:
+    """Find the nearest break to a point at which the branches of two labels meet, if any."""
+    found = []
+    for left, right in permutations(labels):
+        with suppress(ConditionLost):
+            break_ = TrackedDiscontinuity(left, right, x, "jump")
+            found.append(break_.at(f, successors=False))
+    return min(found, key=lambda one: abs(one.x - x), default=None)
 
 
 def _nodes(*seen: Seen) -> Nodes:
