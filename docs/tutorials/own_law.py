@@ -22,6 +22,12 @@ ax.plot(s, law.force(s))
 ax.set(xlabel="slip speed $s$", ylabel="$F(s)$", ylim=(0, 1.05))
 
 # %%
+# Written as text, it is the same law, and fits into a model file and on the command line.
+
+same = ss.friction_law("fall + (1 - fall) / (1 + s / s0) + rise * s", parameters=dict(law.values))
+print(same, same.formula == law.formula)
+
+# %%
 # From here on it is like any other law.
 
 model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=law)

@@ -69,13 +69,13 @@ def test_two_laws_and_an_option_for_both(file, capsys):
 
 
 def test_a_law_as_a_formula(capsys):
-    text = "mu+(1-mu)*exp(-s/v),mu=0.2,v=0.5"
+    text = "1/(1+a*s),a=3.0"  # the README's law, whose kernels others need too
     numbers = "--alpha 1.2 --beta 1.3 --V 0.1"
     document = answer(capsys, f"map {numbers} --friction {text} -d 0.1")
-    law = ss.friction_law("mu+(1-mu)*exp(-s/v)", parameters={"mu": 0.2, "v": 0.5})
+    law = ss.friction_law("1/(1+a*s)", parameters={"a": 3.0})
     model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=law)
     assert document["result"]["value"] == [ss.event_map(model)(0.1)]
-    assert document["parameters"].items() >= {"mu": 0.2, "v": 0.5}.items()
+    assert document["parameters"]["a"] == 3.0
     assert parse_law(document["parameters"]["friction"][0]) == law
 
 
