@@ -33,26 +33,15 @@ STALLED: Final = 1e-9  # of the parameter's range: steps that do not shrink belo
 
 @dataclass(frozen=True, eq=False)
 class Meeting:
-    """A periodic orbit with a point on a border."""
+    """An orbit with a point held on a border; periodic where the residual vanishes."""
 
-    value: float
-    points: Floats
-    slopes: Floats  # one-sided at the border
-    labels: NDArray[np.uint64]  # at the border maybe that of the other side
-    residual: float
-
-
-@dataclass(frozen=True, eq=False)
-class _State:
-    """The equations at one guess: residuals and what their derivatives need."""
-
-    q: float
+    value: float  # of the parameter
     points: Floats
     f: MapFamily
-    place: float
-    value: float
-    slopes: Floats
-    labels: NDArray[np.uint64]
+    place: float  # of the border, ...
+    image: float  # ... and its one-sided value
+    slopes: Floats  # one-sided at the border
+    labels: NDArray[np.uint64]  # at the border maybe that of the other side
     residual: Floats
 
 
@@ -79,10 +68,10 @@ def meet(
         step = problem.newton_step(before, now)
         change = abs(step[index])
         noise = change <= STALLED * (high - low) and change >= SHRINKS * last
-        if noise or change <= ROUNDING * max(abs(now.q), high - low):
-            return problem.meeting(now)
-        q = min(max(now.q + step[index], low), high)
-        if not np.isfinite(step).all() or q == now.q:
+        if noise or change <= ROUNDING * max(abs(now.value), high - low):
+            return now
+        q = min(max(now.value + step[index], low), high)
+        if not np.isfinite(step).all() or q == now.value:
             break
         before, now, last = now, problem.state(q, now.points + step), change
     raise ConditionLost("the orbit does not meet the break nearby")
@@ -95,7 +84,7 @@ class _Problem:
     index: int
     border: Border
 
-    def state(self, q: float, guess: Floats) -> _State:
+    def state(self, q: float, guess: Floats) -> Meeting:
         """Evaluate the equations, the pinned point on the border."""
         f, k = self.at(q), self.index
         met, side = self.border.reading(f), self.border.side
@@ -108,18 +97,18 @@ class _Problem:
         images, slopes = values.value.copy(), values.derivative.copy()
         images[k], slopes[k] = met.value(side), met.slope(side)
         residual = images - np.roll(points, -1)
-        return _State(q, points, f, met.x, met.value(side), slopes, values.label, residual)
+        return Meeting(q, points, f, met.x, met.value(side), slopes, values.label, residual)
 
-    def newton_step(self, before: _State, now: _State) -> Floats:
+    def newton_step(self, before: Meeting, now: Meeting) -> Floats:
         """Solve for changes of the points, and the parameter's in place of the pinned one's."""
         k, p = self.index, len(now.points)
         ahead = (np.arange(p) + 1) % p
-        difference = now.q - before.q
+        difference = now.value - before.value
         rates = np.zeros(p)
         rest = np.arange(p) != k
         if rest.any():
             rates[rest] = now.f.parameter_derivative(now.points[rest], self.name)
-        rates[k] = (now.value - before.value) / difference
+        rates[k] = (now.image - before.image) / difference
         matrix = np.zeros((p, p))
         matrix[np.arange(p), np.arange(p)] = np.where(rest, now.slopes, 0.0)
         matrix[np.arange(p), ahead] -= np.where(ahead == k, 0.0, 1.0)
@@ -129,13 +118,3 @@ class _Problem:
             return np.asarray(np.linalg.solve(matrix, -now.residual), dtype=np.float64)
         except np.linalg.LinAlgError as reason:
             raise ConditionLost("the orbit touches the break without crossing it") from reason
-
-    def meeting(self, state: _State) -> Meeting:
-        """Describe the solution."""
-        return Meeting(
-            float(state.q),
-            state.points,
-            state.slopes,
-            state.labels,
-            float(np.abs(state.residual).max()),
-        )

@@ -231,7 +231,7 @@ class LineOrbitFollower(OrbitFollower):
         if not self._lies_ahead(last, met, reach):
             return None
         note = Linearized(met.slopes, met.points, labels)
-        point = self.at(last, met.points, met.value, np.array([met.residual]), note)
+        point = self.at(last, met.points, met.value, met.residual, note)
         half.rows.append(point)
         found = border.critical
         if isinstance(found, DomainEnd):
