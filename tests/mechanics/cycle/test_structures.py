@@ -71,6 +71,48 @@ def test_what_turns_freely_is_told_its_speed_by_structures_in_positions_too() ->
     assert fast.x[0] - fast.x[1] == pytest.approx(law.force(fast.w[0]) / 2.0, rel=1e-13)
 
 
+def test_a_drill_string_sticks_and_slips_with_and_without_its_angle() -> None:
+    """Turning goes on for ever: a cycle comes back but for the common angle."""
+    law = ss.Stribeck(mu=0.5, speed=0.5)
+    upper, lower, k, b, torque = 0.5, 0.04, 0.08, 2.0, 5.0
+    contact = ss.Contact(at=1, friction=law, static=0.3)
+    drill = ss.Structure(
+        mass=[upper, lower],
+        stiffness=[[k, -k], [-k, k]],
+        damping=np.diag([b, 0.0]),
+        force=[torque, 0.0],
+        contacts=[contact],
+    )
+    cycle = ss.find_cycle(drill, [0.0, 0.0], [0.0, 0.0])
+    without = ss.Structure.from_state_space(
+        A=[[0, 1, -1], [-k / upper, -b / upper, 0], [k / lower, 0, 0]],
+        B=[[0], [0], [1 / lower]],
+        C=[[0, 0, 1]],
+        a=[0, torque / upper, 0],
+        contacts=[ss.Contact(at=0, friction=law, static=0.3)],
+    )
+    same = ss.find_cycle(without, [0.0, 0.0, 0.0], [])
+    assert cycle.stable
+    assert cycle.period == pytest.approx(same.period, rel=1e-12)
+    np.testing.assert_allclose(cycle.multipliers, same.multipliers, rtol=1e-6, atol=1e-12)
+    ends = cycle.trajectory.x(np.array([0.0, cycle.period]))
+    turned = ends[1] - ends[0]
+    assert turned[0] == pytest.approx(turned[1], rel=1e-12)
+    assert turned[0] > 1.0
+    for each, name in ((cycle, "force_1"), (same, "a_2")):
+        number = each.model.parameters[name]
+        with pytest.raises(ValueError, match="all rub on one belt"):
+            ss.follow(each, name, (0.99 * number, 1.01 * number))
+
+
+def test_what_slides_is_told_by_speeds_of_slip_where_belts_differ() -> None:
+    contacts = [ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), V=0.2)]
+    one = ss.Structure(mass=[1.0, 0.3], stiffness=[[2, -1], [-1, 1]], contacts=contacts)
+    text = repr(ss.equilibria(one)[0])
+    assert "steady sliding at w = -0.2" in text
+    assert "belt speeds searched" not in text
+
+
 def test_the_stroboscopic_map_of_a_mass_that_carries_another() -> None:
     law = ss.PoppStelter(gamma=2.0)
     model = ss.Structure(

@@ -119,7 +119,7 @@ def cycle_along(model: Model, state: State, leg: Leg, multipliers: NDArray[np.co
         x=x,
         v=v,
         events=tuple(Event(t, block + 1, EVENT_KINDS[mode]) for t, block, mode in leg.events),
-        residual=float(np.abs(leg.state.z - state.z).max()),
+        residual=float(np.abs(model.plant.felt(leg.state.z - state.z)).max()),
     )
 
 

@@ -67,10 +67,12 @@ class Equilibrium(Result):
     def __repr__(self) -> str:
         """Stability, then the modes."""
         word = "neutral" if self.neutral else "stable" if self.stable else "unstable"
-        lines = [f"Equilibrium: steady sliding at V = {self.V:.10g}, {word}"]
-        lines.append(f"  x = {', '.join(f'{x:.10g}' for x in self.x)}")
+        w, x = (", ".join(f"{value:.10g}" for value in values) for values in (self.w, self.x))
+        one_belt = "V" in self.model.parameters
+        where = f"V = {self.V:.10g}" if one_belt else f"w = {w}"
+        lines = [f"Equilibrium: steady sliding at {where}, {word}", f"  x = {x}"]
         lines += [f"  {point!r}" for point in self.hopf_points]
-        if not self.critical_speeds.size:
+        if one_belt and not self.critical_speeds.size:
             lines.append("  keeps its stability at all belt speeds searched")
         lines += [
             f"  growth rate {value.real:14.8g}   frequency {value.imag:.10g}"

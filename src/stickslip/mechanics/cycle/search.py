@@ -7,6 +7,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from scipy.linalg import null_space
 
 from stickslip import status as status_codes
 from stickslip.checks import whole_number
@@ -113,6 +114,7 @@ class _Search:
         rates = np.abs(linear_modes(model).values)
         self.slowest = 2.0 * np.pi / rates[rates > STILL * rates.max()].min()
         self.size = size_of(model.plant)
+        self.felt = model.plant.felt
 
     # --- autonomous models: from event to event -----------------------------------------------
 
@@ -148,7 +150,7 @@ class _Search:
         closest = CLOSE * self.size
         for number in range(max_events):
             state = self._next_event(state)
-            here = state.z
+            here = self.felt(state.z)
             numbers, states = seen.setdefault(state.mode.tobytes(), (deque(), deque()))
             if states:
                 distances = np.abs(np.array(states) - here).max(axis=1)
@@ -188,19 +190,28 @@ class _Search:
         for _ in range(MAX_NEWTON):
             if leg.status != status_codes.OK or (leg.state.mode != state.mode).any():
                 return None
-            off = leg.state.z - state.z
+            off = self._off(leg, state)
             if np.abs(off).max() <= CONVERGED * self.size:
                 return self._cycle(*self._fewest_freedoms(*self._once(state, leg, n_events)))
-            step = np.linalg.lstsq(np.eye(self.plain.n) - leg.tangent, off, rcond=1e-12)[0]
+            step = self._step(leg, off)
             moved = state._replace(z=np.where(_varies(state), state.z + step, state.z))
             if np.abs(moved.z - start.z).max() > allowed:
                 return None
             last, state = np.abs(off).max(), moved
             leg = self.shooter.leg(state, n_events)
-            now = np.abs(leg.state.z - state.z).max()
+            now = np.abs(self._off(leg, state)).max()
             if self._gains_no_more(last, now):
                 return self._cycle(*self._fewest_freedoms(*self._once(state, leg, n_events)))
         return None
+
+    def _off(self, leg: Leg, state: State) -> Floats:
+        """How far a leg ends from a state."""
+        return self.felt(leg.state.z - state.z)
+
+    def _step(self, leg: Leg, off: Floats) -> Floats:
+        """Newton's step from the start of a leg."""
+        matrix = self.felt((np.eye(self.plain.n) - leg.tangent).T).T
+        return np.asarray(np.linalg.lstsq(matrix, off, rcond=1e-12)[0])
 
     def _gains_no_more(self, last: float, now: float) -> bool:
         """Whether Newton's method has come to rounding, which a multiplier near 1 magnifies."""
@@ -217,7 +228,7 @@ class _Search:
 
     def _is_back(self, state: State, leg: Leg) -> bool:
         same = leg.status == status_codes.OK and (leg.state.mode == state.mode).all()
-        off = np.abs(leg.state.z - state.z).max()
+        off = np.abs(self._off(leg, state)).max()
         return bool(same and off <= ROUNDS * CONVERGED * self.size)
 
     def _fewest_freedoms(self, state: State, leg: Leg, n_events: int) -> tuple[State, Leg]:
@@ -241,7 +252,7 @@ class _Search:
             _check(leg)
             state = leg.state._replace(t=0.0)
             for back, other in enumerate(reversed(states[-64:]), start=1):
-                distance = float(np.abs(state.z - other.z).max())
+                distance = float(np.abs(self.felt(state.z - other.z)).max())
                 if (state.mode == other.mode).all() and distance < closest:
                     found = self._converged_in_time(state, back * period)
                     if found is not None:
@@ -262,12 +273,12 @@ class _Search:
             leg = self.shooter.leg(state, many, max_time=period)
             if leg.status != status_codes.OK:
                 return None
-            off = leg.state.z - state.z
+            off = self._off(leg, state)
             now = float(np.abs(off).max())
             if now <= 10 * CONVERGED * self.size or self._gains_no_more(last, now):
                 return self._cycle(state, self._once_in_time(state, leg, period))
             last = now
-            step = np.linalg.lstsq(np.eye(self.plain.n) - leg.tangent, off, rcond=1e-12)[0]
+            step = self._step(leg, off)
             state = state._replace(z=np.where(state.free, state.z + step, state.z))
             if np.abs(state.z - start.z).max() > allowed:
                 return None
@@ -292,11 +303,14 @@ class _Search:
         """Eigenvalues of the return, over the directions that are free at its start."""
         forced = self.model.plant.is_forced
         free = _varies(state)
-        values = np.linalg.eigvals(tangent[np.ix_(free, free)]).astype(np.complex128)
-        values = values[np.argsort(-np.abs(values), kind="stable")]
-        total = free.size if forced else free.size - 1
+        turns = self.model.plant.turns[free]
+        rest = null_space(turns.T) if turns.size else np.eye(free.sum())
+        values = np.linalg.eigvals(rest.T @ tangent[np.ix_(free, free)] @ rest)
+        values = values[np.argsort(-np.abs(values), kind="stable")].astype(np.complex128)
         # The return ends on the section: the direction across it is lost.
-        kept = values if forced else values[: free.sum() - 1]
+        lost = 0 if forced else 1
+        total = free.size - turns.shape[1] - lost
+        kept = values[: len(values) - lost]
         kept = kept[np.abs(kept) > ROUNDING * max(1.0, float(np.abs(values).max()))]
         return np.concatenate([kept, np.zeros(total - len(kept))])
 

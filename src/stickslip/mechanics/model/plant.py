@@ -174,6 +174,16 @@ class Plant:
         """Columns: velocities that no spring feels; any, in state-space form."""
         return null_space(self.stiffness) if self.n_positions else np.eye(len(self.mass))
 
+    @cached_property
+    def turns(self) -> Floats:
+        """Columns: changes of (y, w) that nothing feels, as a free rotor turned as a whole."""
+        own = self.reduced.matrix[self.n_waves :, self.n_waves :]
+        return np.asarray(null_space(own, rcond=ROUNDING))
+
+    def felt(self, change: Floats) -> Floats:
+        """Leave out of changes of (y, w), shape (..., n), what nothing feels."""
+        return np.asarray(change - change @ self.turns @ self.turns.T)
+
     # --- coordinates -------------------------------------------------------------------------
 
     @cached_property
