@@ -34,9 +34,11 @@ from .mechanics.friction import friction_law as friction_law
 from .mechanics.model.blocks import Blocks as Blocks
 from .mechanics.model.blocks import Chain as Chain
 from .mechanics.model.blocks import Oscillator as Oscillator
+from .mechanics.model.contact import Contact as Contact
+from .mechanics.model.contact import Harmonic as Harmonic
 from .mechanics.model.file import read_model as read_model
 from .mechanics.model.file import write_model as write_model
-from .mechanics.model.structure import Harmonic as Harmonic
+from .mechanics.model.structure import Structure as Structure
 from .mechanics.model.two_block import TwoBlock as TwoBlock
 from .mechanics.model.units import Units as Units
 from .proofs.certify import certify as certify

@@ -12,6 +12,7 @@ TIME_LIMIT: Final = 4
 UNDECIDED: Final = 5
 LAW_FAILED: Final = 6
 STEP_FAILED: Final = 7
+CONTACT_LOST: Final = 8
 
 NAMES: Final = (
     "OK",
@@ -22,6 +23,7 @@ NAMES: Final = (
     "UNDECIDED",
     "LAW_FAILED",
     "STEP_FAILED",
+    "CONTACT_LOST",
 )
 
 MESSAGES: Final = (
@@ -33,4 +35,5 @@ MESSAGES: Final = (
     "simultaneous events leave no consistent set of modes; move the starting point",
     "the friction law returned NaN; check it over the speeds that occur",
     "the integrator could not take a step; check that the law is smooth between its knots",
+    "a contact opened: its load vanished, and what follows is beyond dry friction",
 )

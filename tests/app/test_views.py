@@ -182,7 +182,7 @@ def test_laws_that_differ_are_columns(page):
 
 def test_the_locus_has_the_corners_of_the_paper(page):
     data = page.parts("locus")["locus"].data
-    assert data["corners"] == locus.corners(MODEL.structure).tolist()
+    assert data["corners"] == locus.corners(MODEL.plant).tolist()
     assert data["domain"] == list(MODEL.domain)
 
 

@@ -243,7 +243,7 @@ FAMILY: Final = {
     "contains": {"d": [0.1]},
     "positions": {"d": [0.1]},
     "spread_domain": {"n": 2},
-    "structure_direction": {"name": "V"},
+    "plant_direction": {"name": "V"},
 }
 WAVE: Final = {"s": 0.1}
 LAWS: Final = {"force": WAVE, "slope": WAVE, "static_value": {}}

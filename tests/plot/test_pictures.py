@@ -83,7 +83,7 @@ class TestLocus:
     def test_polygon_edges_and_domain_are_the_models(self, ax):
         model = examples.coulomb()
         stick_locus(model, ax)
-        corners = locus.corners(model.structure)
+        corners = locus.corners(model.plant)
         polygons = [patch for patch in ax.patches if isinstance(patch, Polygon)]
         np.testing.assert_allclose(polygons[0].get_xy()[:4], corners, rtol=1e-14)
         drawn = lines(ax)
@@ -167,7 +167,7 @@ class TestMotion:
         model = examples.law9()
         for end, sign in zip(stick_interval(model, block, 0.37), (-1, 1), strict=True):
             x = [end, 0.37] if block == 1 else [0.37, end]
-            force = model.structure.needed_force(x, [0.0, 0.0])[block - 1]
+            force = model.plant.needed_force(x, [0.0, 0.0])[block - 1]
             assert force == pytest.approx(sign * model.limits[block - 1], rel=1e-14)
 
     def test_portrait_marks_the_interval_at_belt_velocity(self, ax):

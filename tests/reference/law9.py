@@ -183,7 +183,7 @@ class Smooth:
             for a in (structure.stiffness, structure.damping)
         )
         made = cls.__new__(cls)
-        made.use(Plant(mass, stiffness, damping, static, exact(structure.V)), law)
+        made.use(Plant(mass, stiffness, damping, static, exact(float(structure.V[0]))), law)
         return made
 
     def acceleration(self, block: int, x: Pair, v: Pair, mode: int) -> arb:

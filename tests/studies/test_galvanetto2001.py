@@ -51,7 +51,7 @@ def test_every_figure_draws_and_describes_itself(number):
 def test_figure_2_domain_is_the_segment_ac():
     a, _, c, _ = data(2).corners
     assert data(2).domain == pytest.approx((a[1] - a[0], c[1] - c[0]))
-    force = data(2).model.structure.needed_force(a, [0.0, 0.0])
+    force = data(2).model.plant.needed_force(a, [0.0, 0.0])
     np.testing.assert_allclose(force, [1.0, -1.3], rtol=1e-14)
 
 

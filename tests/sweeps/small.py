@@ -52,7 +52,7 @@ def start_of(f, d):
 
 
 def mass_of(model, d):
-    return model.structure.mass[0]
+    return model.plant.mass[0]
 
 
 def many_slow(f, d):

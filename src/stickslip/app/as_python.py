@@ -9,9 +9,9 @@ from stickslip.app.requests import model_of
 from stickslip.app.views.event_map import window_of
 from stickslip.app.views.model import MAX_EVENTS, map_of, start_of
 from stickslip.mechanics.friction import LAWS, TabulatedFriction
-from stickslip.mechanics.model.file import FAMILY, model_values
+from stickslip.mechanics.model.file import MODELS, model_values
 
-CLASSES: Final = {"two_block": "TwoBlock"} | {name: k.cls.__name__ for name, k in FAMILY.items()}
+CLASSES: Final = {name: cls.__name__ for name, cls in MODELS.items()}
 LAW_CLASSES: Final = {name: law.__name__ for name, law in LAWS.items()} | {
     TabulatedFriction.name: TabulatedFriction.__name__
 }

@@ -53,18 +53,18 @@ def mechanism(
         Equal scales, no frame.
     """
     ax = axes_or_new(ax)
-    structure = model.structure
-    n = structure.n_blocks
+    plant = model.plant
+    n = plant.n_contacts
     rest: Floats = _FIRST + _PITCH * np.arange(n, dtype=np.float64)
     centres = rest + _PER_UNIT * _displacements(model, x)
     right = rest[-1] + _LAST
     _belt(ax, right)
     for block, centre in enumerate(centres, start=1):
         names = ("$m$" if n <= 2 else f"${block}$", rf"$f_{{\mathrm{{s}}{block}}}$")
-        _block(ax, block, centre, structure.static[block - 1], names if n <= _MOST_NAMED else None)
+        _block(ax, block, centre, plant.static[block - 1], names if n <= _MOST_NAMED else None)
     draw_supports = _walls if n <= 2 else _ceiling
-    draw_supports(ax, rest, centres, structure.stiffness.sum(axis=1), right)
-    _couplings(ax, centres, -structure.stiffness)
+    draw_supports(ax, rest, centres, plant.stiffness.sum(axis=1), right)
+    _couplings(ax, centres, -plant.stiffness)
     ax.set_xlim(-0.35, right + 0.35)
     ax.set_ylim(_BELT[1] - 0.1, _BLOCK[1] + 1.05 if n <= 2 else _CEILING + 0.3)
     ax.set_aspect("equal")
@@ -76,7 +76,7 @@ def _displacements(model: TwoBlock | BeltModel, x: ArrayLike | None) -> Floats:
     if x is not None:
         return np.asarray(x, dtype=float)
     onset = getattr(model, "onset", None)  # of two blocks only
-    return np.zeros(model.structure.n_blocks) if onset is None else np.asarray(onset(0.0))
+    return np.zeros(model.n_blocks) if onset is None else np.asarray(onset(0.0))
 
 
 def _walls(ax: Axes, rest: Floats, centres: Floats, stiffness: Floats, right: float) -> None:

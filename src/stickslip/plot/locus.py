@@ -35,7 +35,7 @@ def stick_locus(model: Model, ax: Axes | None = None) -> Axes:
         Equal scales; a legend names the edges.
     """
     ax = axes_or_new(ax)
-    corners = locus.corners(model.structure)
+    corners = locus.corners(model.plant)
     a, b, c, _ = corners
     ax.add_patch(Polygon(corners, facecolor=PALETTE["light"], alpha=0.5, lw=0.0))
     ax.add_patch(Polygon(corners, fill=False, ec="black", lw=0.8))

@@ -27,8 +27,8 @@ class FamilySystem(System):
 
     def identity(self) -> dict[str, Any]:
         """Describe the model in values that JSON can hold."""
-        structure = self.model.structure
-        arrays = (structure.mass, structure.stiffness, structure.damping, structure.static)
+        plant = self.model.plant
+        arrays = (plant.mass, plant.stiffness, plant.damping, plant.static)
         return {
             "model": type(self.model).__name__,
             "parameters": self.model.parameters,
@@ -50,7 +50,8 @@ class MotionSystem(FamilySystem):
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        what = "a forced model" if model.structure.is_forced else "a single block"
+        alone = "a single block" if model.n_blocks == 1 else "a model of more than blocks on a belt"
+        what = "a forced model" if model.plant.is_forced else alone
         why = f"{what} has no event map; 'limit_cycles' and functions of one's own are for it"
         self.lacks = dict.fromkeys(("orbits", "events", "line", "d"), why)
 
@@ -100,7 +101,7 @@ class BlocksSystem(LineSystem):
         starts = np.empty((*shares.shape[:2], self.model.n_blocks - 1))
         for point, values in enumerate(points.values()):
             model = self.model_at(values)
-            starts[point] = np.diff(model.structure.sticking(shares[point]), axis=-1)
+            starts[point] = np.diff(model.plant.sticking(shares[point]), axis=-1)
             if n_starts == 1 and points.d is not None:
                 starts[point] = points.d[point]
             starts[point, ~model.contains(starts[point])] = np.nan

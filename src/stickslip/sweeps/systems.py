@@ -44,8 +44,8 @@ def _engine_of(model: TwoBlock, name: EngineName) -> Engine:
 
 def as_system(given: Any) -> System:
     """Take a model, its event map or a map of the user's own."""
-    if isinstance(given, TwoBlock | BeltModel):
-        if given.n_blocks == 1 or given.structure.is_forced:
+    if isinstance(given, BeltModel):
+        if given.n_blocks == 1 or given.plant.is_forced or not given.plant.rubs_as_one:
             return MotionSystem(given)
         given = event_map(given)
     if type(given) is EventMap and isinstance(given.model, TwoBlock):

@@ -66,7 +66,7 @@ def test_multipliers_are_those_of_the_event_map() -> None:
     """Three blocks: the eigenvalues of the product of Jacobians over the orbit."""
     model = ss.Chain(static=[1, 1.3, 1.1], alpha=1.2, V=0.3, friction=ss.Coulomb(mu=0.22))
     f = ss.event_map(model)
-    cycle = ss.find_cycle(model, model.structure.sample_sticking(1, 5)[0], np.full(3, model.V))
+    cycle = ss.find_cycle(model, model.plant.sample_sticking(1, 5)[0], np.full(3, model.V))
     assert len(cycle.d) > 1
     np.testing.assert_allclose(f(cycle.d), np.roll(cycle.d, -1, axis=0), rtol=0, atol=1e-12)
     jacobian = np.eye(2)

@@ -44,7 +44,7 @@ def test_small_motions_grow_as_the_eigenvalues_say() -> None:
     x = found.x + 1e-7 * np.array([1.0, -0.5])
     t = np.linspace(0, 30, 7)
     motion = ss.simulate(model, x, np.zeros(2), t_end=30)
-    s = model.structure
+    s = model.plant
     slopes = s.damping + np.diag(s.static * model.friction.slope(1.5))  # type: ignore[union-attr]
     matrix = np.block([[np.zeros((2, 2)), np.eye(2)], [-s.stiffness, -slopes]])
     values, vectors = np.linalg.eig(matrix)

@@ -72,10 +72,10 @@ def short_motions(model: ss.Blocks | ss.Chain, count: int) -> np.ndarray:
 @pytest.mark.parametrize("kind", ["full", "chain of 3", "chain of 5"])
 def test_values_in_30_digits(name: str, kind: str) -> None:
     model = three_blocks(name) if kind == "full" else chain(name, int(kind[-1]))
-    s, (_, law, _) = model.structure, LAWS[name]
+    s, (_, law, _) = model.plant, LAWS[name]
     f = ss.event_map(model)
     for d in short_motions(model, 1):
-        exact = reference.event_map(s.mass, s.stiffness, s.damping, s.static, s.V, law, d)
+        exact = reference.event_map(s.mass, s.stiffness, s.damping, s.static, model.V, law, d)
         np.testing.assert_allclose(f(d), exact, rtol=0, atol=2e-15)
 
 

@@ -94,7 +94,7 @@ def test_slopes_agree_with_differences(name: str) -> None:
 
 def mirrored(model: ss.Blocks, scale: float) -> ss.Blocks:
     """Blocks in the other order, displacements and speeds over `scale`, times as they are."""
-    s, swap = model.structure, np.ix_([1, 0], [1, 0])
+    s, swap = model.plant, np.ix_([1, 0], [1, 0])
     laws = []
     for law in model.laws[::-1]:
         if isinstance(law, ss.PoppStelter):  # the same force at a speed over the scale
@@ -146,7 +146,7 @@ def test_equal_blocks_have_the_map_of_two_equal_blocks(kind: str) -> None:
         )
         alpha, beta, V = rng.uniform(0.3, 2.0), rng.uniform(0.7, 1.6), rng.uniform(0.05, 0.2)
         two = ss.TwoBlock(alpha, beta, V, law)
-        model = ss.Blocks([2, 2], 2 * two.structure.stiffness, static=[2, 2 * beta],
+        model = ss.Blocks([2, 2], 2 * two.plant.stiffness, static=[2, 2 * beta],
                           friction=law, V=V)  # fmt: skip
         f, g = ss.event_map(two, max_events=300), ss.event_map(model, max_events=300)
         np.testing.assert_allclose(g.domain, f.domain, rtol=1e-14)

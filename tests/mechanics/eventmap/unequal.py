@@ -27,7 +27,7 @@ def reference_law(law: ss.FrictionLaw) -> PoppStelter | Viscous:
 
 def oracle(model: ss.Blocks) -> Smooth:
     """The model in arithmetic of 96 digits."""
-    return Smooth.of(model.structure, tuple(map(reference_law, model.laws)))
+    return Smooth.of(model.plant, tuple(map(reference_law, model.laws)))
 
 
 def random_models(kind: str, n: int, rng: np.random.Generator) -> Iterator[ss.Blocks]:

@@ -75,7 +75,7 @@ def test_energy_is_accounted_for(name: str) -> None:
 def test_slip_phases_solve_the_equations(name: str) -> None:
     """Each phase again by Runge and Kutta, from its start to its end."""
     model = MODELS[name]
-    s = model.structure
+    s = model.plant
     motion = ss.simulate(model, *model.sample_state(5), t_end=12)
     for start, end, mode in zip(motion.t, motion.t[1:], motion.modes, strict=False):
         middle = 0.5 * (start + end)

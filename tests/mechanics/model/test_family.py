@@ -14,25 +14,36 @@ BLOCKS = ss.Blocks(mass=[1, 2, 3], stiffness=K, static=[1, 1.3, 0.9], friction=L
 FORCED = ss.Oscillator(
     V=0.0, friction=ss.PoppStelter(gamma=3), forcing=ss.Harmonic(amplitude=0.5, frequency=1.3)
 )
+STRUCTURE = ss.Structure(
+    mass=[1, 2, 3],
+    stiffness=[[2.5, -1.0, 0.4], [-1.3, 3.0, -1.2], [-0.3, -1.2, 2.8]],
+    damping=np.diag([0.1, 0.2, 0.3]),
+    contacts=[
+        ss.Contact(at=(0, 2), friction=LAW, V=(0.2, ss.Harmonic(0.1, 1.7)), load=[0.1, 0, 0.2]),
+        ss.Contact(at=1, friction=ss.PoppStelter(gamma=3)),
+    ],
+    force=[0.1, 0.0, 0.2],
+    forcing=[ss.Harmonic((0.1, 0.2, 0.3), 1.1), ss.Harmonic(0.2, 0.7, 0.3)],
+)
 
 
 def test_the_papers_model_is_a_chain_of_two() -> None:
     model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.05, friction=LAW, damping=0.1)
     for name in ("mass", "stiffness", "damping", "static"):
-        one, other = (getattr(m.structure, name) for m in (model, model.chain))
+        one, other = (getattr(m.plant, name) for m in (model, model.chain))
         np.testing.assert_allclose(one, other, rtol=1e-15)
 
 
 @pytest.mark.parametrize(("ends", "row"), [("free", 2.2), ("fixed", 3.4), ("periodic", 3.4)])
 def test_ends_of_a_chain(ends: str, row: float) -> None:
     chain = ss.Chain(static=[1] * 4, alpha=1.2, V=0.05, friction=LAW, ends=ends)  # type: ignore[arg-type]
-    stiffness = chain.structure.stiffness
+    stiffness = chain.plant.stiffness
     assert stiffness[0, 0] == pytest.approx(row)
     assert stiffness[0, 3] == pytest.approx(-1.2 if ends == "periodic" else 0.0)
     np.testing.assert_array_equal(stiffness, stiffness.T)
 
 
-@pytest.mark.parametrize("model", [CHAIN, BLOCKS, FORCED])
+@pytest.mark.parametrize("model", [CHAIN, BLOCKS, FORCED, STRUCTURE])
 def test_every_parameter_can_be_replaced_by_its_name(model: ss.Chain) -> None:
     for name, value in model.parameters.items():
         changed = model.replace(**{name: value + 0.01})
@@ -44,14 +55,20 @@ def test_every_parameter_can_be_replaced_by_its_name(model: ss.Chain) -> None:
     assert hash(model.replace()) == hash(model)
 
 
-@pytest.mark.parametrize("model", [CHAIN, BLOCKS, FORCED])
-def test_the_structure_is_linear_in_each_number(model: ss.Chain) -> None:
-    for name in (*model.numbers, *(n for n in model.parameters if n.startswith("forcing"))):
-        direction = model.structure_direction(name)
-        changed = model.replace(**{name: model.parameters[name] + 0.25}).structure
-        for field in ("mass", "stiffness", "damping", "static", "amplitude", "V", "phase"):
-            expected = getattr(model.structure, field) + 0.25 * getattr(direction, field)
-            np.testing.assert_allclose(getattr(changed, field), expected, rtol=0, atol=1e-14)
+@pytest.mark.parametrize("model", [CHAIN, BLOCKS, FORCED, STRUCTURE])
+def test_the_plant_is_differentiated_exactly_in_each_number(model: ss.Chain) -> None:
+    step = 1e-3
+    for name in (*model.numbers, *(n for n in model.parameters if "." in n)):
+        here = model.replace(**{name: model.parameters[name] + 0.05})  # away from the ranges' ends
+        direction = here.plant_direction(name)
+        values = [
+            here.replace(**{name: here.parameters[name] + k * step}).plant.reduced
+            for k in (-2, -1, 1, 2)
+        ]
+        for field in direction._fields:
+            far_low, low, high, far_high = (getattr(value, field) for value in values)
+            expected = (8 * (high - low) - (far_high - far_low)) / (12 * step)
+            np.testing.assert_allclose(getattr(direction, field), expected, rtol=0, atol=1e-9)
 
 
 def test_a_pair_of_laws_has_numbered_parameters() -> None:
@@ -66,8 +83,8 @@ def test_samples_are_legal() -> None:
     for model in (CHAIN, BLOCKS, ss.TwoBlock(alpha=1.2, beta=1.3, V=0.05, friction=LAW)):
         assert model.contains(model.sample_domain(200, rng)).all()
         x, v = model.sample_state(rng, riding=True)
-        force = model.structure.needed_force(x, v)
-        assert (np.abs(force) < model.structure.static).all()
+        force = model.plant.needed_force(x, v)
+        assert (np.abs(force) < model.plant.static).all()
         assert (v == model.V).all()
 
 

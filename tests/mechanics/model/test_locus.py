@@ -51,7 +51,7 @@ def test_global_stick_before_the_onset_is_inside_the_locus(alpha, beta, share, b
 
 @given(alpha=ALPHA, beta=BETA)
 def test_corners_stand_at_two_limits_and_project_on_the_domain(alpha, beta):
-    corners = locus.corners(MODEL.replace(alpha=alpha, beta=beta).structure)
+    corners = locus.corners(MODEL.replace(alpha=alpha, beta=beta).plant)
     force = spring_force(corners, alpha)
     np.testing.assert_allclose(np.abs(force), np.tile([1.0, beta], (4, 1)), rtol=0, atol=ROUNDING)
     d = corners[:, 1] - corners[:, 0]
@@ -82,7 +82,7 @@ def test_the_domain_of_any_two_blocks_is_the_locus_projected(seed):
         V=rng.uniform(0.1, 0.5),
     )
     low, high = model.domain
-    s = model.structure
+    s = model.plant
     corners = locus.corners(s)
     forces = s.needed_force(corners, np.full((4, 2), s.V))
     np.testing.assert_allclose(np.abs(forces), np.tile(static, (4, 1)), rtol=1e-12)

@@ -165,7 +165,7 @@ def law(request: requests.Law) -> Iterator[Part]:
 def locus(request: requests.Locus) -> Iterator[Part]:
     """Give the corners of the locus and the edges on which global stick ends."""
     model = two_blocks(request)
-    a, b, c, d = geometry.corners(model.structure)
+    a, b, c, d = geometry.corners(model.plant)
     data = {
         "corners": [a, b, c, d],
         "domain": model.domain,
@@ -268,7 +268,7 @@ def sampled(found: Trajectory, samples: int) -> dict[str, NDArray[Any]]:
 def _stick_intervals(found: Trajectory, t: Floats, x: Floats) -> Floats:
     """Where each block could ride while the others stand where they are, shape (n, N, 2)."""
     model = found.model
-    stiffness = np.diag(model.structure.stiffness)
+    stiffness = np.diag(model.plant.stiffness)
     needed, limits = found.needed_force(t), np.asarray(model.limits)
     room = np.stack([-limits - needed, limits - needed], axis=-1)
     return np.asarray(x[..., None] + room / stiffness[:, None])

@@ -10,14 +10,16 @@ import numpy as np
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem
 from stickslip.analysis.continuation.follower import contained
 from stickslip.checks import checked_interval
-from stickslip.mechanics.cycle.equilibria import Equilibrium, equilibria
-from stickslip.mechanics.cycle.hopf import NEUTRAL, crossings
-from stickslip.mechanics.cycle.sliding import Model, modes, steady_displacements
+from stickslip.mechanics.cycle.equilibria import Equilibrium, equilibria, equilibrium_at
+from stickslip.mechanics.cycle.hopf import NEUTRAL, coalescences, crossings
+from stickslip.mechanics.cycle.sliding import Model, steady_states
 from stickslip.mechanics.model.arguments import checked_parameter
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from stickslip.numerics.arrays import Floats
 
 N_VALUES: Final = 401  # over the range; two crossings between neighbours may be missed
 BESIDE: Final = 1e-6  # of the range: where stability is looked at beside a Hopf point
@@ -34,7 +36,9 @@ class EquilibriumProblem(Problem):
 
     def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> Equilibrium:
         """Solve for steady sliding at a value."""
-        return equilibria(self.system.replace(**{name: value}))[0]
+        found = equilibria(self.system.replace(**{name: value}))
+        x = curve.points[row]
+        return min(found, key=lambda each: float(np.abs(each.x - x).max()))
 
     def row(self, curve: Curve, row: int) -> Equilibrium:
         """Solve for the steady sliding of a row."""
@@ -51,30 +55,38 @@ def follow_equilibrium(
     own = contained(low, high, parameter, model.parameters[parameter], "equilibrium")
     for end in (low, high):
         model.replace(**{parameter: end})
+    values = np.union1d(np.linspace(low, high, N_VALUES), own)
+    speeds = _followed(model, parameter, values, equilibrium.w)
 
-    def at(value: float) -> Model:
-        return model.replace(**{parameter: value})
+    def at(value: float) -> Equilibrium:
+        w = [np.interp(value, values, column) for column in speeds.T]
+        return _sliding(model.replace(**{parameter: value}), np.array(w))
 
     def eigenvalues(value: float) -> NDArray[np.complex128]:
-        here = at(value)
-        return modes(here, here.V).values
+        return at(value).eigenvalues
 
-    values = np.union1d(np.linspace(low, high, N_VALUES), own)
-    points = np.array([steady_displacements(m, m.V) for m in map(at, values.tolist())])
-    spectra = np.array([eigenvalues(value) for value in values.tolist()])
+    every = [at(value) for value in values.tolist()]
+    points = np.array([each.x for each in every])
+    spectra = np.array([each.eigenvalues for each in every])
     events = []
-    for value in crossings(eigenvalues, values):
-        here, spectrum = at(value), eigenvalues(value)
+    found = [("hopf", value) for value in crossings(eigenvalues, values)]
+    found += [("flutter", value) for value in coalescences(eigenvalues, values)]
+    for kind, value in sorted(found, key=lambda each: each[1]):
+        here = at(value)
+        spectrum = here.eigenvalues
         growing = spectrum[spectrum.imag > 0]
         critical = growing[[np.argmin(np.abs(growing.real))]]
         beside = [eigenvalues(value + sign * BESIDE * (high - low)) for sign in (-1, 1)]
-        below, above = (each.real.max() for each in beside)
+        below, above = (
+            each.real.max() * (abs(each.real.max()) > NEUTRAL * np.abs(each).max())
+            for each in beside
+        )
         what = "another mode" if below * above > 0 else "calms" if below > 0 else "starts to grow"
         events.append(
             CurveEvent(
-                "hopf",
+                kind,
                 {parameter: value},
-                steady_displacements(here, here.V),
+                here.x,
                 critical,
                 ROUNDING * abs(value),
                 int(np.searchsorted(values, value, side="right")) - 1,
@@ -95,3 +107,23 @@ def follow_equilibrium(
         data={},
         problem=EquilibriumProblem(model),
     )
+
+
+def _sliding(model: Model, w: Floats) -> Equilibrium:
+    """Steady sliding with velocities of slip nearest to given ones."""
+    states = steady_states(model, near=w)
+    if not states:
+        raise ValueError("the steady sliding ends within the range: no forces balance there.")
+    return equilibrium_at(model, min(states, key=lambda each: float(np.abs(each.w - w).max())))
+
+
+def _followed(model: Model, parameter: str, values: Floats, w: Floats) -> Floats:
+    """Velocities of slip at ascending values, followed from the model's own, (values, m)."""
+    speeds = np.empty((len(values), len(w)))
+    own = int(np.searchsorted(values, model.parameters[parameter]))
+    for rows in (range(own, len(values)), range(own, -1, -1)):
+        here = w
+        for row in rows:
+            here = _sliding(model.replace(**{parameter: float(values[row])}), here).w
+            speeds[row] = here
+    return speeds

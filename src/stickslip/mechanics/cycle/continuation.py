@@ -17,7 +17,7 @@ from stickslip.analysis.continuation.follower import (
     contained,
     first_point,
 )
-from stickslip.checks import checked_interval, whole_number
+from stickslip.checks import checked_interval, shown, whole_number
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_of
 from stickslip.mechanics.cycle.mode_changes import Touch, on_section, partners, touches
 from stickslip.mechanics.cycle.shooting import Shooter
@@ -104,6 +104,12 @@ def follow_cycle(
 def _checked(cycle: Cycle, parameter: str, ends: tuple[float, float]) -> tuple[float, float]:
     model = cycle.model
     checked_parameter("parameter", checked_model(model), parameter)
+    plant = model.plant
+    if plant.turns.size or not (plant.is_forced or plant.rubs_as_one):
+        raise ValueError(
+            f"model = {shown(model)}: cycles are followed of masses that all rub on one belt, and "
+            "of forced models that do not turn freely. Take find_cycle at each value."
+        )
     low, high = checked_interval("range", ends)
     contained(low, high, parameter, model.parameters[parameter], "cycle")
     for end in (low, high):

@@ -29,7 +29,7 @@ class Cycle(Result):
 
     Attributes
     ----------
-    model : TwoBlock, Blocks, Chain or Oscillator
+    model : TwoBlock, Blocks, Chain, Oscillator or Structure
     period : float
         Units of sqrt(m / k).
     multipliers : ndarray of complex
@@ -110,15 +110,16 @@ def cycle_of(shot: Shot) -> Cycle:
 
 def cycle_along(model: Model, state: State, leg: Leg, multipliers: NDArray[np.complex128]) -> Cycle:
     """Cycle that a leg is, which leads from a state back to the state."""
+    x, v = model.plant.states(state.z, state.t)
     return Cycle(
         model=model,
         period=leg.duration,
         multipliers=multipliers,
         stable=bool((np.abs(multipliers) < 1.0 - NEUTRAL).all()),
-        x=state.x,
-        v=state.w + model.V,
+        x=x,
+        v=v,
         events=tuple(Event(t, block + 1, EVENT_KINDS[mode]) for t, block, mode in leg.events),
-        residual=float(np.abs(leg.state.vector - state.vector).max()),
+        residual=float(np.abs(model.plant.felt(leg.state.z - state.z)).max()),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.checks import checked_interval, shown
 from stickslip.mechanics.cycle.hopf import NEUTRAL, HopfPoint, hopf_points
 from stickslip.mechanics.cycle.neutral import NeutralFamily, neutral_family
-from stickslip.mechanics.cycle.sliding import Model, modes, steady_displacements
+from stickslip.mechanics.cycle.sliding import Model, Steady, modes_about, steady_states
 from stickslip.mechanics.model.arguments import checked_model
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
@@ -28,11 +28,14 @@ class Equilibrium(Result):
     Attributes
     ----------
     x : ndarray of float, shape (N,)
-        Displacements.
+        Displacements; of what turns freely, from its middle place.
+    w : ndarray of float, shape (m,)
+        Velocities of slip at the contacts: -V of blocks on a belt.
     V : float
-        Speed of the belt, and of the slip.
-    eigenvalues : ndarray of complex, shape (2 N,)
-        Of small motions about it, by descending growth rate.
+        Speed of the belt; NaN where contacts have several.
+    eigenvalues : ndarray of complex
+        Of small motions about it, by descending growth rate: 2 N of N blocks. The zeros of free
+        turning are left out.
     stable : bool
         All growth rates are negative; an undamped mode makes it neutral, which is not stable.
     neutral : bool
@@ -42,10 +45,11 @@ class Equilibrium(Result):
         cycle, and where they graze the belt.
     hopf_points : tuple of HopfPoint
         Where a pair of modes begins or ceases to grow in the range of belt speeds searched.
-    model : TwoBlock, Blocks, Chain or Oscillator
+    model : TwoBlock, Blocks, Chain, Oscillator or Structure
     """
 
     x: Floats
+    w: Floats
     V: float
     eigenvalues: NDArray[np.complex128]
     stable: bool
@@ -63,10 +67,12 @@ class Equilibrium(Result):
     def __repr__(self) -> str:
         """Stability, then the modes."""
         word = "neutral" if self.neutral else "stable" if self.stable else "unstable"
-        lines = [f"Equilibrium: steady sliding at V = {self.V:.10g}, {word}"]
-        lines.append(f"  x = {', '.join(f'{x:.10g}' for x in self.x)}")
+        w, x = (", ".join(f"{value:.10g}" for value in values) for values in (self.w, self.x))
+        one_belt = "V" in self.model.parameters
+        where = f"V = {self.V:.10g}" if one_belt else f"w = {w}"
+        lines = [f"Equilibrium: steady sliding at {where}, {word}", f"  x = {x}"]
         lines += [f"  {point!r}" for point in self.hopf_points]
-        if not self.critical_speeds.size:
+        if one_belt and not self.critical_speeds.size:
             lines.append("  keeps its stability at all belt speeds searched")
         lines += [
             f"  growth rate {value.real:14.8g}   frequency {value.imag:.10g}"
@@ -87,7 +93,7 @@ def equilibria(
 
     Parameters
     ----------
-    model : TwoBlock, Blocks, Chain or Oscillator
+    model : TwoBlock, Blocks, Chain, Oscillator or Structure
         Unforced, with V > 0.
     speeds : tuple of float
         Range of belt speeds in which changes of stability are looked for, above 0.
@@ -95,8 +101,8 @@ def equilibria(
     Returns
     -------
     tuple of Equilibrium
-        One: at a given belt speed the friction forces, and with them the displacements, are
-        given.
+        One where springs hold all bodies: belts' speeds give the friction forces, and these the
+        displacements. None where a contact rests then. What turns freely may have several.
 
     Raises
     ------
@@ -117,8 +123,8 @@ def equilibria(
     >>> sliding.hopf_points[0]
     HopfPoint: V = 0.2, frequency 1, subcritical, calms as V grows
     """
-    structure = checked_model(model).structure
-    if structure.is_forced:
+    plant = checked_model(model).plant
+    if plant.is_forced:
         raise ValueError(
             f"model = {shown(model)} is forced: it has no equilibrium. Take the model "
             "without its forcing, model.replace(forcing=None)."
@@ -126,18 +132,27 @@ def equilibria(
     low, high = checked_interval("speeds", speeds)
     if low <= 0.0:
         raise ValueError(f"speeds = {shown(speeds)} is not allowed: belt speeds above 0")
-    values = modes(model, model.V).values
+    points = hopf_points(model, (low, high)) if "V" in model.parameters else ()
+    family = neutral_family(model)
+    return tuple(
+        replace(equilibrium_at(model, steady), neutral_family=family, hopf_points=points)
+        for steady in steady_states(model)
+    )
+
+
+def equilibrium_at(model: Model, steady: Steady) -> Equilibrium:
+    """Describe steady sliding and its stability."""
+    values = modes_about(model.plant, model.laws, steady).values
     largest = float(values[0].real)
     neutral = abs(largest) <= NEUTRAL * np.abs(values).max()
-    return (
-        Equilibrium(
-            x=steady_displacements(model, model.V),
-            V=model.V,
-            eigenvalues=values,
-            stable=largest < 0.0 and not neutral,
-            neutral=neutral,
-            neutral_family=neutral_family(model),
-            hopf_points=hopf_points(model, (low, high)),
-            model=model,
-        ),
+    return Equilibrium(
+        x=steady.x,
+        w=steady.w,
+        V=model.V,
+        eigenvalues=values,
+        stable=largest < 0.0 and not neutral,
+        neutral=neutral,
+        neutral_family=None,
+        hopf_points=(),
+        model=model,
     )

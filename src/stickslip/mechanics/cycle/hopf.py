@@ -41,7 +41,7 @@ class HopfPoint(Result):
 
     Attributes
     ----------
-    model : TwoBlock, Blocks, Chain or Oscillator
+    model : TwoBlock, Blocks, Chain, Oscillator or Structure
         At this belt speed.
     V : float
     frequency : float
@@ -116,7 +116,7 @@ class HopfPoint(Result):
 def hopf_points(model: Model, speeds: tuple[float, float]) -> tuple[HopfPoint, ...]:
     """Find all Hopf points in a range of belt speeds, ascending.
 
-    K is positive definite, so that pairs alone cross the axis: sign changes of growth rates on a
+    Pairs alone cross the axis, as K is regular: sign changes of growth rates on a
     grid, and extrema that a parabola carries across zero, are bracketed.
     """
     found = crossings(lambda V: modes(model, V).values, np.geomspace(*speeds, N_SPEEDS))
@@ -140,6 +140,28 @@ def crossings(eigenvalues: Callable[[float], Complexes], grid: Floats) -> list[f
         value
         for k, value in enumerate(found)
         if k == 0 or value - found[k - 1] > SAME * abs(found[k - 1])
+    ]
+
+
+def coalescences(eigenvalues: Callable[[float], Complexes], grid: Floats) -> list[float]:
+    """Parameter values at which undamped modes meet and part into one that grows, one that decays.
+
+    There the square of the modes' difference changes its sign smoothly: flutter without damping.
+    """
+
+    def square(value: float) -> float:
+        values = eigenvalues(value)
+        upper = values[values.imag > 0]
+        first, second = np.triu_indices(len(upper), 1)
+        squares = (upper[first] - upper[second]) ** 2
+        return float(squares[np.argmin(np.abs(squares))].real) if len(squares) else np.nan
+
+    neutral = [_growth_rates(eigenvalues(value))[0] == 0.0 for value in grid.tolist()]
+    ends = [(grid[k], grid[k + 1]) for k in np.flatnonzero(np.diff(neutral))]
+    return [
+        float(brentq(square, low, high, xtol=1e-300, rtol=1e-15))
+        for low, high in ends
+        if square(low) * square(high) < 0.0
     ]
 
 
@@ -224,8 +246,8 @@ def _lyapunov(
     derivatives = force_derivatives(model, model.V)
     if derivatives is None:
         return None, 0.0
-    s, n = model.structure, model.n_blocks
-    weight = s.static / s.mass
+    plant, n = model.plant, model.n_blocks
+    weight = plant.static / plant.mass
 
     def quadratic(a: Complexes, b: Complexes) -> Complexes:
         return np.concatenate([np.zeros(n), weight * derivatives[:, 1] * a[n:] * b[n:]])

@@ -102,7 +102,7 @@ def limit_cycles(
 
     Parameters
     ----------
-    model : TwoBlock, Blocks, Chain or Oscillator
+    model : TwoBlock, Blocks, Chain, Oscillator or Structure
     n_starts : int
         States drawn (``model.sample_state``), half of them with all blocks on the belt.
     max_period : int
@@ -168,7 +168,7 @@ def limit_cycles(
         n_starts=count,
         n_sliding=missed["slides"],
         n_undecided=missed["undecided"],
-        neutral_family=None if model.structure.is_forced else equilibria(model)[0].neutral_family,
+        neutral_family=None if model.plant.is_forced else equilibria(model)[0].neutral_family,
     )
 
 

@@ -45,16 +45,16 @@ def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
     found: list[Touch] = []
     t, last = 0.0, (-np.inf, -1)
     while t < duration:
-        mode, needed = motion.mode.copy(), motion.e.copy()
+        mode, needed, limit = motion.mode.copy(), motion.e.copy(), motion.limit.copy()
         h, status = shooter.advance(duration - t)
         if status or h <= 0.0:
             break
-        for block in range(shooter.n):
-            found += _inside(shooter, block, int(mode[block]), needed, t, h)
+        for block in range(shooter.n_contacts):
+            found += _inside(shooter, block, int(mode[block]), (needed, limit), t, h)
         t += h
         if motion.event.any():
             for i in map(int, np.flatnonzero(motion.event == LANDING)):
-                spare = float(system.static[i] - abs(motion.e[i]))
+                spare = float(motion.limit[i] - abs(motion.e[i]))
                 found.append(Touch("landing", t, i, spare))
                 found += _barely_landed(mode[i] * shooter.work.w[i], t, i, h)
             settle(system, motion, shooter.work.rates)
@@ -75,25 +75,26 @@ def _barely_landed(signal: Floats, time: float, block: int, h: float) -> list[To
 
 
 def _inside(
-    shooter: Shooter, block: int, mode: int, needed: Floats, start: float, h: float
+    shooter: Shooter, block: int, mode: int, before: tuple[Floats, Floats], start: float, h: float
 ) -> list[Touch]:
     """List turning points of one block's signals inside a step."""
-    work, kernels, system = shooter.work, shooter.engine.kernels, shooter.system
+    motion, work, kernels = shooter.motion, shooter.work, shooter.engine.kernels
     signals: list[tuple[TouchKind, Floats]]
     if mode != 0:
         signals = [("grazing", mode * work.w[block])]
     else:
-        growth = np.array(
-            [
-                0.0 if k == 0 else kernels.needed_coefficient(system, work, block, k)
-                for k in range(kernels.ORDER + 1)
-            ]
+        rows = (motion.y.size + block, motion.z.size + block)
+        force, limit = (
+            np.array(
+                [value[block]]
+                + [
+                    kernels.row_coefficient(shooter.system, work, row, k)
+                    for k in range(1, kernels.ORDER + 1)
+                ]
+            )
+            for value, row in zip(before, rows, strict=True)
         )
-        signals = []
-        for _, sign in SIDES:
-            signal = sign * growth
-            signal[0] = system.static[block] + sign * needed[block]
-            signals.append(("limit", signal))
+        signals = [("limit", limit + sign * force) for _, sign in SIDES]
     found = []
     for kind, signal in signals:
         at = lowest_minimum(signal, h)
@@ -121,18 +122,20 @@ def on_section(cycle: Cycle, name: str, *, rtol: float = 1e-15) -> tuple[Shootin
     shooter = Shooter(model, rtol=rtol, tangents=False)
     state = shooter.start(cycle.x, cycle.v)
     value = model.parameters[name]
-    if model.structure.is_forced:
-        rounds = round(cycle.period * model.structure.frequency / (2 * np.pi))
-        section = Section(None, state.mode)
+    n_free = shooter.n - shooter.n_contacts
+    if model.plant.is_forced:
+        rounds = round(cycle.period / model.plant.period)
+        section = Section(None, state.mode, n_free)
         leg = shooter.leg(state, 10**9, max_time=cycle.period)
         shooting = Shooting(model, name, section, word=word_of(leg), rounds=rounds, rtol=rtol)
         return shooting, shooting.unknowns(state, cycle.period, value)
     time, block = _rest_in_space(cycle)
     start = shooter.leg(state, 10**9, max_time=time).state if time > 0.0 else state
-    start.w[block] = -model.V
-    start = start._replace(phase=model.structure.phase)
+    start.w[block] = -model.plant.V[block]
+    start = start._replace(t=0.0)
     leg = shooter.leg(start, 10**9, max_time=cycle.period)
-    shooting = Shooting(model, name, Section(block, start.mode), word=word_of(leg), rtol=rtol)
+    section = Section(block, start.mode, n_free)
+    shooting = Shooting(model, name, section, word=word_of(leg), rtol=rtol)
     return shooting, shooting.unknowns(start, cycle.period, value)
 
 

@@ -82,12 +82,12 @@ class NeutralFamily(Result):
 
 def neutral_family(model: Model) -> NeutralFamily | None:
     """Return the family of all-slipping motions; None unless undamped with constant friction."""
-    structure = model.structure
+    plant = model.plant
     speeds = np.linspace(0.0, 2.0 * model.V, N_SPEEDS)
     constant = all((np.asarray(law.slope(speeds)) == 0.0).all() for law in model.laws)
-    if structure.is_forced or structure.damping.any() or not constant:
+    if not plant.dissipates or plant.damping.any() or not constant:
         return None
-    squares, modes = eigh(structure.stiffness, np.diag(structure.mass))
+    squares, modes = eigh(plant.stiffness, np.diag(plant.mass))
     largest = np.take_along_axis(modes, np.abs(modes).argmax(axis=0)[None], axis=0)
     return NeutralFamily(
         steady_displacements(model, model.V), model.V, np.sqrt(squares), modes / largest

@@ -7,16 +7,17 @@ from collections import deque
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from scipy.linalg import null_space
 
 from stickslip import status as status_codes
 from stickslip.checks import whole_number
 from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_along, cycle_of
-from stickslip.mechanics.cycle.section import Section, Shooting, Shot
+from stickslip.mechanics.cycle.section import Section, Shooting, Shot, size_of
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
-from stickslip.mechanics.cycle.sliding import modes, steady_displacements
+from stickslip.mechanics.cycle.sliding import linear_modes, modes, steady_displacements
 from stickslip.mechanics.flow.engine import tolerance
-from stickslip.mechanics.model.arguments import checked_model, state_vector
+from stickslip.mechanics.model.arguments import checked_model, checked_state
 from stickslip.numerics.continuation import ArclengthCurve, LeavesRegion, StepTooLong
 from stickslip.vocabulary import suggests
 
@@ -38,6 +39,7 @@ ROUNDING: Final = 1e-9  # of the largest multiplier: one that belongs to the sec
 MAX_ATTEMPTS: Final = 8
 WAIT: Final = 40  # periods of the slowest mode without a change of modes
 MAX_WAITS: Final = 50
+STILL: Final = 1e-9  # of the fastest rate: rates this small are those of free turning
 HISTORY: Final = 256  # states of one set of modes that a state is compared with
 SLIDES: Final = (
     ": all blocks slip and can be shown never to stick again. "
@@ -60,7 +62,7 @@ def find_cycle(
 
     Parameters
     ----------
-    model : TwoBlock, Blocks, Chain or Oscillator
+    model : TwoBlock, Blocks, Chain, Oscillator or Structure
     x, v : array_like of float, shape (N,)
         Displacements and velocities to start from. From a near guess an unstable cycle is found
         as well.
@@ -87,9 +89,9 @@ def find_cycle(
     """
     max_events = whole_number("max_events", max_events, what="changes of mode that are followed")
     checked_model(model)
-    position, velocity = state_vector("x", x, model.n_blocks), state_vector("v", v, model.n_blocks)
+    position, velocity = checked_state(model, x, v)
     search = _Search(model, tolerance(rtol))
-    if model.structure.is_forced:
+    if model.plant.is_forced:
         return search.forced(position, velocity, max_events)
     return search.free(position, velocity, max_events)
 
@@ -109,8 +111,10 @@ class _Search:
         self.model = model
         self.plain = Shooter(model, rtol=rtol, tangents=False)
         self.shooter = Shooter(model, rtol=rtol)
-        self.slowest = 2.0 * np.pi / np.abs(modes(model, model.V).values).min()
-        self.size = float(np.max(model.structure.static)) + model.V
+        rates = np.abs(linear_modes(model).values)
+        self.slowest = 2.0 * np.pi / rates[rates > STILL * rates.max()].min()
+        self.size = size_of(model.plant)
+        self.felt = model.plant.felt
 
     # --- autonomous models: from event to event -----------------------------------------------
 
@@ -146,7 +150,7 @@ class _Search:
         closest = CLOSE * self.size
         for number in range(max_events):
             state = self._next_event(state)
-            here = state.vector
+            here = self.felt(state.z)
             numbers, states = seen.setdefault(state.mode.tobytes(), (deque(), deque()))
             if states:
                 distances = np.abs(np.array(states) - here).max(axis=1)
@@ -186,21 +190,28 @@ class _Search:
         for _ in range(MAX_NEWTON):
             if leg.status != status_codes.OK or (leg.state.mode != state.mode).any():
                 return None
-            off = leg.state.vector - state.vector
+            off = self._off(leg, state)
             if np.abs(off).max() <= CONVERGED * self.size:
                 return self._cycle(*self._fewest_freedoms(*self._once(state, leg, n_events)))
-            step = np.linalg.lstsq(np.eye(2 * self.plain.n) - leg.tangent, off, rcond=1e-12)[0]
-            n = self.plain.n
-            w = np.where(state.w == 0.0, 0.0, state.w + step[n:])
-            moved = state._replace(x=state.x + step[:n], w=w)
-            if np.abs(moved.vector - start.vector).max() > allowed:
+            step = self._step(leg, off)
+            moved = state._replace(z=np.where(_varies(state), state.z + step, state.z))
+            if np.abs(moved.z - start.z).max() > allowed:
                 return None
             last, state = np.abs(off).max(), moved
             leg = self.shooter.leg(state, n_events)
-            now = np.abs(leg.state.vector - state.vector).max()
+            now = np.abs(self._off(leg, state)).max()
             if self._gains_no_more(last, now):
                 return self._cycle(*self._fewest_freedoms(*self._once(state, leg, n_events)))
         return None
+
+    def _off(self, leg: Leg, state: State) -> Floats:
+        """How far a leg ends from a state."""
+        return self.felt(leg.state.z - state.z)
+
+    def _step(self, leg: Leg, off: Floats) -> Floats:
+        """Newton's step from the start of a leg."""
+        matrix = self.felt((np.eye(self.plain.n) - leg.tangent).T).T
+        return np.asarray(np.linalg.lstsq(matrix, off, rcond=1e-12)[0])
 
     def _gains_no_more(self, last: float, now: float) -> bool:
         """Whether Newton's method has come to rounding, which a multiplier near 1 magnifies."""
@@ -217,7 +228,7 @@ class _Search:
 
     def _is_back(self, state: State, leg: Leg) -> bool:
         same = leg.status == status_codes.OK and (leg.state.mode == state.mode).all()
-        off = np.abs(leg.state.vector - state.vector).max()
+        off = np.abs(self._off(leg, state)).max()
         return bool(same and off <= ROUNDS * CONVERGED * self.size)
 
     def _fewest_freedoms(self, state: State, leg: Leg, n_events: int) -> tuple[State, Leg]:
@@ -232,19 +243,18 @@ class _Search:
     # --- forced models: from period to period --------------------------------------------------
 
     def forced(self, x: Floats, v: Floats, max_periods: int) -> Cycle:
-        forcing = getattr(self.model, "forcing", None)
-        assert forcing is not None
+        period = self.model.plant.period
         state = self.plain.start(x, v)
         states = [state]
         closest = CLOSE * self.size
         for _ in range(max_periods):
-            leg = self.plain.leg(state, max_periods, max_time=forcing.period)
+            leg = self.plain.leg(state, max_periods, max_time=period)
             _check(leg)
-            state = leg.state._replace(phase=self.model.structure.phase)
+            state = leg.state._replace(t=0.0)
             for back, other in enumerate(reversed(states[-64:]), start=1):
-                distance = float(np.abs(state.vector - other.vector).max())
+                distance = float(np.abs(self.felt(state.z - other.z)).max())
                 if (state.mode == other.mode).all() and distance < closest:
-                    found = self._converged_in_time(state, back * forcing.period)
+                    found = self._converged_in_time(state, back * period)
                     if found is not None:
                         return found
                     closest = 0.1 * distance
@@ -257,27 +267,26 @@ class _Search:
     def _converged_in_time(self, state: State, period: float) -> Cycle | None:
         # A cycle with multiplier near 1 is 1 / (1 - multiplier) distances away: no less far than
         # from the widest return that is worth an attempt.
-        start, allowed, n = state, REACH * CLOSE * self.size, self.plain.n
+        start, allowed = state, REACH * CLOSE * self.size
         many, last = 10**9, math.inf
         for _ in range(MAX_NEWTON):
             leg = self.shooter.leg(state, many, max_time=period)
             if leg.status != status_codes.OK:
                 return None
-            off = leg.state.vector - state.vector
+            off = self._off(leg, state)
             now = float(np.abs(off).max())
             if now <= 10 * CONVERGED * self.size or self._gains_no_more(last, now):
                 return self._cycle(state, self._once_in_time(state, leg, period))
             last = now
-            step = np.linalg.lstsq(np.eye(2 * n) - leg.tangent, off, rcond=1e-12)[0]
-            w = np.where(state.mode == 0, 0.0, state.w + step[n:])
-            state = state._replace(x=state.x + step[:n], w=w)
-            if np.abs(state.vector - start.vector).max() > allowed:
+            step = self._step(leg, off)
+            state = state._replace(z=np.where(state.free, state.z + step, state.z))
+            if np.abs(state.z - start.z).max() > allowed:
                 return None
         return None
 
     def _once_in_time(self, state: State, leg: Leg, period: float) -> Leg:
         """Keep the fewest periods of the forcing after which the motion repeats."""
-        times = round(period * self.model.structure.frequency / (2 * np.pi))
+        times = round(period / self.model.plant.period)
         for rounds in range(times, 1, -1):
             if times % rounds == 0:
                 once = self.shooter.leg(state, 10**9, max_time=period / rounds)
@@ -292,16 +301,23 @@ class _Search:
 
     def _multipliers(self, state: State, tangent: Floats) -> NDArray[np.complex128]:
         """Eigenvalues of the return, over the directions that are free at its start."""
-        n = self.plain.n
-        forced = self.model.structure.is_forced
-        free = np.concatenate([np.ones(n, dtype=bool), state.w != 0.0])
-        values = np.linalg.eigvals(tangent[np.ix_(free, free)]).astype(np.complex128)
-        values = values[np.argsort(-np.abs(values), kind="stable")]
-        total = 2 * n if forced else 2 * n - 1
+        forced = self.model.plant.is_forced
+        free = _varies(state)
+        turns = self.model.plant.turns[free]
+        rest = null_space(turns.T) if turns.size else np.eye(free.sum())
+        values = np.linalg.eigvals(rest.T @ tangent[np.ix_(free, free)] @ rest)
+        values = values[np.argsort(-np.abs(values), kind="stable")].astype(np.complex128)
         # The return ends on the section: the direction across it is lost.
-        kept = values if forced else values[: free.sum() - 1]
+        lost = 0 if forced else 1
+        total = free.size - turns.shape[1] - lost
+        kept = values[: len(values) - lost]
         kept = kept[np.abs(kept) > ROUNDING * max(1.0, float(np.abs(values).max()))]
         return np.concatenate([kept, np.zeros(total - len(kept))])
+
+
+def _varies(state: State) -> NDArray[np.bool_]:
+    """Coordinates of a state at an event that may vary: those of contacts just released may not."""
+    return np.concatenate([np.ones(state.z.size - state.w.size, dtype=bool), state.w != 0.0])
 
 
 def _check(leg: Leg) -> None:
@@ -323,24 +339,25 @@ SMALLEST: Final = 1e-6  # of the static limits: smaller motions are steady slidi
 def slip_cycle(model: Model, state: State, *, rtol: float) -> Shot | None:
     """Cycle without events near a motion in which all blocks slip, if there is one."""
     # Newton's method starts from two successive extremes of a displacement.
-    if model.structure.is_forced or (state.mode == 0).any():
+    if model.plant.is_forced or (state.mode == 0).any() or not model.plant.rubs_as_one:
         return None
     found = _two_extremes(model, state, rtol)
     if found is None:
         return None
     block, first, second, period = found
-    distance = float(np.abs(second.vector - first.vector).max())
+    distance = float(np.abs(second.z - first.z).max())
     size = _size(model, second)
     if not SMALLEST < size or distance > SLIP_CLOSE * size:
         return None
-    shooting = Shooting(model, "V", Section(block, second.mode), word=(), rtol=rtol)
+    section = Section(block, second.mode, model.n_blocks)
+    shooting = Shooting(model, "V", section, word=(), rtol=rtol)
     guess = shooting.unknowns(second, period, model.V)
     try:
         point = ArclengthCurve(shooting, shooting.scale(model.V, period)).point(guess)
     except (LeavesRegion, StepTooLong):
         return None
     shot: Shot = point.note
-    moved = float(np.abs(shot.state.vector - second.vector).max())
+    moved = float(np.abs(shot.state.z - second.z).max())
     if (np.abs(np.abs(shot.multipliers) - 1.0) < NEUTRAL).all():
         return None
     near = moved <= SLIP_REACH * distance + SMALLEST and abs(point.parameter - model.V) < 1e-14
@@ -349,7 +366,7 @@ def slip_cycle(model: Model, state: State, *, rtol: float) -> Shot | None:
 
 def _size(model: Model, state: State) -> float:
     """Amplitude of a motion at rest in space: how far the blocks are from steady sliding."""
-    return float(np.abs(state.x - steady_displacements(model, model.V)).max())
+    return float(np.abs(state.z[: model.n_blocks] - steady_displacements(model, model.V)).max())
 
 
 def _two_extremes(
@@ -384,6 +401,6 @@ def _turning(shooter: Shooter, state: State, block: int, step: float) -> float:
     low, high = 0.0, step
     for _ in range(30):
         middle = 0.5 * (low + high)
-        v = shooter.leg(state, 1, max_time=middle).state.w[block] + shooter.system.V
+        v = shooter.leg(state, 1, max_time=middle).state.w[block] + shooter.model.V
         low, high = (middle, high) if v > 0.0 else (low, middle)
     return 0.5 * (low + high)

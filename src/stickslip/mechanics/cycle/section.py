@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
@@ -16,6 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.sliding import Model
+    from stickslip.mechanics.model.plant import Plant
     from stickslip.numerics.arrays import Floats, Ints
 
 
@@ -26,30 +26,27 @@ EVENTS: Final = 100_000  # in one period, after which a shot is given up
 
 
 class Section(NamedTuple):
-    """Where a period begins: at an extreme of a block's displacement, or with the forcing."""
+    """Where a period begins: where a contact rests in space, or with the forcing."""
 
-    # There the block rests in space and slips, because the belt does not rest: no event is there.
+    # There a block is at an extreme of its displacement and slips, because the belt does not rest:
+    # no event is there.
 
     block: int | None  # from 0; None: at the forcing's phase at time 0
-    mode: Ints  # of all blocks there
-
-    @property
-    def slips(self) -> NDArray[np.bool_]:
-        """Blocks whose velocity varies with the motion."""
-        return np.asarray(self.mode != 0)
-
-    @property
-    def unknown(self) -> NDArray[np.bool_]:
-        """Entries of (x, w) that are unknown: the velocity at the section is not."""
-        unknown = np.concatenate([np.ones(len(self.mode), dtype=bool), self.slips])
-        if self.block is not None:
-            unknown[len(self.mode) + self.block] = False
-        return unknown
+    mode: Ints  # of all contacts there
+    n_free: int  # coordinates y
 
     @property
     def compared(self) -> NDArray[np.bool_]:
-        """Entries of (x, w) that must come back."""
-        return np.concatenate([np.ones(len(self.mode), dtype=bool), self.slips])
+        """Coordinates that must come back: those that vary."""
+        return np.concatenate([np.ones(self.n_free, dtype=bool), self.mode != 0])
+
+    @property
+    def unknown(self) -> NDArray[np.bool_]:
+        """Coordinates that are unknown: the velocity at the section is not."""
+        unknown = self.compared
+        if self.block is not None:
+            unknown[self.n_free + self.block] = False
+        return unknown
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +58,7 @@ class Shot:
     state: State
     leg: Leg
     velocity: Floats
+    belt_change: Floats  # derivative of the belts' velocities in the parameter
 
     @property
     def word(self) -> Word:
@@ -83,12 +81,10 @@ def multipliers(section: Section, leg: Leg, velocity: Floats) -> NDArray[np.comp
     # More than the directions that are free in the phase with most riders are exact zeros.
     kept = section.compared
     matrix = leg.tangent[np.ix_(kept, kept)]
-    n = len(section.mode)
-    rank = n + _fewest_slipping(section, leg)
-    total = 2 * n
+    rank, total = section.n_free + _fewest_slipping(section, leg), kept.size
     if section.block is not None:
         rate = velocity[kept]
-        row = n + int(np.count_nonzero(section.slips[: section.block]))
+        row = int(np.count_nonzero(kept[: section.n_free + section.block]))
         matrix = matrix - np.outer(rate, matrix[row]) / rate[row]
         matrix = np.delete(np.delete(matrix, row, axis=0), row, axis=1)
         rank, total = rank - 1, total - 1
@@ -129,41 +125,39 @@ class Shooting:
     def unknowns(self, state: State, period: float, value: float) -> Floats:
         """Unknowns of a start on the section."""
         own = [] if self.section.block is None else [period]
-        return np.array([*state.vector[self.section.unknown], *own, value])
+        return np.array([*state.z[self.section.unknown], *own, value])
 
     def start(self, y: Floats) -> tuple[Model, State, float]:
         """Model, state on the section and period that the unknowns stand for."""
         model = self.model.replace(**{self.name: float(y[-1])})
-        n = model.n_blocks
-        vector = np.zeros(2 * n)
-        unknown = self.section.unknown
-        vector[unknown] = y[: np.count_nonzero(unknown)]
-        if self.section.block is None:
-            period = self.rounds * 2.0 * math.pi / model.structure.frequency
+        section, unknown = self.section, self.section.unknown
+        z = np.zeros(unknown.size)
+        z[unknown] = y[: np.count_nonzero(unknown)]
+        if section.block is None:
+            period = self.rounds * model.plant.period
         else:
-            vector[n + self.section.block] = -model.V
+            z[section.n_free + section.block] = -model.plant.V[section.block]
             period = float(y[-2])
-        state = State(vector[:n], vector[n:], self.section.mode.copy(), model.structure.phase)
-        return model, state, period
+        return model, State(z, section.mode.copy()), period
 
     def scale(self, width: float, period: float) -> Floats:
         """Size of each unknown; of the parameter the width of its range."""
-        size = float(np.max(self.model.structure.static)) + self.model.V
         own = [] if self.section.block is None else [period]
-        return np.array([*np.full(np.count_nonzero(self.section.unknown), size), *own, width])
+        sizes = np.full(np.count_nonzero(self.section.unknown), size_of(self.model.plant))
+        return np.array([*sizes, *own, width])
 
     # --- the equations --------------------------------------------------------------------------
 
     def shot(self, y: Floats) -> Shot:
         """Follow one period; LeavesRegion, caused by the shot, where its modes are others."""
         model, state, period = self.start(y)
-        slips = self.section.slips
+        slips = self.section.mode != 0
         if period <= 0.0 or (state.w[slips] * self.section.mode[slips] <= 0.0).any():
             raise LeavesRegion
         shooter = Shooter(model, rtol=self.rtol, parameter=self.name)
         leg = shooter.leg(state, EVENTS, max_time=period)
         velocity = shooter.velocity(leg.state)
-        shot = Shot(model, self.section, state, leg, velocity)
+        shot = Shot(model, self.section, state, leg, velocity, shooter.belt_change)
         if leg.status != status_codes.OK or (leg.state.mode != state.mode).any():
             raise LeavesRegion(shot)
         if self.word is not None and shot.word != self.word:
@@ -173,18 +167,23 @@ class Shooting:
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Shot]:
         """Residual, its derivative, and the shot."""
         shot = self.shot(y)
-        section, leg, n = self.section, shot.leg, self.model.n_blocks
+        section, leg = self.section, shot.leg
         kept, unknown = section.compared, section.unknown
-        residual = (leg.state.vector - shot.state.vector)[kept]
-        by_state = (leg.tangent - np.eye(2 * n))[kept]
+        residual = (leg.state.z - shot.state.z)[kept]
+        by_state = (leg.tangent - np.eye(unknown.size))[kept]
         by_parameter = leg.parameter[kept].copy()
         columns = [by_state[:, unknown]]
         rate = shot.velocity[kept]
         if section.block is not None:
             columns.append(rate[:, None])
-            if self.name == "V":  # w = -V at the section
-                by_parameter -= by_state[:, n + section.block]
-        elif self.name == "forcing.frequency":
-            by_parameter -= rate * leg.duration / shot.model.structure.frequency
+            own = section.n_free + section.block  # there w = -V
+            by_parameter -= by_state[:, own] * shot.belt_change[section.block]
+        elif self.name.endswith(".frequency"):
+            by_parameter -= rate * leg.duration / shot.model.plant.frequency[0]
         columns.append(by_parameter[:, None])
         return residual, np.hstack(columns), shot
+
+
+def size_of(plant: Plant) -> float:
+    """Size of the states of a plant's motions."""
+    return float(np.max(plant.static)) + float(np.abs(plant.V).max())

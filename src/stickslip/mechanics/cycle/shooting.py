@@ -9,36 +9,36 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.mechanics.flow.blocks.system import block_directions, new_block_motion
+from stickslip.mechanics.flow.blocks.system import new_block_motion
 from stickslip.mechanics.flow.blocks.transitions import settle, update_needed
 from stickslip.mechanics.flow.engine import BlockEngine, block_engine
-from stickslip.mechanics.flow.system import LANDING, MAX_INSTANT
-from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.numerics.roots import EPSILON
+from stickslip.mechanics.flow.recorder import place
+from stickslip.mechanics.flow.system import LOST, MAX_INSTANT
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from stickslip.mechanics.cycle.sliding import Model
     from stickslip.mechanics.flow.blocks.system import BlockMotion
-    from stickslip.mechanics.model.structure import Structure
     from stickslip.numerics.arrays import Floats, Ints
 
 
-ALIASES = {"beta": "static_2"}
-"""Parameters of `TwoBlock` that a chain calls otherwise."""
-
-
 class State(NamedTuple):
-    """State just after an event: displacements, relative velocities, modes, forcing phase."""
+    """State just after an event: coordinates z = (y, w) of the plant, modes, time."""
 
-    x: Floats
-    w: Floats
+    z: Floats
     mode: Ints
-    phase: float
+    t: float = 0.0
 
     @property
-    def vector(self) -> Floats:
-        """Displacements, then relative velocities, shape (2 N,)."""
-        return np.concatenate([self.x, self.w])
+    def w(self) -> Floats:
+        """Relative velocities at the contacts, a part of z."""
+        return self.z[len(self.z) - len(self.mode) :]
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """Coordinates that may vary: all but the relative velocities of sticking contacts."""
+        return np.concatenate([np.ones(len(self.z) - len(self.mode), dtype=bool), self.mode != 0])
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,8 @@ class Leg:
     state: State
     duration: float
     status: int
-    tangent: Floats  # (2 N, 2 N), at the event that ends the leg or at its fixed duration
-    parameter: Floats  # (2 N,), likewise
+    tangent: Floats  # (n, n), at the event that ends the leg or at its fixed duration
+    parameter: Floats  # (n,), likewise
     events: list[tuple[float, int, int]]  # time since the start, block, new mode
 
 
@@ -66,34 +66,22 @@ class Shooter:
     ) -> None:
         self.model, self.rtol = model, rtol
         self.engine: BlockEngine = block_engine(model)
-        # Without forcing the phase is a clock: its tangents are shifts of time.
-        frequency = model.structure.frequency if model.structure.is_forced else 1.0
-        self.system = self.engine.system._replace(frequency=frequency)
-        n = model.n_blocks
-        self.n = n
-        states = 2 * n if tangents else 0
-        columns = states + (parameter is not None)
-        self.motion: BlockMotion = new_block_motion(n, columns)
+        self.system = self.engine.system
+        self.n_contacts = model.plant.n_contacts
+        self.n_waves = model.plant.n_waves
+        self.n = len(self.system.constant) - self.n_contacts - self.n_waves
+        columns = (self.n if tangents else 0) + (parameter is not None)
+        self.motion: BlockMotion = new_block_motion(self.system, columns)
         self.work = self.engine.new_work()
-        laws = np.zeros((columns, n, self.engine.code.N_PARAMETERS))
-        changes: list[Structure | None] = [None] * columns
-        if parameter is not None:
-            changes[-1], laws[-1] = _direction(model, self.engine, parameter)
-        start = np.zeros((columns, max(n - 1, 0)))
-        self.directions = block_directions(self.system, changes, laws, start)
+        changes = [] if parameter is None else [self.engine.change(model, parameter)]
+        self.directions = self.engine.directions(columns - len(changes), changes)
+        self.change = changes[0][0] if changes else None
+        self.belt_change = np.zeros(self.n_contacts) if self.change is None else self.change.V
 
     def start(self, x: Floats, v: Floats) -> State:
         """State with these displacements and velocities, with the modes that it asks for."""
-        motion, system = self.motion, self.system
-        motion.x[:] = x
-        motion.w[:] = v - system.V
-        motion.w[np.abs(motion.w) <= 2.0 * EPSILON * np.maximum(np.abs(v), system.V)] = 0.0
-        motion.mode[:] = np.sign(motion.w)
-        motion.event[:] = np.where(motion.w == 0.0, LANDING, 0)
-        motion.phase[0] = self.model.structure.phase
-        update_needed(system, motion)
-        self.work.rates[:] = 0.0
-        settle(system, motion, self.work.rates)
+        z = self.model.plant.coordinates(x, v)
+        place(self.system, self.motion, z, self.work.rates)
         return self._state()
 
     def leg(self, state: State, n_events: int, *, max_time: float = math.inf) -> Leg:
@@ -112,19 +100,22 @@ class Shooter:
             h, status = self.advance(max_time - t)
             t += h
             instant = instant + 1 if h == 0.0 else 0
-            if status == status_codes.OK and instant > MAX_INSTANT * self.n:
+            if status == status_codes.OK and instant > MAX_INSTANT * self.n_contacts:
                 status = status_codes.UNDECIDED
             if status != status_codes.OK:
                 break
             if motion.event.any():
+                if (motion.event == LOST).any():
+                    status = status_codes.CONTACT_LOST
+                    break
                 before = motion.mode.copy()
                 settle(self.system, motion, self.work.rates)
                 changed = np.flatnonzero(motion.mode != before)
                 events += [(t, int(block), int(motion.mode[block])) for block in changed]
                 count += changed.size > 0
         tangent = self._tangent(t if t >= max_time else None)
-        states = tangent.shape[1] - (tangent.shape[1] % 2)
-        parameter = tangent[:, states] if tangent.shape[1] > states else np.zeros(2 * self.n)
+        states = self.n if tangent.shape[1] >= self.n else 0
+        parameter = tangent[:, states] if tangent.shape[1] > states else np.zeros(self.n)
         return Leg(self._state(), t, int(status), tangent[:, :states], parameter, events)
 
     def advance(self, cap: float) -> tuple[float, int]:
@@ -136,43 +127,44 @@ class Shooter:
         return float(h), int(status)
 
     def velocity(self, state: State) -> Floats:
-        """Rate of change of a state, (x', w'), shape (2 N,)."""
+        """Rate of change of a state, (y', w'), shape (n,)."""
         self.place(state)
         engine, motion = self.engine, self.motion
         rates = [
-            engine.kernels.rate(self.system, engine.laws, motion, block) for block in range(self.n)
+            engine.kernels.rate(self.system, engine.laws, motion, contact)
+            for contact in range(self.n_contacts)
         ]
-        return np.concatenate([motion.w + self.system.V, rates])
+        flow, _, _ = self.model.plant.rows(state.z, state.t)
+        return np.concatenate([flow, rates])
 
     def place(self, state: State) -> None:
         """Take a state as the present one."""
         motion = self.motion
-        motion.x[:], motion.w[:], motion.mode[:] = state.x, state.w, state.mode
-        motion.phase[0] = state.phase
+        motion.z[self.n_waves :], motion.mode[:], motion.clock[0] = state.z, state.mode, state.t
         motion.event[:] = 0
         update_needed(self.system, motion)
 
     def _tangent(self, time: float | None) -> Floats:
         """Differentiate the present state: at its event, or at a fixed time since the start."""
-        # Events move the clock of a tangent; the phase holds the sum of these shifts.
-        motion, directions = self.motion, self.directions
-        tangent = np.concatenate([motion.tangent_x, motion.tangent_w])
+        # Events move the clock of a tangent, which holds the sum of these shifts.
+        tangent = self.motion.tangent_z[self.n_waves :].copy()
         if time is None or not tangent.shape[1]:
             return tangent
-        own = directions.phase + directions.frequency * time
-        shift = (motion.tangent_phase - own) / self.system.frequency
-        return np.asarray(tangent - np.outer(self.velocity(self._state()), shift))
+        velocity = self.velocity(self._state())
+        return np.asarray(tangent - np.outer(velocity, self.motion.tangent_clock))
 
     def _start_tangents(self) -> None:
-        """Begin: every displacement may vary, velocities of slipping blocks too."""
-        motion, n = self.motion, self.n
-        motion.tangent_x[:] = 0.0
-        motion.tangent_w[:] = 0.0
-        motion.tangent_phase[:] = self.directions.phase
-        if motion.tangent_x.shape[1] >= 2 * n:
-            index = np.arange(n)
-            motion.tangent_x[index, index] = 1.0
-            motion.tangent_w[index, n + index] = motion.mode != 0
+        """Begin: y may vary, relative velocities of slipping contacts too."""
+        motion = self.motion
+        motion.tangent_z[:] = 0.0
+        motion.tangent_clock[:] = 0.0
+        if motion.tangent_z.shape[1] >= self.n:
+            index = np.arange(self.n)
+            motion.tangent_z[self.n_waves + index, index] = self._state().free
+        if self.change is not None:
+            cosine, sine = np.split(motion.z[: self.n_waves], 2)
+            turned = self.change.phase + motion.clock[0] * self.change.frequency
+            motion.tangent_z[: self.n_waves, -1] = *(-sine * turned), *(cosine * turned)
 
     def slides_for_ever(self) -> bool:
         """Whether the present motion can be shown never to reach the belt again."""
@@ -182,18 +174,5 @@ class Shooter:
 
     def _state(self) -> State:
         motion = self.motion
-        return State(motion.x.copy(), motion.w.copy(), motion.mode.copy(), float(motion.phase[0]))
-
-
-def _direction(model: Model, engine: BlockEngine, name: str) -> tuple[Structure | None, Floats]:
-    """Change of a model with one of its parameters: of its structure, or of its laws."""
-    family, known = (
-        (model.chain, ALIASES.get(name, name)) if isinstance(model, TwoBlock) else (model, name)
-    )
-    laws = np.zeros((model.n_blocks, engine.code.N_PARAMETERS))
-    owners = family.law_parameters.get(known)
-    if owners is None:
-        return family.structure_direction(known), laws
-    for block, own_name in owners:
-        laws[block, engine.code.parameter_index(model.laws[block], own_name)] = 1.0
-    return None, laws
+        z = motion.z[self.n_waves :].copy()
+        return State(z, motion.mode.copy(), float(motion.clock[0]))

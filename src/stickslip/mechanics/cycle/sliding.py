@@ -3,46 +3,154 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
 import numpy as np
+from scipy.optimize import brentq, root
 
 from stickslip.mechanics.friction.code import law_code
 from stickslip.mechanics.model.belt_model import BeltModel
-from stickslip.mechanics.model.two_block import TwoBlock
 
 if TYPE_CHECKING:
+    from stickslip.mechanics.friction.law import FrictionLaw
+    from stickslip.mechanics.model.plant import Plant
     from stickslip.numerics.arrays import Complexes, Floats
 
 
-Model: TypeAlias = TwoBlock | BeltModel
+Model: TypeAlias = BeltModel
+
+STILL: Final = 1e-9  # a slip so slow that friction is that of its beginning
+WIDE: Final = np.geomspace(1e-6, 1e3, 400)  # of a typical speed: where balances are looked for
+NEAR: Final = np.geomspace(0.8, 1.25, 9)  # of the last speed, likewise
 
 
 class Modes(NamedTuple):
-    """Linear motions about steady sliding: z' = matrix z, z = (displacements, velocities)."""
+    """Linear motions about steady sliding: z' = matrix z; of blocks z = (displacements, w)."""
 
     matrix: Floats
-    values: Complexes  # by descending real part
+    values: Complexes  # by descending real part; free turning of the whole, if any, left out
     vectors: Complexes  # columns
 
 
+class Steady(NamedTuple):
+    """A motion in which all contacts slip at constant velocities."""
+
+    x: Floats  # displacements; of what turns freely, from its middle place
+    v: Floats
+    w: Floats  # at the contacts
+
+
+def steady_states(model: Model, V: float = math.nan, near: Floats | None = None) -> list[Steady]:
+    """Steady sliding of a model, with all contacts on belts of speed V (NaN: their own).
+
+    Of what turns freely, all that is found, or that `near` given velocities of slip if there is.
+    """
+    plant = _at_speed(model, V)
+    if not plant.turning.shape[1]:
+        speeds = [-plant.V] if plant.V.all() else []
+    else:
+        speeds = [] if near is None else _possible_speeds(plant, model.laws, near, NEAR)
+        if not speeds:
+            everywhere = _balance(plant, model.laws, np.array([[-STILL], [STILL]]))[2] - plant.V
+            size = max(float(np.abs(everywhere).max()), float(np.abs(plant.V).max()), STILL)
+            sides = np.sign(everywhere[0]) + (everywhere[0] == 0.0)
+            speeds = _possible_speeds(plant, model.laws, size * sides, WIDE)
+    return [_steady(plant, model.laws, w) for w in speeds]
+
+
+def _steady(plant: Plant, laws: Sequence[FrictionLaw], w: Floats) -> Steady:
+    q, v, reached = (values[0] for values in _balance(plant, laws, w[None]))
+    return Steady(*plant.split(q, v), reached - plant.V)
+
+
+def _at_speed(model: Model, V: float) -> Plant:
+    plant = model.plant
+    return plant if math.isnan(V) else replace(plant, V=np.full(plant.n_contacts, V))
+
+
+def _balance(plant: Plant, laws: Sequence[FrictionLaw], w: Floats) -> tuple[Floats, Floats, Floats]:
+    """Positions, velocities, and velocities at contacts where forces balance at slips (k, m)."""
+    n_q, turning = plant.n_positions, plant.turning
+    share = np.sign(w) * _forces(laws, w * np.ones(plant.n_contacts))  # friction: -share * limit
+    drag = plant.into * share[:, None]
+    by_position = plant.stiffness + drag @ plant.load[:, :n_q]
+    by_velocity = (plant.damping + drag @ plant.load[:, n_q:]) @ turning
+    matrix = np.concatenate([by_position, by_velocity], axis=2)
+    force = plant.force - drag @ plant.static
+    if n_q:  # the middle of all places that turning leads to
+        gauge = np.zeros((len(w), turning.shape[1], matrix.shape[2]))
+        gauge[:, :, :n_q] = turning.T
+        matrix = np.concatenate([matrix, gauge], axis=1)
+        force = np.concatenate([force, gauge[:, :, 0] * 0.0], axis=1)
+    unknown = np.linalg.solve(matrix, force[..., None])[..., 0]
+    v = unknown[:, n_q:] @ turning.T
+    return unknown[:, :n_q], v, v @ plant.out.T
+
+
+def _forces(laws: Sequence[FrictionLaw], w: Floats) -> Floats:
+    columns = [
+        np.where(s > 0.0, law.force(np.abs(s), forward=True), law.force(np.abs(s)))
+        for law, s in zip(laws, w.T, strict=True)
+    ]
+    return np.array(columns).T
+
+
+def _possible_speeds(
+    plant: Plant, laws: Sequence[FrictionLaw], around: Floats, factors: Floats
+) -> list[Floats]:
+    """Slip velocities with which what turns freely can go on: roots of one equation, or one set."""
+
+    def residual(w: Floats) -> Floats:
+        return np.asarray(_balance(plant, laws, w[None])[2][0] - plant.V - w)
+
+    if plant.n_contacts > 1:
+        found = root(residual, around, tol=1e-14)
+        return [found.x] if found.success else []
+    speeds = []
+    for side in (-1.0, 1.0):
+        grid = side * abs(around[0]) * factors
+        off = (_balance(plant, laws, grid[:, None])[2] - plant.V - grid[:, None])[:, 0]
+        for k in np.flatnonzero(off[:-1] * off[1:] < 0.0):
+            ends = grid[k], grid[k + 1]
+            w = brentq(lambda s: float(residual(np.array([s]))[0]), *ends, xtol=1e-300, rtol=1e-15)
+            speeds.append(np.array([w]))
+    return speeds
+
+
 def steady_displacements(model: Model, V: float) -> Floats:
-    """Displacements of steady sliding at a belt speed: K X = limit F(V)."""
-    s = model.structure
-    friction = s.static * [float(law.force(V)) for law in model.laws]
-    return np.asarray(np.linalg.solve(s.stiffness, friction), dtype=np.float64)
+    """Displacements of the first steady sliding at a belt speed (NaN: the belts' own)."""
+    return steady_states(model, V)[0].x
 
 
 def modes(model: Model, V: float) -> Modes:
-    """Small motions about steady sliding: M y'' + (C + limit F'(V)) y' + K y = 0."""
-    s = model.structure
-    n = s.n_blocks
-    damping = s.damping + np.diag(s.static * [float(law.slope(V)) for law in model.laws])
-    matrix = np.zeros((2 * n, 2 * n))
-    matrix[:n, n:] = np.eye(n)
-    matrix[n:, :n] = -s.stiffness / s.mass[:, None]
-    matrix[n:, n:] = -damping / s.mass[:, None]
+    """Small motions about the first steady sliding at a belt speed (NaN: the belts' own)."""
+    return modes_about(_at_speed(model, V), model.laws, steady_states(model, V)[0])
+
+
+def modes_about(plant: Plant, laws: Sequence[FrictionLaw], steady: Steady) -> Modes:
+    """Small motions about steady sliding: the flow linearised."""
+    w, mass, m = steady.w, plant.reduced.mass, plant.n_contacts
+    side, limits = np.sign(w), plant.limits(steady.x, steady.v)
+    matrix, load = plant.reduced.flow, plant.reduced.matrix[-m:, plant.n_waves :]
+    pairs = zip(laws, w.tolist(), strict=True)
+    slopes = [float(law.slope(abs(s), forward=s > 0.0)) for law, s in pairs]
+    matrix[-m:] -= (side * _forces(laws, w[None])[0] / mass)[:, None] * load
+    matrix[-m:, -m:] -= np.diag(limits * slopes / mass)
+    return _sorted_modes(matrix, plant)
+
+
+def linear_modes(model: Model) -> Modes:
+    """Motions of the plant without friction."""
+    return _sorted_modes(model.plant.reduced.flow, model.plant)
+
+
+def _sorted_modes(matrix: Floats, plant: Plant) -> Modes:
     values, vectors = np.linalg.eig(matrix)
+    if plant.n_positions:
+        kept = np.sort(np.argsort(np.abs(values))[plant.turning.shape[1] :])
+        values, vectors = values[kept], vectors[:, kept]
     order = np.lexsort((-values.imag, -values.real))
     return Modes(matrix, values[order].astype(complex), vectors[:, order].astype(complex))
 

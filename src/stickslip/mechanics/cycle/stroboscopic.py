@@ -36,28 +36,28 @@ class StroboscopicMap:
 
     Attributes
     ----------
-    model : Blocks, Chain or Oscillator
+    model : Blocks, Chain, Oscillator or Structure
     period : float
         Of the forcing, units of sqrt(m / k).
     """
 
     def __init__(self, model: Model, *, rtol: float = 1e-15, max_events: int = 10_000) -> None:
-        forcing = getattr(checked_model(model), "forcing", None)
-        if not model.structure.is_forced or forcing is None:
+        if not checked_model(model).plant.is_forced:
             raise ValueError(
                 f"model = {shown(model)} is unforced: it has no period to look at "
                 "it by. Take stickslip.event_map(model) from "
                 "one global stick phase to the next, or give the model forcing=Harmonic(...)."
             )
         self.model = model
-        self.period = float(forcing.period)
+        self.period = model.plant.period
         self.rtol = tolerance(rtol)
         self.max_events = whole_number("max_events", max_events, what="events in one period")
 
     @property
     def n_states(self) -> int:
-        """Entries of a state: two per block."""
-        return 2 * self.model.n_blocks
+        """Entries of a state: two per block; of a model in state-space form its states."""
+        plant = self.model.plant
+        return len(plant.mass) + plant.n_positions
 
     def replace(self, **changes: Any) -> StroboscopicMap:
         """Make the map of a changed model, with the same settings."""
@@ -127,7 +127,7 @@ class StroboscopicMap:
             ``cycle.x, cycle.v`` is a point of the map, ``cycle.period / self.period`` how often
             the map is applied until it comes back. Errors as for `stickslip.find_cycle`.
         """
-        x, v = np.split(self._one(state), 2)
+        x, v = self._parts(self._one(state))
         periods = whole_number("max_periods", max_periods)
         return find_cycle(self.model, x, v, max_events=periods, rtol=self.rtol)
 
@@ -188,10 +188,9 @@ class StroboscopicMap:
     def _checked(self, state: ArrayLike) -> Floats:
         states = real_numbers("state", state)
         if states.ndim == 0 or states.shape[-1] != self.n_states or not np.isfinite(states).all():
-            n = self.model.n_blocks
             raise ValueError(
-                f"state = {shown(state)} is not allowed: its last axis must hold {2 * n} finite "
-                f"numbers, {n} displacements and {n} velocities."
+                f"state = {shown(state)} is not allowed: its last axis must hold {self.n_states} "
+                f"finite numbers, {len(self.model.plant.mass)} displacements and then velocities."
             )
         return states
 
@@ -205,16 +204,25 @@ class StroboscopicMap:
         return one
 
     def _leg(self, shooter: Shooter, state: Floats) -> Leg:
-        x, v = np.split(state, 2)
-        return shooter.leg(shooter.start(x, v), self.max_events, max_time=self.period)
+        return shooter.leg(
+            shooter.start(*self._parts(state)), self.max_events, max_time=self.period
+        )
 
     def _value(self, leg: Leg) -> Floats:
         if not self._arrived(leg):
             return np.full(self.n_states, np.nan)
-        return np.concatenate([leg.state.x, leg.state.w + self.model.V])
+        return np.concatenate(self.model.plant.states(leg.state.z))
 
     def _tangent(self, leg: Leg) -> Floats:
-        return leg.tangent if self._arrived(leg) else np.full_like(leg.tangent, np.nan)
+        if not self._arrived(leg):
+            return np.full_like(leg.tangent, np.nan)
+        out, into = self.model.plant.jacobians
+        return np.asarray(out @ leg.tangent @ into)
+
+    def _parts(self, state: Floats) -> tuple[Floats, Floats]:
+        """Displacements and velocities of a state."""
+        n = len(self.model.plant.mass)
+        return state[:n], state[n:]
 
     def _arrived(self, leg: Leg) -> bool:
         return leg.status == status_codes.OK and leg.duration >= self.period * (1 - 1e-12)
@@ -228,7 +236,7 @@ def stroboscopic_map(
 
     Parameters
     ----------
-    model : Blocks, Chain or Oscillator
+    model : Blocks, Chain, Oscillator or Structure
         With forcing.
     rtol : float
         Local truncation error of the flow.

@@ -16,7 +16,7 @@ from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.section import Word, word_of
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
 from stickslip.mechanics.flow.system import STICK
-from stickslip.mechanics.model.arguments import state_vector
+from stickslip.mechanics.model.arguments import checked_state
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
@@ -78,7 +78,7 @@ class TrappingBall(Result):
     @property
     def section(self) -> tuple[Floats, NDArray[np.bool_]]:
         """State of the cycle at its first landing, (x, w), and which of its entries are free."""
-        return self._map.start.vector, self._map.free
+        return self._map.start.z, self._map.free
 
     def entered(self, x: ArrayLike, v: ArrayLike, *, max_events: int = 10_000) -> int | None:
         """Events after which a motion is inside; None if it is not within `max_events`.
@@ -91,12 +91,11 @@ class TrappingBall(Result):
         count = whole_number(
             "max_events", max_events, at_most=MOST_STEPS, what="events that are followed"
         )
-        n = self.cycle.model.n_blocks
         shooter = Shooter(self.cycle.model, tangents=False)
-        state = shooter.start(state_vector("x", x, n), state_vector("v", v, n))
+        state = shooter.start(*checked_state(self.cycle.model, x, v))
         for number in range(count):
             if (state.mode == self._map.start.mode).all():
-                offset = (state.vector - self._map.start.vector)[self._map.free]
+                offset = (state.z - self._map.start.z)[self._map.free]
                 if math.sqrt(float(offset @ self.norm @ offset)) <= self.radius:
                     return number
             leg = shooter.leg(state, 1)
@@ -129,16 +128,14 @@ class _Return:
                 break
         self.start = state
         self.n_events = len({event.time for event in cycle.events})
-        self.free = np.concatenate([np.ones(len(state.x), dtype=bool), state.mode != STICK])
+        self.free = state.free
         leg = self.leg(np.zeros(int(self.free.sum())))
         self.word: Word = word_of(leg)
 
     def leg(self, offset: Floats) -> Leg:
-        vector = self.start.vector
-        vector[self.free] += offset
-        n = len(self.start.x)
-        state = State(vector[:n], vector[n:], self.start.mode, self.start.phase)
-        return self.shooter.leg(state, self.n_events)
+        z = self.start.z.copy()
+        z[self.free] += offset
+        return self.shooter.leg(State(z, self.start.mode), self.n_events)
 
     def derivative(self, offset: Floats) -> Floats | None:
         """Of the map, through all events; None where the motion has other modes."""
@@ -172,7 +169,7 @@ def trapping_ball(cycle: Cycle) -> TrappingBall | None:
     spectral radius and 1, so that ``|A|_Q < s`` also where A is far from normal.
     """
     instance("cycle", cycle, Cycle, "a cycle, such as ss.find_cycle(model, x, v)")
-    if cycle.model.structure.is_forced:
+    if cycle.model.plant.is_forced:
         raise ValueError("the cycle of a forced model has no return map from event to event")
     section = _Return(cycle)
     size = int(section.free.sum())
@@ -190,7 +187,7 @@ def trapping_ball(cycle: Cycle) -> TrappingBall | None:
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     depths = rng.uniform(0.0, 1.0, N_SAMPLES) ** (1.0 / size)
     depths[: N_SAMPLES // 2] = 1.0
-    radius = FIRST * float(np.max(cycle.model.structure.static))
+    radius = FIRST * float(np.max(cycle.model.plant.static))
     for _ in range(HALVINGS):
         curvature = _curvature(section, at_cycle, factor, radius * depths[:, None] * directions)
         if curvature is not None and rate + SAFETY * curvature * radius < 1.0:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip.mechanics.eventmap.records import BlockScratch, Controls, Outputs
 from stickslip.mechanics.flow.blocks.system import BlockMotion, BlockSystem, BlockWork, Floats
-from stickslip.mechanics.flow.blocks.transitions import loading_rate, onset, settle
+from stickslip.mechanics.flow.blocks.transitions import excess_rate, onset, settle
 from stickslip.mechanics.flow.system import LANDING, MAX_INSTANT, STICK
 from stickslip.numerics.targets import kernel
 from stickslip.status import (
@@ -73,20 +73,20 @@ def write_modes(motion: BlockMotion, row: NDArray[np.int8]) -> None:
 def copy_state(source: BlockMotion, target: BlockMotion) -> None:
     """Copy a state into a motion with any number of columns."""
     for i in range(source.mode.shape[0]):
-        target.x[i] = source.x[i]
-        target.w[i] = source.w[i]
         target.e[i] = source.e[i]
+        target.limit[i] = source.limit[i]
         target.mode[i] = source.mode[i]
-    target.phase[0] = source.phase[0]
+    for j in range(source.z.shape[0]):
+        target.z[j] = source.z[j]
+    target.clock[0] = source.clock[0]
 
 
 @kernel
 def copy_tangents(source: BlockMotion, target: BlockMotion, n_columns: int) -> None:
     """Copy the first tangents."""
     for column in range(n_columns):
-        for i in range(source.mode.shape[0]):
-            target.tangent_x[i, column] = source.tangent_x[i, column]
-            target.tangent_w[i, column] = source.tangent_w[i, column]
+        for j in range(source.z.shape[0]):
+            target.tangent_z[j, column] = source.tangent_z[j, column]
 
 
 @kernel
@@ -96,34 +96,31 @@ def distance(motion: BlockMotion, saved: BlockMotion) -> float:
     for i in range(motion.mode.shape[0]):
         if motion.mode[i] != saved.mode[i]:
             return math.inf
-        largest = max(largest, abs(motion.w[i] - saved.w[i]))
-        largest = max(largest, abs(motion.x[i] - saved.x[i]))
+    for j in range(motion.z.shape[0]):
+        largest = max(largest, abs(motion.z[j] - saved.z[j]))
     return largest
 
 
 @kernel
 def start_loop_tangent(motion: BlockMotion, n_columns: int) -> None:
-    """Set the last 2 n columns to the identity on the states that share the present modes."""
-    n = motion.mode.shape[0]
-    for i in range(n):
-        for column in range(n_columns, n_columns + 2 * n):
-            motion.tangent_x[i, column] = 0.0
-            motion.tangent_w[i, column] = 0.0
-        motion.tangent_x[i, n_columns + i] = 1.0
-        if motion.mode[i] != STICK:
-            motion.tangent_w[i, n_columns + n + i] = 1.0
+    """Set the last columns to the identity on the states that share the present modes."""
+    n_free, n = motion.y.shape[0], motion.z.shape[0]
+    for j in range(n):
+        for column in range(n_columns, n_columns + n):
+            motion.tangent_z[j, column] = 0.0
+        if j < n_free or motion.mode[j - n_free] != STICK:
+            motion.tangent_z[j, n_columns + j] = 1.0
 
 
 @kernel
 def loop_norm(motion: BlockMotion, n_columns: int) -> float:
     """Largest row sum of the loop's tangent."""
     norm = 0.0
-    for i in range(motion.mode.shape[0]):
-        row_x = row_w = 0.0
-        for column in range(n_columns, motion.tangent_x.shape[1]):
-            row_x += abs(motion.tangent_x[i, column])
-            row_w += abs(motion.tangent_w[i, column])
-        norm = max(norm, row_x, row_w)
+    for j in range(motion.z.shape[0]):
+        row = 0.0
+        for column in range(n_columns, motion.tangent_z.shape[1]):
+            row += abs(motion.tangent_z[j, column])
+        norm = max(norm, row)
     return norm
 
 
@@ -132,13 +129,13 @@ def event_margin(system: BlockSystem, laws: Floats, motion: BlockMotion, work: B
     """Clearance at an event: of landings from a touch, of all blocks from their limits."""
     margin = math.inf
     for i in range(motion.mode.shape[0]):
-        room = abs(system.static[i] - abs(motion.e[i]))
+        room = abs(motion.limit[i] - abs(motion.e[i]))
         if motion.event[i] == LANDING:
             margin = min(margin, room, abs(landing_rate(system, laws, motion, i)))
         elif motion.mode[i] == STICK and motion.event[i] == 0:
             margin = min(margin, room)
         elif motion.mode[i] == STICK:
-            margin = min(margin, abs(loading_rate(system, motion, work.rates, i)))
+            margin = min(margin, abs(excess_rate(system, motion, work.rates, i, 1.0)))
     return margin
 
 
@@ -164,7 +161,7 @@ def carry(
     """Follow a motion to the next global stick phase, left in ``scratch.motion``."""
     # (duration, events, label, margin, status); `itinerary` (phases, n) takes modes while it lasts.
     motion, directions, long_motion, long_directions, saved, work = scratch
-    n, n_columns = motion.mode.shape[0], motion.tangent_x.shape[1]
+    n, n_columns = motion.mode.shape[0], motion.tangent_z.shape[1]
     leaving = onset(system, directions, motion, d)
     watching = work.watch[0]
     work.margin[0] = 0.0 if leaving > 1 else math.inf
@@ -286,9 +283,9 @@ def carry_range(
         if status != OK:
             continue
         for k in range(d.shape[1]):
-            outputs.value[i, k] = motion.x[k + 1] - motion.x[k]
-            for column in range(motion.tangent_x.shape[1]):
-                change = motion.tangent_x[k + 1, column] - motion.tangent_x[k, column]
+            outputs.value[i, k] = motion.y[k + 1] - motion.y[k]
+            for column in range(motion.tangent_z.shape[1]):
+                change = motion.tangent_y[k + 1, column] - motion.tangent_y[k, column]
                 outputs.derivative[i, k, column] = change
 
 
@@ -312,5 +309,5 @@ def iterate_range(
                 continue
             _, _, _, _, status = carry(system, laws, orbits[i, k], scratch, controls, itinerary)
             for j in range(orbits.shape[2]):
-                difference = motion.x[j + 1] - motion.x[j]
+                difference = motion.y[j + 1] - motion.y[j]
                 orbits[i, k + 1, j] = difference if status == OK else math.nan

@@ -13,18 +13,18 @@ from stickslip.mechanics.eventmap.itinerary import SYMBOLS
 from stickslip.mechanics.eventmap.records import BlockScratch, Controls, Outputs, new_outputs
 from stickslip.mechanics.flow.blocks.system import (
     BlockDirections,
-    block_directions,
     new_block_motion,
+    widened,
 )
 from stickslip.mechanics.flow.engine import BlockEngine
-from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import instantiate, launch
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from stickslip.mechanics.model.arguments import Model
-    from stickslip.mechanics.model.structure import Structure
     from stickslip.numerics.arrays import Floats
 
 
@@ -38,7 +38,7 @@ class BlocksBackend:
     name = "series"
 
     def __init__(self, model: Model, engine: BlockEngine, controls: Controls, threads: int) -> None:
-        self.model = model.chain if isinstance(model, TwoBlock) else model
+        self.model = model
         self.engine, self.controls, self.threads = engine, controls, threads
         self._local = threading.local()
 
@@ -52,29 +52,14 @@ class BlocksBackend:
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
-        name = name if name in self.model.parameters else "static_2"  # beta of two equal blocks
-        return self._run(d, self._parameter_direction(name)).derivative[..., 0]
+        directions = self.engine.directions(changes=[self.engine.change(self.model, name)])
+        return self._run(d, directions).derivative[..., 0]
 
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1, ...) from their first entries on."""
-        engine = self.engine
         points = orbits.reshape(*orbits.shape[:2], self._dimension)
-
-        def task(start: int, stop: int) -> None:
-            scratch = self._scratch(self._no_directions)
-            self._kernels.iterate_range(
-                engine.system,
-                engine.laws,
-                points,
-                start,
-                stop,
-                scratch,
-                self.controls,
-                self._no_itinerary,
-            )
-
-        steps = max(1, orbits.shape[1] - 1)
-        launch(task, len(orbits), self.threads, max(1, SMALLEST_TILE // steps))
+        tile = max(1, SMALLEST_TILE // max(1, orbits.shape[1] - 1))
+        self._launch(self._kernels.iterate_range, points, self._no_directions, tile=tile)
 
     def itinerary(self, d: float | list[float]) -> str:
         """Modes of each phase, as text."""
@@ -107,60 +92,37 @@ class BlocksBackend:
     def _no_itinerary(self) -> NDArray[np.int8]:
         return np.zeros((0, self.model.n_blocks), dtype=np.int8)
 
-    def _directions(
-        self, changes: list[Structure | None], laws: Floats, start: Floats
-    ) -> BlockDirections:
-        return block_directions(self.engine.system, changes, laws, start)
-
-    def _law_changes(self, count: int) -> Floats:
-        return np.zeros((count, self.model.n_blocks, self.engine.code.N_PARAMETERS))
-
     @cached_property
     def _no_directions(self) -> BlockDirections:
-        return self._directions([], self._law_changes(0), np.zeros((0, self._dimension)))
+        return self.engine.directions()
 
     @cached_property
     def _start_directions(self) -> BlockDirections:
-        m = self._dimension
-        return self._directions([None] * m, self._law_changes(m), np.eye(m))
-
-    def _parameter_direction(self, name: str) -> BlockDirections:
-        laws = self._law_changes(1)
-        start = np.zeros((1, self._dimension))
-        owners = self.model.law_parameters.get(name)
-        if owners is None:
-            return self._directions([self.model.structure_direction(name)], laws, start)
-        for block, own_name in owners:
-            law = self.model.laws[block]
-            laws[0, block, self.engine.code.parameter_index(law, own_name)] = 1.0
-        return self._directions([None], laws, start)
+        return self.engine.directions(np.eye(self._dimension))
 
     def _scratch(self, directions: BlockDirections) -> BlockScratch:
         """Work arrays for this thread, with a tangent column for each direction."""
-        n, count = self.model.n_blocks, len(directions.V)
+        n, count = self.model.n_blocks, len(directions.varies)
         held: dict[int, BlockScratch] = self._local.__dict__.setdefault("scratch", {})
         if count not in held:
-            none = self._directions(
-                [None] * (count + 2 * n),
-                self._law_changes(count + 2 * n),
-                np.zeros((count + 2 * n, self._dimension)),
-            )
+            system = self.engine.system
             held[count] = BlockScratch(
-                new_block_motion(n, count),
+                new_block_motion(system, count),
                 directions,
-                new_block_motion(n, count + 2 * n),
-                none,
-                new_block_motion(n, 0),
+                new_block_motion(system, count + 2 * n),
+                widened(directions, 2 * n),
+                new_block_motion(system, 0),
                 self.engine.new_work(),
             )
         scratch = held[count]
-        for wide, narrow in zip(scratch.long_directions, directions, strict=True):
-            wide[:count] = narrow
-        return scratch._replace(directions=directions)
+        if scratch.directions is not directions:
+            wide = widened(directions, 2 * n)
+            scratch = held[count] = scratch._replace(directions=directions, long_directions=wide)
+        return scratch
 
     def _run(self, d: Floats, directions: BlockDirections, *, watch: bool = False) -> Outputs:
         """Evaluate all points on all threads."""
-        count = len(directions.V)
+        count = len(directions.varies)
         outputs = new_outputs(d.shape, count)
         rows = (len(d), self._dimension)
         points = d.reshape(rows)
@@ -168,12 +130,25 @@ class BlocksBackend:
         told = outputs._replace(
             value=outputs.value.reshape(rows), derivative=outputs.derivative.reshape(*rows, count)
         )
+        self._launch(self._kernels.carry_range, points, directions, told, watch=watch)
+        return outputs
+
+    def _launch(
+        self,
+        kernel: Callable[..., None],
+        points: Floats,
+        directions: BlockDirections,
+        *more: Outputs,
+        watch: bool = False,
+        tile: int = SMALLEST_TILE,
+    ) -> None:
+        """Run a kernel over rows of points on all threads."""
         engine = self.engine
 
         def task(start: int, stop: int) -> None:
             scratch = self._scratch(directions)
             scratch.work.watch[0] = float(watch)
-            self._kernels.carry_range(
+            kernel(
                 engine.system,
                 engine.laws,
                 points,
@@ -182,11 +157,10 @@ class BlocksBackend:
                 scratch,
                 self.controls,
                 self._no_itinerary,
-                told,
+                *more,
             )
 
-        launch(task, len(d), self.threads, SMALLEST_TILE)
-        return outputs
+        launch(task, len(points), self.threads, tile)
 
 
 @lru_cache(maxsize=64)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.analysis.maps.derived import LineMap
-from stickslip.checks import MOST_STEPS, Many, one_of, parameter_name, whole_number
+from stickslip.checks import MOST_STEPS, Many, one_of, parameter_name, shown, whole_number
 from stickslip.mechanics.eventmap.backend import Backend, ScalarBackend
 from stickslip.mechanics.eventmap.blocks import BlocksBackend
 from stickslip.mechanics.eventmap.lanes import LaneBackend, PoolBackend, lanes_serve
@@ -63,10 +63,15 @@ class ModelMap:
         device: str = "cpu",
         threads: int | None = None,
     ) -> None:
-        if model.forcing is not None:
+        if model.plant.n_waves:
             raise ValueError(
                 "a forced model has no event map: what a global stick phase leads to depends on "
                 "its time as well. Take stickslip.stroboscopic_map(model)."
+            )
+        if not model.plant.rubs_as_one:
+            raise ValueError(
+                f"model = {shown(model)} has no event map: not every mass rubs on one moving belt, "
+                "so that global stick phases leave more than differences open. Follow it in time."
             )
         if model.n_blocks < 2:
             raise ValueError(
@@ -318,7 +323,7 @@ class EventMap(ModelMap, LineMap):
     def searched(self) -> dict[str, tuple[float, float]]:
         """Ranges of parameters within which bifurcations and diagrams are searched for."""
         # In units of block 1 and the slowest mode.
-        s = self.model.structure
+        s = self.model.plant
         slowest = math.sqrt(np.linalg.eigvals(s.stiffness / s.mass[:, None]).real.min())
         impedance = float(slowest * s.mass[0])
         speed, damper = (float(f"{x:.6g}") for x in (10 * s.static[0] / impedance, 50 * impedance))

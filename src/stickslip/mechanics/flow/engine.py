@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from stickslip.checks import finite_number, one_of, shown
 from stickslip.mechanics.flow.blocks.system import (
+    BlockDirections,
     BlockSystem,
     BlockWork,
+    block_directions,
     block_system,
     new_block_work,
 )
@@ -28,6 +30,8 @@ from stickslip.numerics.targets import instantiate
 
 if TYPE_CHECKING:
     from stickslip.mechanics.model.belt_model import BeltModel
+    from stickslip.mechanics.model.plant import Reduced
+    from stickslip.numerics.arrays import Floats
 
 
 EngineName: TypeAlias = Literal["auto", "exact", "adaptive"]
@@ -171,19 +175,10 @@ def parameter_direction(engine: Engine, model: TwoBlock, name: str) -> NDArray[n
     if name in own:
         row[own[name]] = 1.0
         return row
-    for block, law, law_name in _owners(model, name):
-        j = engine.code.parameter_index(law, law_name)
+    for block, own_name in model.law_parameters[name]:
+        j = engine.code.parameter_index(model.laws[block], own_name)
         row[LAWS + block * engine.n_law_parameters + j] = 1.0
     return row
-
-
-def _owners(model: TwoBlock, name: str) -> Sequence[tuple[int, FrictionLaw, str]]:
-    """Blocks that a friction parameter belongs to, and its name in the law."""
-    if not isinstance(model.friction, tuple):
-        return [(block, law, name) for block, law in enumerate(model.laws)]
-    stem, _, number = name.rpartition("_")
-    block = int(number) - 1
-    return [(block, model.laws[block], stem)]
 
 
 STEPPER = "stickslip.mechanics.flow.blocks._stepper_kernels"
@@ -201,10 +196,34 @@ class BlockEngine:
 
     def new_work(self) -> BlockWork:
         """Scratch arrays of the kernels for one motion."""
-        return new_block_work(len(self.system.mass), self.code.N_ROWS, self.kernels.ORDER)
+        return new_block_work(self.system, self.code.N_ROWS, self.kernels.ORDER)
+
+    def directions(
+        self,
+        starts: Floats | int = 0,
+        changes: Sequence[tuple[Reduced | None, Floats]] = (),
+    ) -> BlockDirections:
+        """Directions of change: of the start (as many as it has rows), then of parameters."""
+        m, free = len(self.system.mass), len(self.system.mass) - 1
+        start = np.zeros((starts, free)) if isinstance(starts, int) else starts
+        none = np.zeros((m, self.code.N_PARAMETERS))
+        every = [(None, none)] * len(start) + list(changes)
+        laws = np.array([law for _, law in every]).reshape(len(every), *none.shape)
+        start = np.concatenate([start, np.zeros((len(changes), free))])
+        return block_directions(self.system, [plant for plant, _ in every], laws, start)
+
+    def change(self, model: BeltModel, name: str) -> tuple[Reduced | None, Floats]:
+        """Change of the model with a parameter: of its plant, or None, and of its laws."""
+        laws = np.zeros((model.n_blocks, self.code.N_PARAMETERS))
+        owners = model.law_parameters.get(name)
+        if owners is None:
+            return model.plant_direction(name), laws
+        for block, own_name in owners:
+            laws[block, self.code.parameter_index(model.laws[block], own_name)] = 1.0
+        return None, laws
 
 
-def block_engine(model: BeltModel | TwoBlock, engine: EngineName = "auto") -> BlockEngine:
+def block_engine(model: BeltModel, engine: EngineName = "auto") -> BlockEngine:
     """Prepare the engine for a model; ValueError for "exact", or a law that cannot be traced."""
     if one_of("engine", engine, ENGINES) == "exact":
         raise ValueError(
@@ -221,7 +240,7 @@ def block_engine(model: BeltModel | TwoBlock, engine: EngineName = "auto") -> Bl
         key=f"blocks-{code.key}",
         kernels=_stepper_of(code),
         code=code,
-        system=block_system(model.structure),
+        system=block_system(model.plant),
         laws=code.parameter_rows(model.laws),
     )
 

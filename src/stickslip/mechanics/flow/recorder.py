@@ -13,12 +13,17 @@ import numpy as np
 
 from stickslip import status as status_codes
 from stickslip.mechanics.flow.blocks import transitions as blocks
-from stickslip.mechanics.flow.blocks.system import BlockMotion, block_directions, new_block_motion
+from stickslip.mechanics.flow.blocks.system import (
+    BlockMotion,
+    BlockSystem,
+    new_block_motion,
+)
 from stickslip.mechanics.flow.dense import FORCE_ROUNDING
 from stickslip.mechanics.flow.engine import BlockEngine, Engine
 from stickslip.mechanics.flow.system import (
     BACKWARD,
     LANDING,
+    LOST,
     MAX_INSTANT,
     Motion,
     Phases,
@@ -27,7 +32,7 @@ from stickslip.mechanics.flow.system import (
     new_motion,
 )
 from stickslip.mechanics.flow.transitions import onset, round_landings, settle
-from stickslip.mechanics.model.structure import Structure
+from stickslip.mechanics.model.plant import Plant
 from stickslip.numerics.arrays import Floats, Ints
 from stickslip.numerics.roots import EPSILON
 from stickslip.results.parts import part, register
@@ -39,7 +44,9 @@ LONGEST_STEP = 1.5
 # Steps, for each event allowed, after which a motion without an end time is given up.
 STEPS_PER_EVENT = 10
 
-StatesInside: TypeAlias = Callable[[Ints, Floats], tuple[Floats, Floats, Floats]]
+Instant: TypeAlias = tuple[Floats, Floats, Floats, Floats]
+"""Displacements, velocities, relative velocities at contacts, needed forces."""
+StatesInside: TypeAlias = Callable[[Ints, Floats], Instant]
 
 
 @part
@@ -49,19 +56,18 @@ class Recorded:
 
     t: Floats
     x: Floats
+    v: Floats
     w: Floats
     e: Floats
     mode: Ints  # of each step; in the end those that the motion ends with
-    inside: StatesInside | None  # (step, t since its start) -> x, w, e; None: events only
+    inside: StatesInside | None  # (step, t since its start) -> Instant; None: events only
 
 
 class Step(NamedTuple):
-    """State at the start of a step of a motion, and its modes."""
+    """State at the start of a step of a motion, as its kernels hold it, and its modes."""
 
     t: float
-    x: Floats
-    w: Floats
-    e: Floats
+    state: Floats
     mode: Ints
 
 
@@ -97,13 +103,21 @@ class Recorder(ABC):
         """Start from any state; a block at belt velocity rides if its force is in the limits."""
 
     @abstractmethod
-    def _state(self) -> tuple[Floats, Floats, Floats]:
-        """Displacements, relative velocities and needed forces at present."""
+    def _state(self) -> Floats:
+        """Present state, a copy."""
+
+    @abstractmethod
+    def shown(self, t: Floats, state: Floats) -> Instant:
+        """Interpret states that were kept."""
+
+    @property
+    def last(self) -> Instant:
+        """State kept last."""
+        return self.shown(np.array(self.record[-1].t), self.record[-1].state)
 
     def keep(self) -> None:
         """Add the present state to the record."""
-        x, w, e = self._state()
-        self.record.append(Step(self.t, x.copy(), w.copy(), e.copy(), self.mode.copy()))
+        self.record.append(Step(self.t, self._state(), self.mode.copy()))
 
     @abstractmethod
     def _advance(self, cap: float) -> tuple[float, int]:
@@ -130,10 +144,12 @@ class Recorder(ABC):
         endless = math.isinf(t_end)
         for n, status in enumerate(self._steps(t_end)):
             self.status = status
-            if status != status_codes.OK:
+            if status not in (status_codes.OK, status_codes.CONTACT_LOST):
                 self.record.pop()  # it could not be taken
                 return
-            if endless and self._slides_for_ever():
+            if status != status_codes.OK:
+                pass  # the last step
+            elif endless and self._slides_for_ever():
                 self.status = status_codes.NEVER_SLIPPING
             elif endless and n >= STEPS_PER_EVENT * max_events:
                 self.status = status_codes.TIME_LIMIT
@@ -160,8 +176,8 @@ class Recorder(ABC):
         """Return the record, closed by the last state."""
         dense = self.dense and bool(self.record)
         self.keep()
-        t, x, w, e, mode = (np.array(values) for values in zip(*self.record, strict=True))
-        return Recorded(t, x, w, e, mode, self._inside() if dense else None)
+        t, state, mode = (np.array(values) for values in zip(*self.record, strict=True))
+        return Recorded(t, *self.shown(t, state), mode, self._inside() if dense else None)
 
 
 @part
@@ -176,8 +192,8 @@ class ClosedForms:
     e: Floats
     mode: Ints
 
-    def __call__(self, step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
-        """Displacements, relative velocities and needed forces, as `StatesInside` says."""
+    def __call__(self, step: Ints, t: Floats) -> Instant:
+        """As `StatesInside` says."""
         from stickslip.mechanics.flow import _exact_kernels as kernels
 
         w, e = np.empty((t.size, 2)), np.empty((t.size, 2))
@@ -192,7 +208,7 @@ class ClosedForms:
             w,
             e,
         )
-        return displacements(self.system.alpha, e), w, e
+        return displacements(self.system.alpha, e), w + self.system.V, w, e
 
 
 @part
@@ -201,13 +217,14 @@ class Sums:
     """Motion within recorded steps of the adaptive engine: polynomials of w and e."""
 
     alpha: float
+    V: float
     w: Floats
     e: Floats
 
-    def __call__(self, step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
+    def __call__(self, step: Ints, t: Floats) -> Instant:
         """As `ClosedForms`."""
         w, e = horner(self.w, step, t), horner(self.e, step, t)
-        return displacements(self.alpha, e), w, e
+        return displacements(self.alpha, e), w + self.V, w, e
 
 
 class TwoBlockRecorder(Recorder):
@@ -241,9 +258,13 @@ class TwoBlockRecorder(Recorder):
         settle(self.engine.system, motion)
         self._note_global_stick()
 
-    def _state(self) -> tuple[Floats, Floats, Floats]:
-        motion = self.motion
-        return displacements(self.engine.system.alpha, motion.e), motion.w, motion.e
+    def _state(self) -> Floats:
+        return np.stack([self.motion.w, self.motion.e])
+
+    def shown(self, t: Floats, state: Floats) -> Instant:
+        """Interpret states (w, e)."""
+        w, e = state[..., 0, :], state[..., 1, :]
+        return displacements(self.engine.system.alpha, e), w + self.engine.system.V, w, e
 
     def _slides_for_ever(self) -> bool:
         engine, motion = self.engine, self.motion
@@ -310,11 +331,12 @@ class TwoBlockRecorder(Recorder):
     def _inside(self) -> StatesInside:
         system = self.engine.system
         if self.engine.name == "exact":
-            _, _, w, e, mode = (np.array(values) for values in zip(*self.record, strict=True))
+            _, state, mode = (np.array(values) for values in zip(*self.record, strict=True))
             laws, n = self.engine.laws, self.engine.n_law_parameters
+            w, e = np.ascontiguousarray(np.moveaxis(state, 1, 0))
             return ClosedForms(system, laws, n, w, e, mode)
         w_rows, e_rows = (np.array(rows) for rows in zip(*self.polynomials, strict=True))
-        return Sums(system.alpha, w_rows, e_rows)
+        return Sums(system.alpha, system.V, w_rows, e_rows)
 
 
 def displacements(alpha: float, e: Floats) -> Floats:
@@ -335,44 +357,37 @@ def horner(rows: Floats, step: Ints, t: Floats) -> Floats:
 @part
 @dataclass(frozen=True, eq=False)
 class BlockSums:
-    """Motion within recorded steps: polynomials of x and w, times of the steps' starts."""
+    """Motion within recorded steps: polynomials of z, times of the steps' starts."""
 
-    structure: Structure
+    plant: Plant
     start: Floats
-    x: Floats
-    w: Floats
+    z: Floats
 
-    def __call__(self, step: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
-        """Displacements, relative velocities and needed forces, as `StatesInside` says."""
-        structure = self.structure
-        x, w = horner(self.x, step, t), horner(self.w, step, t)
-        time = (self.start[step] + t)[:, None]
-        forcing = structure.amplitude * np.cos(structure.frequency * time + structure.phase)
-        e = x @ structure.stiffness + (w + structure.V) @ structure.damping - forcing
-        return x, w, e
+    def __call__(self, step: Ints, t: Floats) -> Instant:
+        """As `StatesInside` says."""
+        z, time = horner(self.z, step, t), self.start[step] + t
+        _, e, _ = self.plant.rows(z, time)
+        return *self.plant.states(z, time), z[:, -self.plant.n_contacts :], e
 
 
 class BlocksRecorder(Recorder):
-    """A motion of any model of the family."""
+    """A motion of any plant."""
 
     def __init__(
         self,
         engine: BlockEngine,
-        structure: Structure,
+        plant: Plant,
         *,
         rtol: float,
         dense: bool,
         last: int | None = None,
     ) -> None:
         super().__init__(rtol=rtol, dense=dense, last=last)
-        n = structure.n_blocks
-        self.engine, self.structure = engine, structure
-        self.motion: BlockMotion = new_block_motion(n, 0)
-        self.motion.phase[0] = structure.phase
+        self.engine, self.plant = engine, plant
+        self.motion: BlockMotion = new_block_motion(engine.system, 0)
         self.work = engine.new_work()
-        laws = np.zeros((0, n, engine.code.N_PARAMETERS))
-        self.directions = block_directions(engine.system, [], laws, np.zeros((0, n - 1)))
-        self.polynomials: list[tuple[Floats, Floats]] = []
+        self.directions = engine.directions()
+        self.polynomials: list[Floats] = []
 
     def start_on_belt(self, d: Floats) -> None:
         """Start at the end of the global stick phase `d`: there the first slip begins."""
@@ -381,19 +396,17 @@ class BlocksRecorder(Recorder):
         self.n_events += 1
 
     def start(self, x: Floats, v: Floats) -> None:
-        """Start from any state; a block at belt velocity rides if its force is in the limits."""
-        motion, V = self.motion, self.engine.system.V
-        motion.x[:] = x
-        motion.w[:] = v - V
-        motion.w[np.abs(motion.w) <= 2.0 * EPSILON * np.maximum(np.abs(v), V)] = 0.0
-        motion.mode[:] = np.sign(motion.w)
-        motion.event[:] = np.where(motion.w == 0.0, LANDING, 0)
-        blocks.update_needed(self.engine.system, motion)
-        blocks.settle(self.engine.system, motion, self.work.rates)
+        """Start from any state; a contact at rest sticks if its force is in the limits."""
+        place(self.engine.system, self.motion, self.plant.coordinates(x, v), self.work.rates)
         self._note_global_stick()
 
-    def _state(self) -> tuple[Floats, Floats, Floats]:
-        return self.motion.x, self.motion.w, self.motion.e
+    def _state(self) -> Floats:
+        return np.concatenate([self.motion.z[self.plant.n_waves :], self.motion.e])
+
+    def shown(self, t: Floats, state: Floats) -> Instant:
+        """Interpret states (z, e)."""
+        z, e = np.split(state, [-self.plant.n_contacts], axis=-1)
+        return *self.plant.states(z, t), z[..., -self.plant.n_contacts :], e
 
     def _slides_for_ever(self) -> bool:
         engine = self.engine
@@ -408,16 +421,30 @@ class BlocksRecorder(Recorder):
         if status != status_codes.OK:
             return 0.0, int(status)
         if self.dense:
-            self.polynomials.append((self.work.x.copy(), self.work.w.copy()))
+            self.polynomials.append(self.work.z[self.plant.n_waves :].copy())
         if motion.event.any():
+            if (motion.event == LOST).any():
+                return t, status_codes.CONTACT_LOST
             self.n_events += bool(blocks.settle(engine.system, motion, self.work.rates))
             self._note_global_stick()
         return t, status_codes.OK
 
     def _note_global_stick(self) -> None:
-        if not self.motion.mode.any():
-            self.d.append(np.diff(self.motion.x))
+        if self.plant.rubs_as_one and not self.motion.mode.any():
+            self.d.append(np.diff(self.motion.y[self.plant.n_waves :]))
 
     def _inside(self) -> StatesInside:
-        x, w = (np.array(rows) for rows in zip(*self.polynomials, strict=True))
-        return BlockSums(self.structure, np.array([step.t for step in self.record]), x, w)
+        return BlockSums(
+            self.plant, np.array([step.t for step in self.record]), np.array(self.polynomials)
+        )
+
+
+def place(system: BlockSystem, motion: BlockMotion, z: Floats, rates: Floats) -> None:
+    """Start a motion at coordinates z, with the modes that they ask for."""
+    motion.z[-z.size :] = z
+    motion.clock[0] = 0.0
+    motion.mode[:] = np.sign(motion.w)
+    motion.event[:] = np.where(motion.w == 0.0, LANDING, 0)
+    rates[:] = 0.0
+    blocks.update_needed(system, motion)
+    blocks.settle(system, motion, rates)

@@ -52,8 +52,8 @@ class SlipStream(Iterator[Slip]):
     @property
     def state(self) -> State:
         """Start of the last step taken; when the slips have ended, the end of it."""
-        last = self._recorder.record[-1]
-        return State(last.t, last.x.copy(), last.w + self.model.V)
+        x, v, _, _ = self._recorder.last
+        return State(self._recorder.record[-1].t, x, v)
 
     def __next__(self) -> Slip:
         """Follow the motion to the end of its next slip."""
@@ -61,12 +61,12 @@ class SlipStream(Iterator[Slip]):
 
     def _follow(self, t_end: float, max_events: int) -> Iterator[Slip]:
         recorder, record = self._recorder, self._recorder.record
-        from_belt = leaves_belt(self.model, record[-1].w, record[-1].e)
-        tracker = SlipTracker(self.model.structure, from_belt=from_belt)
+        plant = self.model.plant
+        tracker = SlipTracker(plant, from_belt=leaves_belt(plant, recorder.last))
         for _ in recorder.follow(t_end, max_events, until_stick=False):
-            yield from tracker.see(record[-1].t, record[-1].x, record[-1].mode)
+            yield from tracker.see(record[-1].t, recorder.last[0], record[-1].mode)
         recorder.keep()
-        yield from tracker.see(record[-1].t, record[-1].x, record[-1].mode)
+        yield from tracker.see(record[-1].t, recorder.last[0], record[-1].mode)
 
 
 @suggests
@@ -88,7 +88,7 @@ def slips(
 
     Parameters
     ----------
-    model : TwoBlock, Blocks, Chain or Oscillator
+    model : TwoBlock, Blocks, Chain, Oscillator or Structure
     x, v, d, rtol, engine
         As in `simulate`.
     t_end : float, optional

@@ -22,7 +22,7 @@ BACKWARD, STICK, FORWARD = -1, 0, 1
 MAX_INSTANT = 4
 
 # What the end of a step brings to a block, besides nothing (0):
-LANDING, AT_UPPER_LIMIT, AT_LOWER_LIMIT = 1, 2, 3
+LANDING, AT_UPPER_LIMIT, AT_LOWER_LIMIT, LOST = 1, 2, 3, 4
 
 # Entries of a row of `directions`: derivatives of alpha, beta, V, the starting d and, from
 # LAWS on, the law parameters of block 1 and of block 2.

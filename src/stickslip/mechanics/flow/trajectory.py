@@ -14,9 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip import status as status_codes
 from stickslip.checks import finite_number, one_of, real_numbers, whole_number
 from stickslip.mechanics.flow.engine import EngineName, block_engine, engine_for, tolerance
-from stickslip.mechanics.flow.recorder import BlocksRecorder, Recorded, Recorder, TwoBlockRecorder
+from stickslip.mechanics.flow.recorder import (
+    BlocksRecorder,
+    Instant,
+    Recorded,
+    Recorder,
+    TwoBlockRecorder,
+)
 from stickslip.mechanics.flow.slip import Slip, SlipTracker
-from stickslip.mechanics.model.arguments import Model, checked_model, state_vector
+from stickslip.mechanics.model.arguments import Model, checked_model, checked_state
+from stickslip.mechanics.model.plant import Plant
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.arrays import Floats
 from stickslip.results.parts import part
@@ -83,7 +90,7 @@ class Trajectory(Result):
 
     Attributes
     ----------
-    model : TwoBlock, Blocks, Chain or Oscillator
+    model : TwoBlock, Blocks, Chain, Oscillator or Structure
     t : ndarray, shape (n + 1,)
         Ends of the phases of constant modes; ``t[0] = 0``.
     modes : ndarray of int, shape (n, N)
@@ -156,8 +163,9 @@ class Trajectory(Result):
     def slips(self) -> tuple[Slip, ...]:
         """Slips that both begin and end within this trajectory, in the order of their ends."""
         record = self._record
-        from_belt = leaves_belt(self.model, record.w[0], record.e[0])
-        tracker = SlipTracker(self.model.structure, from_belt=from_belt)
+        plant = self.model.plant
+        first = record.x[0], record.v[0], record.w[0], record.e[0]
+        tracker = SlipTracker(plant, from_belt=leaves_belt(plant, first))
         steps = np.append(self._changes, len(record.t) - 1)
         seen = (tracker.see(float(record.t[k]), record.x[k], record.mode[k]) for k in steps)
         return tuple(itertools.chain.from_iterable(seen))
@@ -185,33 +193,31 @@ class Trajectory(Result):
 
     def v(self, t: ArrayLike) -> Floats:
         """Velocities of the blocks, shape (..., N), units of f_s1 / sqrt(k m); as `x`."""
-        return self._state(t)[1] + self.model.V
+        return self._state(t)[1]
 
     def friction(self, t: ArrayLike) -> Floats:
         """Friction force of the belt on each block, shape (..., N), units of f_s1; as `x`.
 
         While a block sticks it is the force it needs in order to ride.
         """
-        _, w, e = self._state(t)
-        return self._friction(w, e, self._mode(t))
+        return self._friction(self._state(t), self._mode(t))
 
     def needed_force(self, t: ArrayLike) -> Floats:
         """Force that each block needs in order to ride, shape (..., N), units of f_s1; as `x`."""
-        return self._state(t)[2]
+        return self._state(t)[3]
 
     def energy(self, t: ArrayLike) -> Energy:
         """Energy at given times, with the work done since the start; times as in `x`."""
         times = self._checked(t)
-        x, w, _ = self._state(times)
-        v = w + self.model.V
+        x, v, _, _ = self._state(times)
         step = self._step(times)
         before = self._work_done[step]
         partial = self._work(step.ravel(), (times - self._record.t[step]).ravel())
         belt, forcing, dissipation = np.moveaxis(before + partial.reshape(*times.shape, 3), -1, 0)
-        structure = self.model.structure
+        plant = self.model.plant
         return Energy(
-            kinetic=0.5 * np.sum(structure.mass * v * v, axis=-1),
-            elastic=0.5 * np.sum(x * (x @ structure.stiffness), axis=-1),
+            kinetic=0.5 * np.sum(v * plant.momenta(v), axis=-1),
+            elastic=0.5 * np.sum(x * (x @ plant.stiffness), axis=-1),
             belt_work=belt,
             forcing_work=forcing,
             dissipation=dissipation,
@@ -253,7 +259,7 @@ class Trajectory(Result):
     def final_state(self) -> State:
         """Where the trajectory ends."""
         record = self._record
-        return State(float(record.t[-1]), record.x[-1], record.w[-1] + self.model.V)
+        return State(float(record.t[-1]), record.x[-1], record.v[-1])
 
     # --- inside -------------------------------------------------------------------------------
 
@@ -276,29 +282,30 @@ class Trajectory(Result):
     def _mode(self, t: ArrayLike) -> NDArray[np.int64]:
         return np.asarray(self._record.mode[self._step(self._checked(t))])
 
-    def _state(self, t: ArrayLike) -> tuple[Floats, Floats, Floats]:
+    def _state(self, t: ArrayLike) -> Instant:
         times = self._checked(t)
         step = self._step(times)
         states = self._inside(step.ravel(), (times - self._record.t[step]).ravel())
-        x, w, e = (values.reshape(*times.shape, self.model.n_blocks) for values in states)
-        return x, w, e
+        x, v, w, e = (values.reshape(*times.shape, values.shape[1]) for values in states)
+        return x, v, w, e
 
-    def _inside(self, step: NDArray[np.int64], t: Floats) -> tuple[Floats, Floats, Floats]:
-        """Displacements, relative velocities and needed forces, (m, N), within given steps."""
+    def _inside(self, step: NDArray[np.int64], t: Floats) -> Instant:
+        """States and needed forces within given steps."""
         record = self._record
         if len(record.t) == 1:
-            return record.x[step], record.w[step], record.e[step]
+            return record.x[step], record.v[step], record.w[step], record.e[step]
         if record.inside is None:
             raise ValueError("this trajectory keeps its events only; simulate with record='motion'")
         return record.inside(step, t)
 
-    def _friction(self, w: Floats, e: Floats, mode: NDArray[np.int64]) -> Floats:
-        force = e.copy()
+    def _friction(self, state: Instant, mode: NDArray[np.int64]) -> Floats:
+        x, v, w, e = state
+        force, limits = e.copy(), self.model.plant.limits(x, v)
         for block, law in enumerate(self.model.laws):
             for sign in (-1, 1):
                 slips = mode[..., block] == sign
                 speed = np.maximum(sign * w[..., block][slips], 0.0)
-                size = self.model.limits[block] * law.force(speed, forward=sign > 0)
+                size = limits[..., block][slips] * law.force(speed, forward=sign > 0)
                 force[..., block][slips] = -sign * size
         return force
 
@@ -314,16 +321,17 @@ class Trajectory(Result):
         nodes, weights = QUADRATURE
         times = 0.5 * t[:, None] * (nodes + 1.0)
         index = np.broadcast_to(step[:, None], times.shape)
-        _, w, e = self._inside(index.ravel(), times.ravel())
-        force = self._friction(w, e, self._record.mode[index.ravel()])
-        v, structure = w + self.model.V, self.model.structure
-        time = (self._record.t[index] + times).ravel()[:, None]
-        forcing = structure.amplitude * np.cos(structure.frequency * time + structure.phase)
-        damped = np.sum(v * (v @ structure.damping), axis=-1)
+        state = x, v, w, _ = self._inside(index.ravel(), times.ravel())
+        force = self._friction(state, self._record.mode[index.ravel()])
+        plant, time = self.model.plant, (self._record.t[index] + times).ravel()
+        if not plant.n_positions:
+            raise ValueError("a structure in state-space form does not tell its energy")
+        turning = 0.5 * (plant.stiffness - plant.stiffness.T)
+        damped = np.sum(v * (v @ plant.damping.T + x @ turning.T), axis=-1)
         power = np.stack(
             (
-                self.model.V * force.sum(-1),
-                np.sum(forcing * v, axis=-1),
+                (plant.belts(time) * force).sum(-1),
+                np.sum(plant.forces(time) * v, axis=-1),
                 damped - (force * w).sum(-1),
             ),
             axis=-1,
@@ -350,7 +358,7 @@ def simulate(
 
     Parameters
     ----------
-    model : TwoBlock, Blocks, Chain or Oscillator
+    model : TwoBlock, Blocks, Chain, Oscillator or Structure
     x, v : array_like of float, shape (N,), optional
         Displacements (units of f_s1 / k) and velocities (units of f_s1 / sqrt(k m)) at the
         start. A block at belt velocity rides if its force lies within its limits.
@@ -405,9 +413,10 @@ def end_time(t_end: float) -> float:
     return finite_number("t_end", t_end, at_least=0.0, why="A motion is followed forward.")
 
 
-def leaves_belt(model: Model, w: Floats, e: Floats) -> bool:
+def leaves_belt(plant: Plant, start: Instant) -> bool:
     """Whether a motion starts as a global stick phase ends: at rest, within all limits."""
-    return bool((w == 0.0).all() and (np.abs(e) <= model.limits).all())
+    x, v, w, e = start
+    return bool((w == 0.0).all() and (np.abs(e) <= plant.limits(x, v)).all())
 
 
 def recorder_for(
@@ -417,7 +426,7 @@ def recorder_for(
     if isinstance(model, TwoBlock) and model.damping == 0.0:
         return TwoBlockRecorder(engine_for(model, engine), rtol=rtol, dense=dense, last=last)
     moved = block_engine(checked_model(model), engine)
-    return BlocksRecorder(moved, model.structure, rtol=rtol, dense=dense, last=last)
+    return BlocksRecorder(moved, model.plant, rtol=rtol, dense=dense, last=last)
 
 
 def start(
@@ -428,13 +437,17 @@ def start(
     d: ArrayLike | None,
 ) -> None:
     """Start a motion from a global stick phase or from a state."""
-    if (d is None) == (x is None) or (x is None) != (v is None):
+    has_v = v is not None or not model.plant.n_positions
+    if (d is None) == (x is None) or (x is None and v is not None) or (d is None and not has_v):
         raise ValueError("give either d=, a global stick phase, or both x and v, a state")
     if d is not None:
-        if model.forcing is not None:
-            raise ValueError("a forced model starts from a state: give x and v instead of d")
+        if model.plant.n_waves or not model.plant.rubs_as_one:
+            raise ValueError(
+                "a model that is forced, or has more than blocks on one belt, starts from a state: "
+                "give x and v instead of d"
+            )
         if model.n_blocks == 2:
             d = finite_number("d", d, why="d is X_2 - X_1 of a global stick phase.")
         recorder.start_on_belt(np.atleast_1d(model.admit(d)))
         return
-    recorder.start(state_vector("x", x, model.n_blocks), state_vector("v", v, model.n_blocks))
+    recorder.start(*checked_state(model, x, v))

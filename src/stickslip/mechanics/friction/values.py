@@ -65,7 +65,7 @@ def _formula(values: Mapping[str, Any]) -> UserLaw:
 TABLE: Final = ("speed", "force")
 ABOVE_TABLES: Final = (
     *("kind", "alpha", "beta", "V", "damping", "static", "mass", "stiffness", "support", "ends"),
-    *("friction", "units", "physical", "forcing"),
+    *("friction", "units", "physical", "forcing", "force", "contact", "A", "B", "C", "a"),
 )
 """Keys of models, of any kind, which slip under a table that is written too early."""
 LAWS_IN_FILES: Final = (*LAWS, TabulatedFriction.name, FORMULA)

@@ -14,13 +14,16 @@ if TYPE_CHECKING:
     from stickslip.numerics.arrays import Floats
 
 
-Model: TypeAlias = TwoBlock | BeltModel
+Model: TypeAlias = BeltModel
 
 
 def checked_model(model: object) -> Model:
     """Return a model, of any kind; else ValueError."""
-    known = "a model. Take ss.TwoBlock(...), ss.Chain(...), ss.Blocks(...) or ss.Oscillator(...)"
-    checked: Model = instance("model", model, (TwoBlock, BeltModel), known)
+    known = (
+        "a model. Take ss.TwoBlock(...), ss.Chain(...), ss.Blocks(...), ss.Oscillator(...) or "
+        "ss.Structure(...)"
+    )
+    checked: Model = instance("model", model, BeltModel, known)
     return checked
 
 
@@ -34,6 +37,15 @@ def two_blocks(model: object, *, why: str) -> TwoBlock:
 def checked_parameter(role: str, model: Model, name: object) -> str:
     """Return the name of one of a model's parameters; else ValueError suggests the closest one."""
     return parameter_name(role, name, model.parameters, of="this model")
+
+
+def checked_state(model: Model, x: object, v: object) -> tuple[Floats, Floats]:
+    """Return a state of a model, displacements and velocities; else ValueError."""
+    plant = model.plant
+    n, n_positions = len(plant.mass), plant.n_positions
+    if not n_positions and v is None:
+        v = ()
+    return state_vector("x", x, n), state_vector("v", v, n_positions)
 
 
 def state_vector(name: str, values: object, n: int) -> Floats:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from functools import cached_property
+from functools import cache, cached_property
+from inspect import signature
 from typing import TYPE_CHECKING, Any, Final, Self, TypeAlias
 
 import numpy as np
@@ -13,7 +13,8 @@ import numpy as np
 from stickslip.checks import dimensions, finite_number, real_numbers, shown, whole_number
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
-from stickslip.mechanics.model.structure import Harmonic, Structure
+from stickslip.mechanics.model.contact import Harmonic
+from stickslip.mechanics.model.plant import ROUNDING, TINY, Numbers, Plant, Reduced, derivative
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
@@ -25,9 +26,6 @@ if TYPE_CHECKING:
 
 MOST_BLOCKS: Final = 2000
 """Springs and modes of so many fill a small memory, and take a minute."""
-
-ROUNDING = 64 * np.finfo(np.float64).eps
-"""Of a matrix' size: asymmetry and negative eigenvalues that rounding explains."""
 
 
 def one_per_block(name: str, values: Any, n_blocks: int, *, above: float, why: str) -> Floats:
@@ -119,7 +117,7 @@ DOMAIN_SLACK = 8 * np.finfo(np.float64).eps
 class BeltModel(ABC):
     """Blocks on a moving belt, held by springs: the family that every model belongs to.
 
-    Immutable. A model depends linearly on each of its numbers (`structure_direction`).
+    Immutable. A model is differentiated exactly in each of its numbers (`plant_direction`).
     """
 
     V: float
@@ -139,12 +137,24 @@ class BeltModel(ABC):
         """Parameters of masses, springs, dampers, limits and belt, by name."""
 
     @abstractmethod
-    def _assemble(self, numbers: Mapping[str, float]) -> Structure:
-        """Structure with these numbers and no forcing; they are not checked."""
+    def _assemble(self, numbers: Mapping[str, Any]) -> Plant:
+        """Plant with these numbers, real or complex, and no harmonics; they are not checked."""
 
-    @abstractmethod
-    def _rebuilt(self, numbers: Mapping[str, float], **changes: Any) -> Self:
-        """Model with these numbers, checked, and some fields changed."""
+    def _rebuilt(
+        self, numbers: Mapping[str, float], waves: Mapping[str, Harmonic], **changes: Any
+    ) -> Self:
+        """Model with these numbers and harmonics, checked, and some fields changed."""
+        given = {name: getattr(self, name) for name in _arguments_of(type(self))}
+        for name, value in given.items():
+            if f"{name}_1" in numbers or f"{name}_1_1" in numbers:
+                given[name] = array_of(numbers, name, np.shape(value))
+        own = {name: numbers[name] for name in given.keys() & numbers.keys()}
+        return type(self)(**{**given, **own, **waves, **changes})
+
+    @property
+    def _waves(self) -> dict[str, tuple[Harmonic, int | None]]:
+        """Harmonics by name, and the contact whose belt each moves; None: forces."""
+        return {} if self.forcing is None else {"forcing": (self.forcing, None)}
 
     def as_map(self) -> EventMap | BlocksEventMap:
         """Return the event map with its default settings."""
@@ -155,47 +165,42 @@ class BeltModel(ABC):
     # --- parameters --------------------------------------------------------------------------
 
     @cached_property
-    def structure(self) -> Structure:
-        """Masses, springs, dampers, limits and forcing as arrays."""
-        return self._structure_with({**self.numbers, **self._forcing_numbers})
+    def plant(self) -> Plant:
+        """Masses, springs, dampers, contacts and forcing as arrays."""
+        return self._plant_with({**self.numbers, **self._wave_numbers})
 
-    def structure_direction(self, name: object) -> Structure:
-        """Differentiate the structure in one of its numbers: linear, so a step of 1 is exact."""
-        numbers = {**self.numbers, **self._forcing_numbers}
+    def plant_direction(self, name: object) -> Reduced:
+        """Differentiate the reduced plant in one of its numbers."""
+        numbers = {**self.numbers, **self._wave_numbers}
         if not isinstance(name, str) or name not in numbers:
             known = did_you_mean(name, list(self.parameters))
             raise ValueError(f"{type(self).__name__} has no parameter {shown(name)}. {known}")
-        changed = self._structure_with({**numbers, name: numbers[name] + 1.0})
-        return self.structure.direction_to(changed)
+        moved = self._plant_with({**numbers, name: numbers[name] + 1j * TINY})
+        return derivative(moved.reduction(self.plant.kept))
 
-    def _structure_with(self, numbers: Mapping[str, float]) -> Structure:
-        plain = self._assemble(numbers)
-        if self.forcing is None:
-            return plain
-        n = plain.n_blocks
-        amplitude = [
-            numbers.get(f"forcing.amplitude_{i + 1}", numbers.get("forcing.amplitude", 0.0))
-            for i in range(n)
-        ]
-        return replace(
-            plain,
-            amplitude=np.array(amplitude),
-            frequency=numbers["forcing.frequency"],
-            phase=numbers["forcing.phase"],
-        )
+    def _plant_with(self, numbers: Mapping[str, Any]) -> Plant:
+        plant = self._assemble(numbers)
+        for name, (_, contact) in self._waves.items():
+            n, m = plant.into.shape
+            size, which = (n, None) if contact is None else (m, contact)
+            alike = numbers.get(f"{name}.amplitude", 0.0)
+            given = [numbers.get(f"{name}.amplitude_{i + 1}", alike) for i in range(size)]
+            forces, belts = np.zeros(n), np.zeros(m)
+            if which is None:
+                forces = np.array(given)
+            else:
+                belts = np.where(np.arange(m) == which, alike, 0.0)
+            plant = plant.with_harmonic(
+                forces, belts, numbers[f"{name}.frequency"], numbers[f"{name}.phase"]
+            )
+        return plant
 
     @property
-    def _forcing_numbers(self) -> dict[str, float]:
-        if self.forcing is None:
-            return {}
-        given = self.forcing.amplitude
-        if isinstance(given, tuple):
-            names = {f"forcing.amplitude_{i}": a for i, a in enumerate(given, start=1)}
-        else:
-            names = {"forcing.amplitude": given}
-        names["forcing.frequency"] = self.forcing.frequency
-        names["forcing.phase"] = self.forcing.phase
-        return names
+    def _wave_numbers(self) -> dict[str, float]:
+        named: dict[str, float] = {}
+        for name, (wave, _) in self._waves.items():
+            named |= {f"{name}.{key}": value for key, value in wave.numbers.items()}
+        return named
 
     @property
     def laws(self) -> tuple[FrictionLaw, ...]:
@@ -207,16 +212,7 @@ class BeltModel(ABC):
     @property
     def law_parameters(self) -> dict[str, tuple[tuple[int, str], ...]]:
         """Blocks, and names in their laws, that each friction parameter of the model belongs to."""
-        if not isinstance(self.friction, tuple):
-            blocks = range(self.n_blocks)
-            return {
-                name: tuple((block, name) for block in blocks) for name in self.friction.parameters
-            }
-        return {
-            f"{name}_{block + 1}": ((block, name),)
-            for block, law in enumerate(self.friction)
-            for name in law.parameters
-        }
+        return owners_of(self.friction, self.n_blocks)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -226,7 +222,7 @@ class BeltModel(ABC):
             name: laws[where[0][0]].parameters[where[0][1]]
             for name, where in self.law_parameters.items()
         }
-        return {**self.numbers, **friction, **self._forcing_numbers}
+        return {**self.numbers, **friction, **self._wave_numbers}
 
     def replace(self, **changes: Any) -> Self:
         """Make a changed copy, by parameter name.
@@ -242,58 +238,88 @@ class BeltModel(ABC):
         ValueError
             Unknown name (the closest known one is suggested), or a value out of range.
         """
-        numbers = {**self.numbers}
-        forcing = {**self._forcing_numbers}
+        numbers, forcing = {**self.numbers}, {**self._wave_numbers}
+        own = _arguments_of(type(self))
         for_laws: dict[str, Any] = {}
         fields: dict[str, Any] = {}
-        own = {"friction", "forcing", *getattr(self, "__dataclass_fields__", ())}
         for name, value in changes.items():
-            if name in numbers:
-                numbers[name] = value
-            elif name in forcing:
-                forcing[name] = value
-            elif name in self.law_parameters:
-                for_laws[name] = value
-            elif name in own:
-                fields[name] = value
-            else:
-                known = did_you_mean(name, [*self.parameters, *own])
+            kinds = ((numbers, numbers), (forcing, forcing), (own, fields))
+            next((into for known, into in kinds if name in known), for_laws)[name] = value
+        fields["friction"] = self._friction_with(fields.get("friction", self.friction), for_laws)
+        waves = {
+            wave: Harmonic.of_numbers({key: forcing[f"{wave}.{key}"] for key in known.numbers})
+            for wave, (known, _) in self._waves.items()
+        }
+        return self._rebuilt(numbers, waves, **fields)
+
+    def _friction_with(self, friction: Any, changes: Mapping[str, Any]) -> Any:
+        """Friction with some of its parameters changed; ValueError for any other name."""
+        if not changes:
+            return friction
+        friction = laws_of(friction, self.n_blocks)
+        owners = owners_of(friction, self.n_blocks, hidden=True)
+        laws = list(friction) if isinstance(friction, tuple) else [friction]
+        per_law: list[dict[str, Any]] = [{} for _ in laws]
+        for name, value in changes.items():
+            if name not in owners:
+                others = [*self.numbers, *self._wave_numbers, *owners, *_arguments_of(type(self))]
+                known = did_you_mean(name, list(dict.fromkeys(others)))
                 raise ValueError(f"{type(self).__name__} has no parameter {shown(name)}. {known}")
-        fields.setdefault("friction", self._changed_friction(for_laws))
-        fields.setdefault("forcing", self._changed_forcing(forcing))
-        return self._rebuilt(numbers, **fields)
+            block, own_name = owners[name][0]
+            per_law[block][own_name] = value
+        laws = [law.replace(**own) for law, own in zip(laws, per_law, strict=True)]
+        return tuple(laws) if isinstance(friction, tuple) else laws[0]
 
-    def _changed_friction(self, changes: Mapping[str, Any]) -> Friction:
-        if not isinstance(self.friction, tuple):
-            return self.friction.replace(**changes) if changes else self.friction
-        laws = list(self.friction)
-        for name, value in changes.items():
-            ((block, own_name),) = self.law_parameters[name]
-            laws[block] = laws[block].replace(**{own_name: value})
-        return tuple(laws)
+    # --- as a value -------------------------------------------------------------------------
 
-    def _changed_forcing(self, numbers: Mapping[str, Any]) -> Harmonic | None:
-        if self.forcing is None:
-            return None
-        amplitude: Any = numbers.get("forcing.amplitude")
-        if amplitude is None:
-            amplitude = [v for k, v in numbers.items() if k.startswith("forcing.amplitude_")]
-        return Harmonic(amplitude, numbers["forcing.frequency"], numbers["forcing.phase"])
+    @property
+    def _arguments(self) -> dict[str, Any]:
+        """What builds the model again, arrays as lists."""
+        given = {name: getattr(self, name) for name in _arguments_of(type(self))}
+        return {
+            name: value.tolist() if isinstance(value, np.ndarray) else value
+            for name, value in given.items()
+            if value is not None
+        }
+
+    def __eq__(self, other: object) -> bool:
+        """Equal numbers and laws."""
+        if type(other) is not type(self):
+            return NotImplemented
+        return self._arguments == other._arguments
+
+    def __hash__(self) -> int:
+        """Hash of the numbers and laws."""
+        return hash((type(self), repr(self._arguments)))
+
+    def __repr__(self) -> str:
+        """Call that builds the model again."""
+        parts = (
+            f"{name}={list(value) if name == 'friction' and type(value) is tuple else value!r}"
+            for name, value in self._arguments.items()
+        )
+        return f"{self._maker}({', '.join(parts)})"
+
+    @property
+    def _maker(self) -> str:
+        """Name of what builds the model."""
+        return type(self).__name__
 
     # --- global stick ------------------------------------------------------------------------
 
     @property
     def limits(self) -> tuple[float, ...]:
         """Static limits of the blocks."""
-        return tuple(self.structure.static.tolist())
+        return tuple(self.plant.static.tolist())
 
     @property
     def monotone_loading(self) -> bool:
         """Whether a rider's needed force only grows while the others ride or slip backward."""
-        s = self.structure
+        s = self.plant
+        if not s.rubs_as_one or s.damping.any() or s.is_forced:
+            return False
         off = s.stiffness - np.diag(np.diag(s.stiffness))
-        undamped = not s.damping.any() and not s.is_forced
-        return bool(undamped and (off <= 0.0).all() and (s.loading >= 0.0).all())
+        return bool((off <= 0.0).all() and (s.stiffness @ s.V >= 0.0).all())
 
     @property
     def d_shape(self) -> tuple[int, ...]:
@@ -315,7 +341,7 @@ class BeltModel(ABC):
                 f"the domain of {self.n_blocks} blocks is no interval: model.contains(d) tells "
                 "which differences belong to it."
             )
-        return locus.ends(self.structure)
+        return locus.ends(self.plant)
 
     def positions(self, d: ArrayLike) -> Floats:
         """Displacements of the blocks with the first one at 0, shape (..., n).
@@ -345,11 +371,11 @@ class BeltModel(ABC):
 
     def _stick_range(self, d: ArrayLike) -> tuple[Floats, Floats]:
         """Displacements of block 1 between which all blocks ride, shapes (...), or low > high."""
-        s = self.structure
+        s = self.plant
         x = self.positions(d)
         rate = s.stiffness.sum(axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            force = s.needed_force(x, np.full(x.shape, s.V))
+            force = s.needed_force(x, np.broadcast_to(s.V, x.shape))
             one = (-s.static - force) / rate
             other = (s.static - force) / rate
         still = rate == 0.0
@@ -375,7 +401,7 @@ class BeltModel(ABC):
             values = real_numbers("d", d)
             return np.asarray((values >= least) & (values <= largest))
         low, high = self._stick_range(d)
-        s = self.structure
+        s = self.plant
         rate = np.abs(s.stiffness.sum(axis=1))
         reach = np.max(s.static[rate > 0] / rate[rate > 0], initial=0.0)
         return np.asarray(low <= high + DOMAIN_SLACK * reach)
@@ -408,7 +434,7 @@ class BeltModel(ABC):
 
         They belong to displacements drawn uniformly from those with which all blocks ride.
         """
-        x = self.structure.sample_sticking(n, rng)
+        x = self.plant.sample_sticking(n, rng)
         return np.asarray(np.diff(x, axis=-1).reshape(len(x), *self.d_shape))
 
     def spread_domain(self, n: int) -> Floats:
@@ -420,7 +446,7 @@ class BeltModel(ABC):
 
         n = whole_number("n", n, at_most=MOST_POINTS)
         shares = Sobol(self.n_blocks, rng=0).random_base2(max(n - 1, 1).bit_length())[:n]
-        return np.asarray(np.diff(self.structure.sticking(shares)).reshape(n, *self.d_shape))
+        return np.asarray(np.diff(self.plant.sticking(shares)).reshape(n, *self.d_shape))
 
     def sample_state(
         self, rng: np.random.Generator | int | None = None, *, riding: bool = False
@@ -430,7 +456,67 @@ class BeltModel(ABC):
         Needed forces are uniform within the static limits; velocities are the belt's if
         `riding`, else within one unit of f_s1 / sqrt(k m) of it.
         """
-        return self.structure.sample_state(rng, riding=riding)
+        return self.plant.sample_state(rng, riding=riding)
+
+
+@cache
+def _arguments_of(cls: type) -> tuple[str, ...]:
+    """Names of what builds a model."""
+    return tuple(signature(cls).parameters)
+
+
+def owners_of(
+    friction: Friction, n_blocks: int, *, hidden: bool = False
+) -> dict[str, tuple[tuple[int, str], ...]]:
+    """Blocks, and names in their laws, that each friction parameter belongs to."""
+    # `hidden`: with those that a law does not show as long as they are 0, and its options.
+    laws = friction if isinstance(friction, tuple) else (friction,)
+    each = [law.names if hidden else tuple(law.parameters) for law in laws]
+    if not isinstance(friction, tuple):
+        return {name: tuple((k, name) for k in range(n_blocks)) for name in each[0]}
+    return {
+        f"{name}_{block + 1}": ((block, name),)
+        for block, names in enumerate(each)
+        for name in names
+    }
+
+
+def frozen(array: Floats) -> Floats:
+    """Return an array that nothing can change."""
+    array.flags.writeable = False
+    return array
+
+
+def named(name: str, array: Numbers) -> dict[str, float]:
+    """Entries of a vector or a matrix by name, counted from 1."""
+    return {
+        "_".join([name, *(str(k + 1) for k in index)]): float(value)
+        for index, value in np.ndenumerate(array)
+    }
+
+
+def paired(name: str, matrix: Numbers) -> dict[str, float]:
+    """Entries of a symmetric matrix by name, each pair once; dampers that are 0 left out."""
+    kept = named(name, np.triu(matrix))
+    n = len(matrix)
+    own = {f"{name}_{i + 1}_{j + 1}": (i, j) for i in range(n) for j in range(i, n)}
+    return {
+        key: kept[key]
+        for key, (i, j) in own.items()
+        if name != "damping" or i == j or kept[key] != 0.0
+    }
+
+
+def array_of(numbers: Mapping[str, Any], name: str, shape: tuple[int, ...]) -> Numbers:
+    """Vector or matrix whose entries have these names; pairs may be given once."""
+    flat = []
+    for index in np.ndindex(shape):
+        one, other = (
+            "_".join([name, *(str(k + 1) for k in each)]) for each in (index, index[::-1])
+        )
+        flat.append(numbers[one] if one in numbers else numbers.get(other, 0.0))
+    kind = np.complex128 if any(isinstance(value, complex) for value in flat) else None
+    return np.array(flat, dtype=kind).reshape(shape)
 
 
 def laws_of(friction: object, n_blocks: int) -> Friction:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, Self, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +13,19 @@ from stickslip.checks import dimensions, finite_number, one_of, shown
 from stickslip.mechanics.model.belt_model import (
     BeltModel,
     Friction,
+    array_of,
     belt_velocity,
+    frozen,
     laws_of,
+    named,
     one_per_block,
+    paired,
     positive_definite,
     semidefinite,
     symmetric,
 )
-from stickslip.mechanics.model.structure import Harmonic, Structure
+from stickslip.mechanics.model.contact import Harmonic
+from stickslip.mechanics.model.plant import Plant
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -74,14 +79,15 @@ class Blocks(BeltModel):
         forcing: Harmonic | None = None,
     ) -> None:
         n = max(np.size(mass), 1) if dimensions(mass) == 1 else 1
-        self.mass = _frozen(one_per_block("mass", mass, n, above=0.0, why="A mass is positive."))
-        self.stiffness = _frozen(symmetric("stiffness", stiffness, n))
+        why = "A mass is positive."
+        self.mass = frozen(one_per_block("mass", mass, n, above=0.0, why=why))
+        self.stiffness = frozen(symmetric("stiffness", stiffness, n))
         positive_definite("stiffness", self.stiffness)
         given = np.zeros((n, n)) if damping is None else damping
-        self.damping = _frozen(symmetric("damping", given, n))
+        self.damping = frozen(symmetric("damping", given, n))
         semidefinite("damping", self.damping)
         why = "A static friction limit is positive."
-        self.static = _frozen(one_per_block("static", static, n, above=0.0, why=why))
+        self.static = frozen(one_per_block("static", static, n, above=0.0, why=why))
         self.friction: Friction = laws_of(friction, n)
         self.forcing = checked_forcing(forcing, n)
         self.V = belt_velocity(V, is_forced=forcing is not None)
@@ -94,81 +100,17 @@ class Blocks(BeltModel):
     @property
     def numbers(self) -> dict[str, float]:
         """Masses, stiffnesses and dampings (upper triangles), static limits and V, by name."""
-        named = {f"mass_{i + 1}": float(m) for i, m in enumerate(self.mass)}
-        for name in ("stiffness", "damping"):
-            matrix = getattr(self, name)
-            named |= {
-                f"{name}_{i + 1}_{j + 1}": float(matrix[i, j])
-                for i, j in zip(*np.triu_indices(self.n_blocks), strict=True)
-                if name == "stiffness" or matrix[i, j] != 0.0 or i == j
-            }
-        named |= {f"static_{i + 1}": float(s) for i, s in enumerate(self.static)}
-        return {**named, "V": self.V}
+        matrices = paired("stiffness", self.stiffness) | paired("damping", self.damping)
+        return named("mass", self.mass) | matrices | named("static", self.static) | {"V": self.V}
 
-    def _assemble(self, numbers: Mapping[str, float]) -> Structure:
+    def _arrays(self, numbers: Mapping[str, Any]) -> dict[str, Any]:
         n = self.n_blocks
+        shapes = {"mass": (n,), "stiffness": (n, n), "damping": (n, n), "static": (n,)}
+        arrays = {name: array_of(numbers, name, shape) for name, shape in shapes.items()}
+        return {**arrays, "V": numbers["V"]}
 
-        def vector(name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-            return np.array([numbers[f"{name}_{i + 1}"] for i in range(n)], dtype=np.float64)
-
-        def matrix(name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-            upper = np.zeros((n, n))
-            for i, j in zip(*np.triu_indices(n), strict=True):
-                upper[i, j] = upper[j, i] = numbers.get(f"{name}_{i + 1}_{j + 1}", 0.0)
-            return upper
-
-        return Structure(
-            vector("mass"),
-            matrix("stiffness"),
-            matrix("damping"),
-            vector("static"),
-            numbers["V"],
-            np.zeros(n),
-            0.0,
-            0.0,
-        )
-
-    def _rebuilt(self, numbers: Mapping[str, float], **changes: Any) -> Self:
-        plain = self._assemble(numbers)
-        given = {
-            "mass": plain.mass,
-            "stiffness": plain.stiffness,
-            "damping": plain.damping,
-            "static": plain.static,
-            "V": numbers["V"],
-            **changes,
-        }
-        return type(self)(**given)
-
-    _fields = ("mass", "stiffness", "damping", "static")
-
-    def _key(self) -> tuple[Any, ...]:
-        arrays = tuple(getattr(self, name).tobytes() for name in self._fields)
-        return (type(self), *arrays, self.friction, self.V, self.forcing)
-
-    def __eq__(self, other: object) -> bool:
-        """Equal numbers and laws."""
-        if not isinstance(other, Blocks):
-            return NotImplemented
-        return self._key() == other._key()
-
-    def __hash__(self) -> int:
-        """Hash of the numbers and laws."""
-        return hash(self._key())
-
-    def __repr__(self) -> str:
-        """Call that builds the model again."""
-        parts = [f"{name}={getattr(self, name).tolist()!r}" for name in self._fields]
-        laws = list(self.friction) if isinstance(self.friction, tuple) else self.friction
-        parts += [f"friction={laws!r}", f"V={self.V!r}"]
-        if self.forcing is not None:
-            parts.append(f"forcing={self.forcing!r}")
-        return f"Blocks({', '.join(parts)})"
-
-
-def _frozen(array: Any) -> Any:
-    array.flags.writeable = False
-    return array
+    def _assemble(self, numbers: Mapping[str, Any]) -> Plant:
+        return Plant.on_belt(**self._arrays(numbers))
 
 
 def checked_forcing(forcing: object, n_blocks: int) -> Harmonic | None:
@@ -280,28 +222,16 @@ class Chain(BeltModel):
         named |= {"mass": self.mass, "damping": self.damping}
         return named | {f"static_{i}": value for i, value in enumerate(self.static, start=1)}
 
-    def _assemble(self, numbers: Mapping[str, float]) -> Structure:
+    def _assemble(self, numbers: Mapping[str, Any]) -> Plant:
         n = self.n_blocks
-        links = _links(n, self.ends)
-        return Structure(
-            np.full(n, float(numbers["mass"])),
-            numbers["support"] * np.eye(n) + numbers["support"] * numbers["alpha"] * links,
-            numbers["damping"] * np.eye(n),
-            np.array([numbers[f"static_{i + 1}"] for i in range(n)], dtype=np.float64),
-            numbers["V"],
-            np.zeros(n),
-            0.0,
-            0.0,
+        support, coupling = numbers["support"], numbers["support"] * numbers["alpha"]
+        return Plant.on_belt(
+            mass=np.full(n, numbers["mass"]),
+            stiffness=support * np.eye(n) + coupling * _links(n, self.ends),
+            damping=numbers["damping"] * np.eye(n),
+            static=array_of(numbers, "static", (n,)),
+            V=numbers["V"],
         )
-
-    def _rebuilt(self, numbers: Mapping[str, float], **changes: Any) -> Self:
-        given = {
-            "static": tuple(numbers[f"static_{i + 1}"] for i in range(self.n_blocks)),
-            **{name: numbers[name] for name in ("alpha", "V", "support", "mass", "damping")},
-            "ends": self.ends,
-            **changes,
-        }
-        return type(self)(**given)
 
 
 def _links(n: int, ends: Ends) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -368,10 +298,7 @@ class Oscillator(BeltModel):
         """Belt velocity and damping."""
         return {"V": self.V, "damping": self.damping}
 
-    def _assemble(self, numbers: Mapping[str, float]) -> Structure:
+    def _assemble(self, numbers: Mapping[str, Any]) -> Plant:
         one = np.ones(1)
-        damping = np.array([[numbers["damping"]]], dtype=np.float64)
-        return Structure(one, np.eye(1), damping, one, numbers["V"], np.zeros(1), 0.0, 0.0)
-
-    def _rebuilt(self, numbers: Mapping[str, float], **changes: Any) -> Self:
-        return type(self)(**{"V": numbers["V"], "damping": numbers["damping"], **changes})
+        damping = array_of(numbers, "damping", ())
+        return Plant.on_belt(one, np.eye(1), damping.reshape(1, 1), one, numbers["V"])

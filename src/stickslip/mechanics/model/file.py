@@ -6,14 +6,16 @@ import json
 import re
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import fields
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, Final
+from inspect import Parameter, signature
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
 from stickslip.checks import shown
 from stickslip.files import checked_path, checked_suffix, read_text, write_text
+from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.friction.values import (
     friction_of,
     law_values,
@@ -25,7 +27,8 @@ from stickslip.mechanics.friction.values import (
 from stickslip.mechanics.model.arguments import Model, checked_model
 from stickslip.mechanics.model.belt_model import BeltModel
 from stickslip.mechanics.model.blocks import Blocks, Chain, Oscillator
-from stickslip.mechanics.model.structure import Harmonic
+from stickslip.mechanics.model.contact import Contact, Harmonic
+from stickslip.mechanics.model.structure import StateSpace, Structure
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.units import Units
 from stickslip.results.files import register_part
@@ -34,34 +37,32 @@ from stickslip.vocabulary import did_you_mean, suggests
 if TYPE_CHECKING:
     from os import PathLike
 
+T = TypeVar("T")
 
-NUMBERS: Final = ("alpha", "beta", "V")
+
 PHYSICAL: Final = ("m", "k", "k12", "fs1", "fs2", "v_dr")
-UNITS: Final = ("m", "k", "fs1")
-FORCING: Final = ("amplitude", "frequency")
-TWO_BLOCK_KEYS: Final = ("kind", *NUMBERS, "damping", "friction", "units", "physical")
-
-
-@dataclass(frozen=True)
-class FamilyKind:
-    """Keys of a kind of the family: needed ones, and optional ones with their defaults."""
-
-    cls: type[Blocks | Chain | Oscillator]
-    needed: tuple[str, ...]
-    optional: Mapping[str, Any]
-    per_block: str | None  # a needed one: a list with an entry for each block
-
-
-FAMILY: Final = {
-    "blocks": FamilyKind(Blocks, ("mass", "stiffness", "static", "V"), {"damping": None}, "mass"),
-    "chain": FamilyKind(
-        Chain,
-        ("static", "alpha", "V"),
-        {"support": 1.0, "mass": 1.0, "damping": 0.0, "ends": "free"},
-        "static",
-    ),
-    "oscillator": FamilyKind(Oscillator, ("V",), {"damping": 0.0}, None),
+MODELS: Final[dict[str, type[BeltModel]]] = {
+    "two_block": TwoBlock,
+    "chain": Chain,
+    "blocks": Blocks,
+    "oscillator": Oscillator,
+    "state_space": StateSpace,
+    "structure": Structure,
 }
+"""Kinds of models; the keys of a file are the arguments of the class."""
+PER_BLOCK: Final = {"chain": "static", "blocks": "mass"}
+"""Keys with an entry for each block."""
+
+
+def _keys(table: type) -> dict[str, Any]:
+    """Keys of what makes a thing, with their defaults; those needed have none."""
+    given = {"contacts": "contact"}
+    known = signature(table).parameters.values()
+    return {given.get(each.name, each.name): each.default for each in known}
+
+
+def _needed(keys: Mapping[str, Any]) -> list[str]:
+    return [name for name, default in keys.items() if default is Parameter.empty]
 
 
 # --- from models ------------------------------------------------------------------------------
@@ -70,39 +71,42 @@ FAMILY: Final = {
 def model_values(model: Model) -> dict[str, Any]:
     """Return a model as plain values, keyed as in a file; `model_of_values` makes it again."""
     checked_model(model)
-    values = _two_block_values(model) if isinstance(model, TwoBlock) else _family_values(model)
-    laws = [law_values(law) for law in model.laws]
-    values["friction"] = laws if isinstance(model.friction, tuple) else laws[0]
-    return values
+    kind, cls = next((kind, cls) for kind, cls in MODELS.items() if isinstance(model, cls))
+    told = {"kind": kind}
+    for key, default in _keys(cls).items():
+        value = getattr(model, "contacts" if key == "contact" else key)
+        usual = 0.0 if default is None else default
+        if value is not None and (isinstance(value, tuple | FrictionLaw) or np.any(value != usual)):
+            told[key] = _plain(value)
+    # In TOML what is no table comes first.
+    return dict(sorted(told.items(), key=lambda item: _is_table(item[1])))
 
 
-def _two_block_values(model: TwoBlock) -> dict[str, Any]:
-    values: dict[str, Any] = {"kind": "two_block"}
-    values |= {name: getattr(model, name) for name in NUMBERS}
-    if model.damping > 0.0:
-        values["damping"] = model.damping
-    if model.units is not None:
-        values["units"] = {name: getattr(model.units, name) for name in UNITS}
-    return values
-
-
-def _family_values(model: BeltModel) -> dict[str, Any]:
-    name, kind = next((name, kind) for name, kind in FAMILY.items() if isinstance(model, kind.cls))
-    values: dict[str, Any] = {"kind": name}
-    values |= {key: _plain(getattr(model, key)) for key in kind.needed}
-    for key, default in kind.optional.items():
-        value = getattr(model, key)
-        if np.any(value != (0.0 if default is None else default)):
-            values[key] = _plain(value)
-    if model.forcing is not None:
-        names = (*FORCING, "phase")
-        values["forcing"] = {name: _plain(getattr(model.forcing, name)) for name in names}
-    return values
+def _is_table(value: Any) -> bool:
+    return isinstance(value, dict) or (isinstance(value, list) and isinstance(value[0], dict))
 
 
 def _plain(value: Any) -> Any:
-    """Return arrays and tuples as lists."""
-    return np.asarray(value).tolist()
+    """Return what makes a model as numbers, texts, lists and tables."""
+    match value:
+        case FrictionLaw():
+            return law_values(value)
+        case Harmonic() | Units():
+            return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+        case Contact():
+            speed, wave = value.belt
+            own: dict[str, Any] = {
+                "at": value.at,
+                "static": value.static,
+                "V": speed,
+                "load": value.load,
+            }
+            own |= {"belt": wave, "friction": value.friction}
+            return {name: _plain(part) for name, part in own.items() if part is not None}
+        case tuple():
+            return [_plain(part) for part in value]
+        case _:
+            return np.asarray(value).tolist()
 
 
 # --- to models --------------------------------------------------------------------------------
@@ -113,66 +117,84 @@ def model_of_values(table: dict[str, Any]) -> Model:
     if "kind" not in table:
         close = get_close_matches("kind", table, n=1)
         instead = f" in place of {shown(close[0])}" if close else ""
-        raise ValueError(f'lacks kind: write kind = "two_block"{instead}. {listed(KINDS)}')
+        raise ValueError(f'lacks kind: write kind = "two_block"{instead}. {listed(MODELS)}')
     kind = table["kind"]
     if not isinstance(kind, str):
-        raise ValueError(f"kind = {shown(kind)} must be text in quotation marks. {listed(KINDS)}")
-    if kind not in KINDS:
-        raise ValueError(f"kind = {shown(kind)} is no kind of model. {did_you_mean(kind, KINDS)}")
-    return KINDS[kind](table)
+        raise ValueError(f"kind = {shown(kind)} must be text in quotation marks. {listed(MODELS)}")
+    if kind not in MODELS:
+        raise ValueError(f"kind = {shown(kind)} is no kind of model. {did_you_mean(kind, MODELS)}")
+    keys = _keys(MODELS[kind])
+    physical = kind == "two_block" and "physical" in table
+    known = ["kind", *sorted(keys, key=lambda name: name in ("friction", *PARTS))]
+    known += ["physical"] * (kind == "two_block")
+    refuse_unknown(table, known, is_whole=True)
+    given = {name: table[name] for name in keys if name in table}
+    # First: numbers that slipped under a table are missing above it.
+    if "friction" in given:
+        listing = table.get(PER_BLOCK.get(kind, ""), [None] * (2 if kind == "two_block" else 1))
+        n_blocks = len(listing) if isinstance(listing, list) else None
+        given["friction"] = friction_of(given["friction"], n_blocks)
+    refuse_missing(table, ["friction"] if physical else _needed(keys))
+    if physical:
+        return _physical(table["physical"], given)
+    for name, make in PARTS.items():
+        if name in given:
+            given[name] = make(name, given[name])
+    if "contact" in given:
+        given["contacts"] = given.pop("contact")
+    return MODELS[kind](**given)
 
 
-def _two_block(table: dict[str, Any]) -> TwoBlock:
-    refuse_unknown(table, TWO_BLOCK_KEYS, is_whole=True)
-    # First: numbers that slipped under this table are missing above it.
-    friction = friction_of(table["friction"], 2) if "friction" in table else None
-    physical = "physical" in table
-    refuse_missing(table, ("friction",) if physical else (*NUMBERS, "friction"))
-    given: dict[str, Any] = {"friction": friction}
-    if not physical:
-        given |= {name: table[name] for name in (*NUMBERS, "damping") if name in table}
-        return TwoBlock(**given, units=_units(table))
-    if twice := [name for name in (*NUMBERS, "damping", "units") if name in table]:
+def _physical(table: Any, given: Mapping[str, Any]) -> TwoBlock:
+    if twice := [name for name in given if name != "friction"]:
         raise ValueError(
             f"{', '.join(twice)} beside [physical], from which the dimensionless numbers and the "
             "units follow. Give either [physical] or the dimensionless numbers."
         )
-    quantities = _numbers(table["physical"], "[physical]", PHYSICAL, optional=("c",))
+    quantities = _numbers(table, "[physical]", PHYSICAL, optional=("c",))
     with within("[physical] "):
-        return TwoBlock.from_physical(**quantities, **given)
+        return TwoBlock.from_physical(**quantities, friction=given["friction"])
 
 
-def _family(table: dict[str, Any]) -> BeltModel:
-    kind = FAMILY[table["kind"]]
-    numbers = (*kind.needed, *kind.optional)
-    refuse_unknown(table, ("kind", *numbers, "friction", "forcing"), is_whole=True)
-    given: dict[str, Any] = {}
-    if "friction" in table:  # first, as above
-        listing = table.get(kind.per_block) if kind.per_block else [None]
-        n_blocks = len(listing) if isinstance(listing, list) else None
-        given["friction"] = friction_of(table["friction"], n_blocks)
-    refuse_missing(table, (*kind.needed, "friction"))
-    given |= {name: table[name] for name in numbers if name in table}
-    if "forcing" in table:
-        forcing = _numbers(table["forcing"], "[forcing]", FORCING, optional=("phase",))
-        with within("[forcing] "):
-            given["forcing"] = Harmonic(**forcing)
-    return kind.cls(**given)
+def _contacts(name: str, given: Any) -> list[Contact]:
+    if not isinstance(given, list):
+        raise ValueError(f"{name} = {shown(given)}: write [[{name}]], once for each.")
+    return [_contact(f"[[{name}]] {k}", own) for k, own in enumerate(given)]
 
 
-KINDS: Final[dict[str, Callable[[dict[str, Any]], Model]]] = {
-    "two_block": _two_block,
-    **dict.fromkeys(FAMILY, _family),
+def _forcing(name: str, given: Any) -> Harmonic | list[Harmonic]:
+    if isinstance(given, list):
+        return [_part(Harmonic, f"[[{name}]] {k}", own) for k, own in enumerate(given)]
+    return _part(Harmonic, f"[{name}]", given)
+
+
+def _contact(place: str, table: Any) -> Contact:
+    given = dict(_numbers(table, place, ("at", "friction"), ("static", "V", "load", "belt")))
+    with within(f"{place} "):
+        at, wave = given["at"], given.pop("belt", None)
+        if isinstance(at, list) and all(isinstance(entry, int) for entry in at):
+            given["at"] = tuple(at)
+        given["friction"] = friction_of(given["friction"], None)
+        if wave is not None:
+            given["V"] = (given.get("V", 0.0), _part(Harmonic, "belt", wave))
+        return Contact(**given)
+
+
+def _part(cls: type[T], place: str, table: Any) -> T:
+    """Make what a table holds the arguments of."""
+    keys = _keys(cls)
+    needed = _needed(keys)
+    numbers = _numbers(table, place, tuple(needed), tuple(keys.keys() - needed))
+    with within(f"{place} "):
+        return cls(**numbers)
+
+
+PARTS: Final[dict[str, Callable[[str, Any], Any]]] = {
+    "contact": _contacts,
+    "forcing": _forcing,
+    "units": lambda name, given: _part(Units, f"[{name}]", given),
 }
-"""Kinds of models, and who makes one of the file's content."""
-
-
-def _units(table: Mapping[str, Any]) -> Units | None:
-    if "units" not in table:
-        return None
-    quantities = _numbers(table["units"], "[units]", UNITS)
-    with within("[units] "):
-        return Units(**quantities)
+"""Tables of a model, and who makes what they hold."""
 
 
 def _numbers(
@@ -187,7 +209,7 @@ def _numbers(
     return table
 
 
-register_part("model", (TwoBlock, BeltModel), model_values, model_of_values)
+register_part("model", BeltModel, model_values, model_of_values)
 
 
 MOST_NESTED: Final = 20
@@ -211,7 +233,7 @@ def read_model(path: str | PathLike[str]) -> Model:
 
     Returns
     -------
-    TwoBlock, Blocks, Chain or Oscillator
+    TwoBlock, Blocks, Chain, Oscillator or Structure
         The model.
 
     Raises
@@ -233,7 +255,7 @@ def write_model(model: Model, path: str | PathLike[str]) -> None:
 
     Parameters
     ----------
-    model : TwoBlock, Blocks, Chain or Oscillator
+    model : TwoBlock, Blocks, Chain, Oscillator or Structure
         With built-in friction laws or formulas; numbers are written with every digit.
     path : str or path
         A file of that name is replaced; it is whole at any time.
@@ -251,23 +273,23 @@ def write_model(model: Model, path: str | PathLike[str]) -> None:
 
 def model_text(model: Model) -> str:
     """Return what `write_model` writes, a TOML document."""
-    lines = []
-    for key, value in model_values(model).items():  # numbers come before tables
-        if isinstance(value, dict):
-            lines += ["", f"[{key}]", *_lines(value)]
-        elif isinstance(value, list) and isinstance(value[0], dict):
-            lines += [line for table in value for line in ("", f"[[{key}]]", *_lines(table))]
-        else:
-            lines += _lines({key: value})
-    return "\n".join(lines) + "\n"
+    return "\n".join(_lines(model_values(model))) + "\n"
 
 
-def _lines(values: Mapping[str, Any]) -> list[str]:
+def _lines(values: Mapping[str, Any], within: str = "") -> list[str]:
     """Write values: texts of JSON are TOML, and so is Python's exact form of a finite number."""
-    return [
-        f"{name} = {json.dumps(value) if isinstance(value, str) else repr(value)}"
-        for name, value in values.items()
-    ]
+    lines = []
+    for key, value in values.items():  # numbers come before tables
+        name = f"{within}{key}"
+        if isinstance(value, dict):
+            lines += ["", f"[{name}]", *_lines(value, f"{name}.")]
+        elif isinstance(value, list) and isinstance(value[0], dict):
+            for table in value:
+                lines += ["", f"[[{name}]]", *_lines(table, f"{name}.")]
+        else:
+            text = json.dumps(value) if isinstance(value, str) else repr(value)
+            lines.append(f"{key} = {text}")
+    return lines
 
 
 def read_toml(path: str | PathLike[str]) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from stickslip.checks import real_numbers
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from stickslip.mechanics.model.structure import Structure
+    from stickslip.mechanics.model.plant import Plant
 
 ULP_SLACK = 4
 """How many units in the last place outside its domain a ``d`` may lie and count as its end."""
@@ -22,25 +22,25 @@ def half_width(alpha: float, beta: float) -> float:
     return (1.0 + beta) / (1.0 + 2.0 * alpha)
 
 
-def ends(structure: Structure) -> tuple[float, float]:
+def ends(plant: Plant) -> tuple[float, float]:
     """Least and largest d of two blocks: the locus |K x + V C 1| <= L, projected on X_2 - X_1."""
     # det(K) d = s_1 R_2 - s_2 R_1 with s = K 1 and R the springs' part of the needed forces.
-    (a, b), (c, d) = structure.stiffness.tolist()
+    (a, b), (c, d) = plant.stiffness.tolist()
     first, second = a + b, c + d
     determinant = a * d - b * c
-    load = structure.V * structure.damping.sum(axis=1)
+    load = plant.V * plant.damping.sum(axis=1)
     middle = (second * load[0] - first * load[1]) / determinant
-    room = abs(second) * structure.static[0] + abs(first) * structure.static[1]
+    room = abs(second) * plant.static[0] + abs(first) * plant.static[1]
     half = room / abs(determinant)
     return float(middle - half), float(middle + half)
 
 
-def corners(structure: Structure) -> NDArray[np.float64]:
+def corners(plant: Plant) -> NDArray[np.float64]:
     """Corners A, B, C, D of the locus of two blocks (the paper's figure 2), shape (4, 2)."""
     # A and C are the ends of the event map's domain; a global stick phase ends on AB (block 1
     # slips) or on BC (block 2 slips). A belt that unloads a block takes it to its lower limit.
-    s = structure
-    side = np.where(s.loading < 0.0, -1.0, 1.0) * s.static
+    s = plant
+    side = np.where(s.stiffness @ s.V < 0.0, -1.0, 1.0) * s.static
     forces = side * np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
     load = s.V * s.damping.sum(axis=1)
     return np.asarray(np.linalg.solve(s.stiffness, (forces - load).T).T)

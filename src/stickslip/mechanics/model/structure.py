@@ -1,168 +1,375 @@
-"""The one linear model behind every arrangement of blocks: masses, springs, dampers, limits."""
-
-#     M X'' + C X' + K X = friction + g(t),      g_i = amplitude_i cos(frequency t + phase)
+"""Any linear plant with dry contacts, as users write it: matrices, contacts, forces."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Self
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from stickslip.checks import (
-    MOST_KEPT,
-    dimensions,
-    finite_number,
-    flag,
-    random_generator,
-    real_numbers,
-    whole_number,
+from stickslip.checks import dimensions, instance, real_numbers, shown, whole_number
+from stickslip.mechanics.model.belt_model import (
+    MOST_BLOCKS,
+    BeltModel,
+    array_of,
+    frozen,
+    laws_of,
+    named,
+    one_per_block,
+    paired,
 )
-from stickslip.results.parts import part
+from stickslip.mechanics.model.contact import Contact, Harmonic, fitting
+from stickslip.mechanics.model.plant import ROUNDING, Numbers, Plant, solved
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from stickslip.mechanics.friction.law import FrictionLaw
     from stickslip.numerics.arrays import Floats
 
 
 @suggests
-@dataclass(frozen=True)
-class Harmonic:
-    """Forces ``g_i = amplitude_i cos(frequency t + phase)`` on the blocks.
+class Structure(BeltModel):
+    """Any linear plant with dry contacts: M q'' + C q' + K q = force + forcing + friction.
+
+    Masses that do not rub, free rotors, follower forces, several belts, loads that vary, friction
+    between two bodies. Dimensionless or in SI units, as long as all numbers agree.
 
     Parameters
     ----------
-    amplitude : float or sequence of float
-        One for all blocks, or one per block; units of f_s1.
-    frequency : float
-        Angular, > 0, units of sqrt(k / m).
-    phase : float
-        Radians.
+    mass : array_like of float, shape (n,) or (n, n)
+        > 0; or a symmetric, positive definite matrix.
+    stiffness : array_like of float, shape (n, n)
+        Of any symmetry; may be singular.
+    damping : array_like of float, shape (n, n), optional
+        Of any symmetry; none by default.
+    contacts : sequence of Contact
+        One or more, each on an inertia of its own: ``B' M^-1 B`` is diagonal for the contacts'
+        weights B.
+    force : array_like of float, shape (n,), optional
+        Constant forces.
+    forcing : Harmonic or sequence of Harmonic, optional
 
     Raises
     ------
     ValueError
-        A number is not finite, or the frequency not positive.
+        A matrix of the wrong shape, a number that is not finite; two contacts that share inertia;
+        a static limit that is not positive at rest.
+
+    Notes
+    -----
+    Parameters are named as ``mass_1``, ``stiffness_1_2`` (both entries of a symmetric matrix),
+    ``force_1``, ``forcing.frequency`` (``forcing_2.frequency`` of several), and by contact
+    ``static_1``, ``V_1``, ``V_1.amplitude``, ``load_1_2``, ``mu_1``. Derivation:
+    docs/theory/plant.md.
+
+    Examples
+    --------
+    A mass on a belt that carries another one, which does not rub:
+
+    >>> import stickslip as ss
+    >>> model = ss.Structure(
+    ...     mass=[1.0, 0.3], stiffness=[[2.0, -1.0], [-1.0, 1.0]],
+    ...     contacts=[ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), V=0.2)])
+    >>> ss.simulate(model, [0.0, 0.0], [0.2, 0.0], t_end=20).events[0].kind
+    'slip backward'
     """
 
-    amplitude: float | tuple[float, ...]
-    frequency: float
-    phase: float = 0.0
-
-    def __post_init__(self) -> None:
-        """Check every number once."""
-        given = self.amplitude
-        if dimensions(given) == 0:
-            amplitude: float | tuple[float, ...] = _amplitude("amplitude", given)
+    def __init__(
+        self,
+        mass: ArrayLike,
+        stiffness: ArrayLike,
+        damping: ArrayLike | None = None,
+        *,
+        contacts: Sequence[Contact],
+        force: ArrayLike | None = None,
+        forcing: Harmonic | Sequence[Harmonic] | None = None,
+    ) -> None:
+        n = np.shape(mass)[0] if dimensions(mass) else 1
+        whole_number("len(mass)", n, at_most=MOST_BLOCKS)
+        if dimensions(mass) == 2:
+            self.mass = _matrix("mass", mass, (n, n))
+            _check_inertia(self.mass)
         else:
-            amplitude = tuple(
-                _amplitude(f"amplitude[{i}]", value)
-                for i, value in enumerate(real_numbers("amplitude", given).ravel())
-            )
-        object.__setattr__(self, "amplitude", amplitude)
-        why = "A forcing repeats after 2 pi / frequency."
-        frequency = finite_number("frequency", self.frequency, above=0.0, why=why)
-        object.__setattr__(self, "frequency", frequency)
-        phase = finite_number("phase", self.phase, why="The phase is an angle in radians.")
-        object.__setattr__(self, "phase", phase)
+            why = "A mass is positive."
+            self.mass = frozen(one_per_block("mass", mass, n, above=0.0, why=why))
+        self.stiffness = _matrix("stiffness", stiffness, (n, n))
+        given = np.zeros((n, n)) if damping is None else damping
+        self.damping = _matrix("damping", given, (n, n))
+        self._set_contacts(contacts, force, forcing, n)
+        self._weights = np.array(
+            [contact.weights(n, f"contacts[{k}]") for k, contact in enumerate(self.contacts)]
+        )
+        check_contacts(self.plant)
 
-    @property
-    def period(self) -> float:
-        """Time after which the forcing repeats, 2 pi / frequency."""
-        return 2.0 * np.pi / self.frequency
+    def _set_contacts(self, contacts: Any, force: Any, forcing: Any, n: int) -> None:
+        known = "a list of ss.Contact(at=, friction=, ...), one at least"
+        given: Sequence[Contact] = instance("contacts", contacts, (list, tuple), known)
+        self.contacts = tuple(given)
+        if not self.contacts:
+            raise ValueError(f"contacts = {shown(contacts)} must be {known}.")
+        for k, contact in enumerate(self.contacts):
+            instance(f"contacts[{k}]", contact, Contact, "an ss.Contact(at=, friction=, ...)")
+            if contact.load is not None:
+                fitting(f"contacts[{k}].load", np.array(contact.load), n)
+        self.force = None if force is None else _matrix("force", force, (n,))
+        several = [] if forcing is None else [forcing] if isinstance(forcing, Harmonic) else forcing
+        known = "a Harmonic(amplitude=, frequency=, phase=), or a list of such"
+        waves: Sequence[Harmonic] = instance("forcing", several, (list, tuple), known)
+        for wave in waves:
+            instance("forcing", wave, Harmonic, known).amplitudes(n)
+        self.forcing = tuple(waves) or None  # type: ignore[assignment]
 
-    def amplitudes(self, n_blocks: int) -> tuple[float, ...]:
-        """Amplitude on each block.
+    @classmethod
+    def from_state_space(
+        cls,
+        A: ArrayLike,
+        B: ArrayLike,
+        C: ArrayLike,
+        *,
+        contacts: Sequence[Contact],
+        a: ArrayLike | None = None,
+        forcing: Harmonic | Sequence[Harmonic] | None = None,
+    ) -> StateSpace:
+        """Make a structure of ``x' = A x + a + forcing + B f`` with contacts at ``w = C x - V``.
+
+        Controllers, integrators and filters have states of their own. What takes displacements and
+        velocities takes the state as displacements, and no velocities.
+
+        Parameters
+        ----------
+        A : array_like of float, shape (n, n)
+        B : array_like of float, shape (n, m)
+            How the friction forces enter.
+        C : array_like of float, shape (m, n)
+            Velocities at the contacts; ``C B`` is diagonal and positive.
+        contacts : sequence of Contact
+            m of them; ``at`` is the column of B and row of C; a load weighs the state.
+        a : array_like of float, shape (n,), optional
+            Constant part.
+        forcing : Harmonic or sequence of Harmonic, optional
+
+        Returns
+        -------
+        Structure
+            With parameters ``A_1_2``, ``B_1_1``, ``C_1_1``, ``a_1``, else as `Structure`.
 
         Raises
         ------
         ValueError
-            As many amplitudes as blocks are needed, or one for all.
+            As for `Structure`.
         """
-        n_blocks = whole_number("n_blocks", n_blocks, at_most=MOST_KEPT)
-        if not isinstance(self.amplitude, tuple):
-            return (self.amplitude,) * n_blocks
-        if len(self.amplitude) != n_blocks:
-            raise ValueError(
-                f"forcing amplitude has {len(self.amplitude)} entries for {n_blocks} blocks: "
-                "give one number for all blocks, or one per block."
-            )
-        return self.amplitude
+        return StateSpace(A, B, C, contacts=contacts, a=a, forcing=forcing)
 
-
-def _amplitude(name: str, value: object) -> float:
-    return finite_number(name, value, why="An amplitude is a force in units of f_s1.")
-
-
-MOST_STATES = 10**8
-"""That may be drawn at once."""
-
-
-@part
-@dataclass(frozen=True, eq=False)
-class Structure:
-    """Numbers of a model with n blocks, dimensionless."""
-
-    mass: Floats  # (n,), as static and amplitude
-    stiffness: Floats  # (n, n), symmetric, as damping
-    damping: Floats
-    static: Floats
-    V: float
-    amplitude: Floats  # of the forcing, as frequency (angular) and phase
-    frequency: float
-    phase: float
+    # --- parameters --------------------------------------------------------------------------
 
     @property
     def n_blocks(self) -> int:
-        """Number of blocks."""
-        return len(self.mass)
+        """Number of contacts."""
+        return len(self.contacts)
 
     @property
-    def is_forced(self) -> bool:
-        """Whether a force depends on time."""
-        return bool(self.amplitude.any())
+    def friction(self) -> tuple[FrictionLaw, ...]:  # type: ignore[override]
+        """Friction law of each contact."""
+        return tuple(contact.friction for contact in self.contacts)
 
     @property
-    def loading(self) -> Floats:
-        """Growth of each needed force while all blocks ride, per unit of time: V K 1."""
-        return np.asarray(self.V * self.stiffness.sum(axis=1))
+    def V(self) -> float:  # type: ignore[override]
+        """Velocity that all contacts rub on, where it is one constant; else NaN."""
+        speeds = {contact.V for contact in self.contacts}
+        (speed,) = speeds if len(speeds) == 1 else (np.nan,)
+        return speed if isinstance(speed, float) else np.nan
 
-    def needed_force(self, x: ArrayLike, v: ArrayLike, t: float = 0.0) -> Floats:
-        """Force that friction must supply for each block to ride, shape (..., n) as `x` and `v`."""
-        springs = np.asarray(x, dtype=np.float64) @ self.stiffness
-        dampers = np.asarray(v, dtype=np.float64) @ self.damping
-        forcing = self.amplitude * np.cos(self.frequency * t + self.phase)
-        return np.asarray(springs + dampers - forcing)
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Entries of the matrices, forces, and numbers of the contacts, by name."""
+        own = {name: given for name, given in self._matrices.items() if given is not None}
+        numbers: dict[str, float] = {}
+        for name, array in own.items():
+            numbers |= (paired if name in self._pairs else named)(name, array)
+        for k, contact in enumerate(self.contacts, start=1):
+            numbers |= {f"static_{k}": contact.static, f"V_{k}": contact.belt[0]}
+            if contact.load is not None:
+                numbers |= named(f"load_{k}", np.array(contact.load))
+        return numbers
 
-    def direction_to(self, other: Self) -> Self:
-        """Difference of every number to another structure: a direction of change."""
-        return type(self)(
-            *(getattr(other, item.name) - getattr(self, item.name) for item in fields(self))
+    @property
+    def _matrices(self) -> dict[str, Floats | None]:
+        given = (self.mass, self.stiffness, self.damping, self.force)
+        return dict(zip(("mass", "stiffness", "damping", "force"), given, strict=True))
+
+    @property
+    def _waves(self) -> dict[str, tuple[Harmonic, int | None]]:
+        forcing: Any = self.forcing or ()
+        alone = len(forcing) == 1
+        waves: dict[str, tuple[Harmonic, int | None]] = {
+            "forcing" if alone else f"forcing_{k}": (wave, None)
+            for k, wave in enumerate(forcing, start=1)
+        }
+        belts = [(k, contact.belt[1]) for k, contact in enumerate(self.contacts)]
+        return waves | {f"V_{k + 1}": (wave, k) for k, wave in belts if wave is not None}
+
+    def _arrays(self, numbers: Mapping[str, Any]) -> dict[str, Any]:
+        return {
+            name: None if given is None else array_of(numbers, name, given.shape)
+            for name, given in self._matrices.items()
+        }
+
+    def _contact_arrays(self, numbers: Mapping[str, Any], n: int) -> dict[str, Numbers]:
+        m = self.n_blocks
+        none = np.zeros(0)
+        loads = [array_of(numbers, f"load_{k + 1}", (n,)) for k in range(m)]
+        return {
+            "static": array_of(numbers, "static", (m,)),
+            "load": np.array(loads),
+            "V": array_of(numbers, "V", (m,)),
+            "amplitude": np.zeros((n, 0)),
+            "belt": np.zeros((m, 0)),
+            "frequency": none,
+            "phase": none,
+        }
+
+    def _assemble(self, numbers: Mapping[str, Any]) -> Plant:
+        arrays = self._arrays(numbers)
+        n = len(arrays["mass"])
+        force = arrays.pop("force")
+        contacts = self._contact_arrays(numbers, n)
+        load = contacts.pop("load")
+        return Plant(
+            **arrays,
+            into=self._weights.T,
+            out=self._weights,
+            load=np.concatenate([load, np.zeros_like(load)], axis=1),
+            force=np.zeros(n) if force is None else force,
+            **contacts,
         )
 
-    def sample_sticking(self, n: int, rng: np.random.Generator | int | None = None) -> Floats:
-        """Draw displacements, shape (n, n_blocks), of riding blocks; uniform needed forces."""
-        n = whole_number("n", n, 0, at_most=MOST_STATES)
-        return self.sticking(random_generator("rng", rng).uniform(size=(n, self.n_blocks)))
+    @cached_property
+    def _pairs(self) -> frozenset[str]:
+        """Symmetric matrices, whose entries have one name a pair."""
+        matrices = {name: self._matrices.get(name) for name in PAIRED}
+        return frozenset(
+            name
+            for name, m in matrices.items()
+            if m is not None and m.ndim == 2 and np.array_equal(m, m.T)
+        )
 
-    def sticking(self, share: ArrayLike) -> Floats:
-        """Displacements with needed forces at a `share` of their limits: 0 lower, 1 upper."""
-        force = self.static * (2.0 * np.asarray(share) - 1.0)
-        return self._displacements(force, np.full(self.n_blocks, self.V))
+    def _rebuilt(
+        self, numbers: Mapping[str, float], waves: Mapping[str, Harmonic], **changes: Any
+    ) -> Self:
+        laws = laws_of(changes.pop("friction"), self.n_blocks)
+        contacts = []
+        for k, contact in enumerate(self.contacts):
+            wave, speed = waves.get(f"V_{k + 1}"), numbers[f"V_{k + 1}"]
+            load = contact.load
+            if load is not None:
+                load = tuple(numbers[f"load_{k + 1}_{j + 1}"] for j in range(len(load)))
+            contacts.append(
+                replace(
+                    contact,
+                    friction=laws[k] if isinstance(laws, tuple) else laws,
+                    static=numbers[f"static_{k + 1}"],
+                    V=speed if wave is None else (speed, wave),
+                    load=load,
+                )
+            )
+        forcing = [waves[name] for name, (_, contact) in self._waves.items() if contact is None]
+        given = {"contacts": contacts, "forcing": forcing or None, **changes}
+        made = type(self)(**{**self._arrays(numbers), **given})
+        made.__dict__["_pairs"] = made._pairs & (self._pairs | changes.keys())
+        return made
 
-    def sample_state(
-        self, rng: np.random.Generator | int | None = None, *, riding: bool = False
-    ) -> tuple[Floats, Floats]:
-        """Draw a legal state, displacements and velocities, shape (n_blocks,); see `BeltModel`."""
-        generator = random_generator("rng", rng)
-        v = np.full(self.n_blocks, self.V)
-        if not flag("riding", riding):
-            v = v + generator.uniform(-1.0, 1.0, size=self.n_blocks)
-        return self._displacements(generator.uniform(-self.static, self.static), v), v
 
-    def _displacements(self, force: Floats, v: Floats) -> Floats:
-        """Displacements that need given forces at given velocities."""
-        rest = self.needed_force(np.zeros(self.n_blocks), v)
-        return np.asarray(np.linalg.solve(self.stiffness, (force - rest).T).T)
+PAIRED = ("mass", "stiffness", "damping")
+"""Matrices whose entries come in pairs where they are symmetric."""
+
+
+class StateSpace(Structure):
+    """A structure in state-space form; `Structure.from_state_space` makes it."""
+
+    def __init__(
+        self,
+        A: ArrayLike,
+        B: ArrayLike,
+        C: ArrayLike,
+        *,
+        contacts: Sequence[Contact],
+        a: ArrayLike | None = None,
+        forcing: Harmonic | Sequence[Harmonic] | None = None,
+    ) -> None:
+        n = np.shape(A)[0] if dimensions(A) == 2 else 1
+        m = len(contacts) if isinstance(contacts, list | tuple) else 1
+        self.A = _matrix("A", A, (n, n))
+        self.B = _matrix("B", B, (n, m))
+        self.C = _matrix("C", C, (m, n))
+        self._set_contacts(contacts, a, forcing, n)
+        self.a = self.force
+        places = [contact.at for contact in self.contacts]
+        if places != list(range(m)):
+            raise ValueError(
+                f"contacts have at = {shown(places)}: in state-space form contact k has at=k, its "
+                "column of B and row of C."
+            )
+        check_contacts(self.plant)
+
+    _maker = "Structure.from_state_space"
+
+    @property
+    def _matrices(self) -> dict[str, Floats | None]:
+        return {"A": self.A, "B": self.B, "C": self.C, "a": self.a}
+
+    def _assemble(self, numbers: Mapping[str, Any]) -> Plant:
+        arrays = self._arrays(numbers)
+        n = len(self.A)
+        return Plant(
+            mass=np.ones(n),
+            stiffness=np.zeros((n, 0)),
+            damping=-arrays["A"],
+            into=arrays["B"],
+            out=arrays["C"],
+            force=np.zeros(n) if arrays["a"] is None else arrays["a"],
+            **self._contact_arrays(numbers, n),
+        )
+
+
+def _matrix(name: str, given: object, shape: tuple[int, ...]) -> Floats:
+    """Return finite numbers of this shape; else ValueError."""
+    array = real_numbers(name, given)
+    if array.shape != shape:
+        raise ValueError(f"{name} has the shape {array.shape}: {shape} is needed.")
+    if not np.isfinite(array).all():
+        index = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
+        raise ValueError(f"{name}{list(index)} = {array[index]} is not a finite number")
+    return frozen(array.copy())
+
+
+def _check_inertia(mass: Floats) -> None:
+    """Check that a mass matrix is symmetric and positive definite."""
+    if np.abs(mass - mass.T).max() > ROUNDING * np.abs(mass).max():
+        raise ValueError("mass is not a symmetric matrix: kinetic energy knows no other.")
+    least = float(np.linalg.eigvalsh(mass)[0])
+    if least <= ROUNDING * np.abs(mass).max():
+        raise ValueError(f"mass has the eigenvalue {least:.6g}: it must be positive definite.")
+
+
+def check_contacts(plant: Plant) -> None:
+    """Check that each contact acts on an inertia of its own, and is closed at rest."""
+    response = plant.out @ solved(plant.mass, plant.into)
+    own = np.diag(response)
+    for k in np.flatnonzero(own <= 0.0):
+        raise ValueError(
+            f"contacts[{k}] acts on no inertia: C B has the entry {own[k]:.6g} there, and > 0 is "
+            "needed. Without inertia friction has nothing to slow down."
+        )
+    size = np.sqrt(np.outer(own, own))
+    shared = np.abs(response - np.diag(own)) > ROUNDING * size
+    if shared.any():
+        i, j = (int(k) for k in np.argwhere(shared)[0])
+        raise ValueError(
+            f"contacts[{i}] and contacts[{j}] share inertia: C B has the entry "
+            f"[{i}, {j}] = {response[i, j]:.6g}. Contacts on inertias of their own are supported "
+            "as yet, which is where C B is diagonal."
+        )

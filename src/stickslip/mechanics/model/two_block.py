@@ -2,33 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from stickslip.checks import finite_number, instance, real_numbers, shown
-from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.checks import finite_number, instance, shown
 from stickslip.mechanics.model import locus
-from stickslip.mechanics.model.belt_model import belt_velocity, laws_of
+from stickslip.mechanics.model.belt_model import BeltModel, Friction, belt_velocity, laws_of
 from stickslip.mechanics.model.blocks import Chain
-from stickslip.mechanics.model.structure import Structure
+from stickslip.mechanics.model.plant import Plant
 from stickslip.mechanics.model.units import PhysicalTrajectory, Units
-from stickslip.vocabulary import did_you_mean, suggests
+from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.mechanics.eventmap.event_map import EventMap
-    from stickslip.numerics.arrays import Floats
-
-
-Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, FrictionLaw]
 
 
 @suggests
 @dataclass(frozen=True)
-class TwoBlock:
+class TwoBlock(BeltModel):
     """Two equal blocks on a moving belt, each held by a spring and coupled by a third.
 
     Parameters
@@ -78,7 +76,7 @@ class TwoBlock:
     friction: Friction
     units: Units | None = None
     damping: float = 0.0
-    forcing: ClassVar[None] = None
+    forcing = None
 
     def __post_init__(self) -> None:
         """Check every number once and store it as a float."""
@@ -215,121 +213,35 @@ class TwoBlock:
         """
         return PhysicalTrajectory(trajectory, self._units(units))
 
-    def as_map(self) -> EventMap:
-        """Return the event map with its default settings."""
-        from stickslip.mechanics.eventmap.of_model import event_map  # not for the model alone
+    if TYPE_CHECKING:
 
-        return event_map(self)
-
-    @property
-    def laws(self) -> tuple[FrictionLaw, FrictionLaw]:
-        """Friction laws of block 1 and block 2."""
-        return self.friction if isinstance(self.friction, tuple) else (self.friction, self.friction)
+        def as_map(self) -> EventMap:
+            """Return the event map, which is one of the line."""
 
     @property
-    def parameters(self) -> dict[str, float]:
-        """All numbers by name; a law's carry the suffix ``_1``, ``_2`` where a pair is given."""
+    def numbers(self) -> dict[str, float]:
+        """Numbers of blocks and belt by name; a damping of 0 is left out."""
         numbers = {"alpha": self.alpha, "beta": self.beta, "V": self.V}
-        if self.damping > 0.0:
-            numbers["damping"] = self.damping
-        if not isinstance(self.friction, tuple):
-            return {**numbers, **self.friction.parameters}
-        for block, law in enumerate(self.friction, start=1):
-            numbers |= {f"{name}_{block}": value for name, value in law.parameters.items()}
-        return numbers
+        return {**numbers, "damping": self.damping} if self.damping > 0.0 else numbers
 
-    def replace(self, **changes: Any) -> Self:
-        """Make a changed copy, by parameter name.
+    def _assemble(self, numbers: Mapping[str, Any]) -> Plant:
+        return Plant.on_belt(
+            mass=np.ones(2),
+            stiffness=np.eye(2) + numbers["alpha"] * np.array([[1.0, -1.0], [-1.0, 1.0]]),
+            damping=numbers.get("damping", 0.0) * np.eye(2),
+            static=np.array([1.0, numbers["beta"]]),
+            V=numbers["V"],
+        )
 
-        Parameters
-        ----------
-        **changes
-            Names from `parameters`, or ``friction`` or ``units``.
-
-        Returns
-        -------
-        TwoBlock
-            A new model; this one stays as it is.
-
-        Raises
-        ------
-        ValueError
-            Unknown name (the closest known one is suggested), or a value out of range.
-        """
-        own = {field.name for field in fields(self)}
-        mine = {name: value for name, value in changes.items() if name in own}
-        for_laws = {name: value for name, value in changes.items() if name not in own}
-        friction: Any = laws_of(mine.pop("friction", self.friction), 2)
-        return replace(self, friction=self._changed(friction, for_laws), **mine)
-
-    def _changed(self, friction: Friction, changes: dict[str, Any]) -> Friction:
-        """Friction with some of its parameters changed, by the names of `parameters`."""
-        pair = isinstance(friction, tuple)
-        laws = friction if isinstance(friction, tuple) else (friction,)
-        per_law: list[dict[str, Any]] = [{} for _ in laws]
-        names = {
-            f"{name}_{block}" if pair else name: (block - 1, name)
-            for block, law in enumerate(laws, start=1)
-            for name in law.names
-        }
-        for name, value in changes.items():
-            if name not in names:
-                known = did_you_mean(
-                    name, ["alpha", "beta", "V", "damping", *names, "friction", "units"]
-                )
-                raise ValueError(f"TwoBlock has no parameter {shown(name)}. {known}")
-            block, own_name = names[name]
-            per_law[block][own_name] = value
-        first, *rest = (law.replace(**some) for law, some in zip(laws, per_law, strict=True))
-        return (first, rest[0]) if rest else first
-
-    @property
-    def structure(self) -> Structure:
-        """Masses, springs and limits as arrays: the member of the family that this model is."""
-        two = np.zeros(2)
-        diagonal = 1.0 + self.alpha
-        stiffness = np.array([[diagonal, -self.alpha], [-self.alpha, diagonal]])
-        limits = np.array(self.limits)
-        damping = self.damping * np.eye(2)
-        return Structure(np.ones(2), stiffness, damping, limits, self.V, two, 0.0, 0.0)
-
-    @property
+    @cached_property
     def chain(self) -> Chain:
         """The same model as a chain of two blocks."""
         return Chain(self.limits, self.alpha, self.V, self.friction, damping=self.damping)
-
-    def sample_domain(self, n: int, rng: np.random.Generator | int | None = None) -> Floats:
-        """Draw ``X_2 - X_1`` of global stick phases, shape (n,).
-
-        They belong to displacements drawn uniformly from those with which both blocks ride.
-        """
-        x = self.structure.sample_sticking(n, rng)
-        return np.asarray(x[:, 1] - x[:, 0])
-
-    def sample_state(
-        self, rng: np.random.Generator | int | None = None, *, riding: bool = False
-    ) -> tuple[Floats, Floats]:
-        """Draw a legal state (x, v), each of shape (2,), for `stickslip.simulate`.
-
-        Needed forces are uniform within the static limits; velocities are the belt's if
-        `riding`, else within one unit of f_s1 / sqrt(k m) of it.
-        """
-        return self.structure.sample_state(rng, riding=riding)
 
     @property
     def n_blocks(self) -> int:
         """Number of blocks."""
         return 2
-
-    @property
-    def d_shape(self) -> tuple[int, ...]:
-        """Shape of the d of one global stick phase: a number."""
-        return ()
-
-    @property
-    def limits(self) -> tuple[float, float]:
-        """Static limits of the blocks in units of f_s1: (1, beta)."""
-        return (1.0, self.beta)
 
     @property
     def domain(self) -> tuple[float, float]:
@@ -344,41 +256,10 @@ class TwoBlock:
         return True
 
     def admit(self, d: ArrayLike) -> NDArray[np.float64]:
-        """Check relative displacements against `domain`; see `locus.admit`.
-
-        Parameters
-        ----------
-        d : array_like of float, any shape
-            Relative displacements in units of f_s1 / k.
-
-        Returns
-        -------
-        ndarray of float64, same shape
-            Values up to 4 ulp outside moved to the end of the domain.
-
-        Raises
-        ------
-        ValueError
-            Some ``d`` is NaN or outside; the first one is named.
-        """
+        """Check relative displacements against `domain`; as for any blocks."""
         end = self.domain[1]
         why = f"|d| <= {end:.17g} (alpha={self.alpha:g}, beta={self.beta:g}, eq. 6a)"
         return locus.admit(d, -end, end, why)
-
-    def contains(self, d: ArrayLike) -> NDArray[np.bool_]:
-        """Whether relative displacements lie in `domain`, ends included.
-
-        Parameters
-        ----------
-        d : array_like of float, any shape
-            Relative displacements in units of f_s1 / k.
-
-        Returns
-        -------
-        ndarray of bool, same shape
-            False for NaN.
-        """
-        return np.asarray(np.abs(real_numbers("d", d)) <= self.domain[1])
 
     def onset(self, d: ArrayLike) -> NDArray[np.float64]:
         """Displacements at which the global stick phase of a given ``d`` ends.

@@ -14,7 +14,7 @@ from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.blocks import Oscillator
-from stickslip.mechanics.model.structure import Harmonic
+from stickslip.mechanics.model.contact import Harmonic
 from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
 from stickslip.studies.den_hartog1931.closed_forms import (
     amplitude,

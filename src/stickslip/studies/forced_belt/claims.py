@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.mechanics.cycle.stroboscopic import StroboscopicMap, stroboscopic_map
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model.blocks import Oscillator
-from stickslip.mechanics.model.structure import Harmonic
+from stickslip.mechanics.model.contact import Harmonic
 from stickslip.numerics.arrays import Floats
 from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
 

@@ -1,7 +1,8 @@
-"""One step of n blocks: Taylor series of high order, whose polynomials locate the events."""
+"""One step of a plant: Taylor series of high order, whose polynomials locate the events."""
 
 # Template (`numerics.targets.instantiate`): a law's kernels are bound. Derivation:
-# docs/theory/blocks.md. Only slipping blocks have series; a rider among riders is a straight line.
+# docs/theory/blocks.md, plant.md. Only what a slip or a force of its own bends has series; all else
+# is a straight line.
 
 from __future__ import annotations
 
@@ -9,7 +10,6 @@ import math
 from typing import TYPE_CHECKING
 
 from stickslip.mechanics.flow._sliding_kernels import CLEARANCE
-from stickslip.mechanics.flow.blocks.saltation import saltation
 from stickslip.mechanics.flow.blocks.system import (
     BlockDirections,
     BlockMotion,
@@ -17,13 +17,19 @@ from stickslip.mechanics.flow.blocks.system import (
     BlockWork,
     Floats,
 )
-from stickslip.mechanics.flow.blocks.transitions import force_tolerance, loading_rate, update_needed
+from stickslip.mechanics.flow.blocks.transitions import (
+    force_tolerance,
+    is_loaded,
+    limit_row,
+    needed_row,
+    saltation,
+    update_needed,
+)
 from stickslip.mechanics.flow.dense import clearance, leaving_time, piece_row
-from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING
+from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING, LOST
 from stickslip.numerics.polynomial import NO_ROOT, UNFINISHED, first_contact, value
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
-from stickslip.numerics.trigonometry import sincos
 from stickslip.status import LAW_FAILED, OK, STEP_FAILED
 
 if TYPE_CHECKING:
@@ -45,7 +51,7 @@ LONGEST_STEP = 1.0
 SLACK = 4.0
 
 
-@kernel
+@kernel(inline=True)
 def advance(
     system: BlockSystem,
     laws: Floats,
@@ -56,7 +62,7 @@ def advance(
     cap: float,
 ) -> tuple[float, int]:
     """Take one step, up to an event if one comes; return its length and a status."""
-    list_active(motion, work)
+    list_active(system, motion, work)
     expand(system, laws, motion, work)
     h = min(cap, step_length(system, motion, work, rtol))
     if not h > 0.0:
@@ -69,17 +75,18 @@ def advance(
         return 0.0, STEP_FAILED
     if work.watch[0] != 0.0:
         work.margin[0] = min(work.margin[0], watch_step(system, motion, work, h))
-    if motion.tangent_w.shape[1] > 0:
+    if motion.tangent_z.shape[1] > 0:
         tangents(system, laws, directions, motion, work, h)
     move(system, laws, motion, work, h)
-    if motion.tangent_w.shape[1] > 0:
+    if motion.tangent_z.shape[1] > 0:
         saltation(system, directions, motion, work.rates)
     return h, OK
 
 
 @kernel(inline=True)
-def list_active(motion: BlockMotion, work: BlockWork) -> None:
-    """Collect the blocks that slip; riders have no acceleration, whatever was moved before."""
+def list_active(system: BlockSystem, motion: BlockMotion, work: BlockWork) -> None:
+    """Collect the contacts that slip and the coordinates y that they or forces bend."""
+    n_free = motion.y.shape[0]
     count = 0
     for i in range(motion.mode.shape[0]):
         if motion.mode[i] != 0:
@@ -88,52 +95,71 @@ def list_active(motion: BlockMotion, work: BlockWork) -> None:
         else:
             work.rates[i] = 0.0
     work.n_active[0] = count
+    count = 0
+    for i in range(n_free):
+        bends = moves(system, motion, i)
+        if not bends:
+            for k in range(system.first[i], system.first[i + 1]):
+                bends = bends or motion.mode[system.column[k] - n_free] != 0
+        work.bends[i] = bends
+        if bends:
+            work.flowing[count] = i
+            count += 1
+    work.n_active[1] = count
+
+
+@kernel(inline=True)
+def moves(system: BlockSystem, motion: BlockMotion, i: int) -> bool:
+    """Whether y'_i depends on y, not on relative velocities alone."""
+    first = system.first[i]
+    return first < system.first[i + 1] and system.column[first] < motion.y.shape[0]
 
 
 @kernel(inline=True)
 def rate(system: BlockSystem, laws: Floats, motion: BlockMotion, block: int) -> float:
-    """Rate w' of a block in its mode."""
+    """Rate w' of a contact in its mode."""
     mode = motion.mode[block]
     if mode == 0:
         return 0.0
     s = max(mode * motion.w[block], 0.0)
-    friction = -mode * system.static[block] * force(laws[piece_row(laws, block, s)], mode, s)
+    friction = -mode * motion.limit[block] * force(laws[piece_row(laws, block, s)], mode, s)
     return (friction - motion.e[block]) / system.mass[block]
 
 
-@kernel
+@kernel(inline=True)
 def move(system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWork, h: float) -> None:
     """Go to the end of the step."""
+    for i in range(motion.y.shape[0]):
+        if work.bends[i]:
+            motion.y[i] = value(work.y[i], h)
+        else:
+            motion.y[i] += work.y[i, 1] * h
     for i in range(motion.mode.shape[0]):
         if motion.mode[i] != 0:
             motion.w[i] = value(work.w[i], h)
-            motion.x[i] = value(work.x[i], h)
-        else:
-            motion.x[i] += system.V * h
-    motion.phase[0] += system.frequency * h
+    motion.clock[0] += h
     update_needed(system, motion)
     for i in range(motion.mode.shape[0]):
         if motion.event[i] == AT_UPPER_LIMIT:
-            motion.e[i] = system.static[i]
+            motion.e[i] = motion.limit[i]
         elif motion.event[i] == AT_LOWER_LIMIT:
-            motion.e[i] = -system.static[i]
+            motion.e[i] = -motion.limit[i]
         work.rates[i] = rate(system, laws, motion, i)
 
 
 # --- series -----------------------------------------------------------------------------------
 
 
-@kernel
+@kernel(inline=True)
 def expand(system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWork) -> None:
-    """Taylor series: (k + 1) m w_{k+1} = -mode limit F_k - e_k and (k + 1) x_{k+1} = w_k."""
-    x, w = work.x, work.w
-    for i in range(motion.mode.shape[0]):
-        x[i] = 0.0
-        w[i] = 0.0
-        x[i, 0] = motion.x[i]
-        x[i, 1] = system.V
-        w[i, 0] = motion.w[i]
-    expand_forcing(system, motion, work)
+    """Taylor series: (k + 1) mass w_{k+1} = -mode (L F)_k - e_k, and y likewise."""
+    z, w = work.z, work.w
+    for j in range(motion.z.shape[0]):
+        z[j] = 0.0
+        z[j, 0] = motion.z[j]
+    for i in range(motion.y.shape[0]):
+        if not work.bends[i]:
+            z[i, 1] = system.constant[i]
     for k in range(ORDER):
         for a in range(work.n_active[0]):
             i = work.active[a]
@@ -141,40 +167,50 @@ def expand(system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWo
             work.rows[i, 0, k] = mode * w[i, k]
             row = piece_row(laws, i, mode * motion.w[i])
             series(laws[row], mode, work.rows[i], k)
-            needed = motion.e[i] if k == 0 else needed_coefficient(system, work, i, k)
-            pull = -mode * system.static[i] * work.rows[i, FORCE_ROW, k] - needed
-            if k == 0 and w[i, 0] == 0.0 and abs(pull) <= force_tolerance(system, motion, i):
+            needed = motion.e[i]
+            if k > 0:
+                needed = row_coefficient(system, work, needed_row(motion, i), k)
+            pull = -mode * friction_coefficient(system, motion, work, i, k) - needed
+            if k == 0 and w[i, 0] == 0.0 and abs(pull) <= force_tolerance(motion, i):
                 pull = 0.0  # F(0) = 1: a slip starts at a double root
             w[i, k + 1] = pull / (system.mass[i] * (k + 1))
-        for a in range(work.n_active[0]):
-            i = work.active[a]
-            x[i, k + 1] = (w[i, k] + (system.V if k == 0 else 0.0)) / (k + 1)
+        for a in range(work.n_active[1]):
+            i = work.flowing[a]
+            z[i, k + 1] = row_coefficient(system, work, i, k) / (k + 1)
+    for i in range(motion.mode.shape[0]):
+        work.limit[i, 0] = motion.limit[i]
+        if is_loaded(system, motion, i):
+            for k in range(1, ORDER + 1):
+                work.limit[i, k] = row_coefficient(system, work, limit_row(motion, i), k)
 
 
 @kernel(inline=True)
-def expand_forcing(system: BlockSystem, motion: BlockMotion, work: BlockWork) -> None:
-    """Taylor series of cos(phase) and sin(phase)."""
-    sine, cosine = sincos(motion.phase[0])
-    work.cosine[0], work.sine[0] = cosine, sine
-    for k in range(ORDER):
-        work.cosine[k + 1] = -system.frequency * work.sine[k] / (k + 1)
-        work.sine[k + 1] = system.frequency * work.cosine[k] / (k + 1)
+def friction_coefficient(
+    system: BlockSystem, motion: BlockMotion, work: BlockWork, block: int, k: int
+) -> float:
+    """Coefficient k of L F."""
+    if not is_loaded(system, motion, block):
+        return motion.limit[block] * work.rows[block, FORCE_ROW, k]
+    work.limit[block, k] = row_coefficient(system, work, limit_row(motion, block), k)
+    total = 0.0
+    for j in range(k + 1):
+        total += work.limit[block, j] * work.rows[block, FORCE_ROW, k - j]
+    return total
 
 
 @kernel(inline=True)
-def needed_coefficient(system: BlockSystem, work: BlockWork, block: int, k: int) -> float:
-    """Coefficient k >= 1 of a block's needed force."""
-    needed = -system.amplitude[block] * work.cosine[k]
-    for entry in range(system.first[block], system.first[block + 1]):
-        j = system.column[entry]
-        needed += system.stiffness[entry] * work.x[j, k] + system.damping[entry] * work.w[j, k]
-    return needed
+def row_coefficient(system: BlockSystem, work: BlockWork, row: int, k: int) -> float:
+    """Coefficient k of a row."""
+    total = system.constant[row] if k == 0 else 0.0
+    for entry in range(system.first[row], system.first[row + 1]):
+        total += system.entry[entry] * work.z[system.column[entry], k]
+    return total
 
 
 @kernel(inline=True)
 def step_length(system: BlockSystem, motion: BlockMotion, work: BlockWork, rtol: float) -> float:
-    """Step after which the last two terms of every series are below `rtol`; inf if none slips."""
-    if work.n_active[0] == 0 and not system.forced:
+    """Step after which the last two terms of every series are below `rtol`; inf without series."""
+    if work.n_active[0] == 0 and work.n_active[1] == 0:
         return math.inf
     largest = 0.0
     for k in (ORDER - 1, ORDER):
@@ -184,8 +220,10 @@ def step_length(system: BlockSystem, motion: BlockMotion, work: BlockWork, rtol:
             size = max(size, abs(work.w[i, k]))
             if math.isnan(work.w[i, k]):
                 return math.nan
-        if system.forced:
-            size = max(size, abs(work.cosine[k]) + abs(work.sine[k]))
+        for a in range(work.n_active[1]):
+            i = work.flowing[a]
+            if moves(system, motion, i):  # else w bends y, and tells its size
+                size = max(size, abs(work.z[i, k]))
         if size > 0.0:
             largest = max(largest, math.exp(math.log(size / rtol) / k))
     return min(LONGEST_STEP, 1.0 / largest) if largest > 0.0 else LONGEST_STEP
@@ -201,61 +239,85 @@ def stay_on_pieces(laws: Floats, motion: BlockMotion, work: BlockWork, h: float)
         for a in range(work.n_active[0]):
             i = work.active[a]
             if h > 0.0:
-                for k in range(ORDER + 1):
-                    work.e[k] = motion.mode[i] * work.w[i, k]
-                h = leaving_time(laws, i, work.e, h)
+                slip_signal(motion, work, i)
+                h = leaving_time(laws, i, work.signal, h)
     return h
 
 
-@kernel
+@kernel(inline=True)
 def find_events(system: BlockSystem, motion: BlockMotion, work: BlockWork, h: float) -> float:
     """Length of the step up to its first event, or all of it; negative if a search failed."""
-    # ``motion.event`` names the event of each block; events closer than rounding are one.
+    # ``motion.event`` names the event of each contact; events closer than rounding are one.
     motion.event[:] = 0
     for i in range(motion.mode.shape[0]):
-        mode = motion.mode[i]
-        if mode != 0:
-            for k in range(ORDER + 1):
-                work.e[k] = mode * work.w[i, k]
-            t = first_contact(work.e, h, work.e[0] == 0.0, SLACK * EPSILON)
+        loaded = is_loaded(system, motion, i)
+        if motion.mode[i] != 0:
+            slip_signal(motion, work, i)
+            t = first_contact(work.signal, h, work.signal[0] == 0.0, SLACK * EPSILON)
             h = keep_first(motion, i, LANDING, t, h)
-        elif is_exposed(system, motion, i):
+        elif is_exposed(system, motion, work, i):
+            slack = SLACK * EPSILON * motion.limit[i]
             for event in (AT_UPPER_LIMIT, AT_LOWER_LIMIT):
                 ride_signal(system, motion, work, i, event)
-                t = first_contact(work.e, h, work.e[0] == 0.0, SLACK * EPSILON * system.static[i])
+                t = first_contact(work.signal, h, work.signal[0] == 0.0, slack)
                 h = keep_first(motion, i, event, t, h)
         else:
-            growth = loading_rate(system, motion, work.rates, i)
+            growth = straight_growth(system, motion, work, i)
             event = AT_UPPER_LIMIT if growth > 0.0 else AT_LOWER_LIMIT
             side = 1.0 if growth > 0.0 else -1.0
             if growth != 0.0:
-                t = max((side * system.static[i] - motion.e[i]) / growth, 0.0)
+                t = max((side * motion.limit[i] - motion.e[i]) / growth, 0.0)
                 h = keep_first(motion, i, event, t if t <= h else NO_ROOT, h)
+        if loaded and h >= 0.0:
+            t = first_contact(work.limit[i], h, False, SLACK * EPSILON * motion.size[i])
+            h = keep_first(motion, i, LOST, t, h)
         if h < 0.0:
             return h
     return h
 
 
 @kernel(inline=True)
-def is_exposed(system: BlockSystem, motion: BlockMotion, block: int) -> bool:
-    """Whether the needed force of a rider is anything but a straight line."""
-    if system.amplitude[block] != 0.0:
+def is_exposed(system: BlockSystem, motion: BlockMotion, work: BlockWork, block: int) -> bool:
+    """Whether a sticking contact's needed force or limit is anything but a straight line."""
+    row, n_free = needed_row(motion, block), motion.y.shape[0]
+    if is_loaded(system, motion, block):
         return True
-    for entry in range(system.first[block], system.first[block + 1]):
-        if motion.mode[system.column[entry]] != 0:
+    for entry in range(system.first[row], system.first[row + 1]):
+        j = system.column[entry]
+        if work.bends[j] if j < n_free else motion.mode[j - n_free] != 0:
             return True
     return False
+
+
+@kernel(inline=True)
+def straight_growth(system: BlockSystem, motion: BlockMotion, work: BlockWork, block: int) -> float:
+    """Rate of a needed force that is a straight line."""
+    row = needed_row(motion, block)
+    total = 0.0
+    for entry in range(system.first[row], system.first[row + 1]):
+        total += system.entry[entry] * work.z[system.column[entry], 1]
+    return total
+
+
+@kernel(inline=True)
+def slip_signal(motion: BlockMotion, work: BlockWork, block: int) -> None:
+    """|w| of a slipping contact, a series."""
+    for k in range(ORDER + 1):
+        work.signal[k] = motion.mode[block] * work.w[block, k]
 
 
 @kernel(inline=True)
 def ride_signal(
     system: BlockSystem, motion: BlockMotion, work: BlockWork, block: int, event: int
 ) -> None:
-    """Distance of a rider's needed force from its upper or lower limit, a series."""
+    """Distance of a sticking contact's needed force from its upper or lower limit, a series."""
     sign = -1.0 if event == AT_UPPER_LIMIT else 1.0
-    work.e[0] = system.static[block] + sign * motion.e[block]
+    work.signal[0] = motion.limit[block] + sign * motion.e[block]
     for k in range(1, ORDER + 1):
-        work.e[k] = sign * needed_coefficient(system, work, block, k)
+        work.signal[k] = sign * row_coefficient(system, work, needed_row(motion, block), k)
+    if is_loaded(system, motion, block):
+        for k in range(1, ORDER + 1):
+            work.signal[k] += work.limit[block, k]
 
 
 @kernel(inline=True)
@@ -276,15 +338,13 @@ def watch_step(system: BlockSystem, motion: BlockMotion, work: BlockWork, h: flo
     """Smallest clearance on a step: lobes of |w| that turned back, extremes of riders."""
     margin = math.inf
     for i in range(motion.mode.shape[0]):
-        mode = motion.mode[i]
-        if mode != 0:
-            for k in range(ORDER + 1):
-                work.e[k] = mode * work.w[i, k]
-            margin = min(margin, clearance(work.e, h))
-        elif is_exposed(system, motion, i):
+        if motion.mode[i] != 0:
+            slip_signal(motion, work, i)
+            margin = min(margin, clearance(work.signal, h))
+        elif is_exposed(system, motion, work, i):
             for event in (AT_UPPER_LIMIT, AT_LOWER_LIMIT):
                 ride_signal(system, motion, work, i, event)
-                margin = min(margin, clearance(work.e, h))
+                margin = min(margin, clearance(work.signal, h))
     return margin
 
 
@@ -308,12 +368,10 @@ def tangents(
         row = piece_row(laws, i, mode * motion.w[i])
         series(laws[row], mode, work.rows[i], ORDER)
         series_tangent(laws[row], mode, work.rows[i], ORDER)
-    for column in range(motion.tangent_w.shape[1]):
+    for column in range(motion.tangent_z.shape[1]):
         tangent_series(system, directions, motion, work, column)
-        for i in range(motion.mode.shape[0]):
-            motion.tangent_x[i, column] = value(work.d_x[i], h)
-            motion.tangent_w[i, column] = value(work.d_w[i], h)
-        motion.tangent_phase[column] += directions.frequency[column] * h
+        for j in range(motion.z.shape[0]):
+            motion.tangent_z[j, column] = value(work.d_z[j], h)
 
 
 @kernel
@@ -325,60 +383,50 @@ def tangent_series(
     column: int,
 ) -> None:
     """Series of one tangent column: the linearised equations, driven by its direction."""
-    d_x, d_w = work.d_x, work.d_w
-    d_V = directions.V[column]
-    for i in range(motion.mode.shape[0]):
-        d_x[i] = 0.0
-        d_w[i] = 0.0
-        d_x[i, 0] = motion.tangent_x[i, column]
-        d_w[i, 0] = motion.tangent_w[i, column]
-        d_x[i, 1] = d_V
+    d_z, d_w = work.d_z, work.d_w
+    for j in range(motion.z.shape[0]):
+        d_z[j] = 0.0
+        d_z[j, 0] = motion.tangent_z[j, column]
+    for i in range(motion.y.shape[0]):
+        if not work.bends[i]:
+            d_z[i, 1] = row_tangent_coefficient(system, directions, motion, work, i, column, 0)
     for k in range(ORDER):
         for a in range(work.n_active[0]):
             i = work.active[a]
+            row = needed_row(motion, i)
             pull = friction_tangent(system, directions, motion, work, i, column, k)
-            pull -= needed_tangent_coefficient(system, directions, motion, work, i, column, k)
+            pull -= row_tangent_coefficient(system, directions, motion, work, row, column, k)
             pull -= directions.mass[column, i] * (k + 1) * work.w[i, k + 1]
             d_w[i, k + 1] = pull / (system.mass[i] * (k + 1))
-        for a in range(work.n_active[0]):
-            i = work.active[a]
-            d_x[i, k + 1] = (d_w[i, k] + (d_V if k == 0 else 0.0)) / (k + 1)
+        for a in range(work.n_active[1]):
+            i = work.flowing[a]
+            change = row_tangent_coefficient(system, directions, motion, work, i, column, k)
+            d_z[i, k + 1] = change / (k + 1)
 
 
 @kernel(inline=True)
-def needed_tangent_coefficient(
+def row_tangent_coefficient(
     system: BlockSystem,
     directions: BlockDirections,
     motion: BlockMotion,
     work: BlockWork,
-    block: int,
+    row: int,
     column: int,
     k: int,
 ) -> float:
-    """Coefficient k of the derivative of a block's needed force."""
+    """Coefficient k of the derivative of a row."""
     change = 0.0
-    varies = directions.varies[column]
-    for entry in range(system.first[block], system.first[block + 1]):
-        j = system.column[entry]
-        d_w = work.d_w[j, k]
-        if varies:
-            w = work.w[j, k]
-            if k == 0:
-                w += system.V
-                d_w += directions.V[column]
-            change += directions.stiffness[column, entry] * work.x[j, k]
-            change += directions.damping[column, entry] * w
-        change += system.stiffness[entry] * work.d_x[j, k] + system.damping[entry] * d_w
-    if system.forced:
-        earlier = work.sine[k - 1] if k > 0 else 0.0
-        turned = work.sine[k] * motion.tangent_phase[column]
-        turned += earlier * directions.frequency[column]
-        change += system.amplitude[block] * turned
-        change -= directions.amplitude[column, block] * work.cosine[k]
+    for entry in range(system.first[row], system.first[row + 1]):
+        change += system.entry[entry] * work.d_z[system.column[entry], k]
+    if directions.varies[column]:
+        if k == 0:
+            change += directions.constant[column, row]
+        for entry in range(directions.first[column, row], directions.first[column, row + 1]):
+            change += directions.entry[entry] * work.z[directions.column[entry], k]
     return change
 
 
-@kernel
+@kernel(inline=True)
 def friction_tangent(
     system: BlockSystem,
     directions: BlockDirections,
@@ -388,20 +436,43 @@ def friction_tangent(
     column: int,
     k: int,
 ) -> float:
-    """Coefficient k of the derivative of the force -mode limit F(mode w; parameters)."""
+    """Coefficient k of the derivative of the force -mode L F(mode w; parameters)."""
     mode = motion.mode[block]
-    rows = work.rows[block]
     changed = 0.0
     for j in range(k + 1):
-        changed += rows[SLOPE_ROW, j] * work.d_w[block, k - j]
-    changed *= mode * system.static[block]
+        changed += work.rows[block, SLOPE_ROW, j] * work.d_w[block, k - j]
+    changed *= mode
+    if directions.varies[column] or is_loaded(system, motion, block):
+        work.d_force[block, k] = changed
+        return -mode * varied_friction(system, directions, motion, work, block, column, k)
+    return -mode * motion.limit[block] * changed
+
+
+@kernel
+def varied_friction(
+    system: BlockSystem,
+    directions: BlockDirections,
+    motion: BlockMotion,
+    work: BlockWork,
+    block: int,
+    column: int,
+    k: int,
+) -> float:
+    """Coefficient k of the derivative of L F where parameters or L vary too."""
+    # ``work.d_force`` holds that of F by the speed.
+    d_limit, d_force = work.d_limit[block], work.d_force[block]
     if directions.varies[column]:
         for j in range(directions.laws.shape[2]):
             d_parameter = directions.laws[column, block, j]
             if d_parameter != 0.0:
-                changed += system.static[block] * d_parameter * rows[GRADIENT_ROW + j, k]
-        changed += directions.static[column, block] * rows[FORCE_ROW, k]
-    return -mode * changed
+                d_force[k] += d_parameter * work.rows[block, GRADIENT_ROW + j, k]
+    row = limit_row(motion, block)
+    d_limit[k] = row_tangent_coefficient(system, directions, motion, work, row, column, k)
+    changed = 0.0
+    for j in range(k + 1):
+        changed += work.limit[block, j] * d_force[k - j]
+        changed += d_limit[j] * work.rows[block, FORCE_ROW, k - j]
+    return changed
 
 
 # --- what the driver of a motion asks ------------------------------------------------------------
@@ -409,9 +480,9 @@ def friction_tangent(
 
 @kernel
 def landing_rate(system: BlockSystem, laws: Floats, motion: BlockMotion, block: int) -> float:
-    """Rate w' of a slipping block as it reaches the belt."""
+    """Rate w' of a slipping contact as its relative velocity reaches 0."""
     mode = motion.mode[block]
-    friction = -mode * system.static[block] * static_value(laws[block], mode)
+    friction = -mode * motion.limit[block] * static_value(laws[block], mode)
     return (friction - motion.e[block]) / system.mass[block]
 
 
@@ -422,43 +493,48 @@ def slides_for_ever(
     """Whether blocks that all slip backward can be shown never to reach the belt again."""
     # The energy of deviations from steady sliding bounds every speed: docs/theory/blocks.md.
     n = motion.mode.shape[0]
-    if system.forced:
+    if system.inverse.shape[0] == 0:
         return False
     deviation = work.deviation
     energy = 0.0
     for i in range(n):
         if motion.mode[i] != -1:
             return False
-        v = motion.w[i] + system.V
+        V = system.V[i]
+        v = motion.w[i] + V
         energy += system.mass[i] * v * v
-        deviation[i] = motion.e[i] - system.static[i] * force(
-            laws[piece_row(laws, i, system.V)], -1, system.V
-        )
-        for entry in range(system.first[i], system.first[i + 1]):
-            j = system.column[entry]
-            deviation[i] -= system.damping[entry] * (motion.w[j] + system.V)
+        deviation[i] = motion.e[i] - motion.limit[i] * force(laws[piece_row(laws, i, V)], -1, V)
+        row = needed_row(motion, i)
+        for entry in range(system.first[row], system.first[row + 1]):
+            j = system.column[entry] - n
+            if j >= 0:
+                deviation[i] -= system.entry[entry] * (motion.w[j] + system.V[j])
     for i in range(n):
         for j in range(n):
             energy += deviation[i] * system.inverse[i, j] * deviation[j]
     falls = False
     for i in range(n):
         reach = math.sqrt(energy / system.mass[i])
-        if not reach < system.V * (1.0 - CLEARANCE):
+        V = system.V[i]
+        if not reach < V * (1.0 - CLEARANCE):
             return False
-        steepest = least_slope(laws, i, system.V - reach, system.V + reach)
-        work.deviation[i] = system.static[i] * steepest
+        steepest = least_slope(laws, i, V - reach, V + reach)
+        work.deviation[i] = motion.limit[i] * steepest
         falls = falls or steepest < 0.0
-    return damping_outweighs(system, work) if falls else True
+    return damping_outweighs(system, motion, work) if falls else True
 
 
 @kernel
-def damping_outweighs(system: BlockSystem, work: BlockWork) -> bool:
+def damping_outweighs(system: BlockSystem, motion: BlockMotion, work: BlockWork) -> bool:
     """Whether C plus the slopes in ``work.deviation`` is positive definite (by Cholesky)."""
     factor = work.factor
-    for i in range(factor.shape[0]):
+    n = factor.shape[0]
+    for i in range(n):
         factor[i] = 0.0
-        for entry in range(system.first[i], system.first[i + 1]):
-            factor[i, system.column[entry]] = system.damping[entry]
+        row = needed_row(motion, i)
+        for entry in range(system.first[row], system.first[row + 1]):
+            if system.column[entry] >= n:
+                factor[i, system.column[entry] - n] = system.entry[entry]
         factor[i, i] += work.deviation[i]
         for j in range(i + 1):
             rest = factor[i, j]

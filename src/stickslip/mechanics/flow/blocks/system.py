@@ -1,134 +1,160 @@
-"""What kernels know of a model with n blocks and of its motion: plain tuples and arrays."""
+"""What kernels know of a plant with dry contacts and of its motion: plain tuples and arrays."""
 
-#     e = K x + C (w + V) - amplitude cos(phase)           needed force, w = X' - V
-#     m w' = -mode limit F(|w|) - e, or 0 while riding;  x' = w + V
-# With the phase as part of the state the flow is autonomous: events restart its clock.
+# Coordinates z = (y, w): friction acts on the relative velocities w alone; y begins with the waves
+# of the harmonics. Rows of one sparse matrix say y', the needed forces e and the static limits L
+# (`mechanics.model.plant.Reduced`);
+#     mass w' = -mode L F(|w|) - e, or 0 while sticking.
+# With the clock as part of the state the flow is autonomous: events restart it.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.model.structure import Structure
+if TYPE_CHECKING:
+    from stickslip.mechanics.model.plant import Plant, Reduced
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 
 class BlockSystem(NamedTuple):
-    """Numbers of n blocks; row i of the matrices is entries ``first[i]:first[i + 1]``."""
+    """Numbers of n coordinates and m contacts; a row is entries ``first[row]:first[row + 1]``."""
 
-    mass: Floats
-    static: Floats
-    first: Ints
+    mass: Floats  # (m,)
+    first: Ints  # (n + m + 1,)
     column: Ints
-    stiffness: Floats
-    damping: Floats
-    amplitude: Floats
-    frequency: float
-    V: float
-    inverse: Floats  # (n, n), of the stiffness
-    forced: bool  # forces depend on time
+    entry: Floats
+    constant: Floats  # (n + m,)
+    frequency: Floats  # (harmonics,), as phase
+    phase: Floats
+    V: Floats  # (m,)
+    inverse: Floats  # (m, m), of the stiffness, where energy bounds the motion; else (0, 0)
 
 
 class BlockDirections(NamedTuple):
     """Derivatives of the numbers in some directions, the leading axis; as in `BlockSystem`."""
 
     mass: Floats
-    static: Floats
-    stiffness: Floats
-    damping: Floats
-    amplitude: Floats
-    frequency: Floats
-    phase: Floats
-    V: Floats
-    laws: Floats  # (directions, n, parameters of a law)
-    start: Floats  # (directions, n - 1): of the first differences
-    varies: NDArray[np.bool_]  # anything but the starting state
+    first: Ints  # (directions, n + m + 1), into column and entry of all directions
+    column: Ints
+    entry: Floats
+    constant: Floats
+    laws: Floats  # (directions, m, parameters of a law)
+    start: Floats  # (directions, m - 1): of the first differences
+    varies: Bools  # anything but the starting state
 
 
 class BlockMotion(NamedTuple):
-    """One motion, changed in place by kernels; an entry per block."""
+    """One motion, changed in place by kernels; an entry per contact, unless said otherwise."""
 
-    x: Floats
+    z: Floats  # (n,): y, then w, which are parts of it
+    y: Floats
     w: Floats
     e: Floats
-    size: Floats  # of the terms that make up e, for its rounding
+    size: Floats  # of the terms that make up e and the limit, for their rounding
+    limit: Floats
     mode: Ints
     event: Ints
-    phase: Floats
-    tangent_x: Floats  # (n, columns)
+    clock: Floats
+    tangent_z: Floats  # (n, columns)
+    tangent_y: Floats
     tangent_w: Floats
-    tangent_phase: Floats
+    tangent_clock: Floats
+    shift: Floats  # (columns,) of the clock at an event
 
 
-def block_system(structure: Structure) -> BlockSystem:
+def block_system(plant: Plant) -> BlockSystem:
     """Numbers of a model in the form that kernels take."""
-    present = (structure.stiffness != 0.0) | (structure.damping != 0.0)
-    np.fill_diagonal(present, True)
-    rows, columns = np.nonzero(present)
-    first = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=structure.n_blocks))])
+    reduced = plant.reduced
+    first, column, entry = _sparse(reduced.matrix)
+    inverse = np.linalg.inv(plant.stiffness) if plant.dissipates else np.zeros((0, 0))
     return BlockSystem(
-        mass=structure.mass.copy(),
-        static=structure.static.copy(),
-        first=first.astype(np.int64),
-        column=columns.astype(np.int64),
-        stiffness=structure.stiffness[rows, columns].copy(),
-        damping=structure.damping[rows, columns].copy(),
-        amplitude=structure.amplitude.copy(),
-        frequency=structure.frequency,
-        V=structure.V,
-        inverse=np.asarray(np.linalg.inv(structure.stiffness), dtype=np.float64),
-        forced=structure.is_forced,
+        mass=reduced.mass.copy(),
+        first=first,
+        column=column,
+        entry=entry,
+        constant=reduced.constant.copy(),
+        frequency=reduced.frequency.copy(),
+        phase=reduced.phase.copy(),
+        V=np.array(reduced.V, dtype=np.float64),
+        inverse=np.asarray(inverse, dtype=np.float64),
     )
 
 
+def _sparse(matrix: Floats) -> tuple[Ints, Ints, Floats]:
+    """Rows of a matrix as entries that are not zero, and where each begins."""
+    rows, columns = np.nonzero(matrix)
+    first = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=len(matrix)))])
+    return first.astype(np.int64), columns.astype(np.int64), matrix[rows, columns].copy()
+
+
 def block_directions(
-    system: BlockSystem, changes: list[Structure | None], laws: Floats, start: Floats
+    system: BlockSystem, changes: list[Reduced | None], laws: Floats, start: Floats
 ) -> BlockDirections:
-    """Directions of change for kernels: of the structure (or None), of laws, of the start."""
-    n, count = len(system.mass), len(changes)
+    """Directions of change for kernels: of the numbers (or None), of laws, of the start."""
+    m, rows = len(system.mass), len(system.constant)
+    count = len(changes)
     varies = [change is not None or bool(laws[k].any()) for k, change in enumerate(changes)]
-    rows = np.repeat(np.arange(n), np.diff(system.first))
-    directions = BlockDirections(
-        mass=np.zeros((count, n)),
-        static=np.zeros((count, n)),
-        stiffness=np.zeros((count, len(rows))),
-        damping=np.zeros((count, len(rows))),
-        amplitude=np.zeros((count, n)),
-        frequency=np.zeros(count),
-        phase=np.zeros(count),
-        V=np.zeros(count),
+    nothing = np.zeros(rows + 1, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
+    entries = [nothing if change is None else _sparse(change.matrix) for change in changes]
+    before = np.cumsum([0, *(len(entry) for _, _, entry in entries)])[:-1]
+
+    def stacked(name: str, *shape: int) -> Floats:
+        values = np.zeros((count, *shape))
+        for k, change in enumerate(changes):
+            if change is not None:
+                values[k] = getattr(change, name)
+        return values
+
+    return BlockDirections(
+        mass=stacked("mass", m),
+        first=np.array(
+            [first + start for (first, _, _), start in zip(entries, before, strict=True)],
+            dtype=np.int64,
+        ).reshape(count, rows + 1),
+        column=np.concatenate([np.zeros(0, np.int64), *(column for _, column, _ in entries)]),
+        entry=np.concatenate([np.zeros(0), *(entry for _, _, entry in entries)]),
+        constant=stacked("constant", rows),
         laws=laws,
         start=start,
         varies=np.array(varies, dtype=bool),
     )
-    for k, change in enumerate(changes):
-        if change is None:
-            continue
-        for name in ("mass", "static", "amplitude", "frequency", "phase", "V"):
-            getattr(directions, name)[k] = getattr(change, name)
-        directions.stiffness[k] = change.stiffness[rows, system.column]
-        directions.damping[k] = change.damping[rows, system.column]
-    return directions
 
 
-def new_block_motion(n_blocks: int, n_columns: int) -> BlockMotion:
+def widened(directions: BlockDirections, n_more: int) -> BlockDirections:
+    """Directions with some more that change nothing."""
+
+    def more(values: Any) -> Any:
+        return np.concatenate([values, np.zeros((n_more, *values.shape[1:]), values.dtype)])
+
+    wide = BlockDirections(*map(more, directions))
+    return wide._replace(column=directions.column, entry=directions.entry)
+
+
+def new_block_motion(system: BlockSystem, n_columns: int) -> BlockMotion:
     """Arrays for one motion with some tangents."""
-    n = n_blocks
+    m = len(system.mass)
+    n = len(system.constant) - m
+    z, tangent = np.zeros(n), np.zeros((n, n_columns))
     return BlockMotion(
-        x=np.zeros(n),
-        w=np.zeros(n),
-        e=np.zeros(n),
-        size=np.zeros(n),
-        mode=np.zeros(n, dtype=np.int64),
-        event=np.zeros(n, dtype=np.int64),
-        phase=np.zeros(1),
-        tangent_x=np.zeros((n, n_columns)),
-        tangent_w=np.zeros((n, n_columns)),
-        tangent_phase=np.zeros(n_columns),
+        z=z,
+        y=z[: n - m],
+        w=z[n - m :],
+        e=np.zeros(m),
+        size=np.zeros(m),
+        limit=np.zeros(m),
+        mode=np.zeros(m, dtype=np.int64),
+        event=np.zeros(m, dtype=np.int64),
+        clock=np.zeros(1),
+        tangent_z=tangent,
+        tangent_y=tangent[: n - m],
+        tangent_w=tangent[n - m :],
+        tangent_clock=np.zeros(n_columns),
+        shift=np.zeros(n_columns),
     )
 
 
@@ -138,40 +164,50 @@ Rows = NDArray[np.float64]
 class BlockWork(NamedTuple):
     """Series of one step and what is searched in them."""
 
-    x: Rows
+    z: Rows  # (n, order + 1): y, then w, which are parts of it
+    y: Rows
     w: Rows
-    e: Floats  # one needed force
-    rows: Rows  # (n, rows of a law, order + 1)
-    cosine: Floats  # of the forcing's phase, as sine
-    sine: Floats
-    d_x: Rows  # of one tangent, as d_w
+    signal: Floats  # the polynomial that is searched
+    limit: Rows  # (m, order + 1)
+    rows: Rows  # (m, rows of a law, order + 1)
+    d_z: Rows  # of one tangent: y, then w
     d_w: Rows
+    d_limit: Rows  # (m, order + 1), as d_force
+    d_force: Rows
     rates: Floats  # w' at the end of a step
     deviation: Floats  # from steady sliding
     factor: Rows
-    active: Ints  # blocks that slip: the first n_active[0]
+    active: Ints  # contacts that slip: the first n_active[0]
+    flowing: Ints  # y that are no straight lines: the first n_active[1]
+    bends: Bools  # (n - m,): whether y is one of them
     n_active: Ints
     margin: Floats
     watch: Floats
 
 
-def new_block_work(n_blocks: int, n_rows: int, order: int) -> BlockWork:
+def new_block_work(system: BlockSystem, n_rows: int, order: int) -> BlockWork:
     """Scratch arrays for one motion."""
-    n, size = n_blocks, order + 1
+    m, size = len(system.mass), order + 1
+    n = len(system.constant) - m
+    z, d_z = np.zeros((n, size)), np.zeros((n, size))
     return BlockWork(
-        x=np.zeros((n, size)),
-        w=np.zeros((n, size)),
-        e=np.zeros(size),
-        rows=np.zeros((n, n_rows, size)),
-        cosine=np.zeros(size),
-        sine=np.zeros(size),
-        d_x=np.zeros((n, size)),
-        d_w=np.zeros((n, size)),
-        rates=np.zeros(n),
-        deviation=np.zeros(n),
-        factor=np.zeros((n, n)),
-        active=np.zeros(n, dtype=np.int64),
-        n_active=np.zeros(1, dtype=np.int64),
+        z=z,
+        y=z[: n - m],
+        w=z[n - m :],
+        signal=np.zeros(size),
+        limit=np.zeros((m, size)),
+        rows=np.zeros((m, n_rows, size)),
+        d_z=d_z,
+        d_w=d_z[n - m :],
+        d_limit=np.zeros((m, size)),
+        d_force=np.zeros((m, size)),
+        rates=np.zeros(m),
+        deviation=np.zeros(m),
+        factor=np.zeros((m, m)),
+        active=np.zeros(m, dtype=np.int64),
+        flowing=np.zeros(n - m, dtype=np.int64),
+        bends=np.zeros(n - m, dtype=np.bool_),
+        n_active=np.zeros(2, dtype=np.int64),
         margin=np.full(1, np.inf),
         watch=np.zeros(1),
     )

@@ -1,4 +1,4 @@
-"""Transitions of n blocks: needed forces, onset, modes at an event, tangents through events."""
+"""Transitions of m contacts: needed forces, onset, modes at an event."""
 
 from __future__ import annotations
 
@@ -21,49 +21,121 @@ from stickslip.numerics.trigonometry import sincos
 FORCE_ROUNDING = 16.0
 
 
+# --- rows ---------------------------------------------------------------------------------------
+
+
 @kernel(inline=True)
-def force_tolerance(system: BlockSystem, motion: BlockMotion, block: int) -> float:
-    """How near its static limit the needed force of a block counts as being there."""
-    return FORCE_ROUNDING * EPSILON * (system.static[block] + motion.size[block])
+def needed_row(motion: BlockMotion, block: int) -> int:
+    """Row of a contact's needed force."""
+    return motion.y.shape[0] + block
+
+
+@kernel(inline=True)
+def limit_row(motion: BlockMotion, block: int) -> int:
+    """Row of a contact's static limit."""
+    return motion.z.shape[0] + block
+
+
+@kernel(inline=True)
+def is_loaded(system: BlockSystem, motion: BlockMotion, block: int) -> bool:
+    """Whether the static limit of a contact varies."""
+    row = limit_row(motion, block)
+    return system.first[row + 1] > system.first[row]
+
+
+@kernel(inline=True)
+def row_value(system: BlockSystem, motion: BlockMotion, row: int) -> tuple[float, float]:
+    """Present value of a row, and the size of the terms that make it up."""
+    total = system.constant[row]
+    size = abs(total)
+    for k in range(system.first[row], system.first[row + 1]):
+        term = system.entry[k] * motion.z[system.column[k]]
+        total += term
+        size += abs(term)
+    return total, size
+
+
+@kernel
+def row_rate(system: BlockSystem, motion: BlockMotion, rates: Floats, row: int) -> float:
+    """Rate of change of a row; `rates`: w' of all contacts."""
+    n_free = motion.y.shape[0]
+    rate = 0.0
+    for k in range(system.first[row], system.first[row + 1]):
+        j = system.column[k]
+        if j < n_free:
+            flow, _ = row_value(system, motion, j)
+            rate += system.entry[k] * flow
+        else:
+            rate += system.entry[k] * rates[j - n_free]
+    return rate
+
+
+@kernel
+def row_tangent(
+    system: BlockSystem, directions: BlockDirections, motion: BlockMotion, row: int, column: int
+) -> float:
+    """Differentiate a row at the present state."""
+    change = 0.0
+    for k in range(system.first[row], system.first[row + 1]):
+        change += system.entry[k] * motion.tangent_z[system.column[k], column]
+    if directions.varies[column]:
+        change += directions.constant[column, row]
+        for k in range(directions.first[column, row], directions.first[column, row + 1]):
+            change += directions.entry[k] * motion.z[directions.column[k]]
+    return change
+
+
+# --- needed forces ------------------------------------------------------------------------------
+
+
+@kernel(inline=True)
+def force_tolerance(motion: BlockMotion, block: int) -> float:
+    """How near its static limit the needed force of a contact counts as being there."""
+    return FORCE_ROUNDING * EPSILON * (motion.limit[block] + motion.size[block])
 
 
 @kernel
 def update_needed(system: BlockSystem, motion: BlockMotion) -> None:
     """Compute the needed forces from the state; exactly the limit where rounding explains it."""
-    _, cosine = sincos(motion.phase[0])
-    for i in range(motion.x.shape[0]):
-        force = -system.amplitude[i] * cosine
-        size = abs(force)
-        for k in range(system.first[i], system.first[i + 1]):
-            j = system.column[k]
-            spring = system.stiffness[k] * motion.x[j]
-            damper = system.damping[k] * (motion.w[j] + system.V)
-            force += spring + damper
-            size += abs(spring) + abs(damper)
+    n_harmonics = system.frequency.shape[0]
+    for k in range(n_harmonics):
+        sine, cosine = sincos(system.frequency[k] * motion.clock[0] + system.phase[k])
+        motion.z[k], motion.z[n_harmonics + k] = cosine, sine
+    for i in range(motion.w.shape[0]):
+        force, size = row_value(system, motion, needed_row(motion, i))
+        limit = system.constant[limit_row(motion, i)]
+        if is_loaded(system, motion, i):
+            limit, more = row_value(system, motion, limit_row(motion, i))
+            size += more
+        motion.limit[i] = limit
         motion.size[i] = size
-        limit = system.static[i]
-        if abs(abs(force) - limit) <= force_tolerance(system, motion, i):
+        if abs(abs(force) - limit) <= force_tolerance(motion, i):
             force = limit if force > 0.0 else -limit
         motion.e[i] = force
 
 
-@kernel(inline=True)
-def loading_rate(system: BlockSystem, motion: BlockMotion, rates: Floats, block: int) -> float:
-    """Rate e' of a block's needed force; `rates`: w' of all blocks."""
-    sine, _ = sincos(motion.phase[0])
-    rate = system.amplitude[block] * system.frequency * sine
-    for k in range(system.first[block], system.first[block + 1]):
-        j = system.column[k]
-        rate += system.stiffness[k] * (motion.w[j] + system.V) + system.damping[k] * rates[j]
+@kernel
+def excess_rate(
+    system: BlockSystem, motion: BlockMotion, rates: Floats, block: int, side: float
+) -> float:
+    """Rate at which a needed force passes its upper limit (`side` 1) or lower limit (-1)."""
+    rate = row_rate(system, motion, rates, needed_row(motion, block))
+    if is_loaded(system, motion, block):
+        rate -= side * row_rate(system, motion, rates, limit_row(motion, block))
     return rate
 
 
+# --- global stick -------------------------------------------------------------------------------
+
+
 @kernel(inline=True)
-def growth(system: BlockSystem, block: int) -> float:
+def growth(system: BlockSystem, motion: BlockMotion, block: int) -> float:
     """Growth of a needed force per displacement of all blocks together."""
+    row = needed_row(motion, block)
     total = 0.0
-    for k in range(system.first[block], system.first[block + 1]):
-        total += system.stiffness[k]
+    for k in range(system.first[row], system.first[row + 1]):
+        if system.column[k] < motion.y.shape[0]:
+            total += system.entry[k]
     return total
 
 
@@ -71,10 +143,10 @@ def growth(system: BlockSystem, block: int) -> float:
 def onset(system: BlockSystem, directions: BlockDirections, motion: BlockMotion, d: Floats) -> int:
     """End of the global stick phase with differences `d`; return how many blocks leave."""
     n = motion.mode.shape[0]
-    motion.x[0] = 0.0
+    motion.y[0] = 0.0
     for i in range(n):
         if i > 0:
-            motion.x[i] = motion.x[i - 1] + d[i - 1]
+            motion.y[i] = motion.y[i - 1] + d[i - 1]
         motion.w[i] = 0.0
         motion.mode[i] = STICK
         motion.event[i] = 0
@@ -86,18 +158,18 @@ def onset(system: BlockSystem, directions: BlockDirections, motion: BlockMotion,
         if room < shift:
             shift, leader = room, i
     for i in range(n):
-        motion.x[i] += shift
+        motion.y[i] += shift
     update_needed(system, motion)
     leaving = 0
     for i in range(n):
-        side = 1.0 if growth(system, i) > 0.0 else -1.0
-        limit = side * system.static[i]
-        if i == leader or abs(motion.e[i] - limit) <= force_tolerance(system, motion, i):
+        side = 1.0 if growth(system, motion, i) > 0.0 else -1.0
+        limit = side * motion.limit[i]
+        if i == leader or abs(motion.e[i] - limit) <= force_tolerance(motion, i):
             leaving += 1
             motion.mode[i] = BACKWARD if side > 0.0 else FORWARD
             motion.e[i] = limit
         else:
-            motion.e[i] = min(max(motion.e[i], -system.static[i]), system.static[i])
+            motion.e[i] = min(max(motion.e[i], -motion.limit[i]), motion.limit[i])
     onset_tangents(system, directions, motion, leader)
     return leaving
 
@@ -105,11 +177,11 @@ def onset(system: BlockSystem, directions: BlockDirections, motion: BlockMotion,
 @kernel(inline=True)
 def room_to_limit(system: BlockSystem, motion: BlockMotion, block: int) -> float:
     """How far all blocks can move together before this one is at a limit."""
-    per_length = growth(system, block)
+    per_length = growth(system, motion, block)
     if per_length == 0.0:
         return math.inf
     side = 1.0 if per_length > 0.0 else -1.0
-    return (side * system.static[block] - motion.e[block]) / per_length
+    return (side * motion.limit[block] - motion.e[block]) / per_length
 
 
 @kernel
@@ -117,38 +189,43 @@ def onset_tangents(
     system: BlockSystem, directions: BlockDirections, motion: BlockMotion, leader: int
 ) -> None:
     """Differentiate the displacements at the onset, which keeps the leader at its limit."""
-    side = 1.0 if growth(system, leader) > 0.0 else -1.0
-    for column in range(motion.tangent_x.shape[1]):
+    per_length = growth(system, motion, leader)
+    side = 1.0 if per_length > 0.0 else -1.0
+    for column in range(motion.tangent_y.shape[1]):
         change = 0.0
         for i in range(motion.mode.shape[0]):
             if i > 0:
                 change += directions.start[column, i - 1]
-            motion.tangent_x[i, column] = change
+            motion.tangent_y[i, column] = change
             motion.tangent_w[i, column] = 0.0
-        motion.tangent_phase[column] = directions.phase[column]
-        needed = needed_tangent(system, directions, motion, leader, column)
-        shift = (side * directions.static[column, leader] - needed) / growth(system, leader)
+        motion.tangent_clock[column] = 0.0
+        needed = row_tangent(system, directions, motion, needed_row(motion, leader), column)
+        moved = row_tangent(system, directions, motion, limit_row(motion, leader), column)
+        shift = (side * moved - needed) / per_length
         for i in range(motion.mode.shape[0]):
-            motion.tangent_x[i, column] += shift
+            motion.tangent_y[i, column] += shift
+
+
+# --- events -------------------------------------------------------------------------------------
 
 
 @kernel(inline=True)
 def mode_on_belt(system: BlockSystem, motion: BlockMotion, rates: Floats, block: int) -> int:
-    """Mode of a block whose relative velocity is zero; ``motion.e`` is exact at the limits."""
-    limit = system.static[block]
+    """Mode of a contact whose relative velocity is zero; ``motion.e`` is exact at the limits."""
+    limit = motion.limit[block]
     force = motion.e[block]
     if abs(force) < limit:
         return STICK
     if abs(force) == limit:
-        rate = loading_rate(system, motion, rates, block)
-        if (rate <= 0.0) if force > 0.0 else (rate >= 0.0):
+        side = 1.0 if force > 0.0 else -1.0
+        if side * excess_rate(system, motion, rates, block, side) <= 0.0:
             return STICK
     return BACKWARD if force > 0.0 else FORWARD
 
 
 @kernel(inline=True)
 def stop(motion: BlockMotion, block: int) -> None:
-    """Take away the relative velocity of a block, and how it changes with anything."""
+    """Take away the relative velocity of a contact, and how it changes with anything."""
     motion.w[block] = 0.0
     for column in range(motion.tangent_w.shape[1]):
         motion.tangent_w[block, column] = 0.0
@@ -156,7 +233,7 @@ def stop(motion: BlockMotion, block: int) -> None:
 
 @kernel(inline=True)
 def settle(system: BlockSystem, motion: BlockMotion, rates: Floats) -> bool:
-    """Change the modes of all blocks at an event, once; tell whether any changed."""
+    """Change the modes of all contacts at an event, once; tell whether any changed."""
     # Needed forces are continuous there; `rates` (w' just before) matter exactly at a limit alone.
     n = motion.mode.shape[0]
     for block in range(n):
@@ -178,17 +255,38 @@ def settle(system: BlockSystem, motion: BlockMotion, rates: Floats) -> bool:
 
 
 @kernel
-def needed_tangent(
-    system: BlockSystem, directions: BlockDirections, motion: BlockMotion, block: int, column: int
-) -> float:
-    """Differentiate a block's needed force at the present state."""
-    sine, cosine = sincos(motion.phase[0])
-    change = system.amplitude[block] * sine * motion.tangent_phase[column]
-    change -= directions.amplitude[column, block] * cosine
-    for k in range(system.first[block], system.first[block + 1]):
-        j = system.column[k]
-        change += system.stiffness[k] * motion.tangent_x[j, column]
-        change += system.damping[k] * (motion.tangent_w[j, column] + directions.V[column])
-        change += directions.stiffness[column, k] * motion.x[j]
-        change += directions.damping[column, k] * (motion.w[j] + system.V)
-    return change
+def saltation(
+    system: BlockSystem, directions: BlockDirections, motion: BlockMotion, rates: Floats
+) -> None:
+    """Move the tangents to the event that ``motion.event`` names, if any."""
+    # `rates`: w' just before. The first contact with an event sets the time; at a touch (rate 0)
+    # nothing is moved.
+    n, n_columns = motion.mode.shape[0], motion.tangent_z.shape[1]
+    for block in range(n):
+        event = motion.event[block]
+        if event == 0:
+            continue
+        landing = event == LANDING
+        side = 1.0 if event == AT_UPPER_LIMIT else -1.0
+        rate = rates[block]
+        if not landing:
+            rate = excess_rate(system, motion, rates, block, side)
+        if abs(rate) <= force_tolerance(motion, block):
+            continue
+        for column in range(n_columns):
+            if landing:
+                motion.shift[column] = -motion.tangent_w[block, column] / rate
+            else:
+                needed = row_tangent(system, directions, motion, needed_row(motion, block), column)
+                moved = row_tangent(system, directions, motion, limit_row(motion, block), column)
+                motion.shift[column] = (side * moved - needed) / rate
+        for i in range(motion.y.shape[0]):
+            flow, _ = row_value(system, motion, i)
+            for column in range(n_columns):
+                motion.tangent_y[i, column] += flow * motion.shift[column]
+        for i in range(n):
+            for column in range(n_columns):
+                motion.tangent_w[i, column] += rates[i] * motion.shift[column]
+        for column in range(n_columns):
+            motion.tangent_clock[column] += motion.shift[column]
+        return

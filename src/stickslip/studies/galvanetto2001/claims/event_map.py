@@ -69,7 +69,7 @@ def _system(name: str, model: TwoBlock) -> System:
     gaps = [(float(a), float(b)) for a, b in f.gaps]
     middles = np.array([0.5 * (a + b) for a, b in gaps])
     ended = f.evaluate(middles).status if gaps else np.array([], dtype=int)
-    corners = [corner[1] - corner[0] for corner in locus.corners(model.structure)]
+    corners = [corner[1] - corner[0] for corner in locus.corners(model.plant)]
     return System(
         name,
         f.domain,

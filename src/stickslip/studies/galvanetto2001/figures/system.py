@@ -63,7 +63,7 @@ class StickLocus:
 def compute_locus() -> StickLocus:
     """Find the corners of the locus of the Coulomb system."""
     model = examples.coulomb()
-    return StickLocus(model, locus.corners(model.structure), model.domain)
+    return StickLocus(model, locus.corners(model.plant), model.domain)
 
 
 def draw_locus(data: StickLocus, figure: Figure) -> None:

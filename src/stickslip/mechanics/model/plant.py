@@ -1,0 +1,400 @@
+"""Numbers of a linear plant with dry contacts, and the coordinates in which it moves."""
+
+# Derivation: docs/theory/plant.md. All functions take complex numbers too: a parameter moved by an
+# imaginary step differentiates every number exactly (`derivative`).
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import null_space, qr
+from scipy.sparse.csgraph import connected_components
+
+from stickslip.checks import MOST_KEPT, flag, random_generator, whole_number
+from stickslip.numerics.arrays import Floats, Ints
+from stickslip.numerics.roots import EPSILON
+from stickslip.results.parts import part
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+Numbers: TypeAlias = NDArray[Any]
+"""Real, or complex while they are differentiated."""
+
+ROUNDING: Final = 64 * EPSILON
+"""Of the sizes that cancel: what counts as zero."""
+TINY: Final = 1e-30
+"""The imaginary step: its square is lost, so that derivatives have no error of truncation."""
+LARGEST_RATIO: Final = 1000
+"""Of two frequencies with a common period: denominators up to this are tried."""
+
+
+class Reduced(NamedTuple):
+    """Coordinates z = (waves, y, w): rows of waves', y', needed forces e and limits L, in order.
+
+    Waves are the cosines, then the sines of the harmonics' angles ``frequency t + phase``. Each row
+    is ``matrix z + constant``; ``w' = (friction - e) / mass``. Velocities are ``out_matrix z +
+    out_constant``; y begins with the positions.
+    """
+
+    mass: Numbers  # (m,): the inertia that each contact acts on
+    matrix: Numbers  # (waves + n + m, waves + n)
+    constant: Numbers  # (waves + n + m,)
+    frequency: Numbers  # (harmonics,), as phase
+    phase: Numbers
+    V: Numbers  # (m,), without oscillations
+    out_matrix: Numbers  # (velocities, waves + n)
+    out_constant: Numbers
+
+    @property
+    def n_waves(self) -> int:
+        """Two of each harmonic."""
+        return 2 * len(self.frequency)
+
+    @property
+    def n_free(self) -> int:
+        """Coordinates (waves, y) that friction does not act on."""
+        return self.matrix.shape[1] - len(self.mass)
+
+    @property
+    def flow(self) -> Floats:
+        """Matrix of (y, w)' without friction."""
+        own = slice(self.n_waves, self.matrix.shape[1])
+        flow = self.matrix[own, own].copy()
+        flow[-len(self.mass) :] /= -self.mass[:, None]
+        return flow
+
+
+@part
+@dataclass(frozen=True, eq=False)
+class Plant:
+    """M v' + C v + K q = force + forcing + into f, q' = v; m contacts with w = out v - V(t).
+
+    A plant in state-space form has no q: K has no columns, and v is the state. Contact c slips with
+    ``f_c = -sign(w_c) L_c F_c(|w_c|)``, ``L = static + load (q, v)``.
+    """
+
+    mass: Numbers  # (n,), the diagonal, or (n, n)
+    stiffness: Numbers  # (n, n), or (n, 0)
+    damping: Numbers  # (n, n)
+    into: Numbers  # (n, m)
+    out: Numbers  # (m, n)
+    static: Numbers  # (m,)
+    load: Numbers  # (m, positions + n)
+    V: Numbers  # (m,)
+    force: Numbers  # (n,)
+    amplitude: Numbers  # (n, harmonics): cos(frequency t + phase) of forces; of belts:
+    belt: Numbers  # (m, harmonics)
+    frequency: Numbers  # (harmonics,)
+    phase: Numbers
+
+    @classmethod
+    def on_belt(
+        cls, mass: Numbers, stiffness: Numbers, damping: Numbers, static: Numbers, V: Any
+    ) -> Plant:
+        """Plant each mass of which rubs on one belt."""
+        n = len(mass)
+        none = np.zeros((n, 0))
+        return cls(
+            *(mass, stiffness, damping, np.eye(n), np.eye(n), static, np.zeros((n, 2 * n))),
+            *(np.full(n, V), np.zeros(n), none, none, np.zeros(0), np.zeros(0)),
+        )
+
+    def with_harmonic(self, amplitude: Numbers, belt: Numbers, frequency: Any, phase: Any) -> Plant:
+        """Return the plant with one more harmonic of forces and belts."""
+        return replace(
+            self,
+            amplitude=np.column_stack([self.amplitude, amplitude]),
+            belt=np.column_stack([self.belt, belt]),
+            frequency=np.append(self.frequency, frequency),
+            phase=np.append(self.phase, phase),
+        )
+
+    @property
+    def n_contacts(self) -> int:
+        """Number of contacts, which are the blocks where each block rubs."""
+        return len(self.static)
+
+    @property
+    def n_positions(self) -> int:
+        """Number of positions q: none in state-space form."""
+        return self.stiffness.shape[1]
+
+    @property
+    def is_forced(self) -> bool:
+        """Whether anything depends on time."""
+        return bool(self.amplitude.any() or self.belt.any())
+
+    @cached_property
+    def period(self) -> float:
+        """Common period of the harmonics; ValueError if there is none."""
+        moving = self.amplitude.any(axis=0) | self.belt.any(axis=0)
+        frequencies = np.unique(self.frequency[moving])
+        lowest, turns = frequencies[0], 1
+        for other in frequencies[1:]:
+            ratio = Fraction(other / lowest).limit_denominator(LARGEST_RATIO)
+            if abs(other * ratio.denominator - lowest * ratio.numerator) > ROUNDING * other:
+                raise ValueError(
+                    f"the frequencies {lowest!r} and {other!r} have no common period: a "
+                    "stroboscopic map and periodic motions need one."
+                )
+            turns = math.lcm(turns, ratio.denominator)
+        return float(2.0 * np.pi * turns / lowest)
+
+    @cached_property
+    def rubs_as_one(self) -> bool:
+        """Whether each mass rubs and all are carried alike: global stick phases are a section."""
+        n = len(self.mass)
+        unit = np.eye(n)
+        alike = self.into.shape == unit.shape and self.n_positions == n
+        alike = alike and bool((self.into == unit).all() and (self.out == unit).all())
+        return alike and not self.load.any() and bool((self.V == self.V[0]).all())
+
+    @cached_property
+    def dissipates(self) -> bool:
+        """Whether energy bounds motions about steady sliding: springs pull back, dampers take."""
+        if not self.rubs_as_one or self.n_waves or not self.V[0] > 0.0:
+            return False
+        for matrix, least in ((self.stiffness, ROUNDING), (self.damping, -ROUNDING)):
+            size = np.abs(matrix).max()
+            if np.abs(matrix - matrix.T).max() > ROUNDING * size:
+                return False
+            if np.linalg.eigvalsh(matrix)[0] < least * size:
+                return False
+        return True
+
+    @cached_property
+    def turning(self) -> Floats:
+        """Columns: velocities that no spring feels; any, in state-space form."""
+        return null_space(self.stiffness) if self.n_positions else np.eye(len(self.mass))
+
+    @cached_property
+    def turns(self) -> Floats:
+        """Columns: changes of (y, w) that nothing feels, as a free rotor turned as a whole."""
+        own = self.reduced.matrix[self.n_waves :, self.n_waves :]
+        return np.asarray(null_space(own, rcond=ROUNDING))
+
+    def felt(self, change: Floats) -> Floats:
+        """Leave out of changes of (y, w), shape (..., n), what nothing feels."""
+        return np.asarray(change - change @ self.turns @ self.turns.T)
+
+    # --- coordinates -------------------------------------------------------------------------
+
+    @cached_property
+    def kept(self) -> Ints:
+        """Velocities that stay coordinates of y, once friction is projected out of them."""
+        n, m = self.into.shape
+        if n == m:
+            return np.zeros(0, dtype=np.int64)
+        lead = solved(self.mass, self.into)
+        lead = lead / np.einsum("cn,nc->c", self.out, lead)
+        _, _, order = qr((np.eye(n) - lead @ self.out).T, pivoting=True)
+        return np.sort(order[: n - m])
+
+    @cached_property
+    def reduced(self) -> Reduced:
+        """The plant in the coordinates (y, w)."""
+        return self.reduction(self.kept)
+
+    def reduction(self, kept: Ints) -> Reduced:
+        """Reduce the plant with these velocities kept."""
+        n, m = self.into.shape
+        n_q, n_u = self.n_positions, len(kept)
+        inert = solved(self.mass, self.into)
+        response = np.einsum("cn,nc->c", self.out, inert)  # C B, diagonal
+        lead = inert / response
+        needed = solved(self.mass.T, self.out.T).T / response[:, None]
+        mass = np.einsum("cn,nc->c", needed, times(self.mass, lead))
+        free = np.zeros((n_u, n))
+        spread = np.zeros((n, n_u))
+        if n_u:
+            project = np.eye(n) - lead @ self.out
+            spread = project[:, kept] @ np.linalg.inv(project[np.ix_(kept, kept)])
+            free = solved(self.mass.T, project[kept].T).T
+        h = len(self.frequency)
+        still, rest = np.zeros((n, h)), np.zeros((n, n_u + m))
+        out = np.concatenate([lead @ self.belt, still, np.zeros((n, n_q)), spread, lead], axis=1)
+        acting = np.concatenate([-self.amplitude, still, self.stiffness, rest], axis=1)
+        pull = self.damping @ out + acting
+        swaying = np.zeros((m, h)), mass[:, None] * self.belt * self.frequency
+        inertia = np.concatenate([*swaying, np.zeros((m, n_q + n_u + m))], axis=1)
+        out_constant = lead @ self.V
+        pull_constant = self.damping @ out_constant - self.force
+        positions = np.eye(n_q, out.shape[1], 2 * h)
+        turning = np.kron([[0.0, -1.0], [1.0, 0.0]], np.diag(self.frequency))
+        return Reduced(
+            mass=mass,
+            matrix=np.concatenate(
+                [
+                    np.pad(turning, ((0, 0), (0, n_q + n_u + m))),
+                    out[:n_q],
+                    -free @ pull,
+                    needed @ pull - inertia,
+                    self.load @ np.concatenate([positions, out]),
+                ]
+            ),
+            constant=np.concatenate(
+                [
+                    np.zeros(2 * h),
+                    out_constant[:n_q],
+                    -free @ pull_constant,
+                    needed @ pull_constant,
+                    self.static + self.load[:, n_q:] @ out_constant,
+                ]
+            ),
+            frequency=self.frequency,
+            phase=self.phase,
+            V=self.V,
+            out_matrix=out,
+            out_constant=out_constant,
+        )
+
+    # --- states ------------------------------------------------------------------------------
+
+    def split(self, x: Floats, v: Floats) -> tuple[Floats, Floats]:
+        """Positions and velocities of a state as users give it; its own inverse."""
+        return (x, v) if self.n_positions else (v, x)
+
+    @property
+    def n_waves(self) -> int:
+        """Two of each harmonic."""
+        return 2 * len(self.frequency)
+
+    def waves(self, t: ArrayLike) -> Floats:
+        """Cosines, then sines of the harmonics, shape (..., waves)."""
+        angle = np.asarray(t, dtype=np.float64)[..., None] * self.frequency + self.phase
+        return np.concatenate([np.cos(angle), np.sin(angle)], axis=-1)
+
+    def oscillation(self, t: ArrayLike) -> Floats:
+        """Cosines of the harmonics, shape (..., harmonics)."""
+        return self.waves(t)[..., : len(self.frequency)]
+
+    def belts(self, t: ArrayLike) -> Floats:
+        """Velocities V(t) that the contacts rub on, shape (..., m)."""
+        return np.asarray(self.V + self.oscillation(t) @ self.belt.T)
+
+    def forces(self, t: ArrayLike) -> Floats:
+        """Return the forces on the masses that depend on time alone, shape (..., n)."""
+        return np.asarray(self.force + self.oscillation(t) @ self.amplitude.T)
+
+    def coordinates(self, x: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0) -> Floats:
+        """Coordinates z = (y, w) of states; w is 0 where rounding explains the difference."""
+        q, v = self.split(np.asarray(x, dtype=np.float64), np.asarray(v, dtype=np.float64))
+        belt = self.belts(t)
+        reached, size = v @ self.out.T, np.abs(v) @ np.abs(self.out).T
+        w = reached - belt
+        w = np.where(np.abs(w) <= 2.0 * EPSILON * np.maximum(size, np.abs(belt)), 0.0, w)
+        lead = self.reduced.out_matrix[:, self.reduced.n_free :]
+        free = (v - reached @ lead.T)[..., self.kept]
+        return np.concatenate([q, free, w], axis=-1)
+
+    def states(self, z: Floats, t: ArrayLike = 0.0) -> tuple[Floats, Floats]:
+        """Displacements and velocities at coordinates z."""
+        r, n = self.reduced, self.n_waves
+        v = z @ r.out_matrix[:, n:].T + r.out_constant + self.waves(t) @ r.out_matrix[:, :n].T
+        return self.split(z[..., : self.n_positions], v)
+
+    @cached_property
+    def jacobians(self) -> tuple[Floats, Floats]:
+        """Derivatives of states in coordinates z, and of z in states."""
+        n_q, n = self.n_positions, len(self.mass)
+        lead = self.reduced.out_matrix[:, self.reduced.n_free :]
+        states = np.concatenate([np.eye(n_q, n_q + n), self.reduced.out_matrix[:, self.n_waves :]])
+        free = (np.eye(n) - lead @ self.out)[self.kept]
+        own = np.concatenate([np.zeros((n_q, n)), free, self.out])
+        return states, np.concatenate([np.eye(n_q + n, n_q), own], axis=1)
+
+    def rows(self, z: Floats, t: ArrayLike = 0.0) -> tuple[Floats, Floats, Floats]:
+        """Rates y', needed forces and static limits at coordinates z."""
+        r, n = self.reduced, self.n_waves
+        values = z @ r.matrix[n:, n:].T + r.constant[n:] + self.waves(t) @ r.matrix[n:, :n].T
+        free = r.n_free - n
+        m = free + self.n_contacts
+        return values[..., :free], values[..., free:m], values[..., m:]
+
+    def momenta(self, v: Floats) -> Floats:
+        """Momenta of velocities, (..., n)."""
+        return np.asarray(v * self.mass if self.mass.ndim == 1 else v @ self.mass)
+
+    def needed_force(self, x: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0) -> Floats:
+        """Force that keeps each contact sticking, shape (..., m); (..., n) as `x` and `v`."""
+        return self.rows(self.coordinates(x, v, t), t)[1]
+
+    def limits(self, x: Floats, v: Floats) -> Floats:
+        """Return the static limits of the contacts, (..., m)."""
+        return np.asarray(self.static + np.concatenate(self.split(x, v), axis=-1) @ self.load.T)
+
+    def travel(self, x: Floats, t: float) -> Floats:
+        """How far what each contact rubs on has left it behind; NaN without positions."""
+        if not self.n_positions:
+            return np.full(self.n_contacts, np.nan)
+        turned = np.sin(self.frequency * t + self.phase) / self.frequency
+        return np.asarray(self.V * t + self.belt @ turned - x @ self.out.T)
+
+    @cached_property
+    def neighbours(self) -> list[list[int]]:
+        """Contacts that each is coupled to: directly, or through masses that do not rub."""
+        own = (self.into != 0.0) | (self.out != 0.0).T
+        linked = self.damping != 0.0
+        linked |= (self.stiffness if self.n_positions else self.damping) != 0.0
+        linked |= np.diag(self.mass) != 0.0 if self.mass.ndim == 1 else self.mass != 0.0
+        linked |= linked.T
+        free = np.flatnonzero(~own.any(axis=1))
+        _, group = connected_components(linked[np.ix_(free, free)], directed=False)
+        for number in np.unique(group):
+            beside = linked[free[group == number]].any(axis=0)
+            linked |= np.outer(beside, beside)
+        coupled = own.T.astype(np.int64) @ linked @ own > 0
+        return [np.flatnonzero(row).tolist() for row in coupled & ~np.eye(len(coupled), dtype=bool)]
+
+    def sample_state(
+        self, rng: np.random.Generator | int | None = None, *, riding: bool = False
+    ) -> tuple[Floats, Floats]:
+        """Draw a legal state, displacements and velocities; see `BeltModel`."""
+        generator = random_generator("rng", rng)
+        m, n_waves = self.n_contacts, self.n_waves
+        n_free = self.reduced.n_free - n_waves
+        w = np.zeros(m) if flag("riding", riding) else generator.uniform(-1.0, 1.0, size=m)
+        z = np.concatenate([np.zeros(n_free), w])
+        rest = self.rows(z)[1]
+        first = self.reduced.n_free
+        rows = self.reduced.matrix[first : first + m, n_waves:first]
+        force = generator.uniform(-self.static, self.static) - rest
+        z[:n_free] = np.linalg.lstsq(rows, force)[0]
+        return self.states(z)
+
+    def sample_sticking(self, n: int, rng: np.random.Generator | int | None = None) -> Floats:
+        """Draw positions, shape (n, masses), with all contacts sticking; uniform needed forces."""
+        n = whole_number("n", n, 0, at_most=MOST_STATES)
+        return self.sticking(random_generator("rng", rng).uniform(size=(n, self.n_contacts)))
+
+    def sticking(self, share: ArrayLike) -> Floats:
+        """Positions with needed forces at a `share` of their limits: 0 lower, 1 upper."""
+        force = self.static * (2.0 * np.asarray(share) - 1.0)
+        rest = self.needed_force(np.zeros(self.n_positions), self.V)
+        return np.asarray(np.linalg.solve(self.stiffness, (force - rest).T).T)
+
+
+MOST_STATES: Final = 100 * MOST_KEPT
+"""That may be drawn at once."""
+
+
+def solved(mass: Numbers, right: Numbers) -> Numbers:
+    """Apply the inverse of a mass matrix."""
+    return right / mass[:, None] if mass.ndim == 1 else np.asarray(np.linalg.solve(mass, right))
+
+
+def times(mass: Numbers, right: Numbers) -> Numbers:
+    """Apply a mass matrix."""
+    return np.asarray(mass[:, None] * right if mass.ndim == 1 else mass @ right)
+
+
+def derivative(shifted: Reduced) -> Reduced:
+    """Read the derivative off a plant that was reduced at a parameter plus ``TINY`` i."""
+    return Reduced(*(np.imag(field) / TINY for field in shifted))

@@ -1,0 +1,137 @@
+"""Steady sliding, flutter, Hopf points and cycles of structures with known answers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import stickslip as ss
+
+
+def test_a_brake_with_mode_coupling_flutters_where_its_modes_meet() -> None:
+    """Hoffmann et al., Mech. Res. Comm. 29 (2002): the normal force is carried by a spring."""
+    kxx, kyy, kxy, kn = 2.0, 1.3, 0.35, 1.1
+    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), static=2.0, V=0.5, load=[0.0, kn])
+    brake = ss.Structure(mass=[1, 1], stiffness=[[kxx, kxy], [kxy, kyy]], contacts=[contact])
+    critical = (kxy + (kxx - kyy) ** 2 / (4 * kxy)) / kn
+    (sliding,) = ss.equilibria(brake)
+    (flutter,) = ss.follow(sliding, "mu_1", (0.1, 1.0)).bifurcations
+    assert flutter.kind == "flutter"
+    assert flutter.value == pytest.approx(critical, rel=1e-12)
+    frequency = flutter.multipliers[0].imag
+    assert frequency**2 == pytest.approx((kxx + kyy) / 2, rel=1e-7)  # a double eigenvalue
+    # In balance the load is that of the normal force with friction.
+    x, y = sliding.x
+    np.testing.assert_allclose(kxx * x + kxy * y, 0.3 * (2.0 + kn * y), rtol=1e-14)
+
+
+def test_hopf_points_of_a_drill_string() -> None:
+    """An upper disc with viscous friction drives a lower one through a torsion spring."""
+    upper, lower, k, b = 1.0, 0.3, 2.0, 0.3
+    law = ss.Stribeck(mu=0.4, speed=0.8, viscous=0.02)
+    drill = ss.Structure.from_state_space(
+        A=[[0, 1, -1], [-k / upper, -b / upper, 0], [k / lower, 0, 0]],
+        B=[[0], [0], [1 / lower]],
+        C=[[0, 0, 1]],
+        a=[0, 1.5 / upper, 0],
+        contacts=[ss.Contact(at=0, friction=law)],
+    )
+
+    def growth(w: float) -> float:
+        matrix = [
+            [0, 1, -1],
+            [-k / upper, -b / upper, 0],
+            [k / lower, 0, -law.slope(w) / lower],
+        ]
+        values = np.linalg.eigvals(np.array(matrix))
+        return float(values[np.argmax(values.imag)].real)
+
+    fast = max(ss.equilibria(drill), key=lambda each: float(each.w[0]))
+    w = float(fast.w[0])
+    assert b * w + law.force(w) == pytest.approx(1.5, rel=1e-14)
+    np.testing.assert_allclose(fast.x, [law.force(w) / k, w, w], rtol=1e-13)
+    critical = brentq(growth, 0.5 * w, w, xtol=1e-14)
+    (hopf,) = ss.follow(fast, "a_2", (1.0, 1.6)).bifurcations
+    assert hopf.value == pytest.approx(b * critical + law.force(critical), rel=1e-12)
+
+
+def test_what_turns_freely_is_told_its_speed_by_structures_in_positions_too() -> None:
+    law = ss.Stribeck(mu=0.4, speed=0.8, viscous=0.02)
+    discs = ss.Structure(
+        mass=[1.0, 0.3],
+        stiffness=[[2.0, -2.0], [-2.0, 2.0]],
+        damping=np.diag([0.3, 0.0]),
+        contacts=[ss.Contact(at=1, friction=law)],
+        force=[1.5, 0.0],
+    )
+    fast = max(ss.equilibria(discs), key=lambda each: float(each.w[0]))
+    assert 0.3 * fast.w[0] + law.force(fast.w[0]) == pytest.approx(1.5, rel=1e-14)
+    assert len(fast.eigenvalues) == 3
+    assert fast.x[0] - fast.x[1] == pytest.approx(law.force(fast.w[0]) / 2.0, rel=1e-13)
+
+
+def test_a_drill_string_sticks_and_slips_with_and_without_its_angle() -> None:
+    """Turning goes on for ever: a cycle comes back but for the common angle."""
+    law = ss.Stribeck(mu=0.5, speed=0.5)
+    upper, lower, k, b, torque = 0.5, 0.04, 0.08, 2.0, 5.0
+    contact = ss.Contact(at=1, friction=law, static=0.3)
+    drill = ss.Structure(
+        mass=[upper, lower],
+        stiffness=[[k, -k], [-k, k]],
+        damping=np.diag([b, 0.0]),
+        force=[torque, 0.0],
+        contacts=[contact],
+    )
+    cycle = ss.find_cycle(drill, [0.0, 0.0], [0.0, 0.0])
+    without = ss.Structure.from_state_space(
+        A=[[0, 1, -1], [-k / upper, -b / upper, 0], [k / lower, 0, 0]],
+        B=[[0], [0], [1 / lower]],
+        C=[[0, 0, 1]],
+        a=[0, torque / upper, 0],
+        contacts=[ss.Contact(at=0, friction=law, static=0.3)],
+    )
+    same = ss.find_cycle(without, [0.0, 0.0, 0.0], [])
+    assert cycle.stable
+    assert cycle.period == pytest.approx(same.period, rel=1e-12)
+    np.testing.assert_allclose(cycle.multipliers, same.multipliers, rtol=1e-6, atol=1e-12)
+    ends = cycle.trajectory.x(np.array([0.0, cycle.period]))
+    turned = ends[1] - ends[0]
+    assert turned[0] == pytest.approx(turned[1], rel=1e-12)
+    assert turned[0] > 1.0
+    for each, name in ((cycle, "force_1"), (same, "a_2")):
+        number = each.model.parameters[name]
+        with pytest.raises(ValueError, match="all rub on one belt"):
+            ss.follow(each, name, (0.99 * number, 1.01 * number))
+
+
+def test_what_slides_is_told_by_speeds_of_slip_where_belts_differ() -> None:
+    contacts = [ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), V=0.2)]
+    one = ss.Structure(mass=[1.0, 0.3], stiffness=[[2, -1], [-1, 1]], contacts=contacts)
+    text = repr(ss.equilibria(one)[0])
+    assert "steady sliding at w = -0.2" in text
+    assert "belt speeds searched" not in text
+
+
+def test_the_stroboscopic_map_of_a_mass_that_carries_another() -> None:
+    law = ss.PoppStelter(gamma=2.0)
+    model = ss.Structure(
+        mass=[1.0, 0.5, 0.7],
+        stiffness=[[2.0, -1.0, 0.0], [-1.0, 1.5, -0.5], [0.0, -0.5, 1.0]],
+        damping=0.2 * np.eye(3),
+        contacts=[ss.Contact(at=0, friction=law), ss.Contact(at=(1, 2), friction=law, static=0.3)],
+        forcing=[ss.Harmonic((0.5, 0.0, 1.0), 1.0), ss.Harmonic((0.0, 1.5, 0.0), 1.5, 0.4)],
+    )
+    f = ss.stroboscopic_map(model)
+    assert f.period == pytest.approx(4 * np.pi)
+    state = np.array([0.1, 0.3, -0.2, 0.4, -0.6, 0.5])
+    jacobian = f.derivative(state)
+    h = 1e-4
+    for j, unit in enumerate(np.eye(6)):
+        far_low, low, high, far_high = (f(state + k * h * unit) for k in (-2, -1, 1, 2))
+        expected = (8 * (high - low) - (far_high - far_low)) / (12 * h)
+        np.testing.assert_allclose(jacobian[:, j], expected, rtol=0, atol=1e-8)
+    cycle = f.periodic_point(state)
+    again = f(np.concatenate([cycle.x, cycle.v]))
+    assert cycle.period == pytest.approx(f.period)
+    np.testing.assert_allclose(again, np.concatenate([cycle.x, cycle.v]), rtol=0, atol=1e-12)
