@@ -184,7 +184,8 @@ def _part(cls: type[T], place: str, table: Any) -> T:
     """Make what a table holds the arguments of."""
     keys = _keys(cls)
     needed = _needed(keys)
-    numbers = _numbers(table, place, tuple(needed), tuple(keys.keys() - needed))
+    rest = tuple(name for name in keys if name not in needed)
+    numbers = _numbers(table, place, tuple(needed), rest)
     with within(f"{place} "):
         return cls(**numbers)
 
