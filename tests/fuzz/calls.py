@@ -236,15 +236,23 @@ MODEL: Final = {
     "replace": {"V": 0.05},
     "sample_domain": {"n": 2, "rng": 1},
     "sample_state": {"rng": 1},
+    "positions": {"d": 0.1},
+    "spread_domain": {"n": 2},
+    "plant_direction": {"name": "V"},
 }
 FAMILY: Final = {
     **MODEL,
     "admit": {"d": [0.1]},
     "contains": {"d": [0.1]},
     "positions": {"d": [0.1]},
-    "spread_domain": {"n": 2},
-    "plant_direction": {"name": "V"},
 }
+CONTACTS: Final = [ss.Contact(at=k, friction=LAW, V=0.1) for k in range(2)]
+
+
+def structure() -> ss.Structure:
+    return ss.Structure([1.0, 2.0], [[2.0, -1.0], [-1.0, 2.0]], contacts=CONTACTS)
+
+
 WAVE: Final = {"s": 0.1}
 LAWS: Final = {"force": WAVE, "slope": WAVE, "static_value": {}}
 EVENT_MAP: Final = {
@@ -274,6 +282,7 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
         "V": 0.1,
     },
     "Chain": {"static": (1.0, 1.1, 1.2), "alpha": 1.0, "V": 0.1, "friction": LAW},
+    "Contact": {"at": 0, "friction": LAW, "V": 0.1},
     "Coulomb": {"mu": 0.2},
     "Harmonic": {"amplitude": 0.1, "frequency": 1.0},
     "Oscillator": {"V": 0.2, "friction": LAW},
@@ -284,6 +293,17 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     },
     "PoppStelter": {"gamma": 3.0},
     "Stribeck": {"mu": 0.3, "speed": 0.1},
+    "Structure": {
+        "mass": [1.0, 2.0],
+        "stiffness": [[2.0, -1.0], [-1.0, 2.0]],
+        "contacts": CONTACTS,
+    },
+    "Structure.from_state_space": {
+        "A": [[0.0, 1.0], [-1.0, -0.1]],
+        "B": [[0.0], [1.0]],
+        "C": [[0.0, 1.0]],
+        "contacts": CONTACTS[:1],
+    },
     "TabulatedFriction": {"speed": [0.0, 0.1, 0.2], "force": [1.0, 0.8, 0.7]},
     "TwoBlock": {"alpha": 1.2, "beta": 1.3, "V": 0.1, "friction": LAW},
     "TwoBlock.from_physical": {
@@ -389,6 +409,10 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
         {**FAMILY, **{n: {"d": []} for n in ("admit", "contains", "positions")}},
     ),
     "Harmonic": (lambda: ss.Harmonic(0.1, 1.0), {"amplitudes": {"n_blocks": 2}}),
+    "Structure": (
+        structure,
+        {**FAMILY, "replace": {"V_1": 0.05}, "plant_direction": {"name": "V_1"}},
+    ),
     "TwoBlock": (
         coulomb,
         {

@@ -40,6 +40,7 @@ OPEN: Final = (
     "find",
     "strobo",
     "Blocks",
+    "Structure",
 )
 """How the names begin whose arguments have not been gone through one by one yet."""
 CLOSED: Final = {name: call for name, call in CALLS.items() if not name.startswith(OPEN)}

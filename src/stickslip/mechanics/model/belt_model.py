@@ -13,7 +13,7 @@ import numpy as np
 from stickslip.checks import dimensions, finite_number, real_numbers, shown, whole_number
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
-from stickslip.mechanics.model.contact import Harmonic
+from stickslip.mechanics.model.contact import Harmonic, harmonic_of
 from stickslip.mechanics.model.plant import ROUNDING, TINY, Numbers, Plant, Reduced, derivative
 from stickslip.vocabulary import did_you_mean
 
@@ -247,7 +247,7 @@ class BeltModel(ABC):
             next((into for known, into in kinds if name in known), for_laws)[name] = value
         fields["friction"] = self._friction_with(fields.get("friction", self.friction), for_laws)
         waves = {
-            wave: Harmonic.of_numbers({key: forcing[f"{wave}.{key}"] for key in known.numbers})
+            wave: harmonic_of({key: forcing[f"{wave}.{key}"] for key in known.numbers})
             for wave, (known, _) in self._waves.items()
         }
         return self._rebuilt(numbers, waves, **fields)

@@ -83,12 +83,6 @@ class Harmonic:
             named = {"amplitude": given}
         return {**named, "frequency": self.frequency, "phase": self.phase}
 
-    @classmethod
-    def of_numbers(cls, numbers: Mapping[str, Any]) -> Harmonic:
-        """Make it of its numbers by name."""
-        *amplitude, frequency, phase = numbers.values()
-        return cls(amplitude[0] if "amplitude" in numbers else tuple(amplitude), frequency, phase)
-
     def amplitudes(self, n_blocks: int) -> tuple[float, ...]:
         """Amplitude on each block.
 
@@ -106,6 +100,13 @@ class Harmonic:
                 "give one number for all blocks, or one per block."
             )
         return self.amplitude
+
+
+def harmonic_of(numbers: Mapping[str, Any]) -> Harmonic:
+    """Make a harmonic of its numbers by name."""
+    *amplitude, frequency, phase = numbers.values()
+    given = amplitude[0] if "amplitude" in numbers else tuple(amplitude)
+    return Harmonic(given, frequency, phase)
 
 
 def _amplitude(name: str, value: object) -> float:
@@ -163,16 +164,17 @@ class Contact:
         """Constant velocity of what it rubs on, and how it oscillates."""
         return self.V if isinstance(self.V, tuple) else (self.V, None)
 
-    def weights(self, n: int, name: str) -> Floats:
-        """Weights b of n coordinates; ValueError if they are not there."""
-        entries = self.at if isinstance(self.at, tuple) else (self.at,)
-        if all(isinstance(entry, float) for entry in entries):
-            return fitting(f"{name}.at", np.array(entries), n)
-        b = np.zeros(n)
-        for entry, sign in zip(entries, (1.0, -1.0), strict=False):
-            what = "a coordinate, counted from 0"
-            b[whole_number(f"{name}.at", entry, 0, at_most=n - 1, what=what)] += sign
-        return b
+
+def weights_of(contact: Contact, n: int, name: str) -> Floats:
+    """Weights b of n coordinates; ValueError if they are not there."""
+    entries = contact.at if isinstance(contact.at, tuple) else (contact.at,)
+    if all(isinstance(entry, float) for entry in entries):
+        return fitting(f"{name}.at", np.array(entries), n)
+    b = np.zeros(n)
+    for entry, sign in zip(entries, (1.0, -1.0), strict=False):
+        what = "a coordinate, counted from 0"
+        b[whole_number(f"{name}.at", entry, 0, at_most=n - 1, what=what)] += sign
+    return b
 
 
 def _place(at: Any) -> int | tuple[int, int] | tuple[float, ...]:

@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import null_space, qr
-from scipy.sparse.csgraph import connected_components
 
 from stickslip.checks import MOST_KEPT, flag, random_generator, whole_number
 from stickslip.numerics.arrays import Floats, Ints
@@ -172,6 +170,8 @@ class Plant:
     @cached_property
     def turning(self) -> Floats:
         """Columns: velocities that no spring feels; any, in state-space form."""
+        from scipy.linalg import null_space  # not for the first value of a map
+
         return null_space(self.stiffness) if self.n_positions else np.eye(len(self.mass))
 
     @cached_property
@@ -192,6 +192,8 @@ class Plant:
         n, m = self.into.shape
         if n == m:
             return np.zeros(0, dtype=np.int64)
+        from scipy.linalg import qr  # not for the first value of a map
+
         lead = solved(self.mass, self.into)
         lead = lead / np.einsum("cn,nc->c", self.out, lead)
         _, _, order = qr((np.eye(n) - lead @ self.out).T, pivoting=True)
@@ -340,6 +342,8 @@ class Plant:
     @cached_property
     def neighbours(self) -> list[list[int]]:
         """Contacts that each is coupled to: directly, or through masses that do not rub."""
+        from scipy.sparse.csgraph import connected_components  # loads linear algebra
+
         own = (self.into != 0.0) | (self.out != 0.0).T
         linked = self.damping != 0.0
         linked |= (self.stiffness if self.n_positions else self.damping) != 0.0

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from stickslip.checks import dimensions, instance, real_numbers, shown, whole_number
+from stickslip.checks import dimensions, finite_number, instance, real_numbers, shown, whole_number
 from stickslip.mechanics.model.belt_model import (
     MOST_BLOCKS,
     BeltModel,
@@ -20,7 +20,7 @@ from stickslip.mechanics.model.belt_model import (
     one_per_block,
     paired,
 )
-from stickslip.mechanics.model.contact import Contact, Harmonic, fitting
+from stickslip.mechanics.model.contact import Contact, Harmonic, fitting, weights_of
 from stickslip.mechanics.model.plant import ROUNDING, Numbers, Plant, solved
 from stickslip.vocabulary import suggests
 
@@ -88,7 +88,7 @@ class Structure(BeltModel):
         force: ArrayLike | None = None,
         forcing: Harmonic | Sequence[Harmonic] | None = None,
     ) -> None:
-        n = np.shape(mass)[0] if dimensions(mass) else 1
+        n = len(np.atleast_1d(real_numbers("mass", mass)))
         whole_number("len(mass)", n, at_most=MOST_BLOCKS)
         if dimensions(mass) == 2:
             self.mass = _matrix("mass", mass, (n, n))
@@ -101,7 +101,7 @@ class Structure(BeltModel):
         self.damping = _matrix("damping", given, (n, n))
         self._set_contacts(contacts, force, forcing, n)
         self._weights = np.array(
-            [contact.weights(n, f"contacts[{k}]") for k, contact in enumerate(self.contacts)]
+            [weights_of(contact, n, f"contacts[{k}]") for k, contact in enumerate(self.contacts)]
         )
         check_contacts(self.plant)
 
@@ -263,7 +263,8 @@ class Structure(BeltModel):
         laws = laws_of(changes.pop("friction"), self.n_blocks)
         contacts = []
         for k, contact in enumerate(self.contacts):
-            wave, speed = waves.get(f"V_{k + 1}"), numbers[f"V_{k + 1}"]
+            wave = waves.get(f"V_{k + 1}")
+            speed = finite_number(f"V_{k + 1}", numbers[f"V_{k + 1}"])
             load = contact.load
             if load is not None:
                 load = tuple(numbers[f"load_{k + 1}_{j + 1}"] for j in range(len(load)))
@@ -271,7 +272,7 @@ class Structure(BeltModel):
                 replace(
                     contact,
                     friction=laws[k] if isinstance(laws, tuple) else laws,
-                    static=numbers[f"static_{k + 1}"],
+                    static=finite_number(f"static_{k + 1}", numbers[f"static_{k + 1}"], above=0.0),
                     V=speed if wave is None else (speed, wave),
                     load=load,
                 )
@@ -300,12 +301,12 @@ class StateSpace(Structure):
         a: ArrayLike | None = None,
         forcing: Harmonic | Sequence[Harmonic] | None = None,
     ) -> None:
-        n = np.shape(A)[0] if dimensions(A) == 2 else 1
-        m = len(contacts) if isinstance(contacts, list | tuple) else 1
+        n = len(np.atleast_1d(real_numbers("A", A)))
         self.A = _matrix("A", A, (n, n))
+        self._set_contacts(contacts, a, forcing, n)
+        m = len(self.contacts)
         self.B = _matrix("B", B, (n, m))
         self.C = _matrix("C", C, (m, n))
-        self._set_contacts(contacts, a, forcing, n)
         self.a = self.force
         places = [contact.at for contact in self.contacts]
         if places != list(range(m)):
