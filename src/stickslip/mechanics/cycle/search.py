@@ -7,7 +7,6 @@ from collections import deque
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.linalg import null_space
 
 from stickslip import status as status_codes
 from stickslip.checks import whole_number
@@ -18,6 +17,7 @@ from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
 from stickslip.mechanics.cycle.sliding import linear_modes, modes, steady_displacements
 from stickslip.mechanics.flow.engine import tolerance
 from stickslip.mechanics.model.arguments import checked_model, checked_state
+from stickslip.mechanics.model.plant import unfelt
 from stickslip.numerics.continuation import ArclengthCurve, LeavesRegion, StepTooLong
 from stickslip.vocabulary import suggests
 
@@ -304,7 +304,7 @@ class _Search:
         forced = self.model.plant.is_forced
         free = _varies(state)
         turns = self.model.plant.turns[free]
-        rest = null_space(turns.T) if turns.size else np.eye(free.sum())
+        rest = unfelt(turns.T) if turns.size else np.eye(free.sum())
         values = np.linalg.eigvals(rest.T @ tangent[np.ix_(free, free)] @ rest)
         values = values[np.argsort(-np.abs(values), kind="stable")].astype(np.complex128)
         # The return ends on the section: the direction across it is lost.

@@ -170,15 +170,13 @@ class Plant:
     @cached_property
     def turning(self) -> Floats:
         """Columns: velocities that no spring feels; any, in state-space form."""
-        from scipy.linalg import null_space  # not for the first value of a map
-
-        return null_space(self.stiffness) if self.n_positions else np.eye(len(self.mass))
+        return unfelt(self.stiffness) if self.n_positions else np.eye(len(self.mass))
 
     @cached_property
     def turns(self) -> Floats:
         """Columns: changes of (y, w) that nothing feels, as a free rotor turned as a whole."""
         own = self.reduced.matrix[self.n_waves :, self.n_waves :]
-        return np.asarray(null_space(own, rcond=ROUNDING))
+        return unfelt(own)
 
     def felt(self, change: Floats) -> Floats:
         """Leave out of changes of (y, w), shape (..., n), what nothing feels."""
@@ -387,6 +385,13 @@ class Plant:
 
 MOST_STATES: Final = 100 * MOST_KEPT
 """That may be drawn at once."""
+
+
+def unfelt(matrix: Floats) -> Floats:
+    """Orthonormal columns that a matrix takes to nothing."""
+    from scipy.linalg import null_space  # not for the first value of a map
+
+    return np.asarray(null_space(matrix, rcond=ROUNDING))
 
 
 def solved(mass: Numbers, right: Numbers) -> Numbers:
