@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
+from stickslip.mechanics.model.contact import weights_of
 
 Floats = NDArray[np.float64]
 
@@ -34,7 +35,7 @@ class Plain:
         self.n = n
         self.force = np.zeros(n) if model.force is None else np.asarray(model.force)
         self.waves = [(np.array(w.amplitudes(n)), w) for w in model.forcing or ()]
-        self.b = np.array([c.weights(n, "contact") for c in self.contacts])
+        self.b = np.array([weights_of(c, n, "contact") for c in self.contacts])
         self.inverse = np.linalg.inv(self.mass)
         self.response = np.diag(self.b @ self.inverse @ self.b.T)
 
