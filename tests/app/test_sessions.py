@@ -83,6 +83,13 @@ def test_a_bad_request_is_answered_with_the_field_at_fault(page, name):
     assert "Traceback" not in error["message"]
 
 
+@pytest.mark.parametrize("law", ["1 / (1 + s)", {"law": "formula", "force": "1 / (1 + s)"}])
+def test_a_formula_is_refused_before_it_is_compiled(page, law):
+    error = page.error("law", model={**COULOMB, "friction": law})
+    assert error["field"] == "model.friction"
+    assert "a formula is not served" in error["message"]
+
+
 def test_an_impossible_model_is_told_with_value_and_range(page):
     message = page.error("law", model={**COULOMB, "alpha": 1e308})["message"]
     assert "alpha = 1e+308" in message
