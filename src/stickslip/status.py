@@ -33,7 +33,7 @@ NAMES: Final = (
 MESSAGES: Final = (
     "returned",
     "all blocks slip for ever: no relative velocity can reach zero again",
-    "the motion settled on a cycle without global stick",
+    "the motion settled where no such event comes again: on a cycle, or sliding steadily",
     "gave up after max_events events; raise max_events",
     "gave up after max_time; raise max_time",
     "simultaneous events leave no consistent set of modes; move the starting point",

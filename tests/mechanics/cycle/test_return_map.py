@@ -181,6 +181,23 @@ def test_a_free_rotor_loses_its_angle() -> None:
     np.testing.assert_allclose(orbit.multiplier, cycle.multipliers[0].real, rtol=1e-8, atol=1e-10)
 
 
+def test_a_motion_that_comes_to_slide_steadily_returns_no_more() -> None:
+    discs = ss.Structure(
+        mass=[2.0, 0.5],
+        stiffness=[[1.0, -1.0], [-1.0, 1.0]],
+        damping=[[0.4, 0.0], [0.0, 0.1]],
+        force=[1.5, 0.0],
+        contacts=[ss.Contact(at=1, friction=ss.Coulomb(mu=0.5))],
+    )
+    f = ss.return_map(discs, direction="forward", domain=(0.0, 10.0))
+    found = f.evaluate([1.0, 4.0])
+    assert (found.status == ss.status.NEVER_CYCLE).all()
+    x, v, _ = f.state(4.0)
+    end = ss.simulate(discs, x, v, t_end=1000.0).final_state
+    assert end.v[1] > 0.0  # turns without sticking
+    assert np.ptp(end.v) < 1e-9
+
+
 def test_a_map_is_saved_and_made_again(tmp_path) -> None:  # type: ignore[no-untyped-def]
     f = ss.return_map(axis(), coordinates=["x_2"])
     branches = ss.branches(f)

@@ -18,6 +18,7 @@ from stickslip.mechanics.eventmap.blocks import BlocksBackend
 from stickslip.mechanics.eventmap.event_map import ModelMap
 from stickslip.mechanics.eventmap.mechanism import UNKNOWN, mechanism_between
 from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.flow.engine import block_engine
 from stickslip.mechanics.flow.system import BACKWARD, FORWARD
 from stickslip.mechanics.flow.trajectory import simulate
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from stickslip.mechanics.eventmap.records import Controls, Section
+    from stickslip.mechanics.eventmap.records import Section
     from stickslip.mechanics.flow.blocks.system import BlockDirections
     from stickslip.mechanics.flow.trajectory import Trajectory
     from stickslip.mechanics.model.arguments import Model
@@ -45,7 +46,7 @@ DIRECTIONS: Final = {"backward": BACKWARD, "forward": FORWARD}
 TURN: Final = 2.0 * math.pi
 ON_SECTION: Final = 1e-9  # of the terms that cancel on the section
 SAMPLES: Final = 65  # of an interval that is tried as the domain
-DOUBLINGS: Final = range(-4, 9)  # of the scale of the states, tried as its length
+DOUBLINGS: Final = range(-4, 7)  # of the scale of the states, tried as its length
 
 
 class ReturnBackend(BlocksBackend):
@@ -287,7 +288,7 @@ class LineReturnMap(SectionMap, LineMap):
 
     def _edges(self, grid: Floats) -> tuple[float, float]:
         """Return the ends of the points where the event happens; infinite beyond the grid."""
-        happens = np.flatnonzero(self._backend.carry(grid).status != status_codes.NO_EVENT)
+        happens = np.flatnonzero(self._happens(grid))
         if not happens.size:
             raise ValueError(
                 f"contact {self.contact} is nowhere released or lands {self.direction} on this "
@@ -305,12 +306,16 @@ class LineReturnMap(SectionMap, LineMap):
         """Last point where the event happens, towards one where it does not, to rounding."""
         while abs(inside - outside) > EPSILON * max(abs(inside), EPSILON * size):
             middle = 0.5 * (inside + outside)
-            status = self._backend.carry(np.array([middle])).status[0]
-            if status == status_codes.NO_EVENT:
-                outside = middle
-            else:
+            if self._happens(np.array([middle]))[0]:
                 inside = middle
+            else:
+                outside = middle
         return float(inside)
+
+    def _happens(self, points: Floats) -> NDArray[np.bool_]:
+        """Whether the event happens at points: motions are followed for a step."""
+        beginning = ReturnBackend(self, Controls(self.rtol, 1, 0.0))
+        return np.asarray(beginning.carry(points).status != status_codes.NO_EVENT)
 
     def _admit(self, d: ArrayLike) -> Floats:
         return np.require(checked_points(self.domain, d, "d"), np.float64, ["C", "W"])

@@ -52,6 +52,10 @@ if TYPE_CHECKING:
 
 # From this many events per block on a motion is watched for a cycle without global stick.
 LONG = 32
+# Steps without an event after which a motion is given up.
+MAX_QUIET = 20_000
+# Steps on which no relative velocity changes any more, after which the motion slides steadily.
+STEADY = 64
 # A state recurs when it comes back to within this distance (rule 6).
 RECURRENCE = 1e-10
 # Steps without an event, for each event allowed, before a motion is given up.
@@ -309,6 +313,15 @@ def has_arrived(section: Section, motion: BlockMotion, before: int) -> bool:
 
 
 @kernel
+def slides_steadily(motion: BlockMotion, work: BlockWork) -> bool:
+    """Whether all contacts slip at velocities that change no more."""
+    for i in range(motion.mode.shape[0]):
+        if motion.mode[i] == STICK or abs(work.rates[i]) > RECURRENCE:
+            return False
+    return True
+
+
+@kernel
 def carry(
     system: BlockSystem,
     laws: Floats,
@@ -336,7 +349,7 @@ def carry(
         write_modes(current, itinerary[0])
     duration = phase = 0.0
     earlier_margin = math.inf
-    n_events = instant = 0
+    n_events = instant = quiet = steady = 0
     looping = False
     status = TIME_LIMIT
     for _ in range(STEPS_PER_EVENT * (controls.max_events + LONG * n)):
@@ -358,7 +371,14 @@ def carry(
             break
         here = count_events(current)
         if here == 0:
+            quiet += 1
+            steady = steady + 1 if slides_steadily(current, work) else 0
+            if steady == STEADY:
+                status = NEVER_CYCLE
+            if quiet == MAX_QUIET or steady == STEADY:
+                break
             continue
+        quiet = 0
         if work.watch[0] != 0.0:
             margin = event_margin(system, laws, current, work)
             margin = 0.0 if here > 1 else min(margin, phase)
