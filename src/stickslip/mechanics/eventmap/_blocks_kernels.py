@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.mechanics.eventmap.itinerary import hashed
 from stickslip.mechanics.eventmap.records import BlockScratch, Controls, Outputs
 from stickslip.mechanics.flow.blocks.system import BlockMotion, BlockSystem, BlockWork, Floats
 from stickslip.mechanics.flow.blocks.transitions import excess_rate, onset, settle
@@ -38,19 +39,19 @@ LONG = 32
 RECURRENCE = 1e-10
 # Steps without an event, for each event allowed, before a motion is given up.
 STEPS_PER_EVENT = 200
-# Shifts of the 64-bit hash of itineraries (Marsaglia's xorshift).
-LEFT, RIGHT, LEFT_AGAIN = np.uint64(13), np.uint64(7), np.uint64(17)
+# Modes that a number of 64 bits tells.
+CODED = 32
 
 
 @kernel
-def hashed(label: np.uint64, motion: BlockMotion) -> np.uint64:
-    """Hash of an itinerary with one more set of modes."""
+def noted(label: np.uint64, motion: BlockMotion) -> np.uint64:
+    """Hash of an itinerary with one more set of modes: of two blocks, that of their engines."""
+    code = 0
     for i in range(motion.mode.shape[0]):
-        label ^= label << LEFT
-        label ^= label >> RIGHT
-        label ^= label << LEFT_AGAIN
-        label ^= np.uint64(motion.mode[i] + 2)
-    return label
+        code = 3 * code + motion.mode[i] + 1
+        if i % CODED == CODED - 1:
+            label, code = hashed(label, code), 0
+    return hashed(label, code)
 
 
 @kernel
@@ -166,7 +167,7 @@ def carry(
     watching = work.watch[0]
     work.margin[0] = 0.0 if leaving > 1 else math.inf
     current, current_directions = motion, directions
-    label = hashed(np.uint64(1), current)
+    label = noted(np.uint64(1), current)
     if itinerary.shape[0] > 0:
         write_modes(current, itinerary[0])
     duration = phase = 0.0
@@ -205,7 +206,7 @@ def carry(
                 status = UNDECIDED
                 break
             continue
-        label = hashed(label, current)
+        label = noted(label, current)
         n_events += 1
         if n_events < itinerary.shape[0]:
             write_modes(current, itinerary[n_events])
