@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.mechanics.eventmap.itinerary import hashed
 from stickslip.mechanics.eventmap.records import BlockScratch, Controls, Outputs, Section
 from stickslip.mechanics.flow.blocks.system import BlockMotion, BlockSystem, BlockWork, Floats
 from stickslip.mechanics.flow.blocks.transitions import (
@@ -63,25 +64,19 @@ STEPS_PER_EVENT = 200
 TURN = 2.0 * math.pi
 # Of the terms that cancel: relative velocities this small at a section are those of sticking.
 NO_SLIP = 64.0 * EPSILON
-# Shifts of the 64-bit hash of itineraries (Marsaglia's xorshift).
-LEFT, RIGHT, LEFT_AGAIN = np.uint64(13), np.uint64(7), np.uint64(17)
+# Modes that a number of 64 bits tells.
+CODED = 32
 
 
 @kernel
-def hashed(label: np.uint64, motion: BlockMotion) -> np.uint64:
-    """Hash of an itinerary with one more set of modes."""
+def noted(label: np.uint64, motion: BlockMotion) -> np.uint64:
+    """Hash of an itinerary with one more set of modes: of two blocks, that of their engines."""
+    code = 0
     for i in range(motion.mode.shape[0]):
-        label = mixed(label, np.uint64(motion.mode[i] + 2))
-    return label
-
-
-@kernel(inline=True)
-def mixed(label: np.uint64, more: np.uint64) -> np.uint64:
-    """Hash with one more number."""
-    label ^= label << LEFT
-    label ^= label >> RIGHT
-    label ^= label << LEFT_AGAIN
-    return label ^ more
+        code = 3 * code + motion.mode[i] + 1
+        if i % CODED == CODED - 1:
+            label, code = hashed(label, code), 0
+    return hashed(label, code)
 
 
 @kernel
@@ -344,7 +339,7 @@ def carry(
             return 0.0, 0, np.uint64(0), -work.margin[0], NO_EVENT
     watching = work.watch[0]
     current, current_directions = motion, directions
-    label = hashed(np.uint64(1), current)
+    label = noted(np.uint64(1), current)
     if itinerary.shape[0] > 0:
         write_modes(current, itinerary[0])
     duration = phase = 0.0
@@ -391,7 +386,7 @@ def carry(
                 status = UNDECIDED
                 break
             continue
-        label = hashed(label, current)
+        label = noted(label, current)
         n_events += 1
         if n_events < itinerary.shape[0]:
             write_modes(current, itinerary[n_events])
@@ -432,7 +427,7 @@ def carry(
     margin = min(earlier_margin, work.margin[0])
     if section.period > 0.0:  # where the phase passes 0, the next point jumps
         turns = math.floor(motion.clock[0] / section.period)
-        label = mixed(label, np.uint64(turns))
+        label = hashed(label, turns - 1)
         past = motion.clock[0] - turns * section.period
         margin = min(margin, past, section.period - past)
     return duration, n_events, label, margin, status

@@ -22,6 +22,7 @@ from stickslip.mechanics.flow.engine import (
     time_limit,
     tolerance,
 )
+from stickslip.mechanics.flow.lanes.pair import pair_numbers
 from stickslip.mechanics.friction.series import law_series
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.arrays import Floats
@@ -405,12 +406,15 @@ def backend_for(
         from stickslip.mechanics.eventmap.cuda import CudaBackend  # needs numba-cuda
 
         return CudaBackend(model, engine, controls)
-    if not (isinstance(model, TwoBlock) and model.damping == 0.0):
-        return BlocksBackend(model, block_engine(model, engine), controls, threads)
-    moved = engine_for(model, engine)
-    if lanes_serve(moved, controls):
-        return LaneBackend(model, moved, controls, threads)
-    series = law_series(model.laws) if moved.name == "taylor" else None
-    if series is not None:
-        return PoolBackend(model, moved, controls, threads, series)
-    return ScalarBackend(model, moved, controls, threads)
+    scalar: ScalarBackend | BlocksBackend
+    if isinstance(model, TwoBlock) and model.damping == 0.0:
+        scalar = ScalarBackend(model, engine_for(model, engine), controls, threads)
+        if lanes_serve(scalar.engine, controls):
+            return LaneBackend(scalar)
+    else:
+        scalar = BlocksBackend(model, block_engine(model, engine), controls, threads)
+    if scalar.name in ("taylor", "series"):
+        numbers, series = pair_numbers(model.plant), law_series(model.laws)
+        if numbers is not None and series is not None:
+            return PoolBackend(scalar, numbers, series)
+    return scalar

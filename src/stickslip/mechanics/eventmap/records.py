@@ -60,9 +60,8 @@ class Pools(NamedTuple):
     counts: NDArray[np.int64]  # motions in each pool
     flagged: NDArray[np.int64]  # lanes with an event
     rows: NDArray[np.int64]  # that may go on
+    numbers: Floats  # (3, NUMBERS): of the contacts, in the order of each pool
     motion: Motion
-    w: Floats
-    e: Floats
     signal: Floats
     reciprocals: Floats  # 1 / k
 

@@ -147,13 +147,13 @@ def excess_rate(
 
 @kernel(inline=True)
 def growth(system: BlockSystem, motion: BlockMotion, block: int) -> float:
-    """Growth of a needed force per displacement of all blocks together."""
+    """Growth of a needed force per displacement of all blocks together, with the belt."""
     row = needed_row(motion, block)
     total = 0.0
     for k in range(system.first[row], system.first[row + 1]):
         if system.column[k] < motion.y.shape[0]:
             total += system.entry[k]
-    return total
+    return math.copysign(total, total * system.V[0])
 
 
 @kernel
@@ -175,7 +175,7 @@ def onset(system: BlockSystem, directions: BlockDirections, motion: BlockMotion,
         if room < shift:
             shift, leader = room, i
     for i in range(n):
-        motion.y[i] += shift
+        motion.y[i] += math.copysign(1.0, system.V[0]) * shift
     update_needed(system, motion)
     leaving = 0
     for i in range(n):
@@ -220,7 +220,7 @@ def onset_tangents(
         moved = row_tangent(system, directions, motion, limit_row(motion, leader), column)
         shift = (side * moved - needed) / per_length
         for i in range(motion.mode.shape[0]):
-            motion.tangent_y[i, column] += shift
+            motion.tangent_y[i, column] += math.copysign(1.0, system.V[0]) * shift
 
 
 # --- events -------------------------------------------------------------------------------------
