@@ -26,7 +26,6 @@ EXPLAINED: Final = 1e-9  # ...: how well an image must meet an edge
 MAX_STEPS: Final = 2000
 MAX_INTERVALS: Final = 2048
 MAX_PERIOD: Final = 128
-MIN_IMAGES: Final = 64  # of breakpoints and turning points that are tried on each edge
 UNEXPLAINED: Final = "not an early image of a breakpoint or turning point"
 
 
@@ -105,8 +104,10 @@ def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
             reason = f"more than {MAX_INTERVALS} bands"
             break
         if period := _repeats(current, past, slack):
-            union = merged(np.concatenate(list(past)[:period]), APART * domain_width(f))
-            intervals, sources = _explain(f, laps, union, max(MIN_IMAGES, 2 * period))
+            parts = np.concatenate(list(past)[:period])
+            union = merged(parts, APART * domain_width(f))
+            # Each edge is the image of another one, or of an end of a lap.
+            intervals, sources = _explain(f, laps, union, parts.size)
             return _described(f, laps, intervals, sources, period, slack)
     return Bands(current, 0, np.inf, (), reason)
 
@@ -176,14 +177,14 @@ def _explain(
     if ends.size == 0:
         return bands, (nothing,) * edges.size
     images = advance(f, values, n_images - 1)
-    with np.errstate(invalid="ignore"):
-        close = np.abs(images[:, None, :] - edges[:, None]) <= EXPLAINED * width
     # A break or turning point says more than an end of the domain.
     own = (ends > f.domain[0]) & (ends < f.domain[1])
     sources = []
     for i in range(edges.size):
-        near = close[:, i] & own[:, None]
-        near = near if near.any() else close[:, i]
+        with np.errstate(invalid="ignore"):
+            close = np.abs(images - edges[i]) <= EXPLAINED * width
+        near = close & own[:, None]
+        near = near if near.any() else close
         if not near.any():
             sources.append(nothing)
             continue
