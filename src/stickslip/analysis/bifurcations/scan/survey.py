@@ -320,12 +320,10 @@ class Survey:
     def _end_of(self, way: Way, span: Span, fresh: list[Event]) -> Event | None:
         """Find the event that ends an orbit's way: a known one, or one to solve for."""
         for suspect in suspects_at_end(way, self.family):
-            for event in fresh:
-                if suspect.explained_by(event, self.width):
-                    return event
             found = located(suspect, self.family, self._within(span))
             if found is not None:
-                return found
+                alike = (e for e in fresh if found.same_as(e, self.scale, self.width))
+                return next(alike, found)
         return None
 
     def _within(self, span: Span) -> tuple[float, float]:
