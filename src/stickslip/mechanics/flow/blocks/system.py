@@ -4,6 +4,8 @@
 # of the harmonics. Rows of one sparse matrix say y', the needed forces e and the static limits L
 # (`mechanics.model.plant.Reduced`);
 #     mass w' = -mode L F(|w|) - e, or 0 while sticking.
+# Contacts that share inertia: mass w' = coupling f - own, and the forces f of sticking contacts are
+# solved for (`transitions.couple`); e is then what each contact needs while all others go on.
 # With the clock as part of the state the flow is autonomous: events restart it.
 
 from __future__ import annotations
@@ -21,10 +23,18 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 
+class JointSystem(NamedTuple):
+    """Numbers of m contacts that share inertia."""
+
+    coupling: Floats  # (m, m)
+    mechanisms: Floats  # (ways, m): slips that begin together
+
+
 class BlockSystem(NamedTuple):
     """Numbers of n coordinates and m contacts; a row is entries ``first[row]:first[row + 1]``."""
 
     mass: Floats  # (m,)
+    joint: Any  # JointSystem; None where no contacts share inertia, as below
     first: Ints  # (n + m + 1,)
     column: Ints
     entry: Floats
@@ -39,6 +49,7 @@ class BlockDirections(NamedTuple):
     """Derivatives of the numbers in some directions, the leading axis; as in `BlockSystem`."""
 
     mass: Floats
+    coupling: Floats
     first: Ints  # (directions, n + m + 1), into column and entry of all directions
     column: Ints
     entry: Floats
@@ -46,6 +57,22 @@ class BlockDirections(NamedTuple):
     laws: Floats  # (directions, m, parameters of a law)
     start: Floats  # (directions, m - 1): of the first differences
     varies: Bools  # anything but the starting state
+
+
+class Joint(NamedTuple):
+    """What a motion of m contacts that share inertia has besides."""
+
+    response: Floats  # (m, m): of forces of sticking contacts and of pulls to `drive`
+    tangent: Floats  # (m, columns), of `drive`
+    bears: Bools  # whether a sticking contact's force is determined by the others'
+    before: Ints  # modes
+    way: Ints  # mechanism that begins, counted from 1; negative: the other way; 0: none
+    fastest: Floats  # relative velocity so far, its rounding is that of all
+    drive: Floats  # friction of slipping contacts, own needed force of sticking ones
+    rate: Floats  # of `drive`
+    own: Floats  # needed forces but for what other contacts do
+    size: Floats  # of the terms that make it up
+    pull: Floats  # mass w'
 
 
 class BlockMotion(NamedTuple):
@@ -65,6 +92,7 @@ class BlockMotion(NamedTuple):
     tangent_w: Floats
     tangent_clock: Floats
     shift: Floats  # (columns,) of the clock at an event
+    joint: Any  # Joint
 
 
 def block_system(plant: Plant) -> BlockSystem:
@@ -74,6 +102,7 @@ def block_system(plant: Plant) -> BlockSystem:
     inverse = np.linalg.inv(plant.stiffness) if plant.dissipates else np.zeros((0, 0))
     return BlockSystem(
         mass=reduced.mass.copy(),
+        joint=JointSystem(reduced.coupling, plant.mechanisms) if plant.is_coupled else None,
         first=first,
         column=column,
         entry=entry,
@@ -112,6 +141,7 @@ def block_directions(
 
     return BlockDirections(
         mass=stacked("mass", m),
+        coupling=stacked("coupling", *([0 if system.joint is None else m] * 2)),
         first=np.array(
             [first + start for (first, _, _), start in zip(entries, before, strict=True)],
             dtype=np.int64,
@@ -155,10 +185,27 @@ def new_block_motion(system: BlockSystem, n_columns: int) -> BlockMotion:
         tangent_w=tangent[n - m :],
         tangent_clock=np.zeros(n_columns),
         shift=np.zeros(n_columns),
+        joint=system.joint and _new_joint(m, n_columns),
     )
 
 
+def _new_joint(m: int, n_columns: int) -> Joint:
+    ints = np.zeros((2, m), dtype=np.int64)
+    wide, bears = np.zeros((m, n_columns)), np.zeros(m, dtype=np.bool_)
+    each = np.zeros((m, m)), wide, bears, *ints, np.zeros(1), *np.zeros((5, m))
+    return Joint._make(each)
+
+
 Rows = NDArray[np.float64]
+
+
+class JointWork(NamedTuple):
+    """Series of one step of m contacts that share inertia, (m, order + 1)."""
+
+    drive: Rows  # as in `Joint`
+    force: Rows  # of all contacts
+    d_drive: Rows  # of one tangent
+    d_own: Floats  # (m,), a coefficient
 
 
 class BlockWork(NamedTuple):
@@ -174,6 +221,7 @@ class BlockWork(NamedTuple):
     d_w: Rows
     d_limit: Rows  # (m, order + 1), as d_force
     d_force: Rows
+    joint: Any  # JointWork
     rates: Floats  # w' at the end of a step
     deviation: Floats  # from steady sliding
     factor: Rows
@@ -201,6 +249,7 @@ def new_block_work(system: BlockSystem, n_rows: int, order: int) -> BlockWork:
         d_w=d_z[n - m :],
         d_limit=np.zeros((m, size)),
         d_force=np.zeros((m, size)),
+        joint=system.joint and JointWork._make((*np.zeros((3, m, size)), np.zeros(m))),
         rates=np.zeros(m),
         deviation=np.zeros(m),
         factor=np.zeros((m, m)),
