@@ -10,7 +10,6 @@ from scipy.optimize import brentq
 
 from stickslip.mechanics.cycle.section import Section, Shooting, Word, word_of
 from stickslip.mechanics.cycle.shooting import Shooter, State
-from stickslip.mechanics.flow.blocks.transitions import settle
 from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING
 from stickslip.numerics.continuation import ArclengthCurve, CurvePoint, LeavesRegion, StepTooLong
 from stickslip.numerics.polynomial import NO_ROOT, jet, lowest_minimum, value
@@ -40,24 +39,24 @@ class Touch(NamedTuple):
 
 def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
     """Collect them along a motion, by ascending size of the room."""
-    motion, system = shooter.motion, shooter.system
+    motion = shooter.motion
     shooter.place(state)
     found: list[Touch] = []
     t, last = 0.0, (-np.inf, -1)
     while t < duration:
-        mode, needed, limit = motion.mode.copy(), motion.e.copy(), motion.limit.copy()
+        mode, needed = motion.mode.copy(), motion.e.copy()
         h, status = shooter.advance(duration - t)
         if status or h <= 0.0:
             break
         for block in range(shooter.n_contacts):
-            found += _inside(shooter, block, int(mode[block]), (needed, limit), t, h)
+            found += _inside(shooter, block, int(mode[block]), float(needed[block]), t, h)
         t += h
         if motion.event.any():
             for i in map(int, np.flatnonzero(motion.event == LANDING)):
                 spare = float(motion.limit[i] - abs(motion.e[i]))
                 found.append(Touch("landing", t, i, spare))
                 found += _barely_landed(mode[i] * shooter.work.w[i], t, i, h)
-            settle(system, motion, shooter.work.rates)
+            shooter.engine.settle(motion, shooter.work.rates)
             changed = np.flatnonzero(motion.mode != mode)
             for i in changed[:1]:
                 if i != last[1] and last[1] >= 0:
@@ -75,7 +74,7 @@ def _barely_landed(signal: Floats, time: float, block: int, h: float) -> list[To
 
 
 def _inside(
-    shooter: Shooter, block: int, mode: int, before: tuple[Floats, Floats], start: float, h: float
+    shooter: Shooter, block: int, mode: int, needed: float, start: float, h: float
 ) -> list[Touch]:
     """List turning points of one block's signals inside a step."""
     motion, work, kernels = shooter.motion, shooter.work, shooter.engine.kernels
@@ -83,18 +82,13 @@ def _inside(
     if mode != 0:
         signals = [("grazing", mode * work.w[block])]
     else:
-        rows = (motion.y.size + block, motion.z.size + block)
-        force, limit = (
-            np.array(
-                [value[block]]
-                + [
-                    kernels.row_coefficient(shooter.system, work, row, k)
-                    for k in range(1, kernels.ORDER + 1)
-                ]
-            )
-            for value, row in zip(before, rows, strict=True)
-        )
-        signals = [("limit", limit + sign * force) for _, sign in SIDES]
+        if work.joint is not None:
+            force = work.joint.force[block]
+        else:
+            row, orders = motion.y.size + block, range(1, kernels.ORDER + 1)
+            later = (kernels.row_coefficient(shooter.system, work, row, k) for k in orders)
+            force = np.array([needed, *later])
+        signals = [("limit", work.limit[block] + sign * force) for _, sign in SIDES]
     found = []
     for kind, signal in signals:
         at = lowest_minimum(signal, h)

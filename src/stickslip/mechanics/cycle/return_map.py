@@ -95,6 +95,12 @@ class SectionMap(ModelMap):
         threads: int | None = None,
     ) -> None:
         plant = checked_model(model).plant
+        if plant.is_coupled:
+            raise ValueError(
+                f"model = {shown(model)} has contacts that share inertia: needed forces jump with "
+                "each other's modes, and return maps are not made of such yet. stickslip.simulate "
+                "follows the motion."
+            )
         what = f"contacts of the model are 0 to {plant.n_contacts - 1}"
         self.contact = whole_number("contact", contact, 0, at_most=plant.n_contacts - 1, what=what)
         one_of("event", event, EVENTS)
@@ -400,7 +406,8 @@ def return_map(
     Raises
     ------
     ValueError
-        A setting is not allowed; the section is one state; forces without a common period.
+        A setting is not allowed; the section is one state; forces without a common period;
+        contacts that share inertia.
 
     Notes
     -----

@@ -193,8 +193,7 @@ class _Search:
             off = self._off(leg, state)
             if np.abs(off).max() <= CONVERGED * self.size:
                 return self._cycle(*self._fewest_freedoms(*self._once(state, leg, n_events)))
-            step = self._step(leg, off)
-            moved = state._replace(z=np.where(_varies(state), state.z + step, state.z))
+            moved = state._replace(z=state.z + self._step(leg, off, _varies(state)))
             if np.abs(moved.z - start.z).max() > allowed:
                 return None
             last, state = np.abs(off).max(), moved
@@ -208,10 +207,17 @@ class _Search:
         """How far a leg ends from a state."""
         return self.felt(leg.state.z - state.z)
 
-    def _step(self, leg: Leg, off: Floats) -> Floats:
+    def _step(self, leg: Leg, off: Floats, varies: NDArray[np.bool_]) -> Floats:
         """Newton's step from the start of a leg."""
-        matrix = self.felt((np.eye(self.plain.n) - leg.tangent).T).T
-        return np.asarray(np.linalg.lstsq(matrix, off, rcond=1e-12)[0])
+        ways = self._ways(varies)
+        matrix = self.felt((ways - leg.tangent @ ways).T).T
+        return np.asarray(ways @ np.linalg.lstsq(matrix, off, rcond=1e-12)[0])
+
+    def _ways(self, varies: NDArray[np.bool_]) -> Floats:
+        """Columns: changes of what varies in a state that something feels, all independent."""
+        turns = self.model.plant.turns[varies]
+        ways = np.eye(len(varies))[:, varies]
+        return ways @ unfelt(turns.T) if turns.size else ways
 
     def _gains_no_more(self, last: float, now: float) -> bool:
         """Whether Newton's method has come to rounding, which a multiplier near 1 magnifies."""
@@ -278,8 +284,7 @@ class _Search:
             if now <= 10 * CONVERGED * self.size or self._gains_no_more(last, now):
                 return self._cycle(state, self._once_in_time(state, leg, period))
             last = now
-            step = self._step(leg, off)
-            state = state._replace(z=np.where(state.free, state.z + step, state.z))
+            state = state._replace(z=state.z + self._step(leg, off, state.free))
             if np.abs(state.z - start.z).max() > allowed:
                 return None
         return None
@@ -302,14 +307,12 @@ class _Search:
     def _multipliers(self, state: State, tangent: Floats) -> NDArray[np.complex128]:
         """Eigenvalues of the return, over the directions that are free at its start."""
         forced = self.model.plant.is_forced
-        free = _varies(state)
-        turns = self.model.plant.turns[free]
-        rest = unfelt(turns.T) if turns.size else np.eye(free.sum())
-        values = np.linalg.eigvals(rest.T @ tangent[np.ix_(free, free)] @ rest)
+        ways = self._ways(_varies(state))
+        values = np.linalg.eigvals(ways.T @ tangent @ ways)
         values = values[np.argsort(-np.abs(values), kind="stable")].astype(np.complex128)
         # The return ends on the section: the direction across it is lost.
         lost = 0 if forced else 1
-        total = free.size - turns.shape[1] - lost
+        total = len(ways) - self.model.plant.turns.shape[1] - lost
         kept = values[: len(values) - lost]
         kept = kept[np.abs(kept) > ROUNDING * max(1.0, float(np.abs(values).max()))]
         return np.concatenate([kept, np.zeros(total - len(kept))])

@@ -10,7 +10,6 @@ import numpy as np
 
 from stickslip import status as status_codes
 from stickslip.mechanics.flow.blocks.system import new_block_motion
-from stickslip.mechanics.flow.blocks.transitions import settle, update_needed
 from stickslip.mechanics.flow.engine import BlockEngine, block_engine
 from stickslip.mechanics.flow.recorder import place
 from stickslip.mechanics.flow.system import LOST, MAX_INSTANT
@@ -81,7 +80,7 @@ class Shooter:
     def start(self, x: Floats, v: Floats) -> State:
         """State with these displacements and velocities, with the modes that it asks for."""
         z = self.model.plant.coordinates(x, v)
-        place(self.system, self.motion, z, self.work.rates)
+        place(self.engine, self.motion, z, self.work.rates)
         return self._state()
 
     def leg(self, state: State, n_events: int, *, max_time: float = math.inf) -> Leg:
@@ -109,7 +108,7 @@ class Shooter:
                     status = status_codes.CONTACT_LOST
                     break
                 before = motion.mode.copy()
-                settle(self.system, motion, self.work.rates)
+                self.engine.settle(motion, self.work.rates)
                 changed = np.flatnonzero(motion.mode != before)
                 events += [(t, int(block), int(motion.mode[block])) for block in changed]
                 count += changed.size > 0
@@ -142,7 +141,7 @@ class Shooter:
         motion = self.motion
         motion.z[self.n_waves :], motion.mode[:], motion.clock[0] = state.z, state.mode, state.t
         motion.event[:] = 0
-        update_needed(self.system, motion)
+        self.engine.refresh(motion)
 
     def _tangent(self, time: float | None) -> Floats:
         """Differentiate the present state: at its event, or at a fixed time since the start."""

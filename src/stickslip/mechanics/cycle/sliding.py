@@ -131,13 +131,14 @@ def modes(model: Model, V: float) -> Modes:
 
 def modes_about(plant: Plant, laws: Sequence[FrictionLaw], steady: Steady) -> Modes:
     """Small motions about steady sliding: the flow linearised."""
-    w, mass, m = steady.w, plant.reduced.mass, plant.n_contacts
+    w, m, reduced = steady.w, plant.n_contacts, plant.reduced
     side, limits = np.sign(w), plant.limits(steady.x, steady.v)
-    matrix, load = plant.reduced.flow, plant.reduced.matrix[-m:, plant.n_waves :]
+    matrix, load = reduced.flow, reduced.matrix[-m:, plant.n_waves :]
     pairs = zip(laws, w.tolist(), strict=True)
     slopes = [float(law.slope(abs(s), forward=s > 0.0)) for law, s in pairs]
-    matrix[-m:] -= (side * _forces(laws, w[None])[0] / mass)[:, None] * load
-    matrix[-m:, -m:] -= np.diag(limits * slopes / mass)
+    friction = (side * _forces(laws, w[None])[0])[:, None] * load
+    friction[:, -m:] += np.diag(limits * slopes)
+    matrix[-m:] -= reduced.accelerations(friction)
     return _sorted_modes(matrix, plant)
 
 
@@ -149,7 +150,8 @@ def linear_modes(model: Model) -> Modes:
 def _sorted_modes(matrix: Floats, plant: Plant) -> Modes:
     values, vectors = np.linalg.eig(matrix)
     if plant.n_positions:
-        kept = np.sort(np.argsort(np.abs(values))[plant.turning.shape[1] :])
+        zeros = plant.turning.shape[1] + plant.n_contacts - len(plant.independent)
+        kept = np.sort(np.argsort(np.abs(values))[zeros:])
         values, vectors = values[kept], vectors[:, kept]
     order = np.lexsort((-values.imag, -values.real))
     return Modes(matrix, values[order].astype(complex), vectors[:, order].astype(complex))

@@ -13,14 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.checks import finite_number, one_of, shown
+from stickslip.mechanics.flow.blocks.joint import settle_together
 from stickslip.mechanics.flow.blocks.system import (
     BlockDirections,
+    BlockMotion,
     BlockSystem,
     BlockWork,
     block_directions,
     block_system,
     new_block_work,
 )
+from stickslip.mechanics.flow.blocks.transitions import settle, update_needed
 from stickslip.mechanics.flow.system import ALPHA, BETA, LAWS, START, VELOCITY, System
 from stickslip.mechanics.friction import Coulomb
 from stickslip.mechanics.friction.code import LawCode, law_code
@@ -198,6 +201,19 @@ class BlockEngine:
         """Scratch arrays of the kernels for one motion."""
         return new_block_work(self.system, self.code.N_ROWS, self.kernels.ORDER)
 
+    def refresh(self, motion: BlockMotion) -> None:
+        """Compute the needed forces of a motion in its present state and modes."""
+        if self.system.joint is None:
+            update_needed(self.system, motion)
+        else:
+            self.kernels.refresh(self.system, self.laws, motion)
+
+    def settle(self, motion: BlockMotion, rates: Floats) -> bool:
+        """Change the modes of a motion at an event; tell whether any changed."""
+        if self.system.joint is None:
+            return bool(settle(self.system, motion, rates))
+        return bool(settle_together(self.system, self.laws, motion))
+
     def directions(
         self,
         starts: Floats | int = 0,
@@ -236,9 +252,10 @@ def block_engine(model: BeltModel, engine: EngineName = "auto") -> BlockEngine:
             "a friction law of this model cannot be traced, and models of many blocks need its "
             "series: write the law with arithmetic and numpy functions, without branches."
         )
+    coupled = model.plant.is_coupled
     return BlockEngine(
         key=f"blocks-{code.key}",
-        kernels=_stepper_of(code),
+        kernels=_stepper_of(code, coupled),
         code=code,
         system=block_system(model.plant),
         laws=code.parameter_rows(model.laws),
@@ -246,7 +263,8 @@ def block_engine(model: BeltModel, engine: EngineName = "auto") -> BlockEngine:
 
 
 @lru_cache(maxsize=64)
-def _stepper_of(code: LawCode) -> ModuleType:
-    bindings = {role: getattr(code, role) for role in LAW_KERNELS}
+def _stepper_of(code: LawCode, coupled: bool) -> ModuleType:
+    bindings: dict[str, Any] = {role: getattr(code, role) for role in LAW_KERNELS}
     bindings["least_slope"] = sliding_kernels(code).least_slope
-    return instantiate(STEPPER, f"blocks-{code.key}", **bindings)
+    key = f"blocks-{code.key}" + "-coupled" * coupled
+    return instantiate(STEPPER, key, COUPLED=coupled, **bindings)

@@ -15,7 +15,6 @@ from stickslip import status as status_codes
 from stickslip.mechanics.flow.blocks import transitions as blocks
 from stickslip.mechanics.flow.blocks.system import (
     BlockMotion,
-    BlockSystem,
     new_block_motion,
 )
 from stickslip.mechanics.flow.dense import FORCE_ROUNDING
@@ -32,7 +31,7 @@ from stickslip.mechanics.flow.system import (
     new_motion,
 )
 from stickslip.mechanics.flow.transitions import onset, round_landings, settle
-from stickslip.mechanics.model.plant import Plant
+from stickslip.mechanics.model.arguments import Model
 from stickslip.numerics.arrays import Floats, Ints
 from stickslip.numerics.roots import EPSILON
 from stickslip.results.parts import part, register
@@ -359,15 +358,16 @@ def horner(rows: Floats, step: Ints, t: Floats) -> Floats:
 class BlockSums:
     """Motion within recorded steps: polynomials of z, times of the steps' starts."""
 
-    plant: Plant
+    model: Model
     start: Floats
+    mode: Ints
     z: Floats
 
     def __call__(self, step: Ints, t: Floats) -> Instant:
         """As `StatesInside` says."""
-        z, time = horner(self.z, step, t), self.start[step] + t
-        _, e, _ = self.plant.rows(z, time)
-        return *self.plant.states(z, time), z[:, -self.plant.n_contacts :], e
+        plant, z, time = self.model.plant, horner(self.z, step, t), self.start[step] + t
+        e = plant.needed(z, time, self.mode[step], self.model.laws)
+        return *plant.states(z, time), z[:, -plant.n_contacts :], e
 
 
 class BlocksRecorder(Recorder):
@@ -376,14 +376,14 @@ class BlocksRecorder(Recorder):
     def __init__(
         self,
         engine: BlockEngine,
-        plant: Plant,
+        model: Model,
         *,
         rtol: float,
         dense: bool,
         last: int | None = None,
     ) -> None:
         super().__init__(rtol=rtol, dense=dense, last=last)
-        self.engine, self.plant = engine, plant
+        self.engine, self.model, self.plant = engine, model, model.plant
         self.motion: BlockMotion = new_block_motion(engine.system, 0)
         self.work = engine.new_work()
         self.directions = engine.directions()
@@ -397,7 +397,7 @@ class BlocksRecorder(Recorder):
 
     def start(self, x: Floats, v: Floats) -> None:
         """Start from any state; a contact at rest sticks if its force is in the limits."""
-        place(self.engine.system, self.motion, self.plant.coordinates(x, v), self.work.rates)
+        place(self.engine, self.motion, self.plant.coordinates(x, v), self.work.rates)
         self._note_global_stick()
 
     def _state(self) -> Floats:
@@ -425,7 +425,7 @@ class BlocksRecorder(Recorder):
         if motion.event.any():
             if (motion.event == LOST).any():
                 return t, status_codes.CONTACT_LOST
-            self.n_events += bool(blocks.settle(engine.system, motion, self.work.rates))
+            self.n_events += engine.settle(motion, self.work.rates)
             self._note_global_stick()
         return t, status_codes.OK
 
@@ -434,17 +434,16 @@ class BlocksRecorder(Recorder):
             self.d.append(np.diff(self.motion.y[self.plant.n_waves :]))
 
     def _inside(self) -> StatesInside:
-        return BlockSums(
-            self.plant, np.array([step.t for step in self.record]), np.array(self.polynomials)
-        )
+        t, _, mode = (np.array(values) for values in zip(*self.record, strict=True))
+        return BlockSums(self.model, t, mode, np.array(self.polynomials))
 
 
-def place(system: BlockSystem, motion: BlockMotion, z: Floats, rates: Floats) -> None:
+def place(engine: BlockEngine, motion: BlockMotion, z: Floats, rates: Floats) -> None:
     """Start a motion at coordinates z, with the modes that they ask for."""
     motion.z[-z.size :] = z
     motion.clock[0] = 0.0
     motion.mode[:] = np.sign(motion.w)
     motion.event[:] = np.where(motion.w == 0.0, LANDING, 0)
     rates[:] = 0.0
-    blocks.update_needed(system, motion)
-    blocks.settle(system, motion, rates)
+    engine.refresh(motion)
+    engine.settle(motion, rates)

@@ -23,7 +23,7 @@ from stickslip.mechanics.flow.recorder import (
 )
 from stickslip.mechanics.flow.slip import Slip, SlipTracker
 from stickslip.mechanics.model.arguments import Model, checked_model, checked_state
-from stickslip.mechanics.model.plant import Plant
+from stickslip.mechanics.model.plant import Plant, sliding_friction
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.arrays import Floats
 from stickslip.results.parts import part
@@ -300,14 +300,8 @@ class Trajectory(Result):
 
     def _friction(self, state: Instant, mode: NDArray[np.int64]) -> Floats:
         x, v, w, e = state
-        force, limits = e.copy(), self.model.plant.limits(x, v)
-        for block, law in enumerate(self.model.laws):
-            for sign in (-1, 1):
-                slips = mode[..., block] == sign
-                speed = np.maximum(sign * w[..., block][slips], 0.0)
-                size = limits[..., block][slips] * law.force(speed, forward=sign > 0)
-                force[..., block][slips] = -sign * size
-        return force
+        limits = self.model.plant.limits(x, v)
+        return np.where(mode == 0, e, sliding_friction(self.model.laws, limits, w, mode))
 
     @cached_property
     def _work_done(self) -> Floats:
@@ -426,7 +420,7 @@ def recorder_for(
     if isinstance(model, TwoBlock) and model.damping == 0.0:
         return TwoBlockRecorder(engine_for(model, engine), rtol=rtol, dense=dense, last=last)
     moved = block_engine(checked_model(model), engine)
-    return BlocksRecorder(moved, model.plant, rtol=rtol, dense=dense, last=last)
+    return BlocksRecorder(moved, model, rtol=rtol, dense=dense, last=last)
 
 
 def start(

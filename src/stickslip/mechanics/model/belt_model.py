@@ -177,7 +177,12 @@ class BeltModel(ABC):
             known = did_you_mean(name, list(self.parameters))
             raise ValueError(f"{type(self).__name__} has no parameter {shown(name)}. {known}")
         moved = self._plant_with({**numbers, name: numbers[name] + 1j * TINY})
-        return derivative(moved.reduction(self.plant.kept))
+        if moved.is_coupled and not self.plant.is_coupled:
+            raise ValueError(
+                f"{name} = {numbers[name]!r} has no derivative: as soon as it changes, contacts "
+                "share inertia. Give it a value beside."
+            )
+        return derivative(moved.reduction(self.plant))
 
     def _plant_with(self, numbers: Mapping[str, Any]) -> Plant:
         plant = self._assemble(numbers)

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -20,7 +21,11 @@ from stickslip.numerics.roots import EPSILON
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike
+
+    from stickslip.mechanics.friction.law import FrictionLaw
 
 Numbers: TypeAlias = NDArray[Any]
 """Real, or complex while they are differentiated."""
@@ -29,6 +34,8 @@ ROUNDING: Final = 64 * EPSILON
 """Of the sizes that cancel: what counts as zero."""
 TINY: Final = 1e-30
 """The imaginary step: its square is lost, so that derivatives have no error of truncation."""
+DEPENDENT: Final = 1e-9
+"""Share of a contact's inertia that others leave to it: less is none."""
 LARGEST_RATIO: Final = 1000
 """Of two frequencies with a common period: denominators up to this are tried."""
 
@@ -37,11 +44,12 @@ class Reduced(NamedTuple):
     """Coordinates z = (waves, y, w): rows of waves', y', needed forces e and limits L, in order.
 
     Waves are the cosines, then the sines of the harmonics' angles ``frequency t + phase``. Each row
-    is ``matrix z + constant``; ``w' = (friction - e) / mass``. Velocities are ``out_matrix z +
+    is ``matrix z + constant``; ``mass w' = coupling friction - e``. Velocities are ``out_matrix z +
     out_constant``; y begins with the positions.
     """
 
     mass: Numbers  # (m,): the inertia that each contact acts on
+    coupling: Numbers  # (m, m), ones on its diagonal: how far forces act there; (0, 0): ones alone
     matrix: Numbers  # (waves + n + m, waves + n)
     constant: Numbers  # (waves + n + m,)
     frequency: Numbers  # (harmonics,), as phase
@@ -59,6 +67,11 @@ class Reduced(NamedTuple):
     def n_free(self) -> int:
         """Coordinates (waves, y) that friction does not act on."""
         return self.matrix.shape[1] - len(self.mass)
+
+    def accelerations(self, forces: Floats) -> Floats:
+        """Accelerations at the contacts that forces there give, (m, ...)."""
+        shared = self.coupling @ forces if len(self.coupling) else forces
+        return np.asarray(shared / self.mass[:, None])
 
     @property
     def flow(self) -> Floats:
@@ -152,7 +165,8 @@ class Plant:
         unit = np.eye(n)
         alike = self.into.shape == unit.shape and self.n_positions == n
         alike = alike and bool((self.into == unit).all() and (self.out == unit).all())
-        return alike and not self.load.any() and bool((self.V == self.V[0]).all())
+        alike = alike and not self.load.any() and bool((self.V == self.V[0]).all())
+        return alike and not self.is_coupled
 
     @cached_property
     def dissipates(self) -> bool:
@@ -185,32 +199,94 @@ class Plant:
     # --- coordinates -------------------------------------------------------------------------
 
     @cached_property
+    def is_coupled(self) -> bool:
+        """Whether contacts share inertia: C B is not diagonal."""
+        touches = (self.into != 0.0) | (self.out.T != 0.0)
+        if self.mass.ndim == 1 and touches.sum(axis=1).max() <= 1:
+            return False  # no body has two
+        own = np.sqrt(np.diag(self.response))
+        share = self.response / np.outer(own, own)
+        shared = (np.abs(share) > ROUNDING) | (np.imag(share) != 0.0)
+        return bool(shared.sum() > self.n_contacts)
+
+    @property
+    def response(self) -> Numbers:
+        """What forces at contacts do to the accelerations there, C B, (m, m)."""
+        return self.out @ solved(self.mass, self.into)
+
+    @cached_property
+    def independent(self) -> Ints:
+        """Contacts whose velocities tell those of all others."""
+        if not self.is_coupled:
+            return np.arange(self.n_contacts)
+        from scipy.linalg import qr
+
+        own = np.sqrt(np.diag(self.response))
+        _, upper, order = qr(self.response / np.outer(own, own), pivoting=True)
+        return np.sort(order[np.abs(np.diag(upper)) > DEPENDENT])
+
+    @cached_property
+    def spread(self) -> Floats:
+        """Velocities at all contacts from those at the independent ones, (m, independent)."""
+        m, basis = self.n_contacts, self.independent
+        if len(basis) == m:
+            return np.eye(m)
+        return np.asarray(np.linalg.lstsq(self.out[basis].T, self.out.T)[0].T)
+
+    @cached_property
+    def mechanisms(self) -> Floats:
+        """Ways to slip, a row each: velocities at contacts, as few of them moving as possible."""
+        m, rank = self.n_contacts, len(self.independent)
+        if rank == m:
+            return np.eye(m)
+        ways: dict[tuple[int, ...], Floats] = {}
+        for resting in itertools.combinations(range(m), rank - 1):
+            across = unfelt(self.spread[list(resting)]) if resting else np.eye(rank)
+            if across.shape[1] == 1:
+                way = self.spread @ across[:, 0]
+                way = np.where(np.abs(way) > DEPENDENT * np.abs(way).max(), way, 0.0)
+                ways[tuple(np.flatnonzero(way))] = way / np.abs(way).max()
+        return np.array(list(ways.values()))
+
+    @cached_property
     def kept(self) -> Ints:
         """Velocities that stay coordinates of y, once friction is projected out of them."""
-        n, m = self.into.shape
-        if n == m:
+        n, rank = len(self.mass), len(self.independent)
+        if n == rank:
             return np.zeros(0, dtype=np.int64)
         from scipy.linalg import qr  # not for the first value of a map
 
-        lead = solved(self.mass, self.into)
-        lead = lead / np.einsum("cn,nc->c", self.out, lead)
-        _, _, order = qr((np.eye(n) - lead @ self.out).T, pivoting=True)
-        return np.sort(order[: n - m])
+        _, _, order = qr((np.eye(n) - self.lead(self) @ self.out).T, pivoting=True)
+        return np.sort(order[: n - rank])
+
+    def lead(self, of: Plant) -> Numbers:
+        """Velocities from those at contacts, which friction changes alone; as `reduction`."""
+        inert = solved(self.mass, self.into)
+        if not of.is_coupled:
+            return inert / np.einsum("cn,nc->c", self.out, inert)
+        inverse = np.linalg.inv(self.response[np.ix_(of.independent, of.independent)])
+        project = np.linalg.pinv(of.spread)
+        return np.asarray(inert @ project.T @ inverse @ project)
 
     @cached_property
     def reduced(self) -> Reduced:
         """The plant in the coordinates (y, w)."""
-        return self.reduction(self.kept)
+        return self.reduction(self)
 
-    def reduction(self, kept: Ints) -> Reduced:
-        """Reduce the plant with these velocities kept."""
+    def reduction(self, of: Plant) -> Reduced:
+        """Reduce the plant to the coordinates of another, that it is or has been moved from."""
         n, m = self.into.shape
+        kept = of.kept
         n_q, n_u = self.n_positions, len(kept)
         inert = solved(self.mass, self.into)
-        response = np.einsum("cn,nc->c", self.out, inert)  # C B, diagonal
-        lead = inert / response
+        response = np.einsum("cn,nc->c", self.out, inert)
         needed = solved(self.mass.T, self.out.T).T / response[:, None]
-        mass = np.einsum("cn,nc->c", needed, times(self.mass, lead))
+        mass = np.einsum("cn,nc->c", needed, times(self.mass, inert / response))
+        coupling = np.zeros((0, 0))
+        if of.is_coupled:
+            coupling = self.response / response[:, None]
+            np.fill_diagonal(coupling, 1.0)
+        lead = self.lead(of)
         free = np.zeros((n_u, n))
         spread = np.zeros((n, n_u))
         if n_u:
@@ -230,6 +306,7 @@ class Plant:
         turning = np.kron([[0.0, -1.0], [1.0, 0.0]], np.diag(self.frequency))
         return Reduced(
             mass=mass,
+            coupling=coupling,
             matrix=np.concatenate(
                 [
                     np.pad(turning, ((0, 0), (0, n_q + n_u + m))),
@@ -305,10 +382,11 @@ class Plant:
         """Derivatives of states in coordinates z, and of z in states."""
         n_q, n = self.n_positions, len(self.mass)
         lead = self.reduced.out_matrix[:, self.reduced.n_free :]
-        states = np.concatenate([np.eye(n_q, n_q + n), self.reduced.out_matrix[:, self.n_waves :]])
+        out = self.reduced.out_matrix[:, self.n_waves :]
+        states = np.concatenate([np.eye(n_q, out.shape[1]), out])
         free = (np.eye(n) - lead @ self.out)[self.kept]
         own = np.concatenate([np.zeros((n_q, n)), free, self.out])
-        return states, np.concatenate([np.eye(n_q + n, n_q), own], axis=1)
+        return states, np.concatenate([np.eye(len(own), n_q), own], axis=1)
 
     def rows(self, z: Floats, t: ArrayLike = 0.0) -> tuple[Floats, Floats, Floats]:
         """Rates y', needed forces and static limits at coordinates z."""
@@ -317,6 +395,25 @@ class Plant:
         free = r.n_free - n
         m = free + self.n_contacts
         return values[..., :free], values[..., free:m], values[..., m:]
+
+    def needed(self, z: Floats, t: Floats, mode: Ints, laws: Sequence[FrictionLaw]) -> Floats:
+        """Force that each contact needs in order to stick, all others going on in their modes.
+
+        Of sticking contacts that depend on each other, the least forces; all (k, m).
+        """
+        _, own, limits = self.rows(z, t)
+        if not self.is_coupled:
+            return own
+        m, coupling = self.n_contacts, self.reduced.coupling
+        slip = sliding_friction(laws, limits, z[:, -m:], mode)
+        needed = np.empty_like(own)
+        for modes, k in itertools.product(np.unique(mode, axis=0), range(m)):
+            at = (mode == modes).all(axis=1)
+            held = (modes == 0) | (np.arange(m) == k)
+            pull = own[at][:, held] - slip[at][:, ~held] @ coupling[np.ix_(held, ~held)].T
+            inverse = np.linalg.pinv(coupling[np.ix_(held, held)], rcond=DEPENDENT)
+            needed[at, k] = pull @ inverse[held[:k].sum()]
+        return needed
 
     def momenta(self, v: Floats) -> Floats:
         """Momenta of velocities, (..., n)."""
@@ -367,8 +464,10 @@ class Plant:
         rest = self.rows(z)[1]
         first = self.reduced.n_free
         rows = self.reduced.matrix[first : first + m, n_waves:first]
-        force = generator.uniform(-self.static, self.static) - rest
-        z[:n_free] = np.linalg.lstsq(rows, force)[0]
+        force = generator.uniform(-self.static, self.static)
+        if self.is_coupled:
+            force = self.reduced.coupling @ force
+        z[:n_free] = np.linalg.lstsq(rows, force - rest)[0]
         return self.states(z)
 
     def sample_sticking(self, n: int, rng: np.random.Generator | int | None = None) -> Floats:
@@ -385,6 +484,19 @@ class Plant:
 
 MOST_STATES: Final = 100 * MOST_KEPT
 """That may be drawn at once."""
+
+
+def sliding_friction(laws: Sequence[FrictionLaw], limits: Floats, w: Floats, mode: Ints) -> Floats:
+    """Friction forces of slipping contacts, shape (..., m); 0 of those that stick."""
+    force = np.zeros(w.shape)
+    for k, law in enumerate(laws):
+        for sign in (-1, 1):
+            slips = mode[..., k] == sign
+            speed = np.maximum(sign * w[..., k][slips], 0.0)
+            force[..., k][slips] = (
+                -sign * limits[..., k][slips] * law.force(speed, forward=sign > 0)
+            )
+    return force
 
 
 def unfelt(matrix: Floats) -> Floats:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Final, Self
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from stickslip.mechanics.model.belt_model import (
     paired,
 )
 from stickslip.mechanics.model.contact import Contact, Harmonic, fitting, weights_of
-from stickslip.mechanics.model.plant import ROUNDING, Numbers, Plant, solved
+from stickslip.mechanics.model.plant import ROUNDING, Numbers, Plant
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -47,8 +48,7 @@ class Structure(BeltModel):
     damping : array_like of float, shape (n, n), optional
         Of any symmetry; none by default.
     contacts : sequence of Contact
-        One or more, each on an inertia of its own: ``B' M^-1 B`` is diagonal for the contacts'
-        weights B.
+        One or more; several may act on the same bodies.
     force : array_like of float, shape (n,), optional
         Constant forces.
     forcing : Harmonic or sequence of Harmonic, optional
@@ -56,8 +56,8 @@ class Structure(BeltModel):
     Raises
     ------
     ValueError
-        A matrix of the wrong shape, a number that is not finite; two contacts that share inertia;
-        a static limit that is not positive at rest.
+        A matrix of the wrong shape, a number that is not finite; contacts whose
+        velocities nearly depend on each other; a static limit that is not positive at rest.
 
     Notes
     -----
@@ -145,7 +145,7 @@ class Structure(BeltModel):
         B : array_like of float, shape (n, m)
             How the friction forces enter.
         C : array_like of float, shape (m, n)
-            Velocities at the contacts; ``C B`` is diagonal and positive.
+            Velocities at the contacts; ``C B`` is symmetric and positive definite.
         contacts : sequence of Contact
             m of them; ``at`` is the column of B and row of C; a load weighs the state.
         a : array_like of float, shape (n,), optional
@@ -284,6 +284,10 @@ class Structure(BeltModel):
         return made
 
 
+CLOSE: Final = 1e-6
+"""Of the inertia that a contact acts on: what it must at least have for itself."""
+MOST_WAYS: Final = 1000
+"""In which dependent contacts can begin to slip."""
 PAIRED = ("mass", "stiffness", "damping")
 """Matrices whose entries come in pairs where they are symmetric."""
 
@@ -357,8 +361,8 @@ def _check_inertia(mass: Floats) -> None:
 
 
 def check_contacts(plant: Plant) -> None:
-    """Check that each contact acts on an inertia of its own, and is closed at rest."""
-    response = plant.out @ solved(plant.mass, plant.into)
+    """Check that contacts act on inertia, in pairs alike, and independently or exactly not so."""
+    response = plant.response
     own = np.diag(response)
     for k in np.flatnonzero(own <= 0.0):
         raise ValueError(
@@ -366,11 +370,28 @@ def check_contacts(plant: Plant) -> None:
             "needed. Without inertia friction has nothing to slow down."
         )
     size = np.sqrt(np.outer(own, own))
-    shared = np.abs(response - np.diag(own)) > ROUNDING * size
-    if shared.any():
-        i, j = (int(k) for k in np.argwhere(shared)[0])
+    if not plant.is_coupled:
+        return
+    odd = np.abs(response - response.T) > ROUNDING * size
+    if odd.any():
+        i, j = (int(k) for k in np.argwhere(odd)[0])
         raise ValueError(
-            f"contacts[{i}] and contacts[{j}] share inertia: C B has the entry "
-            f"[{i}, {j}] = {response[i, j]:.6g}. Contacts on inertias of their own are supported "
-            "as yet, which is where C B is diagonal."
+            f"contacts[{i}] and contacts[{j}] share inertia, but C B has the entries [{i}, {j}] = "
+            f"{response[i, j]:.6g} and [{j}, {i}] = {response[j, i]:.6g}: it must be symmetric. "
+            "Forces at contacts do their work on the velocities of slip there."
+        )
+    shares = np.linalg.eigvalsh(response / size)
+    unclear = (shares < CLOSE) & (np.abs(shares) > ROUNDING if plant.n_positions else True)
+    if unclear.any():
+        raise ValueError(
+            "the velocities at the contacts nearly depend on each other: C B, scaled to ones on "
+            f"its diagonal, has the eigenvalue {shares[unclear][0]:.6g}. At least {CLOSE:g} is "
+            "needed, or exact dependence, as of two bodies with three contacts, in a structure "
+            "given by masses."
+        )
+    ways = math.comb(len(own), len(plant.independent) - 1)
+    if len(plant.independent) < len(own) and ways > MOST_WAYS:
+        raise ValueError(
+            f"contacts = {len(own)} whose velocities depend on each other may leave {ways} sets of "
+            f"others at rest; at most {MOST_WAYS} are tried."
         )

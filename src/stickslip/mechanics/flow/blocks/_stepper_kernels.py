@@ -10,6 +10,7 @@ import math
 from typing import TYPE_CHECKING
 
 from stickslip.mechanics.flow._sliding_kernels import CLEARANCE
+from stickslip.mechanics.flow.blocks.joint import DEPENDENT, begin, couple, saltation_together
 from stickslip.mechanics.flow.blocks.system import (
     BlockDirections,
     BlockMotion,
@@ -27,13 +28,14 @@ from stickslip.mechanics.flow.blocks.transitions import (
 )
 from stickslip.mechanics.flow.dense import clearance, leaving_time, piece_row
 from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING, LOST
-from stickslip.numerics.polynomial import NO_ROOT, UNFINISHED, first_contact, value
+from stickslip.numerics.polynomial import NO_ROOT, UNFINISHED, first_contact, jet, value
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
 from stickslip.status import AT_REST, LAW_FAILED, OK, STEP_FAILED
 
 if TYPE_CHECKING:
     from stickslip.mechanics.flow._sliding_kernels import least_slope
+    from stickslip.mechanics.flow.blocks.joint import COUPLED
     from stickslip.mechanics.friction.interface import (
         FORCE_ROW,
         GRADIENT_ROW,
@@ -79,7 +81,10 @@ def advance(
         tangents(system, laws, directions, motion, work, h)
     move(system, laws, motion, work, h)
     if motion.tangent_z.shape[1] > 0:
-        saltation(system, directions, motion, work.rates)
+        if COUPLED:
+            saltation_together(system, directions, motion, work.rates)
+        else:
+            saltation(system, directions, motion, work.rates)
     return h, OK
 
 
@@ -118,12 +123,31 @@ def moves(system: BlockSystem, motion: BlockMotion, i: int) -> bool:
 @kernel(inline=True)
 def rate(system: BlockSystem, laws: Floats, motion: BlockMotion, block: int) -> float:
     """Rate w' of a contact in its mode."""
-    mode = motion.mode[block]
-    if mode == 0:
+    if motion.mode[block] == 0:
         return 0.0
+    if COUPLED:
+        return motion.joint.pull[block] / system.mass[block]
+    return (friction(laws, motion, block) - motion.e[block]) / system.mass[block]
+
+
+@kernel(inline=True)
+def friction(laws: Floats, motion: BlockMotion, block: int) -> float:
+    """Friction force of a slipping contact."""
+    mode = motion.mode[block]
     s = max(mode * motion.w[block], 0.0)
-    friction = -mode * motion.limit[block] * force(laws[piece_row(laws, block, s)], mode, s)
-    return (friction - motion.e[block]) / system.mass[block]
+    return -mode * motion.limit[block] * force(laws[piece_row(laws, block, s)], mode, s)
+
+
+@kernel(inline=True)
+def refresh(system: BlockSystem, laws: Floats, motion: BlockMotion) -> None:
+    """Compute the needed forces in the present state and modes."""
+    update_needed(system, motion)
+    if COUPLED:
+        for i in range(motion.mode.shape[0]):
+            if motion.mode[i] != 0:
+                motion.joint.drive[i] = friction(laws, motion, i)
+                motion.joint.fastest[0] = max(motion.joint.fastest[0], abs(motion.w[i]))
+        couple(system, motion)
 
 
 @kernel(inline=True)
@@ -138,7 +162,7 @@ def move(system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWork
         if motion.mode[i] != 0:
             motion.w[i] = value(work.w[i], h)
     motion.clock[0] += h
-    update_needed(system, motion)
+    refresh(system, laws, motion)
     for i in range(motion.mode.shape[0]):
         if motion.event[i] == AT_UPPER_LIMIT:
             motion.e[i] = motion.limit[i]
@@ -160,20 +184,28 @@ def expand(system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWo
     for i in range(motion.y.shape[0]):
         if not work.bends[i]:
             z[i, 1] = system.constant[i]
-    for k in range(ORDER):
+    for k in range(ORDER + COUPLED):
         for a in range(work.n_active[0]):
             i = work.active[a]
             mode = motion.mode[i]
             work.rows[i, 0, k] = mode * w[i, k]
             row = piece_row(laws, i, mode * motion.w[i])
             series(laws[row], mode, work.rows[i], k)
+            drive = -mode * friction_coefficient(system, motion, work, i, k)
+            if COUPLED:
+                work.joint.drive[i, k] = drive
+                continue
             needed = motion.e[i]
             if k > 0:
                 needed = row_coefficient(system, work, needed_row(motion, i), k)
-            pull = -mode * friction_coefficient(system, motion, work, i, k) - needed
+            pull = drive - needed
             if k == 0 and w[i, 0] == 0.0 and abs(pull) <= force_tolerance(motion, i):
                 pull = 0.0  # F(0) = 1: a slip starts at a double root
             w[i, k + 1] = pull / (system.mass[i] * (k + 1))
+        if COUPLED:
+            couple_series(system, motion, work, k)
+        if k == ORDER:
+            break
         for a in range(work.n_active[1]):
             i = work.flowing[a]
             z[i, k + 1] = row_coefficient(system, work, i, k) / (k + 1)
@@ -182,6 +214,27 @@ def expand(system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWo
         if is_loaded(system, motion, i):
             for k in range(1, ORDER + 1):
                 work.limit[i, k] = row_coefficient(system, work, limit_row(motion, i), k)
+
+
+@kernel
+def couple_series(system: BlockSystem, motion: BlockMotion, work: BlockWork, k: int) -> None:
+    """Coefficient k of the forces of sticking contacts, k + 1 of relative velocities."""
+    joint, n = motion.joint, motion.mode.shape[0]
+    for i in range(n):
+        if motion.mode[i] == 0:
+            own = row_coefficient(system, work, needed_row(motion, i), k)
+            work.joint.drive[i, k] = own if joint.bears[i] else 0.0
+    for i in range(n):
+        total = 0.0
+        for j in range(n):
+            total += joint.response[i, j] * work.joint.drive[j, k]
+        work.joint.force[i, k] = total if joint.bears[i] else work.joint.drive[i, k]
+        if motion.mode[i] != 0 and k < ORDER:
+            pull = total - row_coefficient(system, work, needed_row(motion, i), k)
+            rounding = force_tolerance(motion, i) * max(joint.response[i, i], DEPENDENT)
+            if k == 0 and work.w[i, 0] == 0.0 and abs(pull) <= rounding:
+                pull = 0.0
+            work.w[i, k + 1] = pull / (system.mass[i] * (k + 1))
 
 
 @kernel(inline=True)
@@ -211,7 +264,7 @@ def row_coefficient(system: BlockSystem, work: BlockWork, row: int, k: int) -> f
 def step_length(system: BlockSystem, motion: BlockMotion, work: BlockWork, rtol: float) -> float:
     """Step after which the last two terms of every series are below `rtol`; inf without series."""
     if work.n_active[0] == 0 and work.n_active[1] == 0:
-        return math.inf
+        return LONGEST_STEP if COUPLED else math.inf
     largest = 0.0
     for k in (ORDER - 1, ORDER):
         size = 0.0
@@ -255,6 +308,8 @@ def find_events(system: BlockSystem, motion: BlockMotion, work: BlockWork, h: fl
             slip_signal(motion, work, i)
             t = first_contact(work.signal, h, work.signal[0] == 0.0, SLACK * EPSILON)
             h = keep_first(motion, i, LANDING, t, h)
+        elif COUPLED:
+            pass  # below
         elif is_exposed(system, motion, work, i):
             slack = SLACK * EPSILON * motion.limit[i]
             for event in (AT_UPPER_LIMIT, AT_LOWER_LIMIT):
@@ -273,7 +328,52 @@ def find_events(system: BlockSystem, motion: BlockMotion, work: BlockWork, h: fl
             h = keep_first(motion, i, LOST, t, h)
         if h < 0.0:
             return h
+    return find_mechanisms(system, motion, work, h) if COUPLED else h
+
+
+@kernel
+def find_mechanisms(system: BlockSystem, motion: BlockMotion, work: BlockWork, h: float) -> float:
+    """As `find_events`, of contacts that share inertia and begin to slip, after other events."""
+    motion.joint.way[0] = 0
+    none = True
+    for i in range(motion.mode.shape[0]):
+        none = none and motion.event[i] == 0
+    for way in range(system.joint.mechanisms.shape[0]):
+        for side in (1, -1):
+            size = mechanism_signal(system, motion, work, way, side)
+            if size == 0.0:
+                continue
+            t = first_contact(work.signal, h, work.signal[0] == 0.0, SLACK * EPSILON * size)
+            if t == NO_ROOT:
+                continue
+            if t == UNFINISHED:
+                return t
+            if none or t < h - 2.0 * EPSILON * h:
+                motion.event[:] = 0
+                motion.joint.way[0] = side * (way + 1)
+                none = False
+            begin(system, motion, way, side)
+            h = min(t, h)
     return h
+
+
+@kernel
+def mechanism_signal(
+    system: BlockSystem, motion: BlockMotion, work: BlockWork, way: int, side: float
+) -> float:
+    """Distance of needed forces from what limits hold in a mechanism, a series; size of terms."""
+    size = rounding = 0.0
+    work.signal[:] = 0.0
+    for i in range(motion.mode.shape[0]):
+        share = side * system.joint.mechanisms[way, i]
+        if motion.mode[i] == 0 and share != 0.0:
+            size += abs(share) * motion.limit[i]
+            rounding += abs(share) * force_tolerance(motion, i)
+            for k in range(ORDER + 1):
+                work.signal[k] += abs(share) * work.limit[i, k] - share * work.joint.force[i, k]
+    if abs(work.signal[0]) <= rounding:
+        work.signal[0] = 0.0
+    return size
 
 
 @kernel(inline=True)
@@ -370,6 +470,10 @@ def tangents(
         series_tangent(laws[row], mode, work.rows[i], ORDER)
     for column in range(motion.tangent_z.shape[1]):
         tangent_series(system, directions, motion, work, column)
+        if COUPLED:
+            for j in range(motion.mode.shape[0]):
+                _, motion.joint.rate[j], _ = jet(work.joint.drive[j], h)
+                motion.joint.tangent[j, column] = value(work.joint.d_drive[j], h)
         for j in range(motion.z.shape[0]):
             motion.tangent_z[j, column] = value(work.d_z[j], h)
 
@@ -390,18 +494,53 @@ def tangent_series(
     for i in range(motion.y.shape[0]):
         if not work.bends[i]:
             d_z[i, 1] = row_tangent_coefficient(system, directions, motion, work, i, column, 0)
-    for k in range(ORDER):
+    for k in range(ORDER + COUPLED):
         for a in range(work.n_active[0]):
             i = work.active[a]
             row = needed_row(motion, i)
             pull = friction_tangent(system, directions, motion, work, i, column, k)
+            if COUPLED:
+                work.joint.d_drive[i, k] = pull
+                continue
             pull -= row_tangent_coefficient(system, directions, motion, work, row, column, k)
             pull -= directions.mass[column, i] * (k + 1) * work.w[i, k + 1]
             d_w[i, k + 1] = pull / (system.mass[i] * (k + 1))
+        if COUPLED:
+            couple_tangents(system, directions, motion, work, column, k)
+        if k == ORDER:
+            break
         for a in range(work.n_active[1]):
             i = work.flowing[a]
             change = row_tangent_coefficient(system, directions, motion, work, i, column, k)
             d_z[i, k + 1] = change / (k + 1)
+
+
+@kernel
+def couple_tangents(
+    system: BlockSystem,
+    directions: BlockDirections,
+    motion: BlockMotion,
+    work: BlockWork,
+    column: int,
+    k: int,
+) -> None:
+    """Differentiate what `couple_series` finds."""
+    joint, n = motion.joint, motion.mode.shape[0]
+    own = work.joint.d_own
+    for i in range(n):
+        row = needed_row(motion, i)
+        own[i] = row_tangent_coefficient(system, directions, motion, work, row, column, k)
+        if directions.varies[column]:
+            for j in range(n):
+                own[i] -= directions.coupling[column, i, j] * work.joint.force[j, k]
+        if motion.mode[i] == 0:
+            work.joint.d_drive[i, k] = own[i] if joint.bears[i] else 0.0
+    for i in range(n):
+        if motion.mode[i] != 0 and k < ORDER:
+            pull = -own[i] - directions.mass[column, i] * (k + 1) * work.w[i, k + 1]
+            for j in range(n):
+                pull += joint.response[i, j] * work.joint.d_drive[j, k]
+            work.d_w[i, k + 1] = pull / (system.mass[i] * (k + 1))
 
 
 @kernel(inline=True)
@@ -482,8 +621,8 @@ def varied_friction(
 def landing_rate(system: BlockSystem, laws: Floats, motion: BlockMotion, block: int) -> float:
     """Rate w' of a slipping contact as its relative velocity reaches 0."""
     mode = motion.mode[block]
-    friction = -mode * motion.limit[block] * static_value(laws[block], mode)
-    return (friction - motion.e[block]) / system.mass[block]
+    drive = -mode * motion.limit[block] * static_value(laws[block], mode)
+    return (drive - motion.e[block]) / system.mass[block]
 
 
 @kernel

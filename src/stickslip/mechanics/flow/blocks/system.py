@@ -4,6 +4,8 @@
 # of the harmonics. Rows of one sparse matrix say y', the needed forces e and the static limits L
 # (`mechanics.model.plant.Reduced`);
 #     mass w' = -mode L F(|w|) - e, or 0 while sticking.
+# Contacts that share inertia: mass w' = coupling f - own, and the forces f of sticking contacts are
+# solved for (`transitions.couple`); e is then what each contact needs while all others go on.
 # With the clock as part of the state the flow is autonomous: events restart it.
 
 from __future__ import annotations
@@ -21,10 +23,18 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 
+class JointSystem(NamedTuple):
+    """Numbers of m contacts that share inertia."""
+
+    coupling: Floats  # (m, m)
+    mechanisms: Floats  # (ways, m): slips that begin together
+
+
 class BlockSystem(NamedTuple):
     """Numbers of n coordinates and m contacts; a row is entries ``first[row]:first[row + 1]``."""
 
     mass: Floats  # (m,)
+    joint: Any  # JointSystem; None where no contacts share inertia, as below
     first: Ints  # (n + m + 1,)
     column: Ints
     entry: Floats
@@ -39,6 +49,7 @@ class BlockDirections(NamedTuple):
     """Derivatives of the numbers in some directions, the leading axis; as in `BlockSystem`."""
 
     mass: Floats
+    coupling: Floats
     first: Ints  # (directions, n + m + 1), into column and entry of all directions
     column: Ints
     entry: Floats
@@ -67,6 +78,22 @@ class RowChanges(NamedTuple):
     varies: Bools
 
 
+class Joint(NamedTuple):
+    """What a motion of m contacts that share inertia has besides."""
+
+    response: Floats  # (m, m): of forces of sticking contacts and of pulls to `drive`
+    tangent: Floats  # (m, columns), of `drive`
+    bears: Bools  # whether a sticking contact's force is determined by the others'
+    before: Ints  # modes
+    way: Ints  # mechanism that begins, counted from 1; negative: the other way; 0: none
+    fastest: Floats  # relative velocity so far, its rounding is that of all
+    drive: Floats  # friction of slipping contacts, own needed force of sticking ones
+    rate: Floats  # of `drive`
+    own: Floats  # needed forces but for what other contacts do
+    size: Floats  # of the terms that make it up
+    pull: Floats  # mass w'
+
+
 class BlockMotion(NamedTuple):
     """One motion, changed in place by kernels; an entry per contact, unless said otherwise."""
 
@@ -84,6 +111,7 @@ class BlockMotion(NamedTuple):
     tangent_w: Floats
     tangent_clock: Floats
     shift: Floats  # (columns,) of the clock at an event
+    joint: Any  # Joint
 
 
 def block_system(plant: Plant) -> BlockSystem:
@@ -93,6 +121,7 @@ def block_system(plant: Plant) -> BlockSystem:
     inverse = np.linalg.inv(plant.stiffness) if plant.dissipates else np.zeros((0, 0))
     return BlockSystem(
         mass=reduced.mass.copy(),
+        joint=JointSystem(reduced.coupling, plant.mechanisms) if plant.is_coupled else None,
         **rows._asdict(),
         frequency=reduced.frequency.copy(),
         phase=reduced.phase.copy(),
@@ -135,8 +164,17 @@ def block_directions(
     none = np.zeros(m)
     mass = np.array([none if change is None else change.mass for change in changes])
     moved = sparse_changes(rows, len(system.constant), varies)
+    size = 0 if system.joint is None else m
+    coupling = np.zeros((len(changes), size, size))
+    for k, change in enumerate(changes):
+        if change is not None and size:
+            coupling[k] = change.coupling
     return BlockDirections(
-        mass=mass.reshape(len(changes), m), laws=laws, start=start, **moved._asdict()
+        mass=mass.reshape(len(changes), m),
+        coupling=coupling,
+        laws=laws,
+        start=start,
+        **moved._asdict(),
     )
 
 
@@ -170,7 +208,24 @@ def new_block_motion(system: BlockSystem, n_columns: int) -> BlockMotion:
         tangent_w=tangent[n - m :],
         tangent_clock=np.zeros(n_columns),
         shift=np.zeros(n_columns),
+        joint=system.joint and _new_joint(m, n_columns),
     )
+
+
+def _new_joint(m: int, n_columns: int) -> Joint:
+    ints = np.zeros((2, m), dtype=np.int64)
+    wide, bears = np.zeros((m, n_columns)), np.zeros(m, dtype=np.bool_)
+    each = np.zeros((m, m)), wide, bears, *ints, np.zeros(1), *np.zeros((5, m))
+    return Joint._make(each)
+
+
+class JointWork(NamedTuple):
+    """Series of one step of m contacts that share inertia, (m, order + 1)."""
+
+    drive: Floats  # as in `Joint`
+    force: Floats  # of all contacts
+    d_drive: Floats  # of one tangent
+    d_own: Floats  # (m,), a coefficient
 
 
 class BlockWork(NamedTuple):
@@ -186,6 +241,7 @@ class BlockWork(NamedTuple):
     d_w: Floats
     d_limit: Floats  # (m, order + 1), as d_force
     d_force: Floats
+    joint: Any  # JointWork
     rates: Floats  # w' at the end of a step
     deviation: Floats  # from steady sliding
     factor: Floats
@@ -213,6 +269,7 @@ def new_block_work(system: BlockSystem, n_rows: int, order: int) -> BlockWork:
         d_w=d_z[n - m :],
         d_limit=np.zeros((m, size)),
         d_force=np.zeros((m, size)),
+        joint=system.joint and JointWork._make((*np.zeros((3, m, size)), np.zeros(m))),
         rates=np.zeros(m),
         deviation=np.zeros(m),
         factor=np.zeros((m, m)),

@@ -297,13 +297,20 @@ def saltation(
                 needed = row_tangent(system, directions, motion, needed_row(motion, block), column)
                 moved = row_tangent(system, directions, motion, limit_row(motion, block), column)
                 motion.shift[column] = (side * moved - needed) / rate
-        for i in range(motion.y.shape[0]):
-            flow, _ = row_value(system, motion, i)
-            for column in range(n_columns):
-                motion.tangent_y[i, column] += flow * motion.shift[column]
-        for i in range(n):
-            for column in range(n_columns):
-                motion.tangent_w[i, column] += rates[i] * motion.shift[column]
-        for column in range(n_columns):
-            motion.tangent_clock[column] += motion.shift[column]
+        move_tangents(system, motion, rates)
         return
+
+
+@kernel(inline=True)
+def move_tangents(system: BlockSystem, motion: BlockMotion, rates: Floats) -> None:
+    """Move the tangents by ``motion.shift`` in time."""
+    n_columns = motion.shift.shape[0]
+    for i in range(motion.y.shape[0]):
+        flow, _ = row_value(system, motion, i)
+        for column in range(n_columns):
+            motion.tangent_y[i, column] += flow * motion.shift[column]
+    for i in range(motion.mode.shape[0]):
+        for column in range(n_columns):
+            motion.tangent_w[i, column] += rates[i] * motion.shift[column]
+    for column in range(n_columns):
+        motion.tangent_clock[column] += motion.shift[column]
