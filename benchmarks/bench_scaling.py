@@ -125,13 +125,14 @@ def bench_threads(benchmark, report):
 
 
 C_PROCESS = """
-import time, numpy as np
-from benchmarks.c_code import coulomb_map
+import time, numpy as np, stickslip as ss
+from benchmarks.c_code import map_in_c
+in_c = map_in_c(ss.examples.coulomb())
 d = np.random.default_rng(1).uniform(-.67, .67, 1_000_000)
-coulomb_map(d[:1000], 1.2, 1.3, .22, .0366)
+in_c(d[:1000])
 input()
 start = time.perf_counter()
-coulomb_map(d, 1.2, 1.3, .22, .0366)
+in_c(d)
 print(time.perf_counter() - start)
 """
 

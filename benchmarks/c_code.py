@@ -19,9 +19,6 @@ FOLDER = Path(__file__).parent / "c"
 COMPILER = shutil.which("gcc") or shutil.which("cc")
 # What one would give by hand for speed; NaN must stay NaN.
 FLAGS = ("-O3", "-march=native", "-ffast-math", "-fno-finite-math-only", "-shared", "-fPIC")
-COULOMB = ("alpha", "beta", "mu", "V")
-LAW_9 = ("alpha", "beta", "V", "gamma", "delta", "eta")
-
 Floats = NDArray[np.float64]
 
 
@@ -36,29 +33,22 @@ def library(name: str) -> ctypes.CDLL:
     return ctypes.CDLL(str(target))
 
 
-def coulomb_map(d: Floats, *parameters: float) -> Floats:
-    """Event map by ``coulomb.c``; parameters as in `COULOMB`."""
-    d = np.ascontiguousarray(d, dtype=np.float64)
-    out, events = np.empty_like(d), np.empty(d.size, dtype=np.int32)
-    pointers = (ctypes.c_void_p(array.ctypes.data) for array in (d, out, events))
-    library("coulomb").coulomb_map(
-        ctypes.c_long(d.size), *pointers, *map(ctypes.c_double, parameters)
-    )
-    return out
+def map_in_c(model: ss.TwoBlock | ss.Blocks) -> Callable[[Floats], Floats]:
+    """Event map of two undamped blocks with Coulomb friction or law (9), the same for both."""
+    plant, (law, _) = model.plant, model.laws
+    numbers = np.append(plant.stiffness / plant.mass[:, None], plant.static / plant.mass)
+    name = "coulomb" if isinstance(law, ss.Coulomb) else "law9"
+    parameters = np.array([one.mu for one in model.laws] if name == "coulomb"
+                          else [law.gamma, law.delta, law.eta])  # fmt: skip
 
+    def by(d: Floats) -> Floats:
+        d = np.ascontiguousarray(d, dtype=np.float64)
+        out, events = np.empty_like(d), np.empty(d.size, dtype=np.int32)
+        arrays = (d, out, events) if name == "coulomb" else (d, out)
+        pointers = [ctypes.c_void_p(array.ctypes.data) for array in (*arrays, numbers, parameters)]
+        last = pointers.pop()
+        function = getattr(library(name), name)
+        function(ctypes.c_long(d.size), *pointers, ctypes.c_double(model.V), last)
+        return out
 
-def law9_map(d: Floats, *parameters: float) -> Floats:
-    """Event map by ``law9.c``; parameters as in `LAW_9`."""
-    d = np.ascontiguousarray(d, dtype=np.float64)
-    out = np.empty_like(d)
-    pointers = (ctypes.c_void_p(array.ctypes.data) for array in (d, out))
-    library("law9").law9(ctypes.c_long(d.size), *pointers, *map(ctypes.c_double, parameters))
-    return out
-
-
-def map_in_c(model: ss.TwoBlock) -> Callable[[Floats], Floats]:
-    """Event map of a model with Coulomb friction or law (9)."""
-    p = model.parameters
-    by, names = (coulomb_map, COULOMB) if "mu" in p else (law9_map, LAW_9)
-    numbers = [float(p[name]) for name in names]
-    return lambda d: by(d, *numbers)
+    return by

@@ -10,7 +10,7 @@ enum { ORDER = 18, TERMS = ORDER + 1, MAX_STEPS = 20000, MAX_EVENTS = 400 };
 static const double TRUNCATION = 1e-15, LONGEST_STEP = 1.0, ROUNDING = 2.220446049250313e-16;
 
 typedef struct {
-    double alpha, limit[2], V, gamma, delta, eta;
+    double k[2][2], limit[2], V, gamma, delta, eta; /* forces are over the masses */
 } System;
 
 typedef struct {
@@ -58,8 +58,9 @@ static void expand(const System *system, Motion *m)
             m->w[i][k + 1] = rate * share;
         }
         for (int i = 0; i < 2; i++)
-            m->e[i][k + 1] = share * ((1.0 + system->alpha) * m->w[i][k]
-                - system->alpha * m->w[1 - i][k] + (k == 0 ? system->V : 0.0));
+            m->e[i][k + 1] = share * (system->k[i][i] * m->w[i][k]
+                + system->k[i][1 - i] * m->w[1 - i][k]
+                + (k == 0 ? system->V * (system->k[i][0] + system->k[i][1]) : 0.0));
     }
 }
 
@@ -135,11 +136,15 @@ static double first_contact(const double *c, double h)
 static double map(const System *system, double d)
 {
     Motion m = {{0, 0}, {{0.0}}, {{0.0}}};
-    const double spread = (1.0 + 2.0 * system->alpha) * d;
-    const int first = 1.0 + spread > system->limit[1]; /* the block whose limit comes first */
+    double load[2], room[2]; /* how far both blocks move until the limit of either */
+    for (int i = 0; i < 2; i++) {
+        load[i] = system->k[i][0] + system->k[i][1];
+        room[i] = (system->limit[i] - system->k[i][1] * d) / load[i];
+    }
+    const int first = room[0] < room[1] ? 0 : 1;
     m.mode[first] = -1;
-    m.e[first][0] = system->limit[first];
-    m.e[1 - first][0] = first ? system->limit[1] - spread : 1.0 + spread;
+    for (int i = 0; i < 2; i++)
+        m.e[i][0] = i == first ? system->limit[i] : load[i] * room[first] + system->k[i][1] * d;
     for (int n = 0, n_events = 0; n < MAX_STEPS && n_events < MAX_EVENTS; n++) {
         expand(system, &m);
         double h = step_length(&m);
@@ -172,7 +177,8 @@ static double map(const System *system, double d)
         if (m.mode[block] && fabs(m.e[block][0]) < system->limit[block]) {
             m.mode[block] = 0;
             if (m.mode[1 - block] == 0)
-                return (m.e[1][0] - m.e[0][0]) / (1.0 + 2.0 * system->alpha);
+                return (load[0] * m.e[1][0] - load[1] * m.e[0][0])
+                    / (load[0] * system->k[1][1] - load[1] * system->k[0][1]);
         } else {
             const int upper = m.mode[block] ? m.e[block][0] > 0.0 : limit > 0;
             m.mode[block] = upper ? -1 : 1;
@@ -183,10 +189,11 @@ static double map(const System *system, double d)
     return NAN;
 }
 
-void law9(long n, const double *d, double *out, double alpha, double beta, double V, double gamma,
-          double delta, double eta)
+/* `numbers`: stiffness by rows, static limits, both over the masses; of the law, its parameters. */
+void law9(long n, const double *d, double *out, const double *numbers, double V, const double *law)
 {
-    const System system = {alpha, {1.0, beta}, V, gamma, delta, eta};
+    const System system = {{{numbers[0], numbers[1]}, {numbers[2], numbers[3]}},
+                           {numbers[4], numbers[5]}, V, law[0], law[1], law[2]};
     for (long i = 0; i < n; i++)
         out[i] = map(&system, d[i]);
 }

@@ -17,6 +17,7 @@ from .app.widget import explore as explore
 from .following import follow as follow
 from .mechanics.cycle.equilibria import equilibria as equilibria
 from .mechanics.cycle.limit_cycles import limit_cycles as limit_cycles
+from .mechanics.cycle.return_map import return_map as return_map
 from .mechanics.cycle.return_region import return_region as return_region
 from .mechanics.cycle.search import find_cycle as find_cycle
 from .mechanics.cycle.stroboscopic import stroboscopic_map as stroboscopic_map

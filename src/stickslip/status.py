@@ -13,6 +13,8 @@ UNDECIDED: Final = 5
 LAW_FAILED: Final = 6
 STEP_FAILED: Final = 7
 CONTACT_LOST: Final = 8
+NO_EVENT: Final = 9
+AT_REST: Final = 10
 
 NAMES: Final = (
     "OK",
@@ -24,16 +26,20 @@ NAMES: Final = (
     "LAW_FAILED",
     "STEP_FAILED",
     "CONTACT_LOST",
+    "NO_EVENT",
+    "AT_REST",
 )
 
 MESSAGES: Final = (
-    "returned to global stick",
+    "returned",
     "all blocks slip for ever: no relative velocity can reach zero again",
-    "the motion settled on a cycle without global stick",
+    "the motion settled where no such event comes again: on a cycle, or sliding steadily",
     "gave up after max_events events; raise max_events",
     "gave up after max_time; raise max_time",
     "simultaneous events leave no consistent set of modes; move the starting point",
     "the friction law returned NaN; check it over the speeds that occur",
     "the integrator could not take a step; check that the law is smooth between its knots",
     "a contact opened: its load vanished, and what follows is beyond dry friction",
+    "no motion starts there: the contact is not released, or does not land, in that state",
+    "all contacts stick for ever: no needed force reaches its limit again",
 )

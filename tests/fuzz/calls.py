@@ -136,6 +136,16 @@ def stroboscopic() -> Any:
     return ss.stroboscopic_map(forced())
 
 
+@cache
+def returning() -> Any:
+    return ss.return_map(forced())
+
+
+@cache
+def landing() -> Any:
+    return ss.return_map(forced(), event="landing", domain=[(0.0, 6.0), (-1.0, 1.0)])
+
+
 def parabola() -> Any:
     """A map with two parameters: its flips are followed in their plane."""
     return ss.PiecewiseMap(_parabola, (-9.0, 9.0), parameters={"a": 0.75, "b": 0.0})
@@ -268,6 +278,21 @@ EVENT_MAP: Final = {
     "replace": {"V": 0.05},
     "slip_from": {"d": 0.1, "max_events": 100},
 }
+
+
+def at_point(d: Any) -> dict[str, dict[str, Any]]:
+    """Calls of a return map at a point."""
+    names = ("__call__", "derivative", "value_and_derivative", "evaluate", "itinerary", "state")
+    return {
+        **{name: {"d": d} for name in names},
+        "iterate": {"d": d, "n": 2},
+        "parameter_derivative": {"d": d, "name": "V"},
+        "point": {"x": [0.9], "v": [0.2], "t": 0.0},
+        "replace": {"V": 0.05},
+        "slip_from": {"d": d, "max_events": 100},
+    }
+
+
 AT_TIME: Final = {name: {"t": 1.0} for name in ("energy", "friction", "needed_force", "v", "x")}
 STATE: Final = {"x": [0.9], "v": [0.1]}
 ALONG: Final = {"name": "r", "range": (3.0, 3.3)}
@@ -386,6 +411,7 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     },
     "simulate": {"model": oscillator, **STATE, "t_end": 5.0, "max_events": 100},
     "slips": {"model": oscillator, **STATE, "t_end": 5.0, "max_events": 100},
+    "return_map": {"model": forced, "contact": 0, "event": "release", "max_events": 100},
     "stroboscopic_map": {"model": forced},
     "sweep": {
         "system": logistic,
@@ -537,6 +563,11 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
             "replace": {"V": 0.1},
         },
     ),
+    "ReturnMap": (
+        landing,
+        {**at_point([1.0, 0.1]), "contains": {"d": [1.0, 0.1]}, "spread": {"n": 3}},
+    ),
+    "LineReturnMap": (returning, {**EVENT_MAP, **at_point(1.0)}),
     "Bifurcation": (lambda: bifurcations()[0], SAVE),
     "BifurcationList": (bifurcations, {**SAVE, "of_kind": {}}),
     "Curve": (orbit_branch, {**SAVE, "at": {"r": 3.1, "near": None}, "all_at": {"r": 3.1}}),

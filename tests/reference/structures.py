@@ -223,7 +223,9 @@ LAWS = (
 )
 
 
-def random_structure(rng: np.random.Generator, *, shared: bool = False) -> ss.Structure:
+def random_structure(
+    rng: np.random.Generator, laws: Sequence[ss.FrictionLaw] = LAWS, *, shared: bool = False
+) -> ss.Structure:
     """Draw a structure nobody tuned for; `shared`: contacts may act on the same bodies."""
     n = int(rng.integers(1, 4 if shared else 5))
     root = rng.normal(size=(n, n))
@@ -256,7 +258,7 @@ def random_structure(rng: np.random.Generator, *, shared: bool = False) -> ss.St
             wave = ss.Harmonic(rng.uniform(0.05, 0.4), rng.uniform(0.3, 3.0), rng.uniform(0, 6))
             speed = (speed, wave)
         load = rng.normal(size=n) * 0.15 if rng.random() < 0.4 else None
-        law = LAWS[int(rng.integers(len(LAWS)))]
+        law = laws[int(rng.integers(len(laws)))]
         contacts.append(
             ss.Contact(at=at, friction=law, static=rng.uniform(0.4, 1.5), V=speed, load=load)  # type: ignore[arg-type]
         )

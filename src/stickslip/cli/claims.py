@@ -81,7 +81,7 @@ def certify(
     if varied and orbit is None:
         raise UsageError("--border, --flip and --fold need the orbit: --orbit D --period P")
     why = "Proofs are about two equal blocks without damping."
-    system = two_blocks(model.two_blocks(), why=why)
+    system = two_blocks(model.model(), why=why)
     with ExitStack() as stack:
         files = []
         if file.out is not None:

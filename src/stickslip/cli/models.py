@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.attractors.basins import Basins
     from stickslip.analysis.orbits.orbit import OrbitList
-    from stickslip.mechanics.eventmap.event_map import EventMap
+    from stickslip.cli.options import ModelLine
     from stickslip.mechanics.flow.trajectory import Trajectory
     from stickslip.numerics.arrays import Floats
     from stickslip.results.table import Table
@@ -81,7 +81,7 @@ def map_(
 
 
 def _points_to_map(
-    f: EventMap, d: tuple[float, ...], grid: int | None, window: tuple[float, float] | None
+    f: ModelLine, d: tuple[float, ...], grid: int | None, window: tuple[float, float] | None
 ) -> Floats:
     import numpy as np
 
@@ -97,7 +97,7 @@ def _points_to_map(
     return np.linspace(first, last, grid)
 
 
-def _evaluated(f: EventMap, points: Floats, *, itinerary: bool, quiet: bool) -> dict[str, Any]:
+def _evaluated(f: ModelLine, points: Floats, *, itinerary: bool, quiet: bool) -> dict[str, Any]:
     import numpy as np
 
     pieces = np.array_split(points, max(1, -(-points.size // PIECE)))
@@ -113,7 +113,7 @@ def _evaluated(f: EventMap, points: Floats, *, itinerary: bool, quiet: bool) -> 
 
 
 def _plot_map(
-    f: EventMap,
+    f: ModelLine,
     points: Floats,
     window: tuple[float, float] | None,
     ax: Axes,

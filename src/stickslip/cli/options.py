@@ -19,8 +19,11 @@ from stickslip.files import checked_suffix, write_table
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from stickslip.mechanics.cycle.return_map import LineReturnMap
     from stickslip.mechanics.eventmap.event_map import EventMap
     from stickslip.mechanics.model.arguments import Model
+
+    ModelLine = EventMap | LineReturnMap
 
 Found = TypeVar("Found")
 
@@ -93,17 +96,6 @@ class ModelOptions:
                 "give them, or start from --model FILE, --preset coulomb or --preset law9"
             )
         return ss.TwoBlock(**given)
-
-    def two_blocks(self) -> Model:
-        """Build the model where only one of two blocks will do."""
-        model = self.model()
-        if model.n_blocks != 2:
-            raise UsageError(
-                "this command asks about a map of one number d = X_2 - X_1, that of two blocks; "
-                f"the model is a {type(model).__name__} with n = {model.n_blocks}. "
-                "stickslip simulate follows any model in time"
-            )
-        return model
 
     def _base(self) -> Model | None:
         """Return the model to start from, if one is named."""
@@ -223,11 +215,19 @@ class SystemOptions:
         """Build the model."""
         return self.system.model()
 
-    def event_map(self, **more: Any) -> EventMap:
-        """Build the event map of a model of two blocks, with further settings."""
-        from stickslip.mechanics.eventmap.event_map import EventMap
+    def event_map(self, **more: Any) -> ModelLine:
+        """Build the map of a model that has one of the line, with further settings."""
+        from stickslip.mechanics.cycle.return_map import map_of
 
-        return EventMap(self.system.two_blocks(), **self.engine.settings(), **more)
+        found: Any = map_of(self.model(), **self.engine.settings(), **more)
+        if found.dimension > 1:
+            raise UsageError(
+                "this command asks about a map of one number, such as d = X_2 - X_1 of two blocks, "
+                f"or the phase of a shaken one; that of this {type(found.model).__name__} has "
+                f"{found.dimension}. stickslip simulate follows any model in time"
+            )
+        line: ModelLine = found
+        return line
 
     def described(self, model: Model) -> dict[str, Any]:
         """Everything that was asked for: enough to repeat the question."""

@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.bifurcation import BifurcationList
     from stickslip.analysis.diagrams.diagram import Diagram
     from stickslip.analysis.maps.protocol import MapFamily
+    from stickslip.cli.options import ModelLine
     from stickslip.cli.report import Report
-    from stickslip.mechanics.eventmap.event_map import EventMap
     from stickslip.numerics.arrays import Floats
 
 BIFURCATIONS_EXAMPLES = """\
@@ -125,7 +125,7 @@ def bifurcations(
     return _bifurcation_ending(found, quiet=output.quiet or not (csv or output.json))
 
 
-def _report(f: EventMap, found: BifurcationList) -> Report:
+def _report(f: ModelLine, found: BifurcationList) -> Report:
     from stickslip.cli.report import Report
 
     laws = dict.fromkeys(law.title for law in f.model.laws)
@@ -138,7 +138,7 @@ def _result(report: Report) -> dict[str, Any]:
     return {name: content[name] for name in ("bifurcations", "cascades", "unresolved", "outside")}
 
 
-def _write_report(files: dict[str, Path], report: Report, f: EventMap) -> None:
+def _write_report(files: dict[str, Path], report: Report, f: ModelLine) -> None:
     """Write everything but the pictures."""
     from stickslip.mechanics.model.file import write_model
 
@@ -157,7 +157,7 @@ def _grid(sweep: SweepOptions, values: int) -> Floats:
     return np.linspace(*sweep.ends, values)
 
 
-def _diagram(f: EventMap, sweep: SweepOptions, grid: Floats, what: str, *, quiet: bool) -> Diagram:
+def _diagram(f: ModelLine, sweep: SweepOptions, grid: Floats, what: str, *, quiet: bool) -> Diagram:
     """Compute the diagram over the range."""
     from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 

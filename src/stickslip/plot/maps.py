@@ -78,6 +78,10 @@ def _broken(x: Floats, y: Floats, label: NDArray[np.uint64]) -> Curve:
     )
 
 
+SYMBOLS = {"phase": r"\varphi"}
+"""Of coordinates of return maps whose name is none."""
+
+
 def event_map(
     f: Any,
     ax: Axes | None = None,
@@ -86,11 +90,11 @@ def event_map(
     points: int = 801,
     power: int = 1,
 ) -> Axes:
-    """Draw an event map, or a power of one.
+    """Draw an event map, a return map of the line, or a power of one.
 
     Parameters
     ----------
-    f : EventMap or PiecewiseMap
+    f : EventMap, LineReturnMap or PiecewiseMap
         With ``domain`` and ``evaluate``.
     ax : matplotlib.axes.Axes, optional
         Where to draw; by default a new figure.
@@ -108,7 +112,9 @@ def event_map(
     """
     ax = axes_or_new(ax)
     window = f.domain if window is None else window
-    return draw_curve(trace(f, window, points=points), ax, window=window, power=power)
+    (symbol,) = getattr(f, "coordinates", ("d",))
+    curve = trace(f, window, points=points)
+    return draw_curve(curve, ax, window=window, power=power, symbol=SYMBOLS.get(symbol, symbol))
 
 
 def draw_curve(
@@ -120,6 +126,7 @@ def draw_curve(
     color: str = "black",
     linewidth: float = 1.0,
     ticks: int = 7,
+    symbol: str = "d",
     jumps: bool = False,
 ) -> Axes:
     """Draw a traced map with the diagonal, dotted at `jumps` for views that cut a side off."""
@@ -132,8 +139,10 @@ def draw_curve(
     ax.set_aspect("equal")
     for axis in (ax.xaxis, ax.yaxis):  # the same numbers on both
         axis.set_major_locator(MaxNLocator(nbins=ticks, steps=[1, 2, 5, 10]))
-    ax.set_xlabel(r"$d_n$")
-    ax.set_ylabel(rf"$d_{{n+{power}}}$")
+    base, index = f"{symbol}_".split("_")[:2]
+    index = index and f"{index},"
+    ax.set_xlabel(rf"${base}_{{{index}n}}$")
+    ax.set_ylabel(rf"${base}_{{{index}n+{power}}}$")
     return ax
 
 

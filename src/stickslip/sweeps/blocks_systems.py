@@ -13,6 +13,7 @@ from stickslip.sweeps.system import System, rows, spread_shares
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from stickslip.mechanics.cycle.return_map import LineReturnMap
     from stickslip.mechanics.eventmap.event_map import BlocksEventMap, EventMap
     from stickslip.mechanics.model.arguments import Model
     from stickslip.numerics.arrays import Floats
@@ -52,7 +53,7 @@ class MotionSystem(FamilySystem):
         self.model = model
         alone = "a single block" if model.n_blocks == 1 else "a model of more than blocks on a belt"
         what = "a forced model" if model.plant.is_forced else alone
-        why = f"{what} has no event map; 'limit_cycles' and functions of one's own are for it"
+        why = f"{what} has no event map; its return_map is swept, or 'limit_cycles', or functions"
         self.lacks = dict.fromkeys(("orbits", "events", "line", "d"), why)
 
     def map_at(self, values: Mapping[str, float]) -> Any:
@@ -64,16 +65,21 @@ class MotionSystem(FamilySystem):
         return np.full((points.size, n_starts), np.nan)
 
 
-class LineSystem(FamilySystem):
-    """Two blocks without forcing: points of an orbit are numbers."""
+SECTION = ("contact", "event", "direction", "coordinates", "domain")  # of return maps
 
-    def __init__(self, f: EventMap | BlocksEventMap) -> None:
+
+class LineSystem(FamilySystem):
+    """Maps of the line: points of an orbit are numbers."""
+
+    def __init__(self, f: EventMap | BlocksEventMap | LineReturnMap) -> None:
         self.model = f.model
         self.f: Any = type(f)(f.model, **{**f.settings, "threads": 1})
 
     def identity(self) -> dict[str, Any]:
         """Describe the model in values that JSON can hold."""
-        settings = {name: str(self.f.settings[name]) for name in Controls._fields}
+        given = self.f.settings
+        names = (*Controls._fields, *(name for name in SECTION if name in given))
+        settings = {name: str(given[name]) for name in names}
         return {**super().identity(), "engine": settings}
 
     def map_at(self, values: Mapping[str, float]) -> Any:

@@ -11,6 +11,7 @@ import numpy as np
 
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.checks import shown
+from stickslip.mechanics.cycle.return_map import LineReturnMap
 from stickslip.mechanics.eventmap.cuda import check_model, check_traced
 from stickslip.mechanics.eventmap.event_map import BlocksEventMap, EventMap
 from stickslip.mechanics.eventmap.follow import follow
@@ -50,7 +51,7 @@ def as_system(given: Any) -> System:
         given = event_map(given)
     if type(given) is EventMap and isinstance(given.model, TwoBlock):
         return ModelSystem(given)
-    if isinstance(given, EventMap):
+    if isinstance(given, EventMap | LineReturnMap):
         return LineSystem(given)
     if isinstance(given, BlocksEventMap):
         return BlocksSystem(given)

@@ -267,6 +267,10 @@ def test_interpolation_shows_what_the_map_shows(f):
 )
 # Bands of the stand-in that touch: its rounding leaves a gap of 1e-11 between them.
 @example(alpha=1.9375, beta=1.625, mu=0.4375, V=0.125)
+# 180 bands: edges are images of one break up to the 360th.
+@example(
+    alpha=1.5431912206414995, beta=1.1224539629481682, mu=0.6433419220374877, V=0.1735158830599214
+)
 def test_interpolation_shows_what_event_maps_show(alpha, beta, mu, V):
     check_both_ways(EventMap(TwoBlock(alpha=alpha, beta=beta, V=V, friction=Coulomb(mu=mu))))
 

@@ -63,10 +63,12 @@ def unaccounted(found, step_at, domain_at, n_values, n_steps):
     return silent
 
 
-def unaccounted_in_parabolas(seed, n_values):
+def parabolas(seed):
     f = random_family(np.random.default_rng(seed))
-    found = bifurcations(f, "mu", MU, max_period=PERIOD)
+    return f, bifurcations(f, "mu", MU, max_period=PERIOD)
 
+
+def unaccounted_in_parabolas(found, f, n_values):
     def step_at(q):
         def step(x):
             with np.errstate(all="ignore"):
@@ -75,13 +77,13 @@ def unaccounted_in_parabolas(seed, n_values):
 
         return step
 
-    return found, unaccounted(found, step_at, lambda q: (-1.0, 1.0), n_values, 1000)
+    return unaccounted(found, step_at, lambda q: (-1.0, 1.0), n_values, 1000)
 
 
 @pytest.mark.parametrize("seed", [3, 9])
 def test_attractors_of_families_of_parabolas(seed):
-    found, silent = unaccounted_in_parabolas(seed, 40)
-    assert not silent
+    f, found = parabolas(seed)
+    assert not unaccounted_in_parabolas(found, f, 40)
     assert not found.unresolved
 
 
@@ -89,8 +91,8 @@ def test_attractors_of_families_of_parabolas(seed):
 def test_attractors_of_many_families_of_parabolas():
     told = 0
     for seed in range(60):
-        found, silent = unaccounted_in_parabolas(seed, 2000)
-        assert not silent, seed
+        f, found = parabolas(seed)
+        assert not unaccounted_in_parabolas(found, f, 2000), seed
         told += bool(found.unresolved)
     assert told <= 2
 
@@ -111,18 +113,15 @@ def random_blocks(seed):
     return model, name, (value - half, value + half)
 
 
-def unaccounted_in_blocks(seed, n_values):
-    model, name, ends = random_blocks(seed)
-    found = bifurcations(model, name, ends, max_period=PERIOD)
-
+def unaccounted_in_blocks(found, model, n_values):
     def map_at(q):
-        return ss.event_map(model.replace(**{name: q}))
+        return ss.event_map(model.replace(**{found.parameter: q}))
 
     def step_at(q):
         f = map_at(q)
         return lambda x: np.asarray(f.evaluate(x[np.isfinite(x)]).value)
 
-    return found, unaccounted(found, step_at, lambda q: map_at(q).domain, n_values, 600)
+    return unaccounted(found, step_at, lambda q: map_at(q).domain, n_values, 600)
 
 
 @pytest.mark.slow
@@ -130,7 +129,8 @@ def unaccounted_in_blocks(seed, n_values):
 def test_attractors_of_random_two_block_systems(law):
     told = 0
     for seed in range(law, 600, 2):
-        found, silent = unaccounted_in_blocks(seed, 60)
-        assert not silent, seed
+        model, name, ends = random_blocks(seed)
+        found = bifurcations(model, name, ends, max_period=PERIOD)
+        assert not unaccounted_in_blocks(found, model, 60), seed
         told += bool(found.unresolved)
     assert told <= 0.02 * 300

@@ -1,6 +1,7 @@
 """Nothing is left out, invented or listed twice: families whose lists are known otherwise."""
 
 import itertools
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -244,6 +245,31 @@ def test_attractors_beyond_the_longest_period_are_told():
     apart = np.diff(found.looks)
     assert (apart > 0).all()
     assert f"{apart.max():.3g} apart" in repr(found)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.2])
+def test_an_interrupted_list_says_what_it_left_out(share):
+    def interrupt(done):
+        if done > share:
+            shares.append(done)
+            if len(shares) == 1:
+                raise KeyboardInterrupt
+
+    shares = []
+    ask = partial(bifurcations, LOGISTIC, "r", (2.9, 3.5), max_period=2, progress=interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        ask()
+    shares.clear()
+    found = ask(partial=True)
+    assert [item.kind for item in found] == (["flip"] if share else [])
+    told = {item.reason.removeprefix("interrupted: "): item for item in found.unresolved}
+    left_out = [f"{what} left out" for what in ("the cascades", "the crises", "attractors")]
+    assert set(told) == {"not looked at", *left_out}
+    rest = told["not looked at"]
+    assert rest.hi == 3.5
+    assert (rest.lo > 3) == bool(share)
+    values = [curve.values for curve in found.curves]
+    assert all(value.max() <= rest.lo for value in values)
 
 
 def test_a_change_that_nothing_explains_is_told():

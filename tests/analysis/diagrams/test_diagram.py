@@ -253,6 +253,21 @@ class TestResult:
         np.testing.assert_array_equal(data.r, doubling.values)
         np.testing.assert_array_equal(data.multiplier[0], doubling.orbits[0].multipliers)
 
+    @pytest.mark.parametrize("share", [0.1, 0.45])
+    def test_interrupted_diagrams_say_where_they_end(self, share):
+        def interrupt(done):
+            if done > share:
+                raise KeyboardInterrupt
+
+        grid = np.linspace(1.4, 1.6, 130)
+        found = bifurcation_diagram(
+            tent(1.5), "slope", grid, max_period=1, progress=interrupt, partial=True
+        )
+        assert "interrupted" in "".join(found.unresolved)
+        assert set(found.values) <= set(grid)
+        assert len(found.values) < len(grid)
+        assert len(found.attractors.where) >= len(found.values)
+
     def test_progress_rises_to_one(self):
         seen = []
         bifurcation_diagram(

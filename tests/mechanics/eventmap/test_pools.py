@@ -8,12 +8,15 @@ import sys
 
 import numpy as np
 import pytest
+from tests.mechanics.eventmap.unequal import LAWS, random_models
 from tests.mechanics.flow.systems import random_model
 
 import stickslip as ss
 from stickslip.mechanics.eventmap.backend import ScalarBackend
-from stickslip.mechanics.eventmap.lanes import PoolBackend
+from stickslip.mechanics.eventmap.blocks import BlocksBackend
+from stickslip.mechanics.eventmap.lanes import LaneBackend, PoolBackend
 from stickslip.mechanics.flow.lanes.layout import KEPT, MOTIONS, PLACES
+from stickslip.mechanics.flow.lanes.pair import pair_numbers
 from stickslip.mechanics.flow.lanes.text import lane_kernels
 from stickslip.mechanics.friction.series import law_series
 from stickslip.numerics.targets import kernel_uncached
@@ -42,7 +45,7 @@ def law_of(kind, rng):
 
 def one_at_a_time(f, d):
     """The same by the scalar engine."""
-    return ScalarBackend.carry(f._backend, d, slope=True, watch=True)
+    return f._backend.scalar.carry(d, slope=True, watch=True)
 
 
 def assert_agreement(f, d):
@@ -82,6 +85,59 @@ def test_random_systems_with_other_formulas(kind):
         f = ss.event_map(model, threads=1, max_events=300)
         assert isinstance(f._backend, PoolBackend)
         assert_agreement(f, rng.uniform(-1, 1, 50) * f.domain[1])
+
+
+@pytest.mark.parametrize(
+    ("kind", "n"),
+    [("coulomb", 20), ("law9", 10), *(pytest.param(k, 250, marks=pytest.mark.slow) for k in LAWS)],
+)
+def test_random_unequal_blocks(kind, n):
+    """Masses, springs and dampers that nobody tuned: the answers of the engine of N blocks."""
+    rng = np.random.default_rng(n)
+    returned = 0
+    for model in random_models(kind, n, rng):
+        f = ss.event_map(model, threads=1, max_events=300)
+        assert isinstance(f._backend, PoolBackend)
+        returned += assert_agreement(f, model.sample_domain(40, rng)).sum()
+    assert returned > 20 * n
+
+
+def test_matrices_of_any_symmetry():
+    """Follower forces, dampers that feed, masses as a matrix: Structures whose inertias all rub."""
+    rng = np.random.default_rng(8)
+    for _ in range(4):
+        stiffness = np.diag(rng.uniform(1.0, 4.0, 2)) + rng.uniform(-0.9, 0.4, (2, 2))
+        model = ss.Structure(
+            mass=np.diag(rng.uniform(0.5, 2.0, 2)),
+            stiffness=stiffness,
+            damping=rng.uniform(-0.05, 0.2, (2, 2)),
+            contacts=[ss.Contact(at=i, static=1.0 + i / 3, friction=LAW_9, V=0.1) for i in (0, 1)],
+        )
+        f = ss.event_map(model, threads=1, max_events=300)
+        assert isinstance(f._backend, PoolBackend)
+        assert assert_agreement(f, model.sample_domain(40, rng)).sum() > 20
+
+
+LAW_9 = ss.PoppStelter(3.0, 0.1, 0.05)
+TABLE = ss.TabulatedFriction([0.0, 0.5, 1.0], [1.0, 0.6, 0.5])
+PLAIN = ss.TwoBlock(1.0, 1.4, 0.1, LAW_9)
+
+
+@pytest.mark.parametrize(
+    ("model", "backend"),
+    [
+        (PLAIN.replace(friction=ss.Coulomb(0.2)), LaneBackend),
+        (PLAIN, PoolBackend),
+        (PLAIN.replace(friction=TABLE), ScalarBackend),
+        (PLAIN.replace(damping=0.1), PoolBackend),
+        (PLAIN.chain, PoolBackend),
+        (PLAIN.chain.replace(friction=ss.Coulomb(0.2, viscous=0.1)), PoolBackend),
+        (PLAIN.chain.replace(friction=TABLE), BlocksBackend),
+        (ss.Chain([1.0, 1.1, 1.2], 1.0, 0.1, LAW_9), BlocksBackend),
+    ],
+)
+def test_what_a_structure_allows(model, backend):
+    assert type(ss.event_map(model)._backend) is backend
 
 
 def test_two_laws_of_one_formula():
@@ -203,7 +259,8 @@ def test_a_step_is_vector_code():
     steps = lane_kernels(series)
     step = kernel_uncached(steps.step_one.py_func)
     p, q = series.rows(laws)
-    step(np.zeros(KEPT), np.zeros(steps.SIZE), p, q, 1.2, 0.3, 1.0, 1.3, 0.5, 0.5, -50.0)
+    numbers = pair_numbers(ss.examples.law9().plant)
+    step(np.zeros(KEPT), np.zeros(steps.SIZE), p, q, numbers[0], -50.0)
     (assembly,) = step.inspect_asm().values()
     packed, scalar = (
         len(re.findall(rf"\bv?(?:fn?m(?:add|sub)\w*|mul|add|sub){kind}\b", assembly))

@@ -135,6 +135,35 @@ def test_the_mirror_image_is_the_map_of_the_blocks_in_the_other_order(kind: str)
 
 
 @pytest.mark.parametrize("kind", LAWS)
+def test_a_belt_that_runs_the_other_way_mirrors_the_map(kind: str) -> None:
+    """f(d; -V) = -f(-d; V): displacements change sign."""
+    rng = np.random.default_rng(6)
+    for model in random_models(kind, 4, rng):
+        f, g = (ss.event_map(on_contacts(model, V), **LIMITS) for V in (model.V, -model.V))
+        d = model.sample_domain(12, rng)
+        one, other = f.evaluate(d), g.evaluate(-d)
+        clear = one.margin > 1e-6
+        np.testing.assert_array_equal(one.n_events[clear], other.n_events[clear])
+        ok = clear & (one.status == status.OK)
+        kappa = np.maximum(1.0, np.abs(one.derivative[ok]))
+        assert (np.abs(one.value + other.value)[ok] < 1e-12 * kappa).all()
+        assert (np.abs(one.derivative - other.derivative)[ok] < 1e-9 * kappa**2).all()
+        name = "stiffness_1_2"
+        slopes = f.parameter_derivative(d[ok], name), -g.parameter_derivative(-d[ok], name)
+        np.testing.assert_allclose(*slopes, rtol=1e-8, atol=1e-8)
+
+
+def on_contacts(model: ss.Blocks, V: float) -> ss.Structure:
+    """The same blocks on a belt with any velocity."""
+    s = model.plant
+    contacts = [
+        ss.Contact(at=i, static=float(s.static[i]), friction=law, V=V)
+        for i, law in enumerate(model.laws)
+    ]
+    return ss.Structure(s.mass, s.stiffness, s.damping, contacts=contacts)
+
+
+@pytest.mark.parametrize("kind", LAWS)
 def test_equal_blocks_have_the_map_of_two_equal_blocks(kind: str) -> None:
     """Other engines; with f_s1 = k = m = 2 all motions are the same."""
     rng = np.random.default_rng(11)

@@ -306,5 +306,7 @@ def test_what_is_refused_says_why() -> None:
     apart = ss.Structure(np.diag([1.0, 2.0]), np.eye(2), contacts=[contact(0), contact(1)])
     with pytest.raises(ValueError, match=r"mass_1_2 = 0\.0 has no derivative"):
         apart.plant_direction("mass_1_2")
+    with pytest.raises(ValueError, match="no return map as yet"):
+        ss.return_map(two_bodies(V=0.1))
     with pytest.raises(ValueError, match="no event map"):
         ss.event_map(two_bodies(V=0.1))

@@ -5,7 +5,6 @@ A short interval in a chaotic attractor grows until it fills the bands; in a tra
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -26,7 +25,6 @@ EXPLAINED: Final = 1e-9  # ...: how well an image must meet an edge
 MAX_STEPS: Final = 2000
 MAX_INTERVALS: Final = 2048
 MAX_PERIOD: Final = 128
-MIN_IMAGES: Final = 64  # of breakpoints and turning points that are tried on each edge
 UNEXPLAINED: Final = "not an early image of a breakpoint or turning point"
 
 
@@ -93,10 +91,12 @@ def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
     """Map a short interval forward until its images repeat, and return the bands they fill."""
     slack = SAME * domain_width(f)
     current = np.array([interval], dtype=np.float64)
-    past: deque[Floats] = deque(maxlen=MAX_PERIOD)
+    past: list[Floats] = []
+    sizes, first = np.zeros((2, MAX_STEPS))  # two numbers tell most sets apart at little cost
     reason = f"an interval of the orbit was still growing after {MAX_STEPS} steps"
-    for _ in range(MAX_STEPS):
-        past.appendleft(current)
+    for n in range(MAX_STEPS):
+        past.append(current)
+        sizes[n], first[n] = len(current), current[0, 0]
         current, lost = image(f, laps, current, slack)
         if lost or len(current) == 0:
             reason = "the images of an interval around the orbit reach a gap"
@@ -104,21 +104,16 @@ def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
         if len(current) > MAX_INTERVALS:
             reason = f"more than {MAX_INTERVALS} bands"
             break
-        if period := _repeats(current, past, slack):
-            union = merged(np.concatenate(list(past)[:period]), APART * domain_width(f))
-            intervals, sources = _explain(f, laps, union, max(MIN_IMAGES, 2 * period))
-            return _described(f, laps, intervals, sources, period, slack)
+        alike = (sizes == len(current)) & (np.abs(first - current[0, 0]) <= slack)
+        alike[: max(n + 1 - MAX_PERIOD, 0)] = False
+        for k in np.flatnonzero(alike)[::-1]:
+            if np.all(np.abs(past[k] - current) <= slack):
+                parts = np.concatenate(past[k:])
+                union = merged(parts, APART * domain_width(f))
+                # Each edge is the image of another one, or of an end of a lap.
+                intervals, sources = _explain(f, laps, union, parts.size)
+                return _described(f, laps, intervals, sources, len(past) - int(k), slack)
     return Bands(current, 0, np.inf, (), reason)
-
-
-def _repeats(current: Floats, past: deque[Floats], slack: float) -> int:
-    for period, older in enumerate(past, start=1):
-        # One number tells most sets apart at little cost.
-        if older.shape != current.shape or abs(older[0, 0] - current[0, 0]) > slack:
-            continue
-        if np.all(np.abs(older - current) <= slack):
-            return period
-    return 0
 
 
 def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:
@@ -176,14 +171,14 @@ def _explain(
     if ends.size == 0:
         return bands, (nothing,) * edges.size
     images = advance(f, values, n_images - 1)
-    with np.errstate(invalid="ignore"):
-        close = np.abs(images[:, None, :] - edges[:, None]) <= EXPLAINED * width
     # A break or turning point says more than an end of the domain.
     own = (ends > f.domain[0]) & (ends < f.domain[1])
     sources = []
     for i in range(edges.size):
-        near = close[:, i] & own[:, None]
-        near = near if near.any() else close[:, i]
+        with np.errstate(invalid="ignore"):
+            close = np.abs(images - edges[i]) <= EXPLAINED * width
+        near = close & own[:, None]
+        near = near if near.any() else close
         if not near.any():
             sources.append(nothing)
             continue

@@ -431,13 +431,26 @@ def _outcome(outcome: Outcome | None) -> str | None:
 
 
 def attempted(
-    part: Callable[[], T], what: str, lo: float, hi: float, unresolved: list[UnresolvedChange]
+    part: Callable[[], T],
+    what: str,
+    lo: float,
+    hi: float,
+    unresolved: list[UnresolvedChange],
+    *,
+    partial: bool = False,
 ) -> T | None:
-    """Return what a part of a search finds; None, noted and logged, if the program fails there."""
+    """Return what a part of a search finds; None, and noted, if the program fails there.
+
+    Ctrl-C leaves out the part, noted likewise, if a ``partial`` answer is wanted.
+    """
     try:
         return part()
+    except KeyboardInterrupt:
+        if not partial:
+            raise
+        reason = f"interrupted: {what} left out"
     except Exception as error:
         logging.getLogger(__name__).exception("a fault of the program in %s", what)
         reason = f"a fault of the program left out {what} ({type(error).__name__}, logged)"
-        unresolved.append(UnresolvedChange(reason, lo, hi))
-        return None
+    unresolved.append(UnresolvedChange(reason, lo, hi))
+    return None

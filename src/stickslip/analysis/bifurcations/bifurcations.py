@@ -38,7 +38,7 @@ from stickslip.analysis.maps.arguments import checked_range, line_family
 from stickslip.analysis.maps.protocol import explanation
 from stickslip.analysis.orbits.newton import solve_orbit
 from stickslip.analysis.threads import in_threads
-from stickslip.checks import MOST_KEPT, check_callback, whole_number
+from stickslip.checks import MOST_KEPT, check_callback, flag, whole_number
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -68,6 +68,7 @@ def bifurcations(
     window: tuple[float, float] | None = None,
     n_lists: int | None = None,
     progress: Callable[[float], None] | None = None,
+    partial: bool = False,
 ) -> BifurcationList:
     """Find, locate and explain every bifurcation of a system along one of its parameters.
 
@@ -88,6 +89,8 @@ def bifurcations(
         where something happens.
     progress : callable, optional
         Called now and then with the share of the work that is done, 0 to 1.
+    partial : bool
+        Whether Ctrl-C returns what has been found so far; ``unresolved`` says what was left out.
 
     Returns
     -------
@@ -127,20 +130,20 @@ def bifurcations(
         hi,
         whole_number("max_period", max_period, 1, at_most=MOST_KEPT),
         lambda share: tell(HALF * share),
+        partial=flag("partial", partial),
     )
     count = N_LISTS if n_lists is None else n_lists
     survey.run(whole_number("n_lists", count, 3, at_most=MOST_KEPT))
-    found = _Report(survey, f, tell).made()
-    return _with_mechanisms(found, f) if hasattr(f, "explain_break") else found
+    report = _Report(survey, f, tell)
+    found = report.made()
+    return _with_mechanisms(found, report) if hasattr(f, "explain_break") else found
 
 
-def _with_mechanisms(found: BifurcationList, f: MapFamily) -> BifurcationList:
+def _with_mechanisms(found: BifurcationList, report: _Report) -> BifurcationList:
     """Explain all border collisions and crises by the motions at their borders."""
-    unresolved = list(found.unresolved)
+    report.unresolved = list(found.unresolved)
     new = {
-        id(item): attempted(
-            partial(explain_border, item, f), "a mechanism", item.value, item.value, unresolved
-        )
+        id(item): report.part(partial(explain_border, item, report.f), "a mechanism", item.value)
         or item
         for item in found
     }
@@ -149,7 +152,9 @@ def _with_mechanisms(found: BifurcationList, f: MapFamily) -> BifurcationList:
         for cascade in found.cascades
     )
     items = tuple(new[id(item)] for item in found)
-    return replace(found, bifurcations=items, cascades=cascades, unresolved=tuple(unresolved))
+    return replace(
+        found, bifurcations=items, cascades=cascades, unresolved=tuple(report.unresolved)
+    )
 
 
 def explain_border(item: Bifurcation, f: MapFamily) -> Bifurcation:
@@ -190,6 +195,7 @@ class _Report:
     def __init__(self, survey: Survey, f: MapFamily, tell: Callable[[float], None]) -> None:
         self.survey, self.f, self.tell = survey, f, tell
         self.unresolved: list[UnresolvedChange] = list(survey.unresolved)
+        self.interrupted = survey.interrupted
         self.values = sorted(event.value for event in survey.events)
         self.accumulations: list[float] = []
         self.looks: dict[float, ParameterPoint] = {}
@@ -204,32 +210,31 @@ class _Report:
                 self.unresolved += left_open
         family, whole = survey.family, (survey.lo, survey.hi)
         found = [item for k, shares in concerned.items() for item in self._events(k, shares)]
-        curves = self._part(lambda: orbit_curves(survey, concerned), "the curves") or ()
-        chains = (
-            self._part(
-                lambda: cascades(found, curves, family, whole, survey.max_period), "the cascades"
-            )
-            or []
+        curves = self.part(lambda: orbit_curves(survey, concerned), "the curves") or ()
+        chains = self._search(
+            lambda: cascades(found, curves, family, whole, survey.max_period), "the cascades"
         )
         later = [flip for chain in chains for flip in chain.flips if flip.in_cascade]
         self.tell(0.65)
-        crises_found = self._part(self._crises, "the crises") or []
+        crises_found = self._search(self._crises, "the crises")
         # Beyond the last flip that was solved for come more, up to there.
         self.accumulations = [chain.accumulation for chain in chains]
         self.values += [item.value for item in (*later, *crises_found)]
         self.tell(0.8)
-        full = self._with_attractors([*found, *later], chains)
+        items = [*found, *later]
+        full = self._search(lambda: self._with_attractors(items, chains), "attractors") or items
         self.tell(0.9)
         ends = [end for curve in curves for end in curve.ends]
         left = [end.value for end in ends if end.reason == "end of domain"]  # or of the window
         listed = [*self.values, *self.accumulations, *left]
         unexplained, outside = accounted(self.looks.values(), listed, survey.max_period)
         self.tell(1.0)
+        new = dict(zip(map(id, items), full, strict=True))
         chains = [
-            replace(chain, flips=tuple(full.get(id(flip), flip) for flip in chain.flips))
+            replace(chain, flips=tuple(new.get(id(flip), flip) for flip in chain.flips))
             for chain in chains
         ]
-        found = sorted([*full.values(), *crises_found], key=lambda item: item.value)
+        found = sorted([*full, *crises_found], key=lambda item: item.value)
         return BifurcationList(
             bifurcations=tuple(found),
             parameter=survey.family.name,
@@ -245,15 +250,29 @@ class _Report:
             looks=tuple(sorted(self.looks)),
         )
 
-    def _part(self, part: Callable[[], T], what: str, *at: float) -> T | None:
+    def part(self, part: Callable[[], T], what: str, *at: float) -> T | None:
         """Do a part of the work at a value, or over the range; None, and told, if it fails."""
         lo, hi = (*at, *at) if at else (self.survey.lo, self.survey.hi)
-        return attempted(part, what, lo, hi, self.unresolved)
+        return attempted(part, what, lo, hi, self.unresolved, partial=self.survey.partial)
+
+    def _search(self, part: Callable[[], list[T]], what: str) -> list[T]:
+        """Do a long part over the range; what Ctrl-C has cut short is not gone on with."""
+
+        def unless_interrupted() -> list[T]:
+            if self.interrupted:
+                raise KeyboardInterrupt
+            try:
+                return part()
+            except KeyboardInterrupt:
+                self.interrupted = True
+                raise
+
+        return self.part(unless_interrupted, what) or []
 
     def _events(self, k: int, shares: list[Concerned]) -> Iterator[Bifurcation]:
         span, family = self.survey.spans[k], self.survey.family
         for event, share in zip(span.events, shares, strict=True):
-            item = self._part(
+            item = self.part(
                 partial(explained, event, span, share, family), f"a {event.kind}", event.value
             )
             if item is not None:
@@ -261,17 +280,17 @@ class _Report:
 
     def _with_attractors(
         self, items: list[Bifurcation], chains: list[Cascade]
-    ) -> dict[int, Bifurcation]:
+    ) -> list[Bifurcation]:
         """Add the attractors on both sides; two neighbours that are close share those between."""
         sides = {id(item): self._sides(item.value) for item in items}
         beyond = [2 * c.accumulation - c.values[:LAST_FLIP][-1] for c in chains]
         places = {q for pair in sides.values() for q in pair}
         places |= {q for q in beyond if self.survey.lo < q < self.survey.hi}
         self._looked_at(filter(None, in_threads(self._point_at, sorted(places))))
-        full = {}
+        full = []
         for item in items:
             before, after = (self.looks.get(q) for q in sides[id(item)])
-            full[id(item)] = (
+            full.append(
                 item
                 if before is None or after is None
                 else with_attractors(
@@ -284,7 +303,7 @@ class _Report:
         return full
 
     def _point_at(self, q: float) -> ParameterPoint | None:
-        return self._part(lambda: parameter_point(self.survey.family.at, q), "attractors", q)
+        return self.part(lambda: parameter_point(self.survey.family.at, q), "attractors", q)
 
     def _sides(self, value: float) -> tuple[float, float]:
         """Where, just below and above a value, attractors are looked at: clear of other events."""

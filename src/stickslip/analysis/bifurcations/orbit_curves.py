@@ -87,7 +87,7 @@ def orbit_curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple
 
 def orbit_chains(survey: Survey, concerned: dict[int, list[Concerned]]) -> list[Chain]:
     """Link all orbits of a survey, through folds and crossings, from end to end."""
-    web = _Web([*(span.left for span in survey.spans), survey.spans[-1].right])
+    web = _Web([*(span.left for span in survey.spans), *(s.right for s in survey.spans[-1:])])
     for number, span in enumerate(survey.spans):
         _link_pieces(web, number, span)
         for event, share in zip(span.events, concerned.get(number, ()), strict=True):

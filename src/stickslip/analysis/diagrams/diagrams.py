@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from threading import Lock
 from typing import TYPE_CHECKING, Final
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
 FEWEST: Final = 48  # iterates by which a motion that is no cycle can be recognised
+AT_LEAST: Final = 64  # values that an interrupted call is content with
 REPORTED: Final = 16  # values between two reports of progress
 SMALLEST_CHUNK: Final = 64  # values that are worth a thread
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
@@ -51,6 +53,7 @@ def bifurcation_diagram(
     attractors: bool = True,
     n_lists: int = 24,
     progress: Callable[[float], None] | None = None,
+    partial: bool = False,
 ) -> Diagram:
     """Follow all periodic orbits, the attractors and the breakpoints over a parameter.
 
@@ -75,6 +78,9 @@ def bifurcation_diagram(
         bifurcation; two orbits born and lost between neighbouring ones stay unseen.
     progress : callable, optional
         Called with the share of the work that is done, from 0 to 1.
+    partial : bool
+        Whether Ctrl-C returns what is known by then: at fewer values, or up to the one reached.
+        ``unresolved`` says so. While nothing is known Ctrl-C raises as ever.
 
     Returns
     -------
@@ -123,9 +129,35 @@ def bifurcation_diagram(
         float(values[-1]),
         max_period,
         lambda share: report(0.4 * share),
+        partial=flag("partial", partial),
     )
     survey.run(n_lists)
+    if survey.interrupted:
+        values = values[values <= max((node.q for node in survey.grid_nodes), default=-np.inf)]
+        if values.size < 2:
+            raise KeyboardInterrupt
+    try:
+        return _evaluated(survey, values, iterates, attractors=attractors, report=report)
+    except KeyboardInterrupt:
+        if not partial:
+            raise
+    few = values[:: max(1, len(values) // AT_LEAST)]
+    found = _evaluated(survey, few, iterates, attractors=attractors, report=lambda share: None)
+    told = f"interrupted: {len(few)} of {len(values)} values"
+    return replace(found, unresolved=(*found.unresolved, told))
+
+
+def _evaluated(
+    survey: Survey,
+    values: Floats,
+    iterates: int,
+    *,
+    attractors: bool,
+    report: Callable[[float], None],
+) -> Diagram:
+    """Evaluate the branches of a survey at ascending values, and look for attractors there."""
     traced = trace_orbits(survey)
+    family, name = survey.family.f, survey.family.name
     maps = [survey.family.at(q) for q in values]
     # All values at which the survey has a complete list.
     nodes = {node.q: node for span in survey.spans for node in (span.left, span.right)}
@@ -138,11 +170,11 @@ def bifurcation_diagram(
     table = _attractor_table(maps, values, orbits, critical, anchors, iterates, attractors, steps)
     report(1.0)
     return Diagram(
-        parameter=parameter,
+        parameter=name,
         values=values,
-        max_period=max_period,
-        window=window,
-        parameters={key: v for key, v in family.parameters.items() if key != parameter},
+        max_period=survey.max_period,
+        window=survey.family.window,
+        parameters={key: v for key, v in family.parameters.items() if key != name},
         orbits=orbits,
         attractors=table,
         breakpoints=breaks,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.eventmap.itinerary import hashed
+from stickslip.mechanics.eventmap.itinerary import GLOBAL_STICK, hashed, mode_code
 from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch
 from stickslip.mechanics.flow.system import (
     ALPHA,
@@ -51,12 +51,6 @@ RECURRENCE = 1e-10
 STEPS_PER_EVENT = 200
 # Bit set of an event of both blocks.
 BOTH = 3
-
-
-@kernel(inline=True)
-def mode_code(motion: Motion) -> int:
-    """Give each pair of modes a number, 0..8; both sticking is 4."""
-    return 3 * (motion.mode[0] + 1) + motion.mode[1] + 1
 
 
 @kernel
@@ -226,7 +220,7 @@ def carry(
         label = hashed(label, code)
         if n_events < itinerary.shape[0]:
             itinerary[n_events] = code
-        if code == 4:
+        if code == GLOBAL_STICK:
             status = OK
             break
         if instant > 2 * MAX_INSTANT:

@@ -12,56 +12,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.eventmap.itinerary import hashed
+from stickslip.mechanics.eventmap.itinerary import GLOBAL_STICK, hashed, mode_code
 from stickslip.mechanics.eventmap.records import Clock, Controls, Outputs, Pools, Tags
-from stickslip.mechanics.flow.dense import FORCE_ROUNDING, SLACK, keep_first, watch_step
-from stickslip.mechanics.flow.lanes.layout import (
-    D_FORCE_1,
-    D_FORCE_1_BEFORE,
-    D_FORCE_2,
-    D_FORCE_2_BEFORE,
-    D_SERIES_1,
-    D_SERIES_2,
-    D_SPEED_1,
-    D_SPEED_2,
-    DOUBTFUL,
-    DURATION,
-    FIRST_SLIP,
-    FLAG,
-    FORCE_1,
-    FORCE_1_BEFORE,
-    FORCE_2,
-    FORCE_2_BEFORE,
-    HANDED_OVER,
-    KEPT,
-    LENGTH,
-    MARGIN,
-    MOTIONS,
-    ORDER,
-    PLACES,
-    SERIES_1,
-    SERIES_2,
-    SIGN_1,
-    SIGN_2,
-    SIZE_1,
-    SIZE_2,
-    SPEED_1,
-    SPEED_2,
-    STEPS,
-    TIME,
-    TIME_BEFORE,
-)
-from stickslip.mechanics.flow.saltation import saltation
+from stickslip.mechanics.flow.dense import SLACK, clearance, keep_first
+from stickslip.mechanics.flow.lanes import layout as at
 from stickslip.mechanics.flow.system import (
     AT_LOWER_LIMIT,
     AT_UPPER_LIMIT,
+    BACKWARD,
+    FORWARD,
     LANDING,
+    STICK,
     Floats,
     Motion,
-    System,
-    limit,
 )
-from stickslip.mechanics.flow.transitions import onset, round_landings, settle
 from stickslip.numerics.polynomial import search, signal_rounding
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
@@ -69,27 +33,20 @@ from stickslip.numerics.vector import LANES
 from stickslip.status import OK
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.eventmap._kernels import (
-        blocks_of_event,
-        event_margin,
-        mode_code,
-        value_tangent,
-    )
-    from stickslip.mechanics.flow._taylor_kernels import rate
     from stickslip.mechanics.flow.lanes.stub import step_both, step_one, tangent_both, tangent_one
     from stickslip.mechanics.friction.interface import force
 
 # From this many events on the scalar engine follows a motion: it may be on a cycle, and errors of
 # steps, which are smaller there, grow more than those of the start.
 LONG = 16
-# Pools by which block rides: one of them, or none.
+# Pools by which block rides: one of them, or none. Its row of numbers is in the order of blocks.
 BOTH_SLIP = 2
-GLOBAL_STICK = 4
+# A force nearer its limit, in units of EPSILON times the terms that make it up, is a tie.
+TIE = 64.0
 
 
 @kernel
 def advance_orbits(
-    system: System,
     laws: Floats,
     orbits: Floats,
     filled: NDArray[np.int64],
@@ -102,29 +59,31 @@ def advance_orbits(
 ) -> None:
     """Fill rows ``start..stop`` of `orbits`, each from its place ``filled`` on."""
     # A row with the status `HANDED_OVER` waits for the scalar engine to carry its last place.
-    steady_1 = force(laws[0], -1, system.V)
-    steady_2 = system.beta * force(laws[1], -1, system.V)
+    pair = pools.numbers[BOTH_SLIP]
+    for block in range(2):
+        steady = force(laws[block], BACKWARD, abs(pair[at.BELT]))
+        pair[at.STEADY + block] = pair[at.LIMIT + block] * steady
     # The first term left out is about rtol^(1 / ORDER) times the last one kept.
-    log_rtol = math.log2(controls.rtol) * (ORDER / (ORDER + 1.0))
+    log_rtol = math.log2(controls.rtol) * (at.ORDER / (at.ORDER + 1.0))
     pools.counts[:] = 0
     point, n_ready = start, 0
     while True:
         active = pools.counts[0] + pools.counts[1] + pools.counts[2]
-        while active < MOTIONS and (n_ready > 0 or point < stop):
+        while active < at.MOTIONS and (n_ready > 0 or point < stop):
             if n_ready > 0:
                 n_ready -= 1
                 row = pools.rows[n_ready]
             else:
                 row = point
                 point += 1
-            active += begin(system, pools, orbits, filled, outputs, row)
+            active += begin(pools, orbits, filled, outputs, row)
         pool = fullest(pools)
         if pools.counts[pool] == 0:
             break
-        step(system, pools, pool, steady_1, steady_2, log_rtol)
+        step(pools, pool, log_rtol)
         for k in range(find_flagged(pools, pool) - 1, -1, -1):
             lane = pools.flagged[k]
-            row = meet(system, laws, pools, controls, watch, orbits, filled, outputs, pool, lane)
+            row = meet(laws, pools, controls, watch, orbits, filled, outputs, pool, lane)
             if row >= 0:
                 pools.rows[n_ready] = row
                 n_ready += 1
@@ -141,28 +100,18 @@ def fullest(pools: Pools) -> int:
 
 
 @kernel(inline=True)
-def step(
-    system: System,
-    pools: Pools,
-    pool: int,
-    steady_1: float,
-    steady_2: float,
-    log_rtol: float,
-) -> None:
+def step(pools: Pools, pool: int, log_rtol: float) -> None:
     """Take one step in every lane of a pool."""
-    x, V, alpha, beta = pools.x[pool], system.V, system.alpha, system.beta
-    tangents = pools.motion.directions.shape[0] > 0
+    x, taken, numbers = pools.x[pool], pools.taken, pools.numbers[pool]
+    tangents = pools.motion.tangent_w.shape[1] > 0
     if pool == BOTH_SLIP:
-        p, q = pools.laws[0], pools.laws[1]
-        step_both(x, pools.taken, p, q, alpha, V, 1.0, beta, steady_1, steady_2, log_rtol)
+        step_both(x, taken, pools.laws[0], pools.laws[1], numbers, log_rtol)
         if tangents:
-            tangent_both(x, pools.taken, p, q, alpha, V, 1.0, beta, steady_1, steady_2, log_rtol)
+            tangent_both(x, taken, pools.laws[0], pools.laws[1], numbers, log_rtol)
         return
-    p, q = pools.laws[pool], pools.laws[1 - pool]
-    own, other = limit(system, pool), limit(system, 1 - pool)
-    step_one(x, pools.taken, p, q, alpha, V, own, other, steady_1, steady_2, log_rtol)
+    step_one(x, taken, pools.laws[pool], pools.laws[1 - pool], numbers, log_rtol)
     if tangents:
-        tangent_one(x, pools.taken, p, q, alpha, V, own, other, steady_1, steady_2, log_rtol)
+        tangent_one(x, taken, pools.laws[pool], pools.laws[1 - pool], numbers, log_rtol)
 
 
 @kernel(inline=True)
@@ -172,13 +121,12 @@ def find_flagged(pools: Pools, pool: int) -> int:
     n = 0
     for lane in range(min(pools.counts[pool], LANES)):
         pools.flagged[n] = lane
-        n += int(taken[FLAG + lane] != 0.0)
+        n += int(taken[at.FLAG + lane] != 0.0)
     return n
 
 
 @kernel(inline=True)
 def begin(
-    system: System,
     pools: Pools,
     orbits: Floats,
     filled: NDArray[np.int64],
@@ -193,14 +141,34 @@ def begin(
     if filled[row] == last:
         return 0
     motion = pools.motion
-    onset(system, motion, orbits[row, filled[row]])
-    if motion.mode[0] == motion.mode[1]:  # a tie, with a margin and a slope of its own
-        outputs.status[row] = HANDED_OVER
+    if not onset(pools.numbers[BOTH_SLIP], motion, orbits[row, filled[row]]):
+        outputs.status[row] = at.HANDED_OVER
         return 0
     code = mode_code(motion)
     tags = Tags(row, 0, code, 1 if motion.mode[0] != 0 else 2, hashed(np.uint64(1), code))
     enter(pools, tags, Clock(0.0, 0.0, math.inf))
     return 1
+
+
+@kernel(inline=True)
+def onset(pair: Floats, motion: Motion, d: float) -> bool:
+    """Begin the slip from a global stick phase; False at a tie: margin and slope of its own."""
+    gained = pair[at.GAIN + 1] * d
+    limit = pair[at.LIMIT + 1]
+    lead = pair[at.SIDE + 1] * (pair[at.BASE + 1] + gained) - limit
+    first = 0 if lead < 0.0 else 1
+    rider = 1 - first
+    end = pair[at.LIMIT + rider]
+    motion.mode[first] = -int(pair[at.SIDE + first])
+    motion.mode[rider] = STICK
+    motion.w[first] = motion.w[rider] = 0.0
+    motion.e[first] = pair[at.SIDE + first] * pair[at.LIMIT + first]
+    motion.e[rider] = min(max(pair[at.BASE + rider] + pair[at.GAIN + rider] * d, -end), end)
+    for column in range(motion.tangent_w.shape[1]):
+        motion.tangent_w[first, column] = motion.tangent_w[rider, column] = 0.0
+        motion.tangent_e[first, column] = 0.0
+        motion.tangent_e[rider, column] = pair[at.GAIN + rider]
+    return abs(lead) > TIE * EPSILON * (abs(pair[at.BASE + 1]) + abs(gained) + limit)
 
 
 @kernel(inline=True)
@@ -216,21 +184,21 @@ def enter(pools: Pools, tags: Tags, clock: Clock) -> None:
     x = pools.x[pool]
     lane = pools.counts[pool]
     pools.counts[pool] = lane + 1
-    x[SIGN_1 + lane] = motion.mode[first]
-    x[SIGN_2 + lane] = motion.mode[second]
-    x[SPEED_1 + lane] = motion.mode[first] * motion.w[first]
-    x[SPEED_2 + lane] = motion.mode[second] * motion.w[second]
-    x[FORCE_1 + lane] = motion.e[first]
-    x[FORCE_2 + lane] = motion.e[second]
-    if motion.directions.shape[0] > 0:
-        x[D_SPEED_1 + lane] = motion.mode[first] * motion.tangent_w[first, 0]
-        x[D_SPEED_2 + lane] = motion.mode[second] * motion.tangent_w[second, 0]
-        x[D_FORCE_1 + lane] = motion.tangent_e[first, 0]
-        x[D_FORCE_2 + lane] = motion.tangent_e[second, 0]
-    x[TIME + lane] = 0.0
-    x[STEPS + lane] = clock.steps
-    x[DURATION + lane] = clock.duration
-    x[MARGIN + lane] = clock.margin
+    x[at.SIGN_1 + lane] = motion.mode[first]
+    x[at.SIGN_2 + lane] = motion.mode[second]
+    x[at.SPEED_1 + lane] = motion.mode[first] * motion.w[first]
+    x[at.SPEED_2 + lane] = motion.mode[second] * motion.w[second]
+    x[at.FORCE_1 + lane] = motion.e[first]
+    x[at.FORCE_2 + lane] = motion.e[second]
+    if motion.tangent_w.shape[1] > 0:
+        x[at.D_SPEED_1 + lane] = motion.mode[first] * motion.tangent_w[first, 0]
+        x[at.D_SPEED_2 + lane] = motion.mode[second] * motion.tangent_w[second, 0]
+        x[at.D_FORCE_1 + lane] = motion.tangent_e[first, 0]
+        x[at.D_FORCE_2 + lane] = motion.tangent_e[second, 0]
+    x[at.TIME + lane] = 0.0
+    x[at.STEPS + lane] = clock.steps
+    x[at.DURATION + lane] = clock.duration
+    x[at.MARGIN + lane] = clock.margin
     pools.tags[pool, lane, 0] = tags.row
     pools.tags[pool, lane, 1] = tags.n_events
     pools.tags[pool, lane, 2] = tags.code
@@ -244,7 +212,7 @@ def leave(pools: Pools, pool: int, lane: int) -> None:
     x = pools.x[pool]
     last = pools.counts[pool] - 1
     pools.counts[pool] = last
-    for row in range(0, KEPT, PLACES):
+    for row in range(0, at.KEPT, at.PLACES):
         x[row + lane] = x[row + last]
     for k in range(4):
         pools.tags[pool, lane, k] = pools.tags[pool, last, k]
@@ -253,7 +221,6 @@ def leave(pools: Pools, pool: int, lane: int) -> None:
 
 @kernel(inline=True)
 def meet(
-    system: System,
     laws: Floats,
     pools: Pools,
     controls: Controls,
@@ -266,53 +233,106 @@ def meet(
 ) -> int:
     """Deal with the signals of a step as `carry` does; return a row whose motion ended, or -1."""
     x, taken, motion = pools.x[pool], pools.taken, pools.motion
-    h = first_event(system, pools, pool, lane)
+    h = first_event(pools, pool, lane)
     if h >= 0.0 and watch:
-        polynomials(system, x, taken, pools.w, pools.e, pool, lane)
-        margin = watch_step(system, motion, pools.w, pools.e, pools.signal, h)
-        x[MARGIN + lane] = min(x[MARGIN + lane], margin)
-    here = blocks_of_event(motion)
+        x[at.MARGIN + lane] = min(x[at.MARGIN + lane], watch_step(pools, pool, lane, h))
+    here = (1 if motion.event[0] != 0 else 0) + (2 if motion.event[1] != 0 else 0)
     if h >= 0.0 and here == 0:
         return -1
     row, n_events, code, before = pools.tags[pool, lane]
-    phase = taken[TIME_BEFORE + lane] + h
-    duration = x[DURATION + lane] + phase
-    if h < 0.0 or here == 3 or phase == 0.0 or duration > controls.max_time:
+    phase = taken[at.TIME_BEFORE + lane] + h
+    duration = x[at.DURATION + lane] + phase
+    room = -1.0
+    if h >= 0.0 and here != 3 and phase > 0.0 and duration <= controls.max_time:
+        state_at(pools, pool, lane, h)
+        room = settle(pools.numbers[BOTH_SLIP], laws, motion, here - 1)
+    if room < 0.0:
         leave(pools, pool, lane)
-        outputs.status[row] = HANDED_OVER
+        outputs.status[row] = at.HANDED_OVER
         return -1
-    state_at(system, pools, pool, lane, h)
-    round_landings(system, motion, FORCE_ROUNDING)
-    margin = x[MARGIN + lane]
-    if motion.directions.shape[0] > 0:
-        saltation(system, motion, rate(system, laws, motion, 0), rate(system, laws, motion, 1))
-    if watch:
-        margin = min(margin, event_margin(system, laws, motion))
-        if here != before:
-            margin = min(margin, phase)
-    settle(system, motion)
+    margin = min(x[at.MARGIN + lane], room)
+    if here != before:
+        margin = min(margin, phase)
     label = pools.labels[pool, lane]
-    clock = Clock(x[STEPS + lane], duration, margin)
+    clock = Clock(x[at.STEPS + lane], duration, margin)
     leave(pools, pool, lane)
     new_code = mode_code(motion)
     if new_code != code:
         n_events += 1
         label = hashed(label, new_code)
     if new_code == GLOBAL_STICK:
-        finish(system, motion, outputs, row, n_events, label, clock)
+        finish(pools.numbers[BOTH_SLIP], motion, outputs, row, n_events, label, clock)
         filled[row] += 1
         orbits[row, filled[row]] = outputs.value[row]
         return row
     if n_events >= min(LONG, controls.max_events):
-        outputs.status[row] = HANDED_OVER
+        outputs.status[row] = at.HANDED_OVER
     else:
         enter(pools, Tags(row, n_events, new_code, here, label), clock)
     return -1
 
 
 @kernel(inline=True)
+def settle(pair: Floats, laws: Floats, motion: Motion, block: int) -> float:
+    """Change the mode of the block with an event; return the clearance, < 0 if rounding decides."""
+    other = 1 - block
+    event = motion.event[block]
+    rate, rate_other = rate_of(pair, laws, motion, block), rate_of(pair, laws, motion, other)
+    loading = loading_rate(pair, motion.w, block, rate, rate_other)
+    excess = abs(motion.e[block]) - pair[at.LIMIT + block]
+    margin = math.inf
+    if motion.mode[other] == STICK:
+        margin = pair[at.MASS + other] * abs(pair[at.LIMIT + other] - abs(motion.e[other]))
+    if event == LANDING:
+        if abs(excess) <= TIE * EPSILON * (pair[at.LIMIT + block] + abs(motion.e[block])):
+            return -1.0
+        margin = min(margin, pair[at.MASS + block] * abs(excess), abs(rate))
+    elif (loading - pair[at.DRIFT + block]) * pair[at.DRIFT + block] < 0.0:
+        # The other block unloads this one, which may turn back.
+        margin = min(margin, pair[at.MASS + block] * abs(loading))
+    signal_rate = rate if event == LANDING else loading
+    transversal = abs(signal_rate) > 8.0 * EPSILON * pair[at.LIMIT + block]
+    loading_other = loading_rate(pair, motion.w, other, rate_other, rate)
+    for column in range(motion.tangent_w.shape[1]):
+        changes = motion.tangent_w if event == LANDING else motion.tangent_e
+        shift = -changes[block, column] / signal_rate if transversal else 0.0
+        motion.tangent_w[block, column] = 0.0
+        motion.tangent_e[block, column] += loading * shift
+        motion.tangent_w[other, column] += rate_other * shift
+        motion.tangent_e[other, column] += loading_other * shift
+        if event != LANDING:
+            motion.tangent_e[block, column] = 0.0
+    motion.w[block] = 0.0
+    if event == LANDING:
+        outside = BACKWARD if motion.e[block] > 0.0 else FORWARD
+        motion.mode[block] = STICK if excess < 0.0 else outside
+    else:
+        motion.mode[block] = BACKWARD if event == AT_UPPER_LIMIT else FORWARD
+        motion.e[block] = -motion.mode[block] * pair[at.LIMIT + block]
+    return margin
+
+
+@kernel(inline=True)
+def rate_of(pair: Floats, laws: Floats, motion: Motion, block: int) -> float:
+    """Rate w' of a block in its mode."""
+    mode = motion.mode[block]
+    if mode == STICK:
+        return 0.0
+    s = max(mode * motion.w[block], 0.0)
+    return -mode * pair[at.LIMIT + block] * force(laws[block], mode, s) - motion.e[block]
+
+
+@kernel(inline=True)
+def loading_rate(pair: Floats, w: Floats, block: int, rate: float, rate_other: float) -> float:
+    """Rate e' of a block; `rate`: its own w'."""
+    loading = pair[at.STIFF + block] * w[block] + pair[at.CROSS + block] * w[1 - block]
+    damping = pair[at.DAMP + block] * rate + pair[at.DRAG + block] * rate_other
+    return loading + pair[at.DRIFT + block] + damping
+
+
+@kernel(inline=True)
 def finish(
-    system: System,
+    pair: Floats,
     motion: Motion,
     outputs: Outputs,
     row: int,
@@ -321,117 +341,121 @@ def finish(
     clock: Clock,
 ) -> None:
     """Note a return to global stick."""
-    value = (motion.e[1] - motion.e[0]) / (1.0 + 2.0 * system.alpha)
-    outputs.value[row] = value
+    value = difference(pair, motion.e[0], motion.e[1]) - pair[at.SHIFT]
+    outputs.value[row] = value / pair[at.DETERMINANT]
     outputs.duration[row] = clock.duration
     outputs.n_events[row] = n_events
     outputs.label[row] = label
     outputs.margin[row] = clock.margin
     outputs.status[row] = OK
-    if motion.directions.shape[0] > 0:
-        outputs.derivative[row, 0] = value_tangent(system, motion, value, 0)
+    for column in range(motion.tangent_e.shape[1]):
+        slope = difference(pair, motion.tangent_e[0, column], motion.tangent_e[1, column])
+        outputs.derivative[row, column] = slope / pair[at.DETERMINANT]
 
 
 @kernel(inline=True)
-def first_event(system: System, pools: Pools, pool: int, lane: int) -> float:
+def difference(pair: Floats, e_1: float, e_2: float) -> float:
+    """Numerator of the relative displacement that goes with needed forces."""
+    return pair[at.SHARE + 1] * e_2 + pair[at.SHARE] * e_1
+
+
+@kernel(inline=True)
+def first_event(pools: Pools, pool: int, lane: int) -> float:
     """Time of the first contact on a lane's last step, else its length; negative if that failed."""
     x, taken, motion = pools.x[pool], pools.taken, pools.motion
-    flag = int(taken[FLAG + lane])
+    flag = int(taken[at.FLAG + lane])
     first = 1 if pool == 1 else 0
     second = 1 - first
-    motion.mode[first] = int(x[SIGN_1 + lane])
-    motion.mode[second] = int(x[SIGN_2 + lane]) if pool == BOTH_SLIP else 0
+    motion.mode[first] = int(x[at.SIGN_1 + lane])
+    motion.mode[second] = int(x[at.SIGN_2 + lane]) if pool == BOTH_SLIP else STICK
     motion.event[0] = motion.event[1] = 0
-    h = -1.0 if flag & DOUBTFUL else taken[LENGTH + lane]
+    h = -1.0 if flag & at.DOUBTFUL else taken[at.LENGTH + lane]
     for k in range(3):
-        if flag & (FIRST_SLIP << k) == 0 or h < 0.0:
+        if flag & (at.FIRST_SLIP << k) == 0 or h < 0.0:
             continue
-        block, event = (first, LANDING) if k == 0 else (second, LANDING)
+        event = LANDING
         if k > 0 and pool != BOTH_SLIP:
             event = AT_UPPER_LIMIT if k == 1 else AT_LOWER_LIMIT
-            rider_signal(system, pools, pool, lane, event)
-        else:
-            row = SERIES_1 if k == 0 else SERIES_2
-            for j in range(ORDER + 1):
-                pools.signal[j] = taken[row + j * LANES + lane]
+        write_signal(pools, pool, lane, k)
         start = pools.signal[0]
-        size = taken[(SIZE_1 if k == 0 else SIZE_2) + lane]
+        size = taken[(at.SIZE_1 if k == 0 else at.SIZE_2) + lane]
         rounding = signal_rounding(start, size, SLACK * EPSILON)
         t = search(pools.signal, h, start == 0.0, rounding)
-        h = keep_first(motion, block, event, t, h)
+        h = keep_first(motion, first if k == 0 else second, event, t, h)
     return h
 
 
-@kernel(inline=True)
-def rider_signal(system: System, pools: Pools, pool: int, lane: int, event: int) -> None:
-    """Distance of the rider's force from one of its limits, as `dense.ride_signal`."""
-    x, taken, signal, block = pools.x[pool], pools.taken, pools.signal, 1 - pool
-    side = -1.0 if event == AT_UPPER_LIMIT else 1.0
-    signal[0] = limit(system, block) + side * taken[FORCE_2_BEFORE + lane]
-    if abs(signal[0]) <= SLACK * EPSILON * limit(system, block):
-        signal[0] = 0.0
-    pull = -side * system.alpha * x[SIGN_1 + lane]
-    for k in range(1, ORDER + 1):
-        signal[k] = pull * taken[SERIES_1 + (k - 1) * LANES + lane] * pools.reciprocals[k]
-    signal[1] += side * system.V
-
-
 @kernel
-def polynomials(
-    system: System, x: Floats, taken: Floats, w: Floats, e: Floats, pool: int, lane: int
-) -> None:
-    """Copy a lane's last step to `w` and `e`, by blocks."""
-    first = 1 if pool == 1 else 0
-    second = 1 - first
-    sign_1 = x[SIGN_1 + lane]
-    sign_2 = x[SIGN_2 + lane] if pool == BOTH_SLIP else 0.0
-    for k in range(ORDER + 1):
-        w[first, k] = sign_1 * taken[SERIES_1 + k * LANES + lane]
-        w[second, k] = sign_2 * taken[SERIES_2 + k * LANES + lane]
-    e[first, 0] = taken[FORCE_1_BEFORE + lane]
-    e[second, 0] = taken[FORCE_2_BEFORE + lane]
-    for k in range(1, ORDER + 1):
-        drive = system.V if k == 1 else 0.0
-        for block in range(2):
-            loading = (1.0 + system.alpha) * w[block, k - 1] - system.alpha * w[1 - block, k - 1]
-            e[block, k] = (loading + drive) / k
+def watch_step(pools: Pools, pool: int, lane: int, h: float) -> float:
+    """Smallest clearance on a lane's last step: lobes that turned back, extremes of a rider."""
+    margin = math.inf
+    for k in range(2 if pool == BOTH_SLIP else 3):
+        write_signal(pools, pool, lane, k)
+        scale = 1.0 if k == 0 or pool == BOTH_SLIP else pools.numbers[pool, at.MASS + 1]
+        margin = min(margin, scale * clearance(pools.signal, h))
+    return margin
 
 
 @kernel(inline=True)
-def state_at(system: System, pools: Pools, pool: int, lane: int, t: float) -> None:
-    """Set ``pools.motion`` to the state at a time inside a lane's last step."""
-    x, taken, motion = pools.x[pool], pools.taken, pools.motion
-    first = 1 if pool == 1 else 0
-    second = 1 - first
-    sign_1 = x[SIGN_1 + lane]
-    sign_2 = x[SIGN_2 + lane] if pool == BOTH_SLIP else 0.0
-    speed, path = sum_and_integral(pools.reciprocals, taken, SERIES_1 + lane, t)
-    speed_2 = path_2 = 0.0
-    if pool == BOTH_SLIP:
-        speed_2, path_2 = sum_and_integral(pools.reciprocals, taken, SERIES_2 + lane, t)
-    motion.w[first] = sign_1 * speed
-    motion.w[second] = sign_2 * speed_2
-    load_1, load_2 = loads(system, sign_1 * path, sign_2 * path_2)
-    motion.e[first] = taken[FORCE_1_BEFORE + lane] + (system.V * t + load_1)
-    motion.e[second] = taken[FORCE_2_BEFORE + lane] + (system.V * t + load_2)
-    if motion.directions.shape[0] == 0:
+def write_signal(pools: Pools, pool: int, lane: int, k: int) -> None:
+    """Series of the first speed (k = 0); of the second; or a rider's room to either limit."""
+    x, taken, signal, pair = pools.x[pool], pools.taken, pools.signal, pools.numbers[pool]
+    if k == 0 or pool == BOTH_SLIP:
+        row = at.SERIES_1 if k == 0 else at.SERIES_2
+        for j in range(at.ORDER + 1):
+            signal[j] = taken[row + j * LANES + lane]
         return
-    speed, path = sum_and_integral(pools.reciprocals, taken, D_SERIES_1 + lane, t)
-    speed_2 = path_2 = 0.0
-    if pool == BOTH_SLIP:
-        speed_2, path_2 = sum_and_integral(pools.reciprocals, taken, D_SERIES_2 + lane, t)
-    motion.tangent_w[first, 0] = sign_1 * speed
-    motion.tangent_w[second, 0] = sign_2 * speed_2
-    load_1, load_2 = loads(system, sign_1 * path, sign_2 * path_2)
-    motion.tangent_e[first, 0] = taken[D_FORCE_1_BEFORE + lane] + load_1
-    motion.tangent_e[second, 0] = taken[D_FORCE_2_BEFORE + lane] + load_2
+    side = -1.0 if k == 1 else 1.0
+    signal[0] = pair[at.LIMIT + 1] + side * taken[at.FORCE_2_BEFORE + lane]
+    if abs(signal[0]) <= SLACK * EPSILON * pair[at.LIMIT + 1]:
+        signal[0] = 0.0
+    pull = side * pair[at.CROSS + 1] * x[at.SIGN_1 + lane]
+    drag = side * pair[at.DRAG + 1] * x[at.SIGN_1 + lane]
+    for j in range(1, at.ORDER + 1):
+        signal[j] = pull * taken[at.SERIES_1 + (j - 1) * LANES + lane] * pools.reciprocals[j]
+        signal[j] += drag * taken[at.SERIES_1 + j * LANES + lane]
+    signal[1] += side * pair[at.DRIFT + 1]
 
 
 @kernel(inline=True)
-def loads(system: System, path_1: float, path_2: float) -> tuple[float, float]:
-    """How displacements relative to the belt change the needed forces."""
-    stiff = 1.0 + system.alpha
-    return stiff * path_1 - system.alpha * path_2, stiff * path_2 - system.alpha * path_1
+def state_at(pools: Pools, pool: int, lane: int, t: float) -> None:
+    """Set ``pools.motion`` to the state at a time inside a lane's last step."""
+    taken, motion, drift = pools.taken, pools.motion, pools.numbers[pool, at.DRIFT : at.DRIFT + 2]
+    first = 1 if pool == 1 else 0
+    second = 1 - first
+    w_1, w_2, gained_1, gained_2 = moved(pools, pool, lane, t, at.SERIES_1, at.SERIES_2)
+    motion.w[first], motion.w[second] = w_1, w_2
+    motion.e[first] = taken[at.FORCE_1_BEFORE + lane] + (drift[0] * t + gained_1)
+    motion.e[second] = taken[at.FORCE_2_BEFORE + lane] + (drift[1] * t + gained_2)
+    if motion.tangent_w.shape[1] == 0:
+        return
+    w_1, w_2, gained_1, gained_2 = moved(pools, pool, lane, t, at.D_SERIES_1, at.D_SERIES_2)
+    motion.tangent_w[first, 0], motion.tangent_w[second, 0] = w_1, w_2
+    motion.tangent_e[first, 0] = taken[at.D_FORCE_1_BEFORE + lane] + gained_1
+    motion.tangent_e[second, 0] = taken[at.D_FORCE_2_BEFORE + lane] + gained_2
+
+
+@kernel(inline=True)
+def moved(
+    pools: Pools, pool: int, lane: int, t: float, row_1: int, row_2: int
+) -> tuple[float, float, float, float]:
+    """Relative velocities at a time inside a step, and how they have changed the forces."""
+    x, taken, pair = pools.x[pool], pools.taken, pools.numbers[pool]
+    sign = x[at.SIGN_1 + lane]
+    w_1, path_1 = sum_and_integral(pools.reciprocals, taken, row_1 + lane, t)
+    faster_1 = sign * (w_1 - taken[row_1 + lane])
+    w_1, path_1 = sign * w_1, sign * path_1
+    w_2 = path_2 = faster_2 = 0.0
+    if pool == BOTH_SLIP:
+        sign = x[at.SIGN_2 + lane]
+        w_2, path_2 = sum_and_integral(pools.reciprocals, taken, row_2 + lane, t)
+        faster_2 = sign * (w_2 - taken[row_2 + lane])
+        w_2, path_2 = sign * w_2, sign * path_2
+    load_1 = pair[at.STIFF] * path_1 + pair[at.CROSS] * path_2
+    load_2 = pair[at.STIFF + 1] * path_2 + pair[at.CROSS + 1] * path_1
+    drag_1 = pair[at.DAMP] * faster_1 + pair[at.DRAG] * faster_2
+    drag_2 = pair[at.DAMP + 1] * faster_2 + pair[at.DRAG + 1] * faster_1
+    return w_1, w_2, load_1 + drag_1, load_2 + drag_2
 
 
 @kernel
@@ -439,7 +463,7 @@ def sum_and_integral(reciprocals: Floats, taken: Floats, row: int, t: float) -> 
     """Value of a polynomial and of its integral from 0 to `t`."""
     u = t * t
     even = odd = even_path = odd_path = 0.0
-    for k in range(ORDER // 2, 0, -1):
+    for k in range(at.ORDER // 2, 0, -1):
         c, c_odd = taken[row + 2 * k * LANES], taken[row + (2 * k - 1) * LANES]
         even = even * u + c
         odd = odd * u + c_odd

@@ -10,10 +10,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.mechanics.eventmap.itinerary import SYMBOLS
-from stickslip.mechanics.eventmap.records import BlockScratch, Controls, Outputs, new_outputs
+from stickslip.mechanics.eventmap.records import (
+    BlockScratch,
+    Controls,
+    Outputs,
+    Section,
+    SectionChanges,
+    new_outputs,
+)
 from stickslip.mechanics.flow.blocks.system import (
     BlockDirections,
+    Rows,
     new_block_motion,
+    sparse_changes,
     widened,
 )
 from stickslip.mechanics.flow.engine import BlockEngine
@@ -53,7 +62,7 @@ class BlocksBackend:
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
         directions = self.engine.directions(changes=[self.engine.change(self.model, name)])
-        return self._run(d, directions).derivative[..., 0]
+        return self._run(d, directions, self._section_along(name)).derivative[..., 0]
 
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1, ...) from their first entries on."""
@@ -69,6 +78,7 @@ class BlocksBackend:
             _, n_events, _, _, _ = self._kernels.carry(
                 self.engine.system,
                 self.engine.laws,
+                self._section,
                 np.array(d, ndmin=1),
                 self._scratch(self._no_directions),
                 self.controls,
@@ -78,11 +88,25 @@ class BlocksBackend:
                 return " ".join("".join(row) for row in MODES[modes[: n_events + 1] + 1])
             length = n_events + 1
 
-    # --- kernels --------------------------------------------------------------------------
+    # --- where motions start and end ---------------------------------------------------------
 
     @property
     def _dimension(self) -> int:
         return self.model.n_blocks - 1
+
+    @cached_property
+    def _section(self) -> Section:
+        """Global stick, and differences as the point; changes in their own directions."""
+        n, into = self._dimension, np.zeros((0, 0))
+        pairs = np.arange(n)[:, None] + np.array([0, 1])
+        out = Rows(2 * np.arange(n + 1), pairs.ravel(), np.tile([-1.0, 1.0], n), np.zeros(n))
+        return Section(-1, 0, False, 0.0, into, out, still(max(n, 1), n, into, 0))
+
+    def _section_along(self, _name: str) -> Section:
+        """Return the section with its change with a parameter: differences have none."""
+        return self._section
+
+    # --- kernels --------------------------------------------------------------------------
 
     @cached_property
     def _kernels(self) -> ModuleType:
@@ -120,7 +144,14 @@ class BlocksBackend:
             scratch = held[count] = scratch._replace(directions=directions, long_directions=wide)
         return scratch
 
-    def _run(self, d: Floats, directions: BlockDirections, *, watch: bool = False) -> Outputs:
+    def _run(
+        self,
+        d: Floats,
+        directions: BlockDirections,
+        section: Section | None = None,
+        *,
+        watch: bool = False,
+    ) -> Outputs:
         """Evaluate all points on all threads."""
         count = len(directions.varies)
         outputs = new_outputs(d.shape, count)
@@ -130,7 +161,9 @@ class BlocksBackend:
         told = outputs._replace(
             value=outputs.value.reshape(rows), derivative=outputs.derivative.reshape(*rows, count)
         )
-        self._launch(self._kernels.carry_range, points, directions, told, watch=watch)
+        self._launch(
+            self._kernels.carry_range, points, directions, told, section=section, watch=watch
+        )
         return outputs
 
     def _launch(
@@ -139,11 +172,12 @@ class BlocksBackend:
         points: Floats,
         directions: BlockDirections,
         *more: Outputs,
+        section: Section | None = None,
         watch: bool = False,
         tile: int = SMALLEST_TILE,
     ) -> None:
         """Run a kernel over rows of points on all threads."""
-        engine = self.engine
+        engine, section = self.engine, section or self._section
 
         def task(start: int, stop: int) -> None:
             scratch = self._scratch(directions)
@@ -151,6 +185,7 @@ class BlocksBackend:
             kernel(
                 engine.system,
                 engine.laws,
+                section,
                 points,
                 start,
                 stop,
@@ -163,6 +198,19 @@ class BlocksBackend:
         launch(task, len(points), self.threads, tile)
 
 
+def still(count: int, n_point: int, into: Floats, n_harmonics: int) -> SectionChanges:
+    """Return changes of a section that does not change itself, only with its point."""
+    none = np.zeros((count, n_harmonics))
+    return SectionChanges(
+        point=np.eye(count, n_point),
+        into=np.zeros((count, *into.shape)),
+        out=sparse_changes([None] * count, n_point, [False] * count),
+        period=np.zeros(count),
+        frequency=none,
+        phase=none,
+    )
+
+
 @lru_cache(maxsize=64)
 def _bound(engine: BlockEngine) -> ModuleType:
     return instantiate(
@@ -170,5 +218,6 @@ def _bound(engine: BlockEngine) -> ModuleType:
         engine.key,
         advance=engine.kernels.advance,
         landing_rate=engine.kernels.landing_rate,
+        rate=engine.kernels.rate,
         slides_for_ever=engine.kernels.slides_for_ever,
     )

@@ -22,6 +22,7 @@ from stickslip.mechanics.flow.engine import (
     time_limit,
     tolerance,
 )
+from stickslip.mechanics.flow.lanes.pair import pair_numbers
 from stickslip.mechanics.friction.series import law_series
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.arrays import Floats
@@ -34,50 +35,21 @@ if TYPE_CHECKING:
 
 
 class ModelMap:
-    """The event map of a model; equal models and settings compare equal.
+    """A map of a model's motions; equal models and settings compare equal.
 
-    A point d is what ``model.d_shape`` says: a number ``X_2 - X_1`` of two blocks, the
-    differences ``X_{i+1} - X_i`` of more. Arrays of points have any shape before that.
+    A point is a number or, where the map has more dimensions, an array of them. Arrays of points
+    have any shape before that.
     """
 
     model: Any
-    _low: float  # ends of the domain, if it is an interval
-    _high: float
-    _settings: ClassVar[tuple[str, ...]] = (
-        "rtol",
-        "max_events",
-        "max_time",
-        "engine",
-        "device",
-        "threads",
-    )
+    _low: float = math.inf  # ends of the domain, if it is an interval
+    _high: float = -math.inf
+    _settings: ClassVar[tuple[str, ...]]
+    _backend: Backend
 
     def __init__(
-        self,
-        model: Any,
-        *,
-        rtol: float = 1e-15,
-        max_events: int = 10_000,
-        max_time: float = math.inf,
-        engine: EngineName = "auto",
-        device: str = "cpu",
-        threads: int | None = None,
+        self, model: Any, *, rtol: float, max_events: int, max_time: float, threads: int | None
     ) -> None:
-        if model.plant.n_waves:
-            raise ValueError(
-                "a forced model has no event map: what a global stick phase leads to depends on "
-                "its time as well. Take stickslip.stroboscopic_map(model)."
-            )
-        if not model.plant.rubs_as_one:
-            raise ValueError(
-                f"model = {shown(model)} has no event map: not every mass rubs on one moving belt, "
-                "so that global stick phases leave more than differences open. Follow it in time."
-            )
-        if model.n_blocks < 2:
-            raise ValueError(
-                f"the event map of {model.n_blocks} block has no differences d to map: two blocks "
-                "or more are needed. stickslip.simulate follows the block in time."
-            )
         self.model = model
         self.rtol = tolerance(rtol)
         self.max_events = whole_number("max_events", max_events, what="events of one motion")
@@ -87,22 +59,27 @@ class ModelMap:
             if threads is None
             else whole_number("threads", threads, what="processor cores used")
         )
-        self.engine: EngineName = engine
-        self.device = device
         self._backend = self._backend_of(Controls(self.rtol, self.max_events, self.max_time))
-        nowhere = (math.inf, -math.inf)
-        self._low, self._high = model.domain if model.n_blocks == 2 else nowhere
 
     def _backend_of(self, controls: Controls) -> Backend:
-        return backend_for(self.model, self.engine, controls, self.device, self.threads)
+        raise NotImplementedError
+
+    @property
+    def _cell(self) -> tuple[int, ...]:
+        """Shape of a point."""
+        return () if self.dimension == 1 else (self.dimension,)
+
+    def _admit(self, d: ArrayLike) -> Floats:
+        """Return points of the domain; ValueError names the first outside."""
+        points: Floats = self.model.admit(d)
+        return points
 
     # --- what it is -----------------------------------------------------------------------
 
     @property
     def dimension(self) -> int:
-        """Numbers in a point d: one less than blocks."""
-        n: int = self.model.n_blocks
-        return n - 1
+        """Numbers in a point."""
+        raise NotImplementedError
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -136,8 +113,8 @@ class ModelMap:
 
     def _admitted(self, d: ArrayLike) -> tuple[Floats, Floats]:
         """Return points of the domain as given, and as rows for the backend."""
-        points = self.model.admit(d)
-        return points, points.reshape(-1, *self.model.d_shape)
+        points = self._admit(d)
+        return points, points.reshape(-1, *self._cell)
 
     @overload
     def __call__(self, d: float) -> float: ...
@@ -195,7 +172,7 @@ class ModelMap:
         """
         points, rows = self._admitted(d)
         found = self._backend.carry(rows, slope=True)
-        slopes = points.shape + self.model.d_shape
+        slopes = points.shape + self._cell
         return _shaped(found.value, points.shape), _shaped(found.derivative, slopes)
 
     @overload
@@ -245,7 +222,7 @@ class ModelMap:
         """
         points, rows = self._admitted(d)
         outputs = self._backend.carry(rows, slope=True, watch=True)
-        cell = self.model.d_shape
+        cell = self._cell
         shapes = {"value": points.shape, "derivative": points.shape + cell}
         one_each = points.shape[: points.ndim - len(cell)]
         told: dict[str, Any] = {
@@ -271,7 +248,7 @@ class ModelMap:
         """
         points, rows = self._admitted(d)
         texts = [self._backend.itinerary(row) for row in rows.tolist()]
-        shape = points.shape[: points.ndim - len(self.model.d_shape)]
+        shape = points.shape[: points.ndim - len(self._cell)]
         return np.array(texts).reshape(shape) if shape else texts[0]
 
     def iterate(self, d: ArrayLike, n: int) -> Floats:
@@ -296,7 +273,7 @@ class ModelMap:
         """
         n = whole_number("n", n, 0, at_most=MOST_STEPS, what="applications of the map")
         points, rows = self._admitted(d)
-        cell = self.model.d_shape
+        cell = self._cell
         orbits = np.empty((len(rows), n + 1, *cell))
         orbits[:, 0] = rows
         self._backend.iterate(orbits)
@@ -307,7 +284,58 @@ def _shaped(values: Floats, shape: tuple[int, ...]) -> float | Floats:
     return values.item() if shape == () else values.reshape(shape)
 
 
-class EventMap(ModelMap, LineMap):
+class GlobalStickMap(ModelMap):
+    """From one global stick phase to the next: a point d holds the differences of neighbours."""
+
+    _settings: ClassVar = ("rtol", "max_events", "max_time", "engine", "device", "threads")
+
+    def __init__(
+        self,
+        model: Any,
+        *,
+        rtol: float = 1e-15,
+        max_events: int = 10_000,
+        max_time: float = math.inf,
+        engine: EngineName = "auto",
+        device: str = "cpu",
+        threads: int | None = None,
+    ) -> None:
+        if model.plant.n_waves:
+            raise ValueError(
+                "a forced model has no event map: what a global stick phase leads to depends on "
+                "its time as well. Take stickslip.stroboscopic_map(model) or "
+                "stickslip.return_map(model)."
+            )
+        if not model.plant.rubs_as_one:
+            raise ValueError(
+                f"model = {shown(model)} has no event map: not every mass rubs on one moving belt, "
+                "so that global stick phases leave more than differences open. Take "
+                "stickslip.return_map(model), or follow it in time."
+            )
+        if model.n_blocks < 2:
+            raise ValueError(
+                f"the event map of {model.n_blocks} block has no differences d to map: two blocks "
+                "or more are needed. stickslip.simulate follows the block in time."
+            )
+        self.engine: EngineName = engine
+        self.device = device
+        super().__init__(
+            model, rtol=rtol, max_events=max_events, max_time=max_time, threads=threads
+        )
+        if model.n_blocks == 2:
+            self._low, self._high = model.domain
+
+    def _backend_of(self, controls: Controls) -> Backend:
+        return backend_for(self.model, self.engine, controls, self.device, self.threads)
+
+    @property
+    def dimension(self) -> int:
+        """Numbers in a point d: one less than blocks."""
+        n: int = self.model.n_blocks
+        return n - 1
+
+
+class EventMap(GlobalStickMap, LineMap):
     """The event map of two blocks, a map of the line; `stickslip.event_map` makes it.
 
     Calling it carries relative displacements from one global stick phase to the next:
@@ -348,7 +376,7 @@ class EventMap(ModelMap, LineMap):
         return mechanism_between(self, left, right)
 
 
-class BlocksEventMap(ModelMap):
+class BlocksEventMap(GlobalStickMap):
     """The event map of more than two blocks, a map of R^n; `stickslip.event_map` makes it.
 
     Calling it carries differences ``d_i = X_{i+1} - X_i`` from one global stick phase to the
@@ -378,12 +406,15 @@ def backend_for(
         from stickslip.mechanics.eventmap.cuda import CudaBackend  # needs numba-cuda
 
         return CudaBackend(model, engine, controls)
-    if not (isinstance(model, TwoBlock) and model.damping == 0.0):
-        return BlocksBackend(model, block_engine(model, engine), controls, threads)
-    moved = engine_for(model, engine)
-    if lanes_serve(moved, controls):
-        return LaneBackend(model, moved, controls, threads)
-    series = law_series(model.laws) if moved.name == "taylor" else None
-    if series is not None:
-        return PoolBackend(model, moved, controls, threads, series)
-    return ScalarBackend(model, moved, controls, threads)
+    scalar: ScalarBackend | BlocksBackend
+    if isinstance(model, TwoBlock) and model.damping == 0.0:
+        scalar = ScalarBackend(model, engine_for(model, engine), controls, threads)
+        if lanes_serve(scalar.engine, controls):
+            return LaneBackend(scalar)
+    else:
+        scalar = BlocksBackend(model, block_engine(model, engine), controls, threads)
+    if scalar.name in ("taylor", "series"):
+        numbers, series = pair_numbers(model.plant), law_series(model.laws)
+        if numbers is not None and series is not None:
+            return PoolBackend(scalar, numbers, series)
+    return scalar

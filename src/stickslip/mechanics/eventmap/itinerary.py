@@ -5,11 +5,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.mechanics.flow.system import Motion
 from stickslip.numerics.targets import kernel
 
 # Shifts of the 64-bit hash of itineraries (Marsaglia's xorshift; a product would overflow,
 # which NumPy reports where kernels run as plain Python).
 LEFT, RIGHT, LEFT_AGAIN = np.uint64(13), np.uint64(7), np.uint64(17)
+
+
+GLOBAL_STICK = 4
+
+
+@kernel(inline=True)
+def mode_code(motion: Motion) -> int:
+    """Give each pair of modes a number, 0..8."""
+    return 3 * motion.mode[0] + motion.mode[1] + GLOBAL_STICK
 
 
 @kernel(inline=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Sequence
 from functools import cached_property, lru_cache
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
@@ -12,10 +11,20 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend
+from stickslip.mechanics.eventmap.blocks import BlocksBackend
 from stickslip.mechanics.eventmap.records import Controls, Outputs, Pools, new_outputs
 from stickslip.mechanics.flow._lane_kernels import constants_at
-from stickslip.mechanics.flow.engine import Engine, start_direction
-from stickslip.mechanics.flow.lanes.layout import ALIGNMENT, HANDED_OVER, KEPT, ORDER, PLACES
+from stickslip.mechanics.flow.engine import Engine
+from stickslip.mechanics.flow.lanes.layout import (
+    ALIGNMENT,
+    DAMP,
+    DRIFT,
+    HANDED_OVER,
+    KEPT,
+    NUMBERS,
+    ORDER,
+    PLACES,
+)
 from stickslip.mechanics.flow.lanes.text import lane_kernels
 from stickslip.mechanics.flow.system import new_motion
 from stickslip.mechanics.friction.interface import STATIC_COLUMN
@@ -27,7 +36,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.mechanics.friction.law import FrictionLaw
-    from stickslip.mechanics.model.two_block import TwoBlock
     from stickslip.numerics.arrays import Floats
 
 
@@ -97,35 +105,53 @@ class Lanes:
 LANE_TILE = 8192
 
 
-class LaneBackend(ScalarBackend):
+class BatchBackend:
+    """Many motions at once; the scalar backend carries what that declines, and tells the rest."""
+
+    def __init__(self, scalar: ScalarBackend | BlocksBackend) -> None:
+        self.scalar = scalar
+        self.name = scalar.name
+
+    def parameter_slope(self, d: Floats, name: str) -> Floats:
+        """df/d(name) at each d."""
+        return self.scalar.parameter_slope(d, name)
+
+    def itinerary(self, d: float) -> str:
+        """Modes of each phase, as text."""
+        return self.scalar.itinerary(d)
+
+
+class LaneBackend(BatchBackend):
     """Constant kinetic friction: values and slopes by lanes, all else by the exact engine."""
 
     # Which of them answers depends on d alone: not on how many are asked together, nor on threads.
 
-    def __init__(self, model: TwoBlock, engine: Engine, controls: Controls, threads: int) -> None:
-        super().__init__(model, engine, controls, threads)
-        self.lanes = Lanes(engine, controls)
+    scalar: ScalarBackend
+
+    def __init__(self, scalar: ScalarBackend) -> None:
+        super().__init__(scalar)
+        self.lanes = Lanes(scalar.engine, scalar.controls)
 
     def value(self, d: float) -> float:
         """Value at one d."""
         value = self.lanes.value(d)
         if value == value:
             return value if value < math.inf else math.nan
-        return float(self._carried(np.array([d]), ()).value[0])
+        return self.scalar.value(d)
 
     def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
         """Values at each d, and slopes; lanes keep nothing else."""
         slopes = np.empty(d.size) if slope else NO_SLOPE
         values, passed = self._by_lanes(d, slopes)
         if watch:
-            outputs = super().carry(d, slope=slope, watch=True)
+            outputs = self.scalar.carry(d, slope=slope, watch=True)
             served = ~np.isnan(values)
             outputs.value[served] = values[served]
             if slope:
                 outputs.derivative[served, 0] = slopes[served]
             return outputs
         if passed.size > 0:
-            exact = super().carry(d[passed], slope=slope)
+            exact = self.scalar.carry(d[passed], slope=slope)
             values[passed] = exact.value
             if slope:
                 slopes[passed] = exact.derivative[:, 0]
@@ -145,14 +171,14 @@ class LaneBackend(ScalarBackend):
             part[rest] = math.nan
             passed.append(start + rest[unknown])
 
-        launch(task, d.size, self.threads, LANE_TILE)
+        launch(task, d.size, self.scalar.threads, LANE_TILE)
         return values, np.concatenate(passed)
 
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1) from their first entries on."""
 
         def task(start: int, stop: int) -> None:
-            lanes, engine = self.lanes, self.engine
+            lanes, scalar = self.lanes, self.scalar
             streams, index, column = lanes.scratch()
             self._orbits.iterate_lanes(
                 lanes.row,
@@ -163,27 +189,27 @@ class LaneBackend(ScalarBackend):
                 orbits,
                 start,
                 stop,
-                engine.system,
-                engine.laws,
-                self.scratch(()),
-                self.controls,
+                scalar.engine.system,
+                scalar.engine.laws,
+                scalar.scratch(()),
+                scalar.controls,
                 NO_ITINERARY,
             )
 
-        self.launch_orbits(task, orbits)
+        self.scalar.launch_orbits(task, orbits)
 
     @cached_property
     def _orbits(self) -> ModuleType:
         template = "stickslip.mechanics.eventmap._lane_follow_kernels"
-        bindings = {name: getattr(self.kernels, name) for name in ("carry", "value_tangent")}
-        return instantiate(template, self.engine.key, cached=self.engine.cached, **bindings)
+        kernels, engine = self.scalar.kernels, self.scalar.engine
+        bindings = {name: getattr(kernels, name) for name in ("carry", "value_tangent")}
+        return instantiate(template, engine.key, cached=engine.cached, **bindings)
 
 
 STEPS = ("step_one", "step_both", "tangent_one", "tangent_both")
-DECISIONS = ("blocks_of_event", "event_margin", "mode_code", "value_tangent")
 
 
-def new_pools(n_columns: int, n_law_parameters: int, laws: Floats, size: int) -> Pools:
+def new_pools(n_columns: int, laws: Floats, size: int) -> Pools:
     """Arrays of empty pools."""
     return Pools(
         laws=laws,
@@ -194,9 +220,8 @@ def new_pools(n_columns: int, n_law_parameters: int, laws: Floats, size: int) ->
         counts=np.zeros(3, dtype=np.int64),
         flagged=np.zeros(LANES + 1, dtype=np.int64),
         rows=np.zeros(LANES, dtype=np.int64),
-        motion=new_motion(n_columns, n_law_parameters),
-        w=np.zeros((2, ORDER + 1)),
-        e=np.zeros((2, ORDER + 1)),
+        numbers=np.zeros((3, NUMBERS)),
+        motion=new_motion(n_columns, 0),
         signal=np.zeros(ORDER + 1),
         reciprocals=1.0 / np.maximum(np.arange(ORDER + 2), 1),
     )
@@ -212,22 +237,22 @@ def aligned(size: int) -> Floats:
 POOL_TILE = 512
 
 
-class PoolBackend(ScalarBackend):
-    """Two undamped blocks with one formula for both: many motions at once, in pools.
+class PoolBackend(BatchBackend):
+    """Two contacts with one formula for both: many motions at once, in pools.
 
-    The scalar engine carries what pools hand over. Which of them does depends on the motion alone.
+    The scalar backend carries what pools hand over. Which of them does depends on the motion alone.
     """
 
     def __init__(
-        self,
-        model: TwoBlock,
-        engine: Engine,
-        controls: Controls,
-        threads: int,
-        series: LawSeries,
+        self, scalar: ScalarBackend | BlocksBackend, numbers: Floats, series: LawSeries
     ) -> None:
-        super().__init__(model, engine, controls, threads)
-        self.series = series
+        super().__init__(scalar)
+        self.numbers, self.series = numbers, series
+        self.damped = bool(numbers[0, DAMP:DRIFT].any())
+
+    def value(self, d: float) -> float:
+        """Value at one d."""
+        return float(self.carry(np.array([d])).value[0])
 
     def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
         """Values at each d, and slopes."""
@@ -242,31 +267,30 @@ class PoolBackend(ScalarBackend):
 
     def _advanced(self, orbits: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
         """Fill the rows of `orbits`; return what is known of their last motions."""
-        directions = (start_direction(self.engine),) if slope else ()
-        outputs = new_outputs((len(orbits),), len(directions))
+        scalar = self.scalar
+        outputs = new_outputs((len(orbits),), int(slope))
         filled = np.zeros(len(orbits), dtype=np.int64)
 
         def task(start: int, stop: int) -> None:
             self._driver.advance_orbits(
-                self.engine.system,
-                self.engine.laws,
+                scalar.engine.laws,
                 orbits,
                 filled,
                 start,
                 stop,
-                self._pools(directions),
-                self.controls,
+                self.pools(int(slope)),
+                scalar.controls,
                 watch,
                 outputs,
             )
 
         steps = max(1, orbits.shape[1] - 1)
         while True:
-            launch(task, len(orbits), self.threads, max(1, POOL_TILE // steps))
+            launch(task, len(orbits), scalar.threads, max(1, POOL_TILE // steps))
             rows = np.flatnonzero(outputs.status == HANDED_OVER)
             if rows.size == 0:
                 return outputs
-            carried = self._carried(orbits[rows, filled[rows]], directions, watch)
+            carried = scalar.carry(orbits[rows, filled[rows]], slope=slope, watch=watch)
             for kept, found in zip(outputs, carried, strict=True):
                 kept[rows] = found
             filled[rows] += 1
@@ -274,34 +298,27 @@ class PoolBackend(ScalarBackend):
 
     @cached_property
     def _steps(self) -> ModuleType:
-        return lane_kernels(self.series)
+        return lane_kernels(self.series, damped=self.damped)
 
     @cached_property
     def _driver(self) -> ModuleType:
-        """Kernels bound to the law's steps and to the decisions of the scalar engine."""
+        """Kernels bound to the law and its steps."""
+        code = self.scalar.engine.code
         return instantiate(
             "stickslip.mechanics.eventmap._pool_kernels",
-            f"{self.engine.key}-{self.series.key}",
-            force=self.engine.code.force,
-            rate=self.engine.kernels.rate,
+            f"{code.key}-{self.series.key}-{self.damped}",
+            force=code.force,
             **{name: getattr(self._steps, name) for name in STEPS},
-            **{name: getattr(self.kernels, name) for name in DECISIONS},
         )
 
-    @cached_property
-    def _pools_here(self) -> threading.local:
-        return _pools_of(self.series.key, self.model.laws)
-
-    def _pools(self, directions: Sequence[Floats]) -> Pools:
-        """Pools for this thread."""
-        held: dict[int, Pools] = self._pools_here.__dict__.setdefault("pools", {})
-        n_columns = len(directions)
+    def pools(self, n_columns: int) -> Pools:
+        """Pools for this thread, with the numbers of this model."""
+        laws = self.scalar.model.laws
+        held: dict[int, Pools] = _pools_of(self.series.key, laws).__dict__.setdefault("pools", {})
         if n_columns not in held:
-            laws = self.series.rows(self.model.laws)
-            pools = new_pools(n_columns, self.engine.n_law_parameters, laws, self._steps.SIZE)
-            for column, direction in enumerate(directions):
-                pools.motion.directions[column] = direction
-            held[n_columns] = pools
+            rows = self.series.rows(laws)
+            held[n_columns] = new_pools(n_columns, rows, self._steps.SIZE)
+        held[n_columns].numbers[:] = self.numbers
         return held[n_columns]
 
 

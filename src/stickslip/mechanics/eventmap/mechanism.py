@@ -13,8 +13,20 @@ from stickslip import status
 from stickslip.analysis.maps.protocol import Mechanism
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.eventmap.event_map import EventMap
+    from typing import Protocol
+
     from stickslip.mechanics.flow.trajectory import Event, Trajectory
+
+    class Traced(Protocol):
+        """A map of the line that shows its motions."""
+
+        @property
+        def domain(self) -> tuple[float, float]:
+            """Ends of the interval of definition."""
+
+        def slip_from(self, d: float, max_events: int, /) -> Trajectory:
+            """Follow the motion from a point to the next one."""
+
 
 # Events of neighbouring motions that are the same one differ by rounding, times how much the
 # motion stretches it.
@@ -32,7 +44,7 @@ UNKNOWN = Mechanism("the motions on both sides make the same events", None)
 TOO_LATE = Mechanism(f"the motions on both sides make the same first {MAX_EVENTS} events", None)
 
 
-def mechanism_between(f: EventMap, left: float, right: float) -> Mechanism:
+def mechanism_between(f: Traced, left: float, right: float) -> Mechanism:
     """Explain why the itinerary changes between two adjacent starting points."""
     # ``text``, such as "block 2 grazes its stick interval near X_2 = 0.00185".
     found = UNKNOWN
@@ -43,7 +55,7 @@ def mechanism_between(f: EventMap, left: float, right: float) -> Mechanism:
     return found
 
 
-def _compare(f: EventMap, left: float, right: float) -> Mechanism:
+def _compare(f: Traced, left: float, right: float) -> Mechanism:
     low, high = f.domain
     first, second = (f.slip_from(d, MAX_EVENTS) for d in (max(left, low), min(right, high)))
     if (first.modes[0] != second.modes[0]).any():

@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.mechanics.flow._lane_kernels import CoulombConstants
-from stickslip.mechanics.flow.blocks.system import BlockDirections, BlockMotion, BlockWork
+from stickslip.mechanics.flow.blocks.system import (
+    BlockDirections,
+    BlockMotion,
+    BlockWork,
+    RowChanges,
+    Rows,
+)
 from stickslip.mechanics.flow.system import Floats, Ints, Motion
 
 
@@ -54,9 +60,8 @@ class Pools(NamedTuple):
     counts: NDArray[np.int64]  # motions in each pool
     flagged: NDArray[np.int64]  # lanes with an event
     rows: NDArray[np.int64]  # that may go on
+    numbers: Floats  # (3, NUMBERS): of the contacts, in the order of each pool
     motion: Motion
-    w: Floats
-    e: Floats
     signal: Floats
     reciprocals: Floats  # 1 / k
 
@@ -88,6 +93,29 @@ class BlockScratch(NamedTuple):
     long_directions: BlockDirections
     saved: BlockMotion
     work: BlockWork
+
+
+class SectionChanges(NamedTuple):
+    """Derivatives of a section and its points, an entry for each direction."""
+
+    point: Floats  # (directions, numbers of a point)
+    into: Floats  # (directions, n, waves + numbers + 1)
+    out: RowChanges
+    period: Floats
+    frequency: Floats  # (directions, harmonics)
+    phase: Floats
+
+
+class Section(NamedTuple):
+    """Where motions start and end: ``(y, w) = into (waves, point, 1)``; global stick, if -1."""
+
+    contact: int
+    mode: int  # of its slip, which a release begins and a landing ends
+    released: bool  # else it lands
+    period: float  # of the phase that is a point's first number; 0 for none
+    into: Floats  # (n, waves + numbers + 1)
+    out: Rows  # the point at a state z
+    changes: SectionChanges
 
 
 def new_outputs(shape: tuple[int, ...], n_columns: int) -> Outputs:

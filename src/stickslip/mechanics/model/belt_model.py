@@ -20,6 +20,7 @@ from stickslip.vocabulary import did_you_mean
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from stickslip.mechanics.cycle.return_map import LineReturnMap, ReturnMap
     from stickslip.mechanics.eventmap.event_map import BlocksEventMap, EventMap
     from stickslip.numerics.arrays import Floats
 
@@ -156,11 +157,11 @@ class BeltModel(ABC):
         """Harmonics by name, and the contact whose belt each moves; None: forces."""
         return {} if self.forcing is None else {"forcing": (self.forcing, None)}
 
-    def as_map(self) -> EventMap | BlocksEventMap:
-        """Return the event map with its default settings."""
-        from stickslip.mechanics.eventmap.of_model import event_map  # not for the model alone
+    def as_map(self) -> EventMap | BlocksEventMap | ReturnMap | LineReturnMap:
+        """Return the event map, or the return map of models without one; default settings."""
+        from stickslip.mechanics.cycle.return_map import map_of  # not for the model alone
 
-        return event_map(self)
+        return map_of(self)
 
     # --- parameters --------------------------------------------------------------------------
 

@@ -36,7 +36,8 @@ if TYPE_CHECKING:
 
 ZERO: Final = 1e-13  # of the domain: an image so close to its break has no sign
 
-Name: TypeAlias = tuple[int, int, int, int]  # classes of the two branches, which of these, side
+# Class of the branch that ends there, which of its ends on that side, side of the break.
+Name: TypeAlias = tuple[int, int, int]
 
 
 @dataclass(frozen=True)
@@ -90,9 +91,9 @@ def _renamed(
 ) -> dict[Name, BreakImages]:
     """Give breaks the names that they have at another value: one that is born shifts no other."""
     renamed = {}
-    for left, right, side in dict.fromkeys((*name[:2], name[3]) for name in found):
+    for own, side in dict.fromkeys((name[0], name[2]) for name in found):
         here, there = (
-            [name for name in names if (*name[:2], name[3]) == (left, right, side)]
+            [name for name in names if (name[0], name[2]) == (own, side)]
             for names in (found, known)
         )
         places = [
@@ -101,7 +102,7 @@ def _renamed(
         ]
         pairs = dict(zip(*(k.tolist() for k in same_places(*places)), strict=True))
         for k, name in enumerate(here):
-            new = there[pairs[k]] if k in pairs else (left, right, len(there) + k, side)
+            new = there[pairs[k]] if k in pairs else (own, len(there) + k, side)
             renamed[new] = found[name]
     return renamed
 
@@ -113,17 +114,17 @@ def _sides(
     seen: Counter[tuple[int, int]] = Counter()
     for item in breaks:
         pair = np.array([item.left_label, item.right_label], dtype=np.uint64)
-        left, right = classes.of(pair).tolist()
-        border = TrackedDiscontinuity.of(item)
-        for side, value in ((-1, item.left), (1, item.right)):
-            yield (left, right, seen[left, right], side), (border, side, value)
-        seen[left, right] += 1
+        values = item.left, item.right
+        for own, side, value in zip(classes.of(pair).tolist(), (-1, 1), values, strict=True):
+            if np.isfinite(value):  # a gap has no images
+                yield (own, seen[own, side], side), (TrackedDiscontinuity.of(item), side, value)
+                seen[own, side] += 1
     whole = getattr(table.f, "whole", table.f).domain
     for upper, (end, own) in enumerate(zip(whole, table.f.domain, strict=True)):
         if end == own:
             side = -1 if upper else 1
             value = float(sample(table.f, end).value)
-            yield (-1, -1, upper, side), (DomainEnd(bool(upper), end), side, value)
+            yield (-1, upper, side), (DomainEnd(bool(upper), end), side, value)
 
 
 def _symbols(labels: Labels, x: Floats, places: Floats, classes: SymbolClasses) -> Labels:
@@ -202,7 +203,7 @@ class _Search:
                 found = images_of_breaks(branch_table(f), self.max_period, self.classes)
                 return _renamed(found, self.known).get(name)
         try:
-            # What takes the place of a break that is gone has another name.
+            # What takes the place of a break that is gone may end another branch.
             reading = border.at(f, successors=False)
             border = cast("TrackedDiscontinuity | DomainEnd", reading.critical)
         except ConditionLost:

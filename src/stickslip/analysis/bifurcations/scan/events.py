@@ -46,9 +46,6 @@ SAME_VALUE: Final = 1e-11  # of the range, beside the errors: events that coinci
 SAME_PLACE: Final = 1e-5  # of the domain: points of one event found in two ways
 REPEATS: Final = 1e-4  # of the domain: an orbit that closes up so far at a fold is at a flip
 CLOSING: Final = 0.02  # of the domain: an orbit so close to one of half its period may end there
-AGAIN: Final = 2.0  # times the reach of a suspect: so close to it lies what explains it
-NEAR_BORDER: Final = 1e-4  # of the domain: likewise borders,
-NEAR_ORBIT: Final = 3e-3  # and orbits, which move like roots beside folds and flips
 VICINITY: Final = 8.0  # steps ahead, where the border that stops an orbit is looked for
 SMALLEST_WINDOW: Final = 1e-5  # of the domain
 
@@ -65,22 +62,6 @@ class Suspect:
     guess: float
     reach: float  # how far off that may be
     bracket: tuple[float, float] | None = None  # where the test function changes its sign, if known
-
-    def explained_by(self, event: Event, width: float) -> bool:
-        """Tell whether a known event is what is suspected: no need to solve for it again."""
-        mine, other = self.condition, event.condition
-        if type(mine) is not type(other) or abs(event.value - self.guess) > AGAIN * self.reach:
-            return False
-        if isinstance(mine, Collision) and isinstance(other, Collision):
-            near = abs(mine.border.x - other.border.x) <= NEAR_BORDER * width
-            same_kind = mine.border.kind == other.border.kind
-            return near and same_kind and mine.period % other.period == 0
-        assert not isinstance(mine, Collision)
-        assert not isinstance(other, Collision)
-        if mine.period != other.period:
-            return False
-        points = np.sort(mine.points), np.sort(other.points)
-        return bool(np.abs(points[0] - points[1]).max() <= NEAR_ORBIT * width)
 
 
 @dataclass(frozen=True, eq=False)

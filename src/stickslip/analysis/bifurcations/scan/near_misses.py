@@ -75,10 +75,11 @@ def hidden_values(
 ) -> list[float]:
     """Return parameter values where a function may reach zero between lists, ascending."""
     found: list[float] = []
+    named = [_by_name(there) for there in seen]
     for k in range(1, len(values) - 1):
         for here in seen[k]:
-            before = _same(here, seen[k - 1], width)
-            after = _same(here, seen[k + 1], width)
+            before = _same(here, named[k - 1], width)
+            after = _same(here, named[k + 1], width)
             if before is None or after is None:
                 continue
             q = _touching(values[k - 1 : k + 2], (before.distance, here.distance, after.distance))
@@ -93,9 +94,17 @@ def hidden_values(
     return kept
 
 
-def _same(here: NearZero, others: Sequence[NearZero], width: float) -> NearZero | None:
+def _by_name(functions: Sequence[NearZero]) -> dict[Hashable, list[NearZero]]:
+    """Gather functions by what they are."""
+    named: dict[Hashable, list[NearZero]] = {}
+    for one in functions:
+        named.setdefault(one.what, []).append(one)
+    return named
+
+
+def _same(here: NearZero, others: dict[Hashable, list[NearZero]], width: float) -> NearZero | None:
     """Return the same function at another value: of those with its name the nearest."""
-    named = [other for other in others if other.what == here.what]
+    named = others.get(here.what, [])
     nearest = min(named, key=lambda other: abs(other.x - here.x), default=None)
     if nearest is None or abs(nearest.x - here.x) > SAME_PLACE * width:
         return None
@@ -104,16 +113,15 @@ def _same(here: NearZero, others: Sequence[NearZero], width: float) -> NearZero 
 
 def _touching(values: Sequence[float], distances: tuple[float, float, float]) -> float | None:
     """Return where the parabola through three values of one sign reaches zero, or nearly does."""
-    a, b, c = distances
+    (p, q, r), (a, b, c) = values, distances
     if not (a * b > 0 and b * c > 0):
         return None
-    curve = np.polyfit(np.array(values) - values[1], distances, 2)
-    if curve[0] == 0 or curve[0] * b < 0:
+    chords = (b - a) / (q - p), (c - b) / (r - q)
+    bend = (chords[1] - chords[0]) / (r - p)
+    if bend * b <= 0:
         return None
-    turn = -0.5 * curve[1] / curve[0]
-    q = values[1] + turn
-    if not values[0] < q < values[2]:
-        return None
-    least = np.polyval(curve, turn) * np.sign(b)
+    slope = chords[0] + bend * (q - p)
+    turn = -0.5 * slope / bend
+    least = (b + 0.5 * slope * turn) * np.sign(b)
     change = max(abs(a - b), abs(c - b))
-    return float(q) if least <= NEAR * change else None
+    return float(q + turn) if p < q + turn < r and least <= NEAR * change else None

@@ -76,9 +76,12 @@ class Survey:
         hi: float,
         max_period: int,
         progress: Callable[[float], None] | None = None,
+        *,
+        partial: bool = False,
     ) -> None:
         self.family, self.lo, self.hi, self.max_period = family, lo, hi, max_period
-        self.progress = progress
+        self.progress, self.partial = progress, partial
+        self.interrupted = False
         self.width = domain_width(family.at(lo))
         self.classes = SymbolClasses()
         self.spans: list[Span] = []
@@ -94,28 +97,45 @@ class Survey:
         return self.hi - self.lo
 
     def run(self, n_lists: int) -> None:
-        """Make the lists at the values of a grid, and explain all changes between them."""
-        self.grid_nodes = self._nodes(grid(self.lo, self.hi, n_lists))
-        self._look_for_hidden()
-        kept = self.grid_nodes[:1]
-        for right in self.grid_nodes[1:]:
-            known = len(self.spans), len(self.unresolved), list(self.events)
-            self._explain_or_tell(kept[-1], right)
-            off = [abs(event.value - right.q) for event in self.events]
-            if (
-                right is not self.grid_nodes[-1]
-                and min(off, default=math.inf) <= SPLIT * self.scale
-            ):
-                # What a list shows in the very middle of an event is an accident: not this one.
-                del self.spans[known[0] :], self.unresolved[known[1] :]
-                self.events = known[2]
-                self._known.clear()  # ways that have come too close to the event to miss it
-                continue
-            kept.append(right)
-            if self.progress is not None:
-                self.progress((right.q - self.lo) / self.scale)
+        """Explain all changes; Ctrl-C leaves out the rest where a ``partial`` answer is wanted."""
+        kept: list[Node] = []
+        known = self._known_so_far()
+        try:
+            self.grid_nodes = self._nodes(grid(self.lo, self.hi, n_lists))
+            self._look_for_hidden()
+            kept.append(self.grid_nodes[0])
+            for right in self.grid_nodes[1:]:
+                self._explain_or_tell(kept[-1], right)
+                off = [abs(event.value - right.q) for event in self.events]
+                if (
+                    right is not self.grid_nodes[-1]
+                    and min(off, default=math.inf) <= SPLIT * self.scale
+                ):
+                    # What a list shows in the very middle of an event is an accident: not this one.
+                    self._go_back(known)
+                    self._known.clear()  # ways that have come too close to the event to miss it
+                    continue
+                kept.append(right)
+                known = self._known_so_far()
+                if self.progress is not None:
+                    self.progress((right.q - self.lo) / self.scale)
+        except KeyboardInterrupt:
+            if not self.partial:
+                raise
+            self.interrupted = True
+            self._go_back(known)
+            reached = kept[-1].q if kept else self.lo
+            self.unresolved.append(UnresolvedChange("interrupted: not looked at", reached, self.hi))
         self.grid_nodes = kept
         self.spans.sort(key=lambda span: span.left.q)
+
+    def _known_so_far(self) -> tuple[int, int, list[Event]]:
+        return len(self.spans), len(self.unresolved), list(self.events)
+
+    def _go_back(self, known: tuple[int, int, list[Event]]) -> None:
+        """Forget what was found since."""
+        del self.spans[known[0] :], self.unresolved[known[1] :]
+        self.events = known[2]
 
     def _look_for_hidden(self) -> None:
         """Add lists where a pair of events may hide between two of the grid."""
@@ -147,13 +167,12 @@ class Survey:
 
     def _explain_or_tell(self, left: Node, right: Node) -> None:
         """Explain what happens between two nodes; if that fails, leave them unconnected."""
-        known = len(self.spans), len(self.unresolved), list(self.events)
+        known = self._known_so_far()
         noted: list[UnresolvedChange] = []
         what = "the changes of orbits"
         attempted(lambda: self._explain(left, right), what, left.q, right.q, noted)
         if noted:
-            del self.spans[known[0] :], self.unresolved[known[1] :]
-            self.events = known[2]
+            self._go_back(known)
             ends = [list(range(len(node.orbits))) for node in (left, right)]
             self.spans.append(Span(left, right, loose_left=ends[0], loose_right=ends[1]))
             self.unresolved += noted
@@ -301,12 +320,10 @@ class Survey:
     def _end_of(self, way: Way, span: Span, fresh: list[Event]) -> Event | None:
         """Find the event that ends an orbit's way: a known one, or one to solve for."""
         for suspect in suspects_at_end(way, self.family):
-            for event in fresh:
-                if suspect.explained_by(event, self.width):
-                    return event
             found = located(suspect, self.family, self._within(span))
             if found is not None:
-                return found
+                alike = (e for e in fresh if found.same_as(e, self.scale, self.width))
+                return next(alike, found)
         return None
 
     def _within(self, span: Span) -> tuple[float, float]:

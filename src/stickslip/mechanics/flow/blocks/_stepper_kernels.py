@@ -31,7 +31,7 @@ from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LAND
 from stickslip.numerics.polynomial import NO_ROOT, UNFINISHED, first_contact, jet, value
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
-from stickslip.status import LAW_FAILED, OK, STEP_FAILED
+from stickslip.status import AT_REST, LAW_FAILED, OK, STEP_FAILED
 
 if TYPE_CHECKING:
     from stickslip.mechanics.flow._sliding_kernels import least_slope
@@ -74,7 +74,7 @@ def advance(
         return 0.0, STEP_FAILED
     h = find_events(system, motion, work, h)
     if h < 0.0 or h == math.inf:
-        return 0.0, STEP_FAILED
+        return 0.0, STEP_FAILED if h < 0.0 else AT_REST
     if work.watch[0] != 0.0:
         work.margin[0] = min(work.margin[0], watch_step(system, motion, work, h))
     if motion.tangent_z.shape[1] > 0:

@@ -75,6 +75,25 @@ class Joint(NamedTuple):
     pull: Floats  # mass w'
 
 
+class Rows(NamedTuple):
+    """Rows "matrix z + constant", as in `BlockSystem`."""
+
+    first: Ints
+    column: Ints
+    entry: Floats
+    constant: Floats
+
+
+class RowChanges(NamedTuple):
+    """Derivatives of rows in some directions, as in `BlockDirections`."""
+
+    first: Ints
+    column: Ints
+    entry: Floats
+    constant: Floats
+    varies: Bools
+
+
 class BlockMotion(NamedTuple):
     """One motion, changed in place by kernels; an entry per contact, unless said otherwise."""
 
@@ -98,15 +117,12 @@ class BlockMotion(NamedTuple):
 def block_system(plant: Plant) -> BlockSystem:
     """Numbers of a model in the form that kernels take."""
     reduced = plant.reduced
-    first, column, entry = _sparse(reduced.matrix)
+    rows = sparse(reduced.matrix, reduced.constant)
     inverse = np.linalg.inv(plant.stiffness) if plant.dissipates else np.zeros((0, 0))
     return BlockSystem(
         mass=reduced.mass.copy(),
         joint=JointSystem(reduced.coupling, plant.mechanisms) if plant.is_coupled else None,
-        first=first,
-        column=column,
-        entry=entry,
-        constant=reduced.constant.copy(),
+        **rows._asdict(),
         frequency=reduced.frequency.copy(),
         phase=reduced.phase.copy(),
         V=np.array(reduced.V, dtype=np.float64),
@@ -114,44 +130,50 @@ def block_system(plant: Plant) -> BlockSystem:
     )
 
 
-def _sparse(matrix: Floats) -> tuple[Ints, Ints, Floats]:
+def sparse(matrix: Floats, constant: Floats) -> Rows:
     """Rows of a matrix as entries that are not zero, and where each begins."""
     rows, columns = np.nonzero(matrix)
     first = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=len(matrix)))])
-    return first.astype(np.int64), columns.astype(np.int64), matrix[rows, columns].copy()
+    entry = matrix[rows, columns].copy()
+    return Rows(first.astype(np.int64), columns.astype(np.int64), entry, constant.copy())
+
+
+def sparse_changes(changes: list[Rows | None], n_rows: int, varies: list[bool]) -> RowChanges:
+    """Collect derivatives of rows in some directions, None where there is none."""
+    nothing = sparse(np.zeros((n_rows, 1)), np.zeros(n_rows))
+    rows = [nothing if change is None else change for change in changes]
+    before = np.cumsum([0, *(len(row.entry) for row in rows)])[:-1]
+    count = len(rows)
+    first = [row.first + start for row, start in zip(rows, before, strict=True)]
+    return RowChanges(
+        first=np.array(first, dtype=np.int64).reshape(count, n_rows + 1),
+        column=np.concatenate([np.zeros(0, np.int64), *(row.column for row in rows)]),
+        entry=np.concatenate([np.zeros(0), *(row.entry for row in rows)]),
+        constant=np.array([row.constant for row in rows]).reshape(count, n_rows),
+        varies=np.array(varies, dtype=bool),
+    )
 
 
 def block_directions(
     system: BlockSystem, changes: list[Reduced | None], laws: Floats, start: Floats
 ) -> BlockDirections:
     """Directions of change for kernels: of the numbers (or None), of laws, of the start."""
-    m, rows = len(system.mass), len(system.constant)
-    count = len(changes)
+    m = len(system.mass)
     varies = [change is not None or bool(laws[k].any()) for k, change in enumerate(changes)]
-    nothing = np.zeros(rows + 1, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
-    entries = [nothing if change is None else _sparse(change.matrix) for change in changes]
-    before = np.cumsum([0, *(len(entry) for _, _, entry in entries)])[:-1]
+    rows = [change and sparse(change.matrix, change.constant) for change in changes]
+    moved = sparse_changes(rows, len(system.constant), varies)
 
     def stacked(name: str, *shape: int) -> Floats:
-        values = np.zeros((count, *shape))
-        for k, change in enumerate(changes):
-            if change is not None:
-                values[k] = getattr(change, name)
-        return values
+        none = np.zeros(shape)
+        each = [none if change is None else getattr(change, name) for change in changes]
+        return np.array(each).reshape(len(changes), *shape)
 
     return BlockDirections(
         mass=stacked("mass", m),
         coupling=stacked("coupling", *([0 if system.joint is None else m] * 2)),
-        first=np.array(
-            [first + start for (first, _, _), start in zip(entries, before, strict=True)],
-            dtype=np.int64,
-        ).reshape(count, rows + 1),
-        column=np.concatenate([np.zeros(0, np.int64), *(column for _, column, _ in entries)]),
-        entry=np.concatenate([np.zeros(0), *(entry for _, _, entry in entries)]),
-        constant=stacked("constant", rows),
         laws=laws,
         start=start,
-        varies=np.array(varies, dtype=bool),
+        **moved._asdict(),
     )
 
 
@@ -196,35 +218,32 @@ def _new_joint(m: int, n_columns: int) -> Joint:
     return Joint._make(each)
 
 
-Rows = NDArray[np.float64]
-
-
 class JointWork(NamedTuple):
     """Series of one step of m contacts that share inertia, (m, order + 1)."""
 
-    drive: Rows  # as in `Joint`
-    force: Rows  # of all contacts
-    d_drive: Rows  # of one tangent
+    drive: Floats  # as in `Joint`
+    force: Floats  # of all contacts
+    d_drive: Floats  # of one tangent
     d_own: Floats  # (m,), a coefficient
 
 
 class BlockWork(NamedTuple):
     """Series of one step and what is searched in them."""
 
-    z: Rows  # (n, order + 1): y, then w, which are parts of it
-    y: Rows
-    w: Rows
+    z: Floats  # (n, order + 1): y, then w, which are parts of it
+    y: Floats
+    w: Floats
     signal: Floats  # the polynomial that is searched
-    limit: Rows  # (m, order + 1)
-    rows: Rows  # (m, rows of a law, order + 1)
-    d_z: Rows  # of one tangent: y, then w
-    d_w: Rows
-    d_limit: Rows  # (m, order + 1), as d_force
-    d_force: Rows
+    limit: Floats  # (m, order + 1)
+    rows: Floats  # (m, rows of a law, order + 1)
+    d_z: Floats  # of one tangent: y, then w
+    d_w: Floats
+    d_limit: Floats  # (m, order + 1), as d_force
+    d_force: Floats
     joint: Any  # JointWork
     rates: Floats  # w' at the end of a step
     deviation: Floats  # from steady sliding
-    factor: Rows
+    factor: Floats
     active: Ints  # contacts that slip: the first n_active[0]
     flowing: Ints  # y that are no straight lines: the first n_active[1]
     bends: Bools  # (n - m,): whether y is one of them

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import math
 
-from stickslip.mechanics.flow.blocks.system import BlockDirections, BlockMotion, BlockSystem, Floats
+from stickslip.mechanics.flow.blocks.system import (
+    BlockDirections,
+    BlockMotion,
+    BlockSystem,
+    Floats,
+    RowChanges,
+    Rows,
+)
 from stickslip.mechanics.flow.system import (
     AT_LOWER_LIMIT,
     AT_UPPER_LIMIT,
@@ -44,7 +51,7 @@ def is_loaded(system: BlockSystem, motion: BlockMotion, block: int) -> bool:
 
 
 @kernel(inline=True)
-def row_value(system: BlockSystem, motion: BlockMotion, row: int) -> tuple[float, float]:
+def row_value(system: BlockSystem | Rows, motion: BlockMotion, row: int) -> tuple[float, float]:
     """Present value of a row, and the size of the terms that make it up."""
     total = system.constant[row]
     size = abs(total)
@@ -72,7 +79,11 @@ def row_rate(system: BlockSystem, motion: BlockMotion, rates: Floats, row: int) 
 
 @kernel
 def row_tangent(
-    system: BlockSystem, directions: BlockDirections, motion: BlockMotion, row: int, column: int
+    system: BlockSystem | Rows,
+    directions: BlockDirections | RowChanges,
+    motion: BlockMotion,
+    row: int,
+    column: int,
 ) -> float:
     """Differentiate a row at the present state."""
     change = 0.0
@@ -94,13 +105,19 @@ def force_tolerance(motion: BlockMotion, block: int) -> float:
     return FORCE_ROUNDING * EPSILON * (motion.limit[block] + motion.size[block])
 
 
-@kernel
-def update_needed(system: BlockSystem, motion: BlockMotion) -> None:
-    """Compute the needed forces from the state; exactly the limit where rounding explains it."""
+@kernel(inline=True)
+def set_waves(system: BlockSystem, motion: BlockMotion) -> None:
+    """Compute the waves from the clock."""
     n_harmonics = system.frequency.shape[0]
     for k in range(n_harmonics):
         sine, cosine = sincos(system.frequency[k] * motion.clock[0] + system.phase[k])
         motion.z[k], motion.z[n_harmonics + k] = cosine, sine
+
+
+@kernel
+def update_needed(system: BlockSystem, motion: BlockMotion) -> None:
+    """Compute the needed forces from the state; exactly the limit where rounding explains it."""
+    set_waves(system, motion)
     for i in range(motion.w.shape[0]):
         force, size = row_value(system, motion, needed_row(motion, i))
         limit = system.constant[limit_row(motion, i)]
@@ -130,13 +147,13 @@ def excess_rate(
 
 @kernel(inline=True)
 def growth(system: BlockSystem, motion: BlockMotion, block: int) -> float:
-    """Growth of a needed force per displacement of all blocks together."""
+    """Growth of a needed force per displacement of all blocks together, with the belt."""
     row = needed_row(motion, block)
     total = 0.0
     for k in range(system.first[row], system.first[row + 1]):
         if system.column[k] < motion.y.shape[0]:
             total += system.entry[k]
-    return total
+    return math.copysign(total, total * system.V[0])
 
 
 @kernel
@@ -158,7 +175,7 @@ def onset(system: BlockSystem, directions: BlockDirections, motion: BlockMotion,
         if room < shift:
             shift, leader = room, i
     for i in range(n):
-        motion.y[i] += shift
+        motion.y[i] += math.copysign(1.0, system.V[0]) * shift
     update_needed(system, motion)
     leaving = 0
     for i in range(n):
@@ -203,7 +220,7 @@ def onset_tangents(
         moved = row_tangent(system, directions, motion, limit_row(motion, leader), column)
         shift = (side * moved - needed) / per_length
         for i in range(motion.mode.shape[0]):
-            motion.tangent_y[i, column] += shift
+            motion.tangent_y[i, column] += math.copysign(1.0, system.V[0]) * shift
 
 
 # --- events -------------------------------------------------------------------------------------

@@ -67,3 +67,28 @@ FIRST_SLIP, SECOND, RIDER_LOWER, DOUBTFUL, EXTREME = 1, 2, 4, 8, 16
 
 # Status of a motion that the lanes leave to the scalar engine.
 HANDED_OVER = -1
+
+# Numbers of the two contacts, in the order of a pool, accelerations for forces (`pair`):
+#     e' = DRIFT + STIFF w + CROSS w_other + DAMP w' + DRAG w_other'
+(
+    LIMIT,
+    STIFF,
+    CROSS,
+    DAMP,
+    DRAG,
+    DRIFT,
+    LONE,  # CROSS, or NaN where not the other's speed alone tells whether the force grows
+    STEADY,  # friction of steady sliding
+    MASS,  # energy of steady sliding is MASS y^2 + SPRING r^2 + SPRING_BOTH r r_other
+    SPRING,
+    SIDE,  # limit at which a global stick phase ends: upper 1, lower -1
+    BASE,  # force of a rider at the onset: BASE + GAIN d
+    GAIN,
+    SHARE,  # d = (SHARE_2 e_2 + SHARE_1 e_1 - SHIFT) / DETERMINANT
+    SPRING_BOTH,
+    FLOOR,  # energy that reaches the belt
+    BELT,
+    SHIFT,
+    DETERMINANT,
+    NUMBERS,  # size of the row
+) = (*range(0, 28, 2), *range(28, 34))

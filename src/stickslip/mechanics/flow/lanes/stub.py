@@ -12,12 +12,7 @@ def step_one(
     taken: Floats,
     p: Floats,
     q: Floats,
-    alpha: float,
-    V: float,
-    limit_0: float,
-    limit_1: float,
-    steady_1: float,
-    steady_2: float,
+    c: Floats,
     log_rtol: float,
 ) -> None:
     """Step lanes of which the first block slips; the second rides."""

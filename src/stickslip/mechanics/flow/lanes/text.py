@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from functools import partial
 from textwrap import dedent, indent
 from types import ModuleType
 
@@ -41,6 +42,7 @@ NUMBERS |= {
     "TWO_52": 1075 << 52,  # exponent of 2^52, where integers are the last bits
     "EXPONENT_ZERO": 2.0**52 + 1023.0,
     "ROUNDER": 1.5 * 2.0**52,
+    "FINITE": 1e300,
     "SHORTEST": -40.0,  # log2 of the shortest step
 }
 
@@ -60,15 +62,15 @@ COEFFICIENT = """
 if k == 0:
 {start}
     rows{i}[1, 0] = select(rows{i}[0, 0] == 0.0, {law}[STATIC], rows{i}[1, 0])
-    pull = -limit_{i} * rows{i}[1, 0] - sign_{i} * force_{i}
-    at_limit = (rows{i}[0, 0] == 0.0) & (abs(pull) <= SLACK * limit_{i})
+    pull = -c[LIMIT + {i}] * rows{i}[1, 0] - sign_{i} * force_{i}
+    at_limit = (rows{i}[0, 0] == 0.0) & (abs(pull) <= SLACK * c[LIMIT + {i}])
     next_{i} = select(at_limit, 0.0, pull)
 else:
 {advance}
     loading = {loading}
     if k == 1:
-        loading = loading + sign_{i} * (0.5 * V)
-    next_{i} = (-limit_{i} * (1.0 / (k + 1))) * rows{i}[1, k] - loading
+        loading = loading + sign_{i} * (0.5 * c[DRIFT + {i}])
+    next_{i} = (-c[LIMIT + {i}] * (1.0 / (k + 1))) * rows{i}[1, k] - loading
 """
 STORE = """
 rows{i}[0, k + 1] = next_{i}
@@ -78,7 +80,7 @@ y{i}[k + 1] = rows{i}[0, k] * (1.0 / (k + 1))
 # log2 of the larger of the last coefficients; within 0.01, which is nothing after the root.
 LOGARITHM = """
 size_s = abs(rows{i}[0, k])
-size_e = stiff * abs(y{i}[k])
+size_e = c[STIFF + {i}] * abs(y{i}[k])
 size = select(size_s > size_e, size_s, size_e)
 size_bits = bits(size)
 exponent = from_bits(size_bits >> 52 | TWO_52) - EXPONENT_ZERO
@@ -112,27 +114,34 @@ clear_{i} = (at_rest & leaves) | ~at_rest & inside
 SPEED_END = """
 end_{i} = polynomial(h, {speeds})
 integral_{i} = polynomial(h, {integrals}) * h
+gained_{i} = sign_{i} * (end_{i} - rows{i}[0, 0])
 """
 
-# A rider's force e' = V - alpha w: it only grows while the other block slips backward, so its
-# end decides; else both limits are bounded, the terms of degree 3 by those of the speed.
+# A rider's force e' = DRIFT + CROSS w + DRAG w': where it only grows, as next to a block that slips
+# backward, its end decides; else both limits are bounded, the terms of degree 3 by the speed's.
 RIDER_SIGNAL = """
-linear = (V - alpha * sign_0 * rows0[0, 0]) * h
-square = -0.5 * alpha * sign_0 * rows0[0, 1] * h * h
-tail = alpha * h * (abs(rows0[0, 2]) * h * h * 0.3333333333333334 + tail_0 * 0.25)
+linear = (c[DRIFT + 1] + c[CROSS + 1] * sign_0 * rows0[0, 0]) * h
+square = 0.5 * c[CROSS + 1] * sign_0 * rows0[0, 1] * h * h
+tail = abs(c[CROSS + 1]) * h * (abs(rows0[0, 2]) * h * h * 0.3333333333333334 + tail_0 * 0.25)
+{damping}
 size_1 = abs(linear) + abs(square) + tail
-near = LIMIT_SLACK * (limit_1 + size_1)
+near = LIMIT_SLACK * (c[LIMIT + 1] + size_1)
 down = select(linear < 0.0, linear, 0.0) + select(square < 0.0, square, 0.0) - tail
 up = select(linear > 0.0, linear, 0.0) + select(square > 0.0, square, 0.0) + tail
-grows = (sign_0 < 0.0) & clear_0
-highest = select(grows, rider_end, rider + up)
-above = limit_1 - highest > near
-below = (limit_1 + rider + down > near) | grows
+grows = (c[LONE + 1] * sign_0 >= 0.0) & clear_0
+highest = select(grows, force_end_1, force_1 + up)
+above = c[LIMIT + 1] - highest > near
+below = (c[LIMIT + 1] + force_1 + down > near) | grows
+"""
+RIDER_DAMPING = """
+linear = linear + c[DRAG + 1] * sign_0 * rows0[0, 1] * h
+square = square + c[DRAG + 1] * sign_0 * rows0[0, 2] * h * h
+tail = tail + abs(c[DRAG + 1]) * tail_0
 """
 
 ONE = """
 {load}
-rider = load(x, FORCE_2)
+force_1 = load(x, FORCE_2)
 for k in range(ORDER):
 {coefficients}
 power = 0.0
@@ -141,10 +150,9 @@ for k in range(ORDER - 1, ORDER + 1):
 {length}
 {signals}
 {ends}
-force_end = force_0 + V * h + sign_0 * (stiff * integral_0)
-rider_end = rider + V * h - alpha * sign_0 * integral_0
+{forces}
 {rider}
-sound = abs(end_0) + abs(force_end) < 1e6
+sound = abs(end_0) + abs(force_end_0) < FINITE
 """
 ONE_FLAGS = """
 flag = select(clear_0, 0.0, 1.0) + select(above, 0.0, 2.0) + select(below, 0.0, 4.0)
@@ -152,7 +160,7 @@ flag = select(clear_0, 0.0, 1.0) + select(above, 0.0, 2.0) + select(below, 0.0, 
 
 BOTH = """
 {load}
-cross = alpha * sign_0 * sign_1
+unlike = sign_0 * sign_1
 for k in range(ORDER):
 {coefficients}
 power = 0.0
@@ -161,20 +169,24 @@ for k in range(ORDER - 1, ORDER + 1):
 {length}
 {signals}
 {ends}
-force_end = force_0 + V * h + sign_0 * (stiff * integral_0) - alpha * sign_1 * integral_1
-rider_end = force_1 + V * h + sign_1 * (stiff * integral_1) - alpha * sign_0 * integral_0
-sound = abs(end_0) + abs(end_1) + abs(force_end) + abs(rider_end) < 1e6
+{forces}
+sound = abs(end_0) + abs(end_1) + abs(force_end_0) + abs(force_end_1) < FINITE
 """
-# Energy of two blocks that slip backward, as in `energy_reach`: too little to reach the belt?
+# Energy of two blocks that slip backward: too little to reach the belt?
 BOTH_FLAGS = """
-y_1 = V + sign_0 * rows0[0, 0]
-y_2 = V + sign_1 * rows1[0, 0]
-r_1 = force_0 - steady_1
-r_2 = force_1 - steady_2
-spread = (r_2 - r_1) * (r_2 - r_1) * (1.0 / (1.0 + 2.0 * alpha))
-energy = y_1 * y_1 + y_2 * y_2 + 0.5 * ((r_1 + r_2) * (r_1 + r_2) + spread)
-sound = sound & ((sign_0 > 0.0) | (sign_1 > 0.0) | (energy >= V * V))
+y_1 = c[BELT] + sign_0 * rows0[0, 0]
+y_2 = c[BELT] + sign_1 * rows1[0, 0]
+r_1 = force_0 - c[STEADY]
+r_2 = force_1 - c[STEADY + 1]
+{damping}
+energy = c[MASS] * y_1 * y_1 + c[MASS + 1] * y_2 * y_2 + c[SPRING_BOTH] * r_1 * r_2
+energy = energy + c[SPRING] * r_1 * r_1 + c[SPRING + 1] * r_2 * r_2
+sound = sound & ((sign_0 > 0.0) | (sign_1 > 0.0) | (energy >= c[FLOOR]))
 flag = select(clear_0, 0.0, 1.0) + select(clear_1, 0.0, 2.0)
+"""
+SLIDING_DAMPING = """
+r_1 = r_1 - c[DAMP] * y_1 - c[DRAG] * y_2
+r_2 = r_2 - c[DAMP + 1] * y_2 - c[DRAG + 1] * y_1
 """
 FINISH = """
 steps = load(x, STEPS) + 1.0
@@ -188,9 +200,9 @@ store(taken, SIZE_1, size_0)
 store(taken, SIZE_2, size_1)
 store(x, TIME, time + h)
 store(taken, FORCE_1_BEFORE, force_0)
-store(taken, FORCE_2_BEFORE, {second})
-store(x, FORCE_1, force_end)
-store(x, FORCE_2, rider_end)
+store(taken, FORCE_2_BEFORE, force_1)
+store(x, FORCE_1, force_end_0)
+store(x, FORCE_2, force_end_1)
 """
 KEEP = """
 store(x, SPEED_{n}, end_{i})
@@ -227,7 +239,7 @@ if k == 0:
     loading = sign_{i} * d_force_{i}
 else:
     loading = {loading}
-next_{i} = (-limit_{i} * (1.0 / (k + 1))) * changed - loading
+next_{i} = (-c[LIMIT + {i}] * (1.0 / (k + 1))) * changed - loading
 """
 D_STORE = """
 d{i}[k + 1] = next_{i}
@@ -236,6 +248,7 @@ z{i}[k + 1] = d{i}[k] * (1.0 / (k + 1))
 D_END = """
 end_{i} = polynomial(h, {tangents})
 integral_{i} = polynomial(h, {tangent_integrals}) * h
+gained_{i} = sign_{i} * (end_{i} - d{i}[0])
 turning_{i} = polynomial(h, {slopes})
 extreme_{i} = (load(taken, SERIES_{n} + LANES) < 0.0) & (turning_{i} > 0.0)
 store(x, D_SPEED_{n}, end_{i})
@@ -244,41 +257,45 @@ for k in range(ORDER + 1):
 """
 D_ONE = """
 {known}
-d_rider = load(x, D_FORCE_2)
+d_force_1 = load(x, D_FORCE_2)
 h = load(taken, LENGTH)
 for k in range(ORDER):
 {coefficients}
 {ends}
-rate = V - alpha * sign_0 * rows0[0, 0]
-rate_end = V - alpha * sign_0 * load(x, SPEED_1)
+rate = c[DRIFT + 1] + c[CROSS + 1] * sign_0 * rows0[0, 0]
+rate_end = c[DRIFT + 1] + c[CROSS + 1] * sign_0 * load(x, SPEED_1)
+{damping}
 extreme = extreme_0 | (rate * rate_end < 0.0)
-store(taken, D_FORCE_1_BEFORE, d_force_0)
-store(taken, D_FORCE_2_BEFORE, d_rider)
-store(x, D_FORCE_1, d_force_0 + sign_0 * (stiff * integral_0))
-store(x, D_FORCE_2, d_rider - alpha * sign_0 * integral_0)
-store(taken, FLAG, load(taken, FLAG) + select(extreme, 16.0, 0.0))
+"""
+D_ONE_DAMPING = """
+rate = rate + c[DRAG + 1] * sign_0 * rows0[0, 1]
+rate_end = rate_end + c[DRAG + 1] * sign_0 * turning_0
 """
 D_BOTH = """
 {known}
-cross = alpha * sign_0 * sign_1
+unlike = sign_0 * sign_1
 h = load(taken, LENGTH)
 for k in range(ORDER):
 {coefficients}
 {ends}
+extreme = extreme_0 | extreme_1
+"""
+D_FINISH = """
+{forces}
 store(taken, D_FORCE_1_BEFORE, d_force_0)
 store(taken, D_FORCE_2_BEFORE, d_force_1)
-store(x, D_FORCE_1, d_force_0 + sign_0 * (stiff * integral_0) - alpha * sign_1 * integral_1)
-store(x, D_FORCE_2, d_force_1 + sign_1 * (stiff * integral_1) - alpha * sign_0 * integral_0)
-store(taken, FLAG, load(taken, FLAG) + select(extreme_0 | extreme_1, 16.0, 0.0))
+store(x, D_FORCE_1, force_end_0)
+store(x, D_FORCE_2, force_end_1)
+store(taken, FLAG, load(taken, FLAG) + select(extreme, 16.0, 0.0))
 """
 
 
-ARGUMENTS = "x, taken, p, q, alpha, V, limit_0, limit_1, steady_1, steady_2, log_rtol"
+ARGUMENTS = "x, taken, p, q, c, log_rtol"
 
 
-def lanes_text(series: SeriesText, tangent: SeriesText) -> str:
+def lanes_text(series: SeriesText, tangent: SeriesText, *, damped: bool) -> str:
     """Write the module of the four kernels for one law."""
-    writer = _Writer(series, tangent)
+    writer = _Writer(series, tangent, damped)
     steps = [writer.step(n) for n in (1, 2)] + [writer.tangent(n) for n in (1, 2)]
     return "\n".join([HEADER, f"SIZE = {writer.size}\n", *steps])
 
@@ -286,8 +303,8 @@ def lanes_text(series: SeriesText, tangent: SeriesText) -> str:
 class _Writer:
     """Fills the templates above with the text of a law's series."""
 
-    def __init__(self, series: SeriesText, tangent: SeriesText) -> None:
-        self.law, self.law_tangent = series, tangent
+    def __init__(self, series: SeriesText, tangent: SeriesText, damped: bool) -> None:
+        self.law, self.law_tangent, self.damped = series, tangent, damped
         text = "\n".join(tangent.start + tangent.advance)
         written = set(re.findall(r"^ *rows\[(\d+), [0k]\] =", text, re.MULTILINE))
         read = set(re.findall(r"rows\[(\d+), ", text))
@@ -306,7 +323,7 @@ class _Writer:
                 i,
                 start=self._start(self.law.start, i),
                 advance=_of_block(self.law.advance, i),
-                loading=_loading("y", i, n),
+                loading=self._loading("y{i}[k]", "rows{i}[0, k]", i, n),
             )
             for i in blocks
         ) + _joined(_filled(STORE, i) for i in blocks)
@@ -317,10 +334,11 @@ class _Writer:
             length=LENGTH,
             signals=_joined(_filled(SPEED_SIGNAL, i) for i in blocks),
             ends=_joined(_filled(SPEED_END, i) for i in blocks),
-            rider=RIDER_SIGNAL,
+            rider=RIDER_SIGNAL.format(damping=self._if_damped(RIDER_DAMPING)),
+            forces=self._forces("force_{i} + c[DRIFT + {i}] * h", n),
         )
-        body += ONE_FLAGS if n == 1 else BOTH_FLAGS
-        body += FINISH.format(second="rider" if n == 1 else "force_1")
+        body += ONE_FLAGS if n == 1 else BOTH_FLAGS.format(damping=self._if_damped(SLIDING_DAMPING))
+        body += FINISH
         body += _joined(_filled(KEEP, i) for i in blocks)
         body += self._rows(KEEP_ROW, n)
         name = f"step_{'one' if n == 1 else 'both'}"
@@ -335,7 +353,7 @@ class _Writer:
                 i,
                 start=self._start(self.law_tangent.start, i),
                 advance=_of_block(self.law_tangent.advance, i),
-                loading=_loading("z", i, n),
+                loading=self._loading("z{i}[k]", "d{i}[k]", i, n),
             )
             for i in blocks
         ) + _joined(_filled(D_STORE, i) for i in blocks)
@@ -343,9 +361,38 @@ class _Writer:
             known=_joined(_filled(KNOWN, i) for i in blocks) + self._rows(KNOWN_ROW, n),
             coefficients=indent(advance, "    "),
             ends=_joined(_filled(D_END, i) for i in blocks),
-        )
+            damping=self._if_damped(D_ONE_DAMPING),
+        ) + D_FINISH.format(forces=self._forces("d_force_{i}", n))
         name = f"tangent_{'one' if n == 1 else 'both'}"
         return self._kernel(name, self.law_tangent.start, "taken[SERIES_{n} + lane]", body, n)
+
+    def _if_damped(self, text: str) -> str:
+        return text if self.damped else ""
+
+    def _loading(self, integral: str, speed: str, i: int, n: int) -> str:
+        """Coefficient k of sign e over k + 1, from the speeds and their integrals."""
+        pairs = [("STIFF", "CROSS", integral)]
+        pairs += [("DAMP", "DRAG", speed)] if self.damped else []
+        terms = [f"(c[{own} + {i}] * (1.0 / (k + 1))) * {of.format(i=i)}" for own, _, of in pairs]
+        if n == 2:
+            terms += [
+                f"(c[{other} + {i}] * unlike * (1.0 / (k + 1))) * {of.format(i=1 - i)}"
+                for _, other, of in pairs
+            ]
+        return " + ".join(terms)
+
+    def _forces(self, start: str, n: int) -> str:
+        """Write the forces at the end, from what speeds and their integrals have gained."""
+        lines = []
+        for i in range(2):
+            text = f"force_end_{i} = " + start.format(i=i)
+            for j in (i, 1 - i):
+                if j < n:
+                    stiff, damp = ("STIFF", "DAMP") if i == j else ("CROSS", "DRAG")
+                    text += f" + sign_{j} * (c[{stiff} + {i}] * integral_{j})"
+                    text += self._if_damped(f" + c[{damp} + {i}] * gained_{j}")
+            lines.append(text)
+        return _joined(lines)
 
     def _rows(self, template: str, n: int) -> str:
         """Rows of the law that the tangents look at, of every block."""
@@ -361,7 +408,7 @@ class _Writer:
         steps.append(_written_out(body))
         columns = sorted({name for step in steps for line in step for name in _columns(line)})
         lines = [f"{column} = {column[0]}[{column[2:]}]" for column in columns]
-        lines += ["wide_vectors()", "stiff = 1.0 + alpha"]
+        lines += ["wide_vectors()"]
         lines += [line for step in steps for line in step]
         return "\n".join(
             ["", "@kernel(fused=True)", f"def {name}({ARGUMENTS}):", *indented(lines), ""]
@@ -395,13 +442,7 @@ def _calls(lines: Lines) -> list[str]:
 
 
 def _columns(line: str) -> list[str]:
-    return re.findall(r"\b[pq]_\d+\b", line)
-
-
-def _loading(integral: str, i: int, n: int) -> str:
-    """Coefficient k of sign e over k + 1, from the integrals of the speeds."""
-    own = f"(stiff * (1.0 / (k + 1))) * {integral}{i}[k]"
-    return own if n == 1 else f"{own} - (cross * (1.0 / (k + 1))) * {integral}{1 - i}[k]"
+    return re.findall(r"\b[pqc]_\d+\b", line)
 
 
 def _of_block(lines: Lines, i: int) -> str:
@@ -437,9 +478,11 @@ def _joined(parts: Iterable[str]) -> str:
 
 def _written_out(body: str) -> Lines:
     local = [f"{name}{i}" for name in ("rows", "y", "d", "z") for i in range(2)]
-    return unrolled(body, NUMBERS, local, fixed=("p", "q"))
+    return unrolled(body, NUMBERS, local, fixed=("p", "q", "c"))
 
 
-def lane_kernels(series: LawSeries) -> ModuleType:
+def lane_kernels(series: LawSeries, *, damped: bool = False) -> ModuleType:
     """Make ``step_one``, ``step_both``, ``tangent_one``, ``tangent_both`` and ``SIZE``."""
-    return generated_module("lanes", series.key, lambda: lanes_text(series.force, series.slope))
+    key = f"{series.key}_damped" if damped else series.key
+    text = partial(lanes_text, series.force, series.slope, damped=damped)
+    return generated_module("lanes", key, text)

@@ -1,0 +1,233 @@
+"""Return maps against motions, cycles, differences, on plants nobody tuned for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tests.reference.structures import random_structure
+
+import stickslip as ss
+
+COULOMB = (ss.Coulomb(mu=0.4), ss.Coulomb(mu=0.6))
+
+
+def axis(gain: float = 4.0, mu: float = 0.7) -> ss.Structure:
+    """A mass on rough ground under PID control; states: integral, position, velocity."""
+    return ss.Structure.from_state_space(
+        [[0, 1, 0], [0, 0, 1], [-gain, -6.0, -1.5]],
+        [[0], [0], [1]],
+        [[0, 0, 1]],
+        contacts=[ss.Contact(at=0, friction=ss.Coulomb(mu=mu))],
+    )
+
+
+def shaken(amplitude: float = 0.3, V: float = 0.02) -> ss.Oscillator:
+    forcing = ss.Harmonic(amplitude=amplitude, frequency=0.45)
+    return ss.Oscillator(V=V, friction=ss.Coulomb(mu=0.4), damping=0.02, forcing=forcing)
+
+
+def returns(model, event, contact, direction, motion):  # type: ignore[no-untyped-def]
+    """Times at which a motion makes the event of a section."""
+    mode = {"backward": -1, "forward": 1}[direction]
+    found = []
+    for k in range(1, len(motion.modes)):
+        before, after = motion.modes[k - 1, contact], motion.modes[k, contact]
+        if event == "release" and (before, after) == (0, mode):
+            found.append(motion.t[k])
+        if event == "landing" and before == mode and after != mode:
+            found.append(motion.t[k])
+    return found
+
+
+def drawn(seed: int):  # type: ignore[no-untyped-def]
+    """Random return map, and two points that one motion visits; None if it has none."""
+    rng = np.random.default_rng(seed)
+    model = random_structure(rng, COULOMB)
+    frequencies = [name for name in model.parameters if name.endswith("frequency")]
+    model = model.replace(**dict.fromkeys(frequencies, rng.uniform(0.3, 3.0)))
+    n = len(model.mass)
+    contact = int(rng.integers(len(model.contacts)))
+    event = ["release", "landing"][int(rng.integers(2))]
+    motion = ss.simulate(model, rng.normal(size=n), rng.normal(size=n), t_end=40.0)
+    if not model.plant.is_forced and n == 1 and event == "release":
+        return None  # one state
+    f = ss.return_map(model, contact=contact, event=event)  # type: ignore[arg-type]
+    if f.dimension == 1 and f.coordinates != ("phase",):
+        f = ss.return_map(model, contact=contact, event=event, domain=(-10.0, 10.0))  # type: ignore[arg-type]
+    times = returns(model, event, contact, f.direction, motion)
+    if len(times) < 2:
+        return None
+    first, second = (f.point(motion.x(t), motion.v(t), t) for t in times[:2])
+    return f, first, second, times[1] - times[0]
+
+
+@pytest.mark.parametrize("first", [0, pytest.param(60, marks=pytest.mark.slow)])
+def test_maps_of_random_structures_go_where_their_motions_go(first: int) -> None:
+    seen = dimensions = 0
+    for seed in range(first, first + 60):
+        if (case := drawn(seed)) is None:
+            continue
+        f, start, end, duration = case
+        found = f.evaluate(start)
+        assert found.status == ss.status.OK, seed
+        np.testing.assert_allclose(found.value, end, rtol=1e-9, atol=1e-9, err_msg=str(seed))
+        np.testing.assert_allclose(found.duration, duration, rtol=1e-10)
+        seen, dimensions = seen + 1, max(dimensions, f.dimension)
+    assert seen > 10
+    assert dimensions > 4
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_derivatives_are_the_limits_of_differences(seed: int) -> None:
+    if (case := drawn(seed)) is None:
+        return
+    f, start, _, _ = case
+    own = f.evaluate(start)
+
+    def check(exact, move) -> None:  # type: ignore[no-untyped-def]
+        h = min(1e-4, 1e-3 * float(own.margin))
+        try:
+            ends = [move(k * h) for k in (-2, -1, 1, 2)]
+        except ValueError:
+            return  # a parameter at the end of its range
+        if any(end.status != ss.status.OK or end.label != own.label for end in ends):
+            return
+        low2, low, high, high2 = (end.value for end in ends)
+        expected = (8 * (high - low) - (high2 - low2)) / (12 * h)
+        size = 1.0 + np.abs(expected).max()
+        assert np.abs(exact - expected).max() < (1e-7 + 1e-13 / h) * size, seed
+
+    start = np.atleast_1d(start)
+    jacobian = np.reshape(own.derivative, (f.dimension, f.dimension))
+    for j in range(f.dimension):
+        unit = np.eye(f.dimension)[j]
+        shape = start.shape if f.dimension > 1 else ()
+        check(jacobian[:, j], lambda h, u=unit, s=shape: f.evaluate((start + h * u).reshape(s)))
+    for name, value in f.parameters.items():
+        if name.endswith("frequency") and f.model.plant.n_waves > 2:
+            continue
+        point = start if f.dimension > 1 else float(start[0])
+        change = f.parameter_derivative(point, name)
+        check(change, lambda h, n=name, v=value, p=point: f.replace(**{n: v + h}).evaluate(p))
+
+
+def test_a_hunting_axis_is_a_map_of_the_line() -> None:
+    f = ss.return_map(axis(), coordinates=["x_2"])
+    low, high = f.domain
+    assert low < 1e-15  # the integral of a positive error grows up to the limit
+    image = f(np.linspace(low, high, 200))
+    assert low <= image.min() <= image.max() <= high
+    (orbit,) = ss.periodic_orbits(f, max_period=3)
+    x, v, _ = f.state(orbit.points[0])
+    cycle = ss.find_cycle(f.model, x, v)
+    np.testing.assert_allclose(f.evaluate(orbit.points[0]).duration, cycle.period, rtol=1e-12)
+    np.testing.assert_allclose(orbit.multiplier, cycle.multipliers[0].real, rtol=1e-9)
+    # It is its own mirror image: half of it maps x to -x.
+    forward = ss.return_map(axis(), coordinates=["x_2"], direction="forward")
+    (mirrored,) = ss.periodic_orbits(forward, max_period=3)
+    np.testing.assert_allclose(mirrored.points, -orbit.points, rtol=1e-12)
+
+
+def test_an_axis_without_a_gap_of_friction_does_not_hunt() -> None:
+    f = ss.return_map(axis(mu=1.0), coordinates=["x_2"], domain=(1e-9, 0.04))
+    assert (f(np.linspace(1e-3, 0.04, 50)) < np.linspace(1e-3, 0.04, 50)).all()
+    assert not ss.periodic_orbits(f, max_period=2)
+
+
+def test_a_shaken_block_is_a_map_of_the_circle() -> None:
+    f = ss.return_map(shaken())
+    assert f.coordinates == ("phase",)
+    breaks = ss.breakpoints(f)
+    texts = [b.mechanism for b in breaks]
+    assert any("touches its upper static limit" in text for text in texts)
+    assert any("grazes its stick interval" in text for text in texts)
+    assert sum("makes no release" in text for text in texts) == 2
+    orbits = ss.periodic_orbits(f, max_period=1)
+    stable = next(orbit for orbit in orbits if abs(orbit.multiplier) < 1)
+    x, v, t = f.state(stable.points[0])
+    # The period of the forcing later the block is where it was: a point of the stroboscopic map.
+    strobe = ss.stroboscopic_map(f.model)
+    ahead = ss.simulate(f.model.replace(**{"forcing.phase": 0.45 * t}), x, v, t_end=100.0)
+    rest = strobe.period - t
+    state = np.concatenate([ahead.x(rest), ahead.v(rest)])
+    cycle = strobe.periodic_point(state)
+    rounds = round(cycle.period / strobe.period)
+    duration = f.evaluate(stable.points[0]).duration
+    np.testing.assert_allclose(duration, rounds * strobe.period, rtol=1e-12)
+    np.testing.assert_allclose(stable.multiplier, cycle.multipliers[0].real, rtol=1e-8)
+
+
+def test_bifurcations_of_a_shaken_block() -> None:
+    found = ss.bifurcations(ss.return_map(shaken()), "V", (0.0303, 0.0304), max_period=1)
+    kinds = [b.kind for b in found]
+    assert "border_collision" in kinds
+
+
+def test_a_free_rotor_loses_its_angle() -> None:
+    law = ss.Coulomb(mu=0.5)
+    discs = ss.Structure(
+        mass=[2.0, 0.5],
+        stiffness=[[1.0, -1.0], [-1.0, 1.0]],
+        damping=[[0.4, 0.0], [0.0, 0.0]],
+        force=[0.8, 0.0],
+        contacts=[ss.Contact(at=1, friction=law)],
+    )
+    f = ss.return_map(discs, direction="forward")
+    assert f.dimension == 1
+    (orbit,) = (o for o in ss.periodic_orbits(f, max_period=1) if abs(o.multiplier) < 1)
+    x, v, _ = f.state(orbit.points[0])
+    cycle = ss.find_cycle(discs, x, v)
+    np.testing.assert_allclose(f.evaluate(orbit.points[0]).duration, cycle.period, rtol=1e-12)
+    np.testing.assert_allclose(orbit.multiplier, cycle.multipliers[0].real, rtol=1e-8, atol=1e-10)
+
+
+def test_a_motion_that_comes_to_slide_steadily_returns_no_more() -> None:
+    discs = ss.Structure(
+        mass=[2.0, 0.5],
+        stiffness=[[1.0, -1.0], [-1.0, 1.0]],
+        damping=[[0.4, 0.0], [0.0, 0.1]],
+        force=[1.5, 0.0],
+        contacts=[ss.Contact(at=1, friction=ss.Coulomb(mu=0.5))],
+    )
+    f = ss.return_map(discs, direction="forward", domain=(0.0, 10.0))
+    found = f.evaluate([1.0, 4.0])
+    assert (found.status == ss.status.NEVER_CYCLE).all()
+    x, v, _ = f.state(4.0)
+    end = ss.simulate(discs, x, v, t_end=1000.0).final_state
+    assert end.v[1] > 0.0  # turns without sticking
+    assert np.ptp(end.v) < 1e-9
+
+
+def test_a_map_is_saved_and_made_again(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    f = ss.return_map(axis(), coordinates=["x_2"])
+    branches = ss.branches(f)
+    branches.save(tmp_path / "branches.json")
+    assert ss.load(tmp_path / "branches.json").f == f
+    assert f.replace(A_3_1=-3.0) != f
+
+
+def test_what_no_section_is_made_of_is_refused() -> None:
+    block = ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.3))
+    with pytest.raises(ValueError, match="one state"):
+        ss.return_map(block)
+    assert ss.return_map(block, event="landing").coordinates == ("x_1",)
+    with pytest.raises(ValueError, match="contact = 3"):
+        ss.return_map(axis(), contact=3)
+    with pytest.raises(ValueError, match="such as"):
+        ss.return_map(axis(), coordinates=["x_3"])
+    with pytest.raises(ValueError, match="event = 'slip'"):
+        ss.return_map(axis(), event="slip")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="pair"):
+        ss.return_map(axis(), domain=[1, 2, 3])
+    f = ss.return_map(axis(), coordinates=["x_2"])
+    with pytest.raises(ValueError, match="outside the domain"):
+        f(-1.0)
+    with pytest.raises(ValueError, match="no release"):
+        f.point([0.0, 0.3, 0.2], [])
+    chain = ss.Chain([1.0, 1.2, 0.9], alpha=1.1, V=0.1, friction=ss.Coulomb(mu=0.4))
+    wide = ss.return_map(chain)
+    assert wide.dimension == 4
+    with pytest.raises(ValueError, match="bounded domain"):
+        ss.periodic_orbits(wide)
+    with pytest.raises(ValueError, match="4 finite numbers"):
+        wide([0.0, 1.0])
