@@ -97,9 +97,8 @@ class SectionMap(ModelMap):
         plant = checked_model(model).plant
         if plant.is_coupled:
             raise ValueError(
-                f"model = {shown(model)} has contacts that share inertia: needed forces jump with "
-                "each other's modes, and return maps are not made of such yet. stickslip.simulate "
-                "follows the motion."
+                f"model = {shown(model)} has contacts that share inertia: it has no return map as "
+                "yet. Follow it in time, or take stickslip.stroboscopic_map where it is forced."
             )
         what = f"contacts of the model are 0 to {plant.n_contacts - 1}"
         self.contact = whole_number("contact", contact, 0, at_most=plant.n_contacts - 1, what=what)
@@ -406,8 +405,7 @@ def return_map(
     Raises
     ------
     ValueError
-        A setting is not allowed; the section is one state; forces without a common period;
-        contacts that share inertia.
+        A setting is not allowed; the section is one state; forces without a common period.
 
     Notes
     -----

@@ -59,6 +59,22 @@ class BlockDirections(NamedTuple):
     varies: Bools  # anything but the starting state
 
 
+class Joint(NamedTuple):
+    """What a motion of m contacts that share inertia has besides."""
+
+    response: Floats  # (m, m): of forces of sticking contacts and of pulls to `drive`
+    tangent: Floats  # (m, columns), of `drive`
+    bears: Bools  # whether a sticking contact's force is determined by the others'
+    before: Ints  # modes
+    way: Ints  # mechanism that begins, counted from 1; negative: the other way; 0: none
+    fastest: Floats  # relative velocity so far, its rounding is that of all
+    drive: Floats  # friction of slipping contacts, own needed force of sticking ones
+    rate: Floats  # of `drive`
+    own: Floats  # needed forces but for what other contacts do
+    size: Floats  # of the terms that make it up
+    pull: Floats  # mass w'
+
+
 class Rows(NamedTuple):
     """Rows "matrix z + constant", as in `BlockSystem`."""
 
@@ -76,22 +92,6 @@ class RowChanges(NamedTuple):
     entry: Floats
     constant: Floats
     varies: Bools
-
-
-class Joint(NamedTuple):
-    """What a motion of m contacts that share inertia has besides."""
-
-    response: Floats  # (m, m): of forces of sticking contacts and of pulls to `drive`
-    tangent: Floats  # (m, columns), of `drive`
-    bears: Bools  # whether a sticking contact's force is determined by the others'
-    before: Ints  # modes
-    way: Ints  # mechanism that begins, counted from 1; negative: the other way; 0: none
-    fastest: Floats  # relative velocity so far, its rounding is that of all
-    drive: Floats  # friction of slipping contacts, own needed force of sticking ones
-    rate: Floats  # of `drive`
-    own: Floats  # needed forces but for what other contacts do
-    size: Floats  # of the terms that make it up
-    pull: Floats  # mass w'
 
 
 class BlockMotion(NamedTuple):
@@ -161,17 +161,16 @@ def block_directions(
     m = len(system.mass)
     varies = [change is not None or bool(laws[k].any()) for k, change in enumerate(changes)]
     rows = [change and sparse(change.matrix, change.constant) for change in changes]
-    none = np.zeros(m)
-    mass = np.array([none if change is None else change.mass for change in changes])
     moved = sparse_changes(rows, len(system.constant), varies)
-    size = 0 if system.joint is None else m
-    coupling = np.zeros((len(changes), size, size))
-    for k, change in enumerate(changes):
-        if change is not None and size:
-            coupling[k] = change.coupling
+
+    def stacked(name: str, *shape: int) -> Floats:
+        none = np.zeros(shape)
+        each = [none if change is None else getattr(change, name) for change in changes]
+        return np.array(each).reshape(len(changes), *shape)
+
     return BlockDirections(
-        mass=mass.reshape(len(changes), m),
-        coupling=coupling,
+        mass=stacked("mass", m),
+        coupling=stacked("coupling", *([0 if system.joint is None else m] * 2)),
         laws=laws,
         start=start,
         **moved._asdict(),
