@@ -405,7 +405,8 @@ def return_map(
     Raises
     ------
     ValueError
-        A setting is not allowed; the section is one state; forces without a common period.
+        A setting is not allowed; the section is one state; forces without a common period;
+        contacts that share inertia.
 
     Notes
     -----
