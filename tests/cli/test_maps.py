@@ -89,7 +89,7 @@ def test_a_motion_without_return_is_null_with_its_reason(capsys):
     result = json.loads(captured.out)["result"]
     assert result["value"] == [None]
     assert result["status_name"] == ["NEVER_CYCLE"]
-    assert "without global stick" in captured.err
+    assert "no such event comes again" in captured.err
 
 
 def test_giving_up_everywhere_is_a_failure(capsys):

@@ -222,9 +222,10 @@ class SystemOptions:
         found: Any = map_of(self.model(), **self.engine.settings(), **more)
         if found.dimension > 1:
             raise UsageError(
-                "this command asks about a map of one number, such as d = X_2 - X_1 of two blocks, "
-                f"or the phase of a shaken one; that of this {type(found.model).__name__} has "
-                f"{found.dimension}. stickslip simulate follows any model in time"
+                "this command asks about a map of one number, such as d = X_2 - X_1 of two blocks "
+                f"or the phase of a shaken one; the model is a {type(found.model).__name__} with "
+                f"n = {found.model.n_blocks}, whose map has {found.dimension}. stickslip simulate "
+                "follows any model in time"
             )
         line: ModelLine = found
         return line

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analysis.bifurcations.bifurcations import _with_mechanisms
 
 SHARP = 1e-10  # of located values, as the issue asks
 V_STAR = 0.036975923520307
@@ -76,7 +75,7 @@ def test_a_mechanism_that_fails_costs_no_bifurcation(coulomb, monkeypatch):
         raise IndexError
 
     monkeypatch.setattr("stickslip.analysis.bifurcations.bifurcations.explain_border", fault)
-    found = _with_mechanisms(coulomb, ss.event_map(ss.examples.coulomb()))
+    found = ss.bifurcations(ss.examples.coulomb(), "V", (0.0366, 0.0372))
     assert [item.value for item in found] == [item.value for item in coulomb]
     (left_open,) = found.unresolved
     assert "a mechanism" in left_open.reason
