@@ -23,7 +23,8 @@ from stickslip.results.table import SHOWN, Table
 # an iterator that keeps nothing; files; the explorer's window.
 OTHERS = {
     *("TwoBlock", "Blocks", "Chain", "Oscillator", "BeltModel", "UserLaw", "FrictionLaw"),
-    *("EventMap", "BlocksEventMap", "QuasistaticMap", "StroboscopicMap", "LineReturnMap"),
+    *("EventMap", "BlocksEventMap", "QuasistaticMap", "StroboscopicMap"),
+    *("ReturnMap", "LineReturnMap"),
     *("Dataset", "Axis", "SlipStream", "Path", "Explorer"),
 }
 NAMES = Samples().names
