@@ -424,3 +424,12 @@ def test_bad_input_about_basins_names_what_came_and_leaves_no_file(
     for fragment in fragments:
         assert fragment in message
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_shaken_block_is_asked_for_its_return_map(tmp_path, capsys):
+    forcing = ss.Harmonic(amplitude=0.3, frequency=0.45)
+    block = ss.Oscillator(V=0.02, friction=ss.Coulomb(mu=0.4), damping=0.02, forcing=forcing)
+    ss.write_model(block, tmp_path / "shaken.toml")
+    assert main(["orbits", "--model", str(tmp_path / "shaken.toml"), "--json"]) == 0
+    orbits = json.loads(capsys.readouterr().out)["result"]
+    assert len(orbits["orbit"]) == len(ss.periodic_orbits(ss.return_map(block)))

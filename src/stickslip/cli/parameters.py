@@ -129,7 +129,9 @@ def _report(f: ModelLine, found: BifurcationList) -> Report:
     from stickslip.cli.report import Report
 
     laws = dict.fromkeys(law.title for law in f.model.laws)
-    title = f"Bifurcations of two blocks with friction {' and '.join(laws)}"
+    event = getattr(f, "event", None)
+    what = f"a map from {event} to {event}" if event else "two blocks"
+    title = f"Bifurcations of {what} with friction {' and '.join(laws)}"
     return Report(found, picture=PICTURES[0], title=title)
 
 
