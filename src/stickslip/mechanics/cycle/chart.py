@@ -68,8 +68,7 @@ class Chart:
         own = slice(reduced.n_waves, -1)
         turned = states[:, own] @ self.plant.turns
         gauge, kept = list(self.gauge), list(self.kept)
-        turning = np.linalg.solve(turned[gauge], states[gauge]) if gauge else states[gauge]
-        rows = states[kept] - turned[kept] @ turning
+        rows = states[kept] - turned[kept] @ np.linalg.solve(turned[gauge], states[gauge])
         return np.concatenate([np.zeros((int(self.plant.is_forced), rows.shape[1])), rows])
 
     def conditions(self, reduced: Reduced) -> Numbers:
@@ -96,7 +95,7 @@ class Chart:
             mode=self.mode,
             released=self.released,
             period=self.plant.period if self.plant.is_forced else 0.0,
-            into=np.ascontiguousarray(into),
+            into=into,
             out=sparse(out[:, :-1], out[:, -1]),
             changes=still(n, n, into, len(reduced.frequency)),
         )

@@ -317,10 +317,14 @@ class LineReturnMap(SectionMap, LineMap):
                 outside = middle
         return float(inside)
 
+    @cached_property
+    def _beginning(self) -> ReturnBackend:
+        """Carries motions for a step, to tell whether they begin at all."""
+        return ReturnBackend(self, Controls(self.rtol, 1, 0.0))
+
     def _happens(self, points: Floats) -> NDArray[np.bool_]:
-        """Whether the event happens at points: motions are followed for a step."""
-        beginning = ReturnBackend(self, Controls(self.rtol, 1, 0.0))
-        return np.asarray(beginning.carry(points).status != status_codes.NO_EVENT)
+        """Whether the event happens at points."""
+        return np.asarray(self._beginning.carry(points).status != status_codes.NO_EVENT)
 
     def _admit(self, d: ArrayLike) -> Floats:
         return np.require(checked_points(self.domain, d, "d"), np.float64, ["C", "W"])
