@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.numerics import targets
+from stickslip.numerics import kernel_cache, linking, targets
 
 RETURNS_BINDING = """
     from stickslip.numerics.targets import kernel
@@ -60,11 +60,11 @@ def folders(tmp_path, monkeypatch):
     return places
 
 
-choose_folder = targets.cache_root.__wrapped__  # the choice itself, without its memory
+choose_folder = kernel_cache.cache_root.__wrapped__  # the choice itself, without its memory
 
 
 def test_the_first_named_folder_is_taken(folders, monkeypatch):
-    assert choose_folder() == folders["own"] / "numba" / targets.source_hash()
+    assert choose_folder() == folders["own"] / "numba" / kernel_cache.source_hash()
     monkeypatch.delenv("STICKSLIP_CACHE_DIR")
     assert choose_folder().is_relative_to(folders["xdg"] / "stickslip")
     monkeypatch.delenv("XDG_CACHE_HOME")
@@ -155,7 +155,7 @@ def test_caches_of_other_versions_go_when_nobody_used_them_for_long(folders):
     for folder in (old, recent):
         folder.mkdir(parents=True)
     base.chmod(0o700)
-    long_ago = time.time() - 2.0 * targets.OLD_CACHE_SECONDS
+    long_ago = time.time() - 2.0 * kernel_cache.OLD_CACHE_SECONDS
     os.utime(old, (long_ago, long_ago))
     root = choose_folder()
     assert root.exists()
@@ -168,10 +168,10 @@ def test_kernels_work_where_nothing_can_be_written(tmp_path):
     blocked.write_text("")
     code = """
         import tempfile
-        from stickslip.numerics import targets
-        targets._candidate_roots = lambda: iter(())  # not even a temporary folder
+        from stickslip.numerics import kernel_cache, targets
+        kernel_cache._candidate_roots = lambda: iter(())  # not even a temporary folder
         text = "from stickslip.numerics.targets import kernel\\n@kernel\\ndef f(x):\\n    return 2.0 * x\\n"
-        print(targets.cache_root(), targets.write_module("test", text).f(4.0))
+        print(kernel_cache.cache_root(), targets.write_module("test", text).f(4.0))
         from stickslip.numerics.roots import safe_step
         print(safe_step(0.5, -0.5, 0.0, 0.0, 0.0, 9.0))
     """  # noqa: E501
@@ -180,9 +180,9 @@ def test_kernels_work_where_nothing_can_be_written(tmp_path):
 
 def test_a_home_that_does_not_exist_is_no_error(tmp_path):
     code = """
-        from stickslip.numerics import targets
+        from stickslip.numerics import kernel_cache
         from stickslip.numerics.roots import safe_step
-        print(targets.cache_root(), safe_step(0.5, -0.5, 0.0, 0.0, 0.0, 9.0))
+        print(kernel_cache.cache_root(), safe_step(0.5, -0.5, 0.0, 0.0, 0.0, 9.0))
     """
     nothing = {"STICKSLIP_CACHE_DIR": None, "XDG_CACHE_HOME": None}
     folder, number = printed(code, HOME="/dev/null", TMPDIR=str(tmp_path), **nothing).split()
@@ -195,14 +195,15 @@ def test_a_home_that_does_not_exist_is_no_error(tmp_path):
 
 @pytest.fixture
 def small_package(tmp_path):
-    """A package of its own with our targets.py, a helper kernel, and a caller elsewhere."""
+    """A package of its own with what makes our kernels, a helper, and a caller elsewhere."""
     package = tmp_path / "package" / "stickslip"
     for folder in ("numerics", "mechanics"):
         (package / folder).mkdir(parents=True)
         (package / folder / "__init__.py").touch()
     (package / "__init__.py").touch()
-    shutil.copy(targets.__file__, package / "numerics" / "targets.py")
-    shutil.copy(targets.PACKAGE / "files.py", package / "files.py")
+    for module in (kernel_cache, linking, targets):
+        shutil.copy(module.__file__, package / "numerics")
+    shutil.copy(kernel_cache.PACKAGE / "files.py", package / "files.py")
     (package / "mechanics" / "caller.py").write_text(
         textwrap.dedent("""
             from stickslip.numerics.helper import helper
@@ -265,11 +266,12 @@ def small_cache(tmp_path, monkeypatch, capsys):
 
     It returns the answer, how many kernels came from the cache, and the lines on stderr.
     """
-    monkeypatch.setattr(targets, "cache_root", lambda: tmp_path)
+    monkeypatch.setattr(kernel_cache, "cache_root", lambda: tmp_path)
     monkeypatch.setattr(targets, "ANNOUNCE_AFTER_SECONDS", 1e3)
 
     def ask():
-        targets._told.clear()
+        kernel_cache._told.clear()
+        kernel_cache._codes.clear()
         for name in [name for name in sys.modules if name.startswith("stickslip_generated_heals")]:
             del sys.modules[name]
         module = targets.write_module("heals", DAMAGED)
@@ -311,26 +313,44 @@ def exchanged(path, other):
 DAMAGES = [truncated, halved, flipped, emptied, deleted, exchanged]
 
 
+def files_of(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
 @pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("parts", [False, True])
 def test_whatever_happens_to_a_file_the_answer_is_right_and_the_cache_heals(
-    damage, small_cache, tmp_path
+    parts, damage, small_cache, tmp_path
 ):
+    """Parts are read where the machine code of what Python calls is lost."""
     right = (1.8, 3 * 0.1, 3 * 0.1)
     assert small_cache() == (right, 0, [])
     assert small_cache() == (right, 3, [])
-    files = sorted(path for path in tmp_path.rglob("*") if path.is_file())
-    assert {path.suffix for path in files} == {".py", ".code", ".nbc"}
-    for path, other in zip(files, [*files[1:], files[0]], strict=True):
+    files = files_of(tmp_path)
+    assert {path.suffix for path in files} == {".py", ".code", ".nbc", ".bc"}
+    of_parts = [path for path in files if path.suffix == ".bc" or "-part" in path.name]
+    of_calls = [path for path in files if path.suffix == ".nbc" and path not in of_parts]
+    assert len(of_calls) == 3
+    assert len(of_parts) >= 6  # numba's own, too
+    damaged = of_parts if parts else [path for path in files if path not in of_parts]
+    told = 0
+    for path, other in zip(damaged, [*damaged[1:], damaged[0]], strict=True):
         damage(path, other)
+        for lost in of_calls if parts else []:
+            lost.unlink()
         answer, _, lines = small_cache()
         assert answer == right
-        if damage is deleted:
-            assert lines == []
-        else:
-            (line,) = lines
-            assert path.name in line or other.name in line
+        assert len(lines) <= 1
+        assert all(path.name in line or other.name in line for line in lines)
+        told += len(lines)
         assert small_cache() == (right, 3, [])
-    assert sorted(path for path in tmp_path.rglob("*") if path.is_file()) == files
+    if damage is deleted:
+        assert told == 0
+    elif parts:  # what is typed again has another name: the code that it had is not asked for
+        assert told >= 3
+    else:
+        assert told == len(damaged)
+        assert files_of(tmp_path) == files
 
 
 def test_a_cache_that_cannot_be_written_any_more_costs_a_line_and_no_answer(
@@ -345,7 +365,7 @@ def test_a_cache_that_cannot_be_written_any_more_costs_a_line_and_no_answer(
         assert answer[0] == 1.8
         assert hits == 0
         assert "No space left" in line
-    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+    assert files_of(tmp_path) == []
 
 
 # --- binding -----------------------------------------------------------------------------------
@@ -416,7 +436,7 @@ SLOW_MODULE = "import time\ntime.sleep(0.2)\nready = True\n"
 def test_threads_never_see_a_module_that_is_half_made(tmp_path, monkeypatch, make):
     (tmp_path / "slow_template.py").write_text(SLOW_MODULE)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(targets, "cache_root", lambda: tmp_path)
+    monkeypatch.setattr(kernel_cache, "cache_root", lambda: tmp_path)
     with ThreadPoolExecutor(3) as pool:
         modules = list(pool.map(lambda _: make().ready, range(3)))
     assert modules == [True] * 3
@@ -586,10 +606,11 @@ def test_the_cache_folder_depends_on_what_kernels_are_made_of(tmp_path):
     }
     for name, text in texts.items():
         (package / f"{name}.py").write_text(text)
-    found = {path.stem for path in targets.kernel_sources(package)}
+    found = {path.stem for path in kernel_cache.kernel_sources(package)}
     assert found == {"kernels", "helper", "status", "engine", "steps", "generator"}
     inside = {
-        p.relative_to(targets.PACKAGE).as_posix() for p in targets.kernel_sources(targets.PACKAGE)
+        p.relative_to(kernel_cache.PACKAGE).as_posix()
+        for p in kernel_cache.kernel_sources(kernel_cache.PACKAGE)
     }
     assert {
         "status.py",

@@ -136,9 +136,8 @@ def test_a_loop_over_an_array_uses_whole_vectors():
 def test_a_pass_over_lanes_uses_whole_vectors():
     constants = constants_at(1.2, 1.3, 0.0366, 0.22, 0.22)
     streams = np.zeros((passes.N_STREAMS + len(passes.CONSTANTS)) * passes.STRIDE)
-    assembly = assembly_of(
-        passes.landing_pass, constants, np.array(constants), streams, np.uint64(passes.LANES)
-    )
+    carried = passes.Carried(constants, None, np.array(constants))
+    assembly = assembly_of(passes.landing_pass, carried, streams, np.uint64(passes.LANES))
     assert assembly.count("%zmm") > 10 * assembly.count("%ymm")
 
 

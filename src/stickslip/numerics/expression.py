@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -41,11 +41,14 @@ class Elementary(NamedTuple):
 class Graph:
     """Grows nodes, each distinct one once; `variable` varies with time, other symbols do not."""
 
+    kind: type[Expression]
+
     def __init__(self, variable: str = "s", nodes: Sequence[Node] = ()) -> None:
         self.variable = variable
         self.nodes: list[Node] = []
         self.varies: list[bool] = []
         self._numbers: dict[Node, int] = {}
+        self.reached: dict[tuple[int, ...], list[int]] = {}  # what `reachable` has found
         for node in nodes:
             self.add(node)
 
@@ -57,10 +60,14 @@ class Graph:
             self.nodes.append(node)
             self.varies.append(
                 any(self.varies[arg] for arg in node.args)
-                or (node.op == "symbol" and node.name == self.variable)
+                or (node.op == "symbol" and self.is_variable(node.name))
             )
             self._numbers[node] = number
-        return Expression(self, number)
+        return self[number]
+
+    def is_variable(self, name: str) -> bool:
+        """Tell whether a symbol is the variable, or one of several."""
+        return name == self.variable
 
     def symbol(self, name: str) -> Expression:
         """Return the variable or a parameter."""
@@ -74,18 +81,23 @@ class Graph:
 
     def __getitem__(self, number: int) -> Expression:
         """Return the expression with this number."""
-        return Expression(self, number)
+        return self.kind(self, number)
 
 
 Operation = Callable[..., "Expression"]
 
 
 def _operator(operation: Operation) -> Callable[[Expression, Any], Expression]:
-    return lambda self, other: operation(self, _expression(self.graph, other))
+    def method(self: Expression, other: Any) -> Any:
+        if isinstance(other, np.ndarray):  # whose own operators go through its elements
+            return NotImplemented
+        return operation(self, as_expression(self.graph, other))
+
+    return method
 
 
 def _reflected(operation: Operation) -> Callable[[Expression, Any], Expression]:
-    return lambda self, other: operation(_expression(self.graph, other), self)
+    return _operator(lambda a, b: operation(b, a))
 
 
 def _refuse(*_: Any) -> Any:
@@ -96,6 +108,7 @@ class Expression:
     """A node of a graph that behaves like a number and records what is done to it."""
 
     __slots__ = ("graph", "number")
+    recorded: ClassVar[dict[str, Operation]] = {}
 
     def __init__(self, graph: Graph, number: int) -> None:
         self.graph = graph
@@ -138,10 +151,10 @@ class Expression:
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         """Record what numpy's functions do."""
-        recorded = _RECORDED.get(ufunc.__name__)
+        recorded = self.recorded.get(ufunc.__name__)
         if recorded is None or method != "__call__" or kwargs:
             raise NotTraceable(f"numpy.{ufunc.__name__} is not among the functions recorded")
-        return recorded(*(_expression(self.graph, value) for value in inputs))
+        return recorded(*(as_expression(self.graph, value) for value in inputs))
 
     # Comparing and rounding would make the steps depend on the value.
     __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = _refuse
@@ -159,7 +172,8 @@ class Expression:
         return f"{node.op}({', '.join(repr(self.graph[arg]) for arg in node.args)})"
 
 
-def _expression(graph: Graph, value: Any) -> Expression:
+def as_expression(graph: Graph, value: Any) -> Expression:
+    """Return an expression as it is, and a number as a constant."""
     if isinstance(value, Expression):
         return value
     is_real = isinstance(value, (int, float, np.integer, np.floating))
@@ -182,7 +196,8 @@ def is_constant(term: Expression, value: float) -> bool:
     return term.node.op == "constant" and term.node.value == value
 
 
-def _grow(op: str, *terms: Expression) -> Expression:
+def grow(op: str, *terms: Expression) -> Expression:
+    """Record an operation."""
     return terms[0].graph.add(Node(op, tuple(term.number for term in terms)))
 
 
@@ -196,7 +211,7 @@ def add(a: Expression, b: Expression) -> Expression:
         return a
     if b.node.op == "negative":
         return subtract(a, a.graph[b.node.args[0]])
-    return _grow("add", *sorted((a, b), key=lambda term: term.number))
+    return grow("add", *sorted((a, b), key=lambda term: term.number))
 
 
 def subtract(a: Expression, b: Expression) -> Expression:
@@ -211,7 +226,7 @@ def subtract(a: Expression, b: Expression) -> Expression:
         return a.graph.constant(0.0)
     if b.node.op == "negative":
         return add(a, a.graph[b.node.args[0]])
-    return _grow("subtract", a, b)
+    return grow("subtract", a, b)
 
 
 def negative(a: Expression) -> Expression:
@@ -220,7 +235,7 @@ def negative(a: Expression) -> Expression:
         return a.graph.constant(-values[0])
     if a.node.op == "negative":
         return a.graph[a.node.args[0]]
-    return _grow("negative", a)
+    return grow("negative", a)
 
 
 def multiply(a: Expression, b: Expression) -> Expression:
@@ -236,7 +251,7 @@ def multiply(a: Expression, b: Expression) -> Expression:
             return negative(other)
         if one.node.op == "negative":
             return negative(multiply(a.graph[one.node.args[0]], other))
-    return _grow("multiply", *sorted((a, b), key=lambda term: term.number))
+    return grow("multiply", *sorted((a, b), key=lambda term: term.number))
 
 
 def divide(a: Expression, b: Expression) -> Expression:
@@ -250,8 +265,8 @@ def divide(a: Expression, b: Expression) -> Expression:
     if is_constant(a, 0.0):
         return a
     if not a.varies and b.varies:  # one recurrence for the reciprocal serves the derivatives too
-        return multiply(a, _grow("reciprocal", b))
-    return _grow("divide", a, b)
+        return multiply(a, grow("reciprocal", b))
+    return grow("divide", a, b)
 
 
 def power(a: Expression, b: Expression) -> Expression:
@@ -262,12 +277,12 @@ def power(a: Expression, b: Expression) -> Expression:
         return elementary("exp", multiply(b, elementary("log", a)))
     exponent = _constants(b)
     if exponent is None:
-        return _grow("power", a, b)
+        return grow("power", a, b)
     if exponent[0] == 0.5:
         return elementary("sqrt", a)
     if exponent[0] == round(exponent[0]) and abs(exponent[0]) <= LARGEST_PRODUCT_POWER:
         return _integer_power(a, round(exponent[0]))
-    return _grow("power", a, b)
+    return grow("power", a, b)
 
 
 def _integer_power(a: Expression, exponent: int) -> Expression:
@@ -280,11 +295,16 @@ def _integer_power(a: Expression, exponent: int) -> Expression:
     return multiply(square, a) if exponent % 2 else square
 
 
+def where(condition: Expression, a: Expression, b: Expression) -> Expression:
+    """Return a where the condition is not 0, else b."""
+    return a if a.number == b.number else grow("where", condition, a, b)
+
+
 def elementary(name: str, a: Expression) -> Expression:
     """Return a function of `ELEMENTARY`, of a."""
     if values := _constants(a):
         return a.graph.constant(ELEMENTARY[name].scalar(values[0]))
-    return _grow(name, a)
+    return grow(name, a)
 
 
 ELEMENTARY = {
@@ -306,7 +326,7 @@ ELEMENTARY = {
 }
 
 # What `__array_ufunc__` accepts, by the ufunc's own name.
-_RECORDED: dict[str, Operation] = {
+Expression.recorded = {
     "add": add,
     "subtract": subtract,
     "multiply": multiply,
@@ -321,6 +341,7 @@ _RECORDED: dict[str, Operation] = {
     "reciprocal": lambda a: 1.0 / a,
     **{entry.ufunc.__name__: partial(elementary, name) for name, entry in ELEMENTARY.items()},
 }
+Graph.kind = Expression
 
 
 ARITHMETIC: dict[str, Callable[..., Any]] = {
@@ -336,14 +357,17 @@ ARITHMETIC: dict[str, Callable[..., Any]] = {
 
 def reachable(graph: Graph, outputs: Sequence[int]) -> list[int]:
     """Return the numbers of all nodes that `outputs` are made of, operands first."""
-    found: set[int] = set()
-    waiting = list(outputs)
-    while waiting:
-        number = waiting.pop()
-        if number not in found:
-            found.add(number)
-            waiting.extend(graph.nodes[number].args)
-    return sorted(found)
+    asked = tuple(outputs)
+    if asked not in graph.reached:
+        found: set[int] = set()
+        waiting = list(asked)
+        while waiting:
+            number = waiting.pop()
+            if number not in found:
+                found.add(number)
+                waiting.extend(graph.nodes[number].args)
+        graph.reached[asked] = sorted(found)
+    return graph.reached[asked]
 
 
 def evaluate(
@@ -403,6 +427,10 @@ def _node_derivative(u: Expression, known: dict[int, Expression], by: Expression
         case "power":
             result = y * power(x, y - 1.0) * dx
             return result if is_constant(dy, 0.0) else result + u * elementary("log", x) * dy
+        case "less" | "floor":
+            return graph.constant(0.0)
+        case "where":
+            return where(x, known[node.args[1]], dy)
     rule = ELEMENTARY[node.op]
     if is_constant(dx, 0.0):
         return dx

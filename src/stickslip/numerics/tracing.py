@@ -82,15 +82,22 @@ def _retargeted(value: Any, done: dict[int, Any]) -> Any:
     return copy
 
 
-def trace(function: Callable[..., Any], graph: Graph, parameters: Sequence[str] = ()) -> Expression:
-    """Record ``function(variable, **parameters)`` in `graph`, numpy and math in helpers as well."""
+def recorded(
+    function: Callable[..., Any], variable: Any, graph: Graph, parameters: Sequence[str]
+) -> Any:
+    """Call a function with symbols for its parameters; whatever fails is `NotTraceable`."""
     symbols = {name: graph.symbol(name) for name in parameters}
     try:
-        result = _retargeted(function, {})(graph.symbol(graph.variable), **symbols)
+        return _retargeted(function, {})(variable, **symbols)
     except NotTraceable:
         raise
     except Exception as error:
         raise NotTraceable(f"{type(error).__name__}: {error}") from error
+
+
+def trace(function: Callable[..., Any], graph: Graph, parameters: Sequence[str] = ()) -> Expression:
+    """Record ``function(variable, **parameters)`` in `graph`, numpy and math in helpers as well."""
+    result = recorded(function, graph.symbol(graph.variable), graph, parameters)
     if isinstance(result, Expression):
         return result
     if isinstance(result, (bool, np.bool_)) or not isinstance(result, (int, float, np.number)):

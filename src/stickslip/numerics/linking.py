@@ -1,0 +1,191 @@
+"""Kernels of numba, each optimised once: in the machine code of what Python calls.
+
+Numba optimises and emits a function by itself, and again inside each function that calls it, down
+to the last callee. Here a kernel that kernels call is a *part*, typed and lowered only. What Python
+calls is its part in a wrapper, with all parts that it needs linked in, each once, optimised and
+emitted as a whole (docs/notes/0009).
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, ClassVar
+
+import llvmlite.binding as llvm
+from numba.core import compiler, types
+from numba.core.codegen import JITCodeLibrary
+from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
+from numba.core.environment import Environment
+from numba.core.registry import CPUDispatcher
+
+from stickslip.numerics import kernel_cache
+
+
+class _PartLibrary(JITCodeLibrary):
+    """Code of a kernel, as lowered, and of all that it calls: each by its hash, callees first."""
+
+    def __init__(self, codegen: Any, codes: dict[str, bytes] | None = None) -> None:
+        super().__init__(codegen, "part")
+        self._codes = codes or {}
+        self._finalized = codes is not None
+
+    @property
+    def codes(self) -> dict[str, bytes]:
+        self._ensure_finalized()
+        return self._codes
+
+    def add_linking_library(self, library: Any) -> None:
+        library._ensure_finalized()
+        self._dynamic_globals += library._dynamic_globals
+        self._codes.update(library.codes if isinstance(library, _PartLibrary) else _code(library))
+
+    def finalize(self) -> None:
+        self._finalized = True
+        self._finalize_dynamic_globals()
+        self._codes.update(_code(self))
+
+
+def _code(library: JITCodeLibrary) -> dict[str, bytes]:
+    code = library._get_module_for_linking().as_bitcode()
+    return {hashlib.sha256(code).hexdigest(): code}
+
+
+class _EntryLibrary(JITCodeLibrary):
+    """Machine code of what Python calls: of its own, whatever other code the process has."""
+
+    def finalize_with(self, part: _PartLibrary) -> None:
+        # Callers first: the linker drops code that nothing calls yet.
+        for code in reversed(part.codes.values()):
+            self._final_module.link_in(llvm.parse_bitcode(code))
+        self.finalize()
+
+    def _optimize_final_module(self) -> None:
+        # No copy of a part serves other machine code, whatever was loaded first (docs/notes/0008).
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == llvm.Linkage.linkonce_odr:
+                function.linkage = "internal"
+        # One pass over all: numba makes two, for counted references, and there are none.
+        made = self._codegen._module_pass_manager()
+        manager, *builder = made if isinstance(made, tuple) else [made]  # alone in numba 0.61
+        manager.run(self._final_module, *builder)
+
+
+class _Flags(compiler.Flags):
+    """Numba's flags, one object for all that are equal: a part of each key of typing."""
+
+    _known: ClassVar[dict[str, _Flags]] = {}
+    __hash__ = object.__hash__
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    def copy(self) -> _Flags:
+        return self
+
+    @classmethod
+    def equal_to(cls, flags: compiler.Flags) -> _Flags:
+        return cls._known.setdefault(flags.summary(), cls(flags))
+
+
+class _PartCompiler(compiler.Compiler):
+    def __init__(
+        self, typing: Any, target: Any, library: Any, args: Any, result: Any, flags: Any, names: Any
+    ) -> None:
+        flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
+        library = _PartLibrary(target.codegen())
+        super().__init__(typing, target, library, args, result, _Flags.equal_to(flags), names)
+
+
+class _PartPlace(kernel_cache.Place):
+    """Keeps a part: its type, and the code of all that it needs, each in a file for all parts."""
+
+    MARK = "-part"
+
+    def reduce(self, made: Any) -> Any:
+        made.fndesc.typemap = made.fndesc.calltypes = None
+        for name, code in made.library.codes.items():
+            kernel_cache.keep_code(name, code)
+        return made.signature, made.fndesc, list(made.library.codes)
+
+    def rebuild(self, target: Any, payload: Any) -> Any:
+        signature, descriptor, names = payload
+        codes: dict[str, bytes] = {}
+        for name in names:
+            code = kernel_cache.kept_code(name)
+            if code is None:
+                return None
+            codes[name] = code
+        known = {
+            "target_context": target,
+            "typing_context": target.typing_context,
+            "signature": signature,
+            "fndesc": descriptor,
+            "library": _PartLibrary(target.codegen(), codes),
+            "objectmode": False,
+            "lifted": (),
+            "reload_init": (),
+            "entry_point": object(),  # a name for callers: nothing runs it
+        }
+        return compiler.CompileResult(**(dict.fromkeys(compiler.CR_FIELDS) | known))
+
+
+class _Part(CPUDispatcher):
+    """What kernels call."""
+
+    def __init__(self, entry: Kernel) -> None:
+        super().__init__(
+            entry.py_func, targetoptions=entry.targetoptions, pipeline_class=_PartCompiler
+        )
+        if entry.folder is not None:
+            kernel_cache.enable(self, entry.folder, _PartPlace)
+
+    def add_overload(self, made: Any) -> None:
+        if made.entry_point is None:
+            made = made._replace(entry_point=object())
+            made.target_context.insert_user_function(made.entry_point, made.fndesc, [made.library])
+        self.overloads[tuple(made.signature.args)] = made
+
+
+class _EntryCompiler(_FunctionCompiler):
+    def __init__(self, entry: Kernel) -> None:
+        super().__init__(entry.py_func, entry.targetdescr, entry.targetoptions, {}, None)
+        self._entry = entry
+
+    def _compile_core(self, args: Any, result: Any) -> Any:
+        part = self._entry.part
+        part.compile(args)
+        made = part.overloads[args]
+        target, descriptor = made.target_context, made.fndesc
+        library = _EntryLibrary(target.codegen(), descriptor.qualname)
+        library.enable_object_caching()
+        environment = Environment.from_fndesc(descriptor)
+        target.create_cpython_wrapper(library, descriptor, environment, None, release_gil=True)
+        library.finalize_with(made.library)
+        call = target.get_executable(library, descriptor, environment)
+        return made._replace(
+            library=library, environment=environment, entry_point=call, metadata={}
+        )
+
+
+class Kernel(CPUDispatcher):
+    """What Python calls, kept in a folder of the cache; kernels that name it call its part."""
+
+    def __init__(
+        self, function: Callable[..., Any], options: dict[str, Any], folder: str | None
+    ) -> None:
+        super().__init__(function, targetoptions=options)
+        self._compiler = _EntryCompiler(self)
+        self.folder = folder
+        if folder is not None:
+            kernel_cache.enable(self, folder)
+
+    @cached_property
+    def part(self) -> Any:
+        """What kernels call; made when one does, or when this is compiled."""
+        return _Part(self)
+
+    @property
+    def _numba_type_(self) -> Any:
+        return types.Dispatcher(self.part)

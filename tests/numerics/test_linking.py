@@ -1,0 +1,64 @@
+"""Kernels are typed once, and linked, optimised and emitted once for each that Python calls."""
+
+import numba
+import pytest
+
+from stickslip.numerics.linking import Kernel
+from stickslip.numerics.targets import config, kernel, kernel_uncached
+
+pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
+
+
+def tower() -> list[Kernel]:
+    """Kernels, each but the first of which calls the one before it and the first."""
+
+    @kernel_uncached
+    def first(x):
+        return 0.1 * x + min(x, 3.0)
+
+    @kernel_uncached
+    def second(x):
+        return first(x) - 0.3 * x
+
+    @kernel_uncached
+    def third(x):
+        return second(x) * first(x)
+
+    return [first, second, third]
+
+
+def test_what_python_calls_is_emitted_and_nothing_else():
+    first, second, third = tower()
+    assert third(2.0) == pytest.approx(1.6 * 2.2, rel=1e-15)
+    assert len(third.overloads) == 1
+    assert not second.overloads
+    assert not first.overloads
+    assert [len(each.part.overloads) for each in (first, second, third)] == [1, 1, 1]
+    part = first.part.overloads[(numba.float64,)]
+    assert second(2.0) == pytest.approx(1.6, rel=1e-15)
+    assert first.part.overloads[(numba.float64,)] is part
+    assert first(2.0) == 2.2
+    assert first(2) == 2.2  # another signature
+    assert len(first.part.overloads) == 2
+
+
+def test_machine_code_shares_nothing_but_its_name():
+    *_, third = tower()
+    third(2.0)
+    (made,) = third.overloads.values()
+    shared = [
+        function.name
+        for function in made.library.get_defined_functions()
+        if function.linkage.name != "internal"
+    ]
+    assert shared == [made.fndesc.llvm_cpython_wrapper_name]
+
+
+def test_an_error_of_typing_is_told_as_numba_tells_it():
+    @kernel
+    def wrong(x):
+        return x.no_such_thing
+
+    for _ in range(2):
+        with pytest.raises(numba.TypingError, match="no_such_thing"):
+            wrong(1.0)
