@@ -204,3 +204,25 @@ def test_a_landing_without_speed_ends_a_stick_slip_cycle() -> None:
     assert ss.find_cycle(block.replace(damping=end.value - 1e-9), [0.0], [0.0]).events
     with pytest.raises(ValueError, match="never to stick again"):
         ss.find_cycle(block.replace(damping=end.value + 1e-9), [0.0], [0.0])
+
+
+@pytest.mark.parametrize("phase", [1.0, 3.0, 4.0])
+def test_events_of_a_forced_cycle_may_cross_the_phase_at_time_0(phase: float) -> None:
+    """The section goes out of their way; a shift of the forcing shifts the cycle alone.
+
+    Both branch points are pitchforks of the mirror symmetry, x(t + T/2) = -x(t).
+    """
+    forcing = ss.Harmonic(2.0, 0.45, phase)
+    block = ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=0.5), damping=0.05, forcing=forcing)
+    curve = ss.follow(ss.find_cycle(block, [0.0], [0.0]), "forcing.amplitude", (1.2, 4.0))
+    assert curve.end_reasons == ("end of range", "end of range")
+    assert [event.kind for event in curve.bifurcations] == ["branch_point", "branch_point"]
+    for event, value in zip(curve.bifurcations, (2.15008, 3.84352), strict=True):
+        assert abs(event.value - value) < event.error < 2e-3
+    cycle = curve.at(**{"forcing.amplitude": 3.0})
+    assert cycle.multipliers.shape == (2,)
+    half = cycle.trajectory.x(0.5 * cycle.period)
+    np.testing.assert_allclose(half, -cycle.x, rtol=0, atol=1e-9)
+    f = ss.stroboscopic_map(cycle.model)
+    point = np.concatenate([cycle.x, cycle.v])
+    np.testing.assert_allclose(f(point), point, rtol=0, atol=1e-11)

@@ -157,6 +157,24 @@ def test_a_shaken_block_is_a_map_of_the_circle() -> None:
     np.testing.assert_allclose(stable.multiplier, cycle.multipliers[0].real, rtol=1e-8)
 
 
+def test_a_forced_motion_that_never_comes_back_is_known_by_its_cycle() -> None:
+    # Contact 0, on a fast belt, sticks no more; block 2 sticks and slips with the force.
+    model = ss.Structure(
+        mass=[1.0, 1.0],
+        stiffness=[[1.5, -0.5], [-0.5, 1.5]],
+        damping=[0.2, 0.2],
+        contacts=[ss.Contact(0, ss.Coulomb(0.3), V=3.0), ss.Contact(1, ss.Coulomb(0.3), V=0.2)],
+        forcing=ss.Harmonic(amplitude=[0.0, 0.4], frequency=0.7),
+    )
+    points = np.random.default_rng(0).uniform([0, -1, -1], [6, 1, 1], (7, 3))
+    found = ss.return_map(model).evaluate(points)
+    assert set(found.status.tolist()) == {ss.status.NEVER_CYCLE}
+    assert (found.n_events < 100).all()
+    cycle = ss.find_cycle(model, [1.0, 0.0], [0.0, 0.2])
+    assert cycle.stable
+    assert cycle.period == pytest.approx(2 * np.pi / 0.7, rel=1e-9)
+
+
 def test_bifurcations_of_a_shaken_block() -> None:
     found = ss.bifurcations(ss.return_map(shaken()), "V", (0.0303, 0.0304), max_period=1)
     kinds = [b.kind for b in found]

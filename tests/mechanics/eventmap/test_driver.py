@@ -12,6 +12,7 @@ import pytest
 
 from stickslip.mechanics.eventmap import _kernels
 from stickslip.mechanics.eventmap.itinerary import hashed
+from stickslip.mechanics.eventmap.loop import new_loop
 from stickslip.mechanics.eventmap.records import Controls, Scratch
 from stickslip.mechanics.flow import _exact_kernels
 from stickslip.mechanics.flow.system import (
@@ -112,7 +113,7 @@ def drive(rows, *, directions=(), watch=True, max_events=1000, itinerary=0, d=BL
     work = _exact_kernels.new_work()
     work.watch[0] = float(watch)
     codes = np.full(itinerary, -1, dtype=np.int8)
-    scratch = Scratch(motion, longer, new_motion(0, 1), work)
+    scratch = Scratch(motion, longer, new_motion(0, 1), new_loop(4), work)
     controls = Controls(1e-15, max_events, math.inf)
     found = DRIVER.carry(SYSTEM, np.array(rows), d, scratch, controls, codes)
     assert work.watch[0] == float(watch)
@@ -218,58 +219,53 @@ def test_a_motion_that_no_longer_gets_away_from_the_belt_is_undecidable():
 LONG = _kernels.LONG
 
 
-def loops(n, *, stretch=1.0, drift=0.0, margin=9.0):
+def loops(n, *, norm=1.0, off=0.0, margin=9.0):
     """`n` events of block 1, which lands and leaves while block 2 slips.
 
-    From the first recurrence on, two events after the state was first kept, block 2 comes back
-    `drift` away from where it was then.
+    A turn of two events brings block 2 nearer its cycle, which it is `off` away from where the
+    state is first kept, by the factor `norm`.
     """
     for k in range(1, n + 1):
-        w = SLIPPING + drift * (k > LONG) + drift * (k > LONG + 2)
-        more = {"w": w, "stretch": stretch, "margin": margin if k > LONG + 2 else 0.01}
+        w = SLIPPING + off * norm ** ((k - LONG) // 2)
+        more = {"w": w, "stretch": math.sqrt(norm), "margin": margin if k > LONG + 2 else 0.01}
         yield (leaves if k % 2 else lands)(**more)
 
 
 @pytest.mark.parametrize("watch", [True, False])
 @pytest.mark.parametrize(
-    ("norm", "drift", "margin"),
+    ("norm", "off", "margin", "found"),
     [
-        (0.0, 0.0, 1e-3),
-        (0.5, 0.9e-11, 1e-9),
-        (0.9, 0.9e-11, 3e-10),
-        (0.99, 1e-11, 1e-3),
-        (0.97, 9e-11, 2e-9),
-        (0.9, 9e-11, 0.8e-9),  # never: the loop may end elsewhere
-        (1.0, 0.0, 1e-3),  # never: no contraction
-        (1.1, 0.0, 1e-3),
+        (0.5, 0.0, 1e-9, LONG + 4),  # it is there
+        (0.5, 1e-3, 4.1e-3 * 0.5, LONG + 4),
+        (0.5, 1e-3, 3.9e-3 * 0.5, LONG + 8),  # the next turn of half the size
+        (0.9, 1e-3, 4.1e-3 * 0.9, LONG + 4),
+        (0.9, 1e-3, 1e-4, math.inf),  # too little is left of the events: see below
+        (1.0, 0.0, 1e-3, math.inf),  # never: no contraction
+        (1.1, 0.0, 1e-3, math.inf),
     ],
 )
-def test_a_cycle_is_called_one_once_its_end_is_nearer_than_a_tenth_of_the_margin(
-    norm, drift, margin, watch
+def test_a_cycle_is_called_one_once_its_end_lies_within_a_quarter_of_the_margin(
+    norm, off, margin, found, watch
 ):
-    # Contracting by `norm` a turn a loop ends at most distance / (1 - norm) away.
-    wanted = EVENT_LIMIT, 126
-    for turns in range(1, 30):
-        shrunk = norm**turns
-        if shrunk < 1.0 and drift / (1.0 - shrunk) < 0.1 * margin:
-            wanted = NEVER_CYCLE, LONG + 2 + 2 * turns
-            break
-    rows = list(loops(127, stretch=math.sqrt(norm), drift=drift, margin=margin))
-    value, _, n_events, _, smallest, status, _, _ = drive(rows, max_events=126, watch=watch)
-    assert (status, n_events) == wanted
+    rows = list(loops(90, norm=norm, off=off, margin=margin))
+    value, _, n_events, _, smallest, status, _, _ = drive(rows, max_events=89, watch=watch)
+    assert (status, n_events) == ((NEVER_CYCLE, found) if found < 89 else (EVENT_LIMIT, 89))
     assert math.isnan(value)
     if watch:  # of the motion before the loop, too
         assert smallest == min(0.01, margin)
 
 
-def test_a_state_farther_away_is_no_recurrence():
-    rows = list(loops(127, drift=1.1 * _kernels.RECURRENCE, stretch=0.5))
-    assert drive(rows, max_events=126)[5] == EVENT_LIMIT
+def test_slow_contraction_is_seen_when_what_is_left_fits_the_margin():
+    rows = list(loops(400, norm=0.9, off=1e-3, margin=1e-4))
+    _, _, n_events, _, _, status, _, _ = drive(rows)
+    assert status == NEVER_CYCLE
+    left = 1e-3 * 0.9 ** ((n_events - LONG) // 2 - 1)  # where the last turn began
+    assert 0.1 * 0.25e-4 < left <= 0.25e-4
 
 
 def test_a_motion_that_leaves_its_loop_has_the_tangents_of_all_of_it():
     n, stretch, e = 80, 1.01, (0.1, 0.4)
-    rows = [*loops(n, stretch=stretch), all_ride(e=e, stretch=stretch)]
+    rows = [*loops(n, norm=stretch**2), all_ride(e=e, stretch=stretch)]
     directions = [{BETA: 1.0}, {ALPHA: 1.0}, {ALPHA: 2.0, BETA: -1.0}]
     value, _, n_events, _, _, status, slopes, _ = drive(rows, directions=directions)
     assert (status, n_events) == (OK, n + 1)
@@ -296,7 +292,7 @@ def random_motion(rng, n_columns, modes=(BACKWARD, BACKWARD)):
 def test_the_distance_of_states_is_that_of_their_farthest_coordinate():
     rng = np.random.default_rng(1)
     motion, saved = random_motion(rng, 0), new_motion(0, 1)
-    _kernels.save_state(motion, saved)
+    _kernels.copy_motion(motion, saved)
     assert _kernels.distance(motion, saved) == 0.0
     for name, block in itertools.product(("w", "e"), range(2)):
         for shift in (0.25, -0.5):

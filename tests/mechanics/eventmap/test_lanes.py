@@ -7,6 +7,7 @@ import itertools
 
 import numpy as np
 import pytest
+from tests.mechanics.eventmap.unequal import pair
 
 import stickslip as ss
 from stickslip.status import OK
@@ -104,9 +105,11 @@ def test_a_force_that_rounding_puts_on_the_limit_is_no_tie():
     assert not np.any(result.status[:10] == OK)
 
 
-@pytest.mark.parametrize("parameters", [PAPER, LONG, NEVER_RETURNING, PAPER | {"mu": 0.0}])
-def test_a_value_is_the_same_bits_however_it_is_asked(parameters):
-    system = model(**parameters)
+EQUAL = [model(**parameters) for parameters in (PAPER, LONG, NEVER_RETURNING, PAPER | {"mu": 0.0})]
+
+
+@pytest.mark.parametrize("system", [*EQUAL, pair(ss.Coulomb(0.05), 0.2)])
+def test_a_value_is_the_same_bits_however_it_is_asked(system):
     f = ss.event_map(system, max_events=300, threads=1)
     d = starts(system, 1100, seed=3)
     value = f(d)

@@ -14,7 +14,12 @@ from tests.mechanics.flow.systems import random_model
 import stickslip as ss
 from stickslip.mechanics.eventmap.backend import ScalarBackend
 from stickslip.mechanics.eventmap.blocks import BlocksBackend
-from stickslip.mechanics.eventmap.lanes import LaneBackend, PoolBackend
+from stickslip.mechanics.eventmap.lanes import (
+    BatchBackend,
+    EqualLaneBackend,
+    LaneBackend,
+    PoolBackend,
+)
 from stickslip.mechanics.flow.lanes.layout import KEPT, MOTIONS, PLACES
 from stickslip.mechanics.flow.lanes.pair import pair_numbers
 from stickslip.mechanics.flow.lanes.text import lane_kernels
@@ -45,7 +50,10 @@ def law_of(kind, rng):
 
 def one_at_a_time(f, d):
     """The same by the scalar engine."""
-    return f._backend.scalar.carry(d, slope=True, watch=True)
+    backend = f._backend
+    while isinstance(backend, BatchBackend):
+        backend = backend.scalar
+    return backend.carry(d, slope=True, watch=True)
 
 
 def assert_agreement(f, d):
@@ -96,9 +104,15 @@ def test_random_unequal_blocks(kind, n):
     rng = np.random.default_rng(n)
     returned = 0
     for model in random_models(kind, n, rng):
-        f = ss.event_map(model, threads=1, max_events=300)
+        f = ss.event_map(model, threads=1, max_events=300, engine="adaptive")
         assert isinstance(f._backend, PoolBackend)
-        returned += assert_agreement(f, model.sample_domain(40, rng)).sum()
+        d = model.sample_domain(40, rng)
+        returned += assert_agreement(f, d).sum()
+        f = ss.event_map(model, threads=1, max_events=300)
+        pulls = model.plant.stiffness[0, 1] <= 0.0
+        if kind == "coulomb" and pulls and not model.plant.damping.any():
+            assert isinstance(f._backend, LaneBackend)
+            assert_agreement(f, d)
     assert returned > 20 * n
 
 
@@ -126,11 +140,12 @@ PLAIN = ss.TwoBlock(1.0, 1.4, 0.1, LAW_9)
 @pytest.mark.parametrize(
     ("model", "backend"),
     [
-        (PLAIN.replace(friction=ss.Coulomb(0.2)), LaneBackend),
+        (PLAIN.replace(friction=ss.Coulomb(0.2)), EqualLaneBackend),
         (PLAIN, PoolBackend),
         (PLAIN.replace(friction=TABLE), ScalarBackend),
         (PLAIN.replace(damping=0.1), PoolBackend),
         (PLAIN.chain, PoolBackend),
+        (PLAIN.chain.replace(friction=ss.Coulomb(0.2)), LaneBackend),
         (PLAIN.chain.replace(friction=ss.Coulomb(0.2, viscous=0.1)), PoolBackend),
         (PLAIN.chain.replace(friction=TABLE), BlocksBackend),
         (ss.Chain([1.0, 1.1, 1.2], 1.0, 0.1, LAW_9), BlocksBackend),

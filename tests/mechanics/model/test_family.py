@@ -156,3 +156,13 @@ def test_physical_damping_goes_both_ways() -> None:
     model = ss.TwoBlock.from_physical(**numbers, friction=LAW)
     assert model.damping == pytest.approx(0.4 / np.sqrt(2.0 * 50.0))
     assert model.physical_parameters() == pytest.approx(numbers)
+
+
+def test_matrices_are_given_whole_or_by_their_diagonals():
+    contacts = [ss.Contact(at=0, friction=LAW)]
+    given = ss.Structure([1, 2], [3, 4], [0.1, 0.2], contacts=contacts)
+    whole = ss.Structure(np.diag([1, 2]), np.diag([3, 4]), np.diag([0.1, 0.2]), contacts=contacts)
+    np.testing.assert_array_equal(given.stiffness, whole.stiffness)
+    np.testing.assert_array_equal(given.damping, whole.damping)
+    with pytest.raises(ValueError, match=r"stiffness has the shape \(3,\): \(2, 2\) is needed"):
+        ss.Structure([1, 2], [3, 4, 5], contacts=contacts)

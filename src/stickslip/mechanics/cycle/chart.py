@@ -113,24 +113,11 @@ class Chart:
         changes = unchanged._replace(
             into=into[None],
             out=sparse_changes([sparse(out[:, :-1], out[:, -1])], n, [True]),
-            period=np.array([self._period_change(change)]),
+            period=np.array([self.plant.period_change(change)]),
             frequency=np.asarray(change.frequency)[None],
             phase=np.asarray(change.phase)[None],
         )
         return self.section._replace(changes=changes)
-
-    def _period_change(self, change: Reduced) -> float:
-        """Change of the common period; ValueError where there would be none any more."""
-        own = np.asarray(change.frequency)
-        if not self.plant.is_forced or not own.any():
-            return 0.0
-        rates = own / self.plant.frequency
-        if np.ptp(rates) > 0.0:
-            raise ValueError(
-                "one of several frequencies is no parameter of a return map: with it the forces "
-                "would lose their common period, and the phase its meaning."
-            )
-        return float(-self.plant.period * rates[0])
 
 
 def chart(

@@ -69,7 +69,8 @@ class CycleProblem(Problem):
         if not share:
             return self.cycles[row]
         for start in (row, row + 1):
-            low, high = sorted((float(curve.values[start]), value))
+            own = self.cycles[start].model.parameters[name]  # a row's may differ in the last digit
+            low, high = sorted((own, value))
             follower = _CycleFollower(self.cycles[start], name, low, high, MAX_POINTS)
             with contextlib.suppress(ValueError):
                 last = follower.reached(follower.start(), value)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from stickslip.mechanics.cycle.section import Shot
-from stickslip.mechanics.cycle.shooting import Leg, State
+from stickslip.mechanics.cycle.section import EVENTS, Shot
+from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
 from stickslip.mechanics.flow.trajectory import EVENT_KINDS, Event, Trajectory, simulate
 from stickslip.results.result import Result
 
@@ -104,8 +104,13 @@ def multiplier_text(value: complex) -> str:
 
 
 def cycle_of(shot: Shot) -> Cycle:
-    """Cycle that a converged shot from a section is."""
-    return cycle_along(shot.model, shot.state, shot.leg, shot.multipliers)
+    """Cycle that a converged shot from a section is, of a forced model begun at time 0."""
+    start, leg = shot.state, shot.leg
+    if start.t:
+        shooter, period = Shooter(shot.model, tangents=False), leg.duration
+        start = shooter.leg(start, EVENTS, max_time=-start.t % period).state._replace(t=0.0)
+        leg = shooter.leg(start, EVENTS, max_time=period)
+    return cycle_along(shot.model, start, leg, shot.multipliers)
 
 
 def cycle_along(model: Model, state: State, leg: Leg, multipliers: NDArray[np.complex128]) -> Cycle:

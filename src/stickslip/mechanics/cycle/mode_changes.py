@@ -111,26 +111,34 @@ SOLVED: Final = 1e-11  # residual of a cycle, units of the state
 
 def on_section(cycle: Cycle, name: str, *, rtol: float = 1e-15) -> tuple[Shooting, Floats]:
     """Equations of a cycle along a parameter, with its sequence of modes, and its unknowns."""
-    # The section is the rest in space, of any block, that is sharpest and farthest from events.
+    # The section is the rest in space, of any block, that is sharpest and farthest from events;
+    # of a forced model the time farthest from them.
     model = cycle.model
     shooter = Shooter(model, rtol=rtol, tangents=False)
-    state = shooter.start(cycle.x, cycle.v)
-    value = model.parameters[name]
-    n_free = shooter.n - shooter.n_contacts
-    if model.plant.is_forced:
+    start, n_free = shooter.start(cycle.x, cycle.v), shooter.n - shooter.n_contacts
+    forced, rounds = model.plant.is_forced, 1
+    time, block = (_between_events(cycle), None) if forced else _rest_in_space(cycle)
+    if time > 0.0:
+        start = shooter.leg(start, 10**9, max_time=time).state
+    if block is None:
         rounds = round(cycle.period / model.plant.period)
-        section = Section(None, state.mode, n_free)
-        leg = shooter.leg(state, 10**9, max_time=cycle.period)
-        shooting = Shooting(model, name, section, word=word_of(leg), rounds=rounds, rtol=rtol)
-        return shooting, shooting.unknowns(state, cycle.period, value)
-    time, block = _rest_in_space(cycle)
-    start = shooter.leg(state, 10**9, max_time=time).state if time > 0.0 else state
-    start.w[block] = -model.plant.V[block]
-    start = start._replace(t=0.0)
+    else:
+        start.w[block] = -model.plant.V[block]
+        start = start._replace(t=0.0)
     leg = shooter.leg(start, 10**9, max_time=cycle.period)
-    section = Section(block, start.mode, n_free)
-    shooting = Shooting(model, name, section, word=word_of(leg), rtol=rtol)
-    return shooting, shooting.unknowns(start, cycle.period, value)
+    section = Section(block, start.mode, n_free, start.t)
+    shooting = Shooting(model, name, section, word=word_of(leg), rounds=rounds, rtol=rtol)
+    return shooting, shooting.unknowns(start, cycle.period, model.parameters[name])
+
+
+def _between_events(cycle: Cycle) -> float:
+    """Time in the middle of the longest way from an event to the next."""
+    times = np.array([event.time for event in cycle.events])
+    if not times.size:
+        return 0.0
+    ways = np.diff(times, append=times[0] + cycle.period)
+    k = int(np.argmax(ways))
+    return float((times[k] + 0.5 * ways[k]) % cycle.period)
 
 
 def _rest_in_space(cycle: Cycle) -> tuple[float, int]:

@@ -11,9 +11,10 @@ import numpy as np
 from stickslip import status as status_codes
 from stickslip.analysis.maps.derived import LineMap
 from stickslip.analysis.maps.protocol import Mechanism, checked_points
+from stickslip.analysis.maps.protocol_nd import box_points
 from stickslip.checks import checked_interval, one_of, real_numbers, shown, whole_number
 from stickslip.mechanics.cycle.chart import PHASE, Chart, chart, states_of
-from stickslip.mechanics.cycle.section import size_of
+from stickslip.mechanics.cycle.shooting import size_of
 from stickslip.mechanics.eventmap.blocks import BlocksBackend
 from stickslip.mechanics.eventmap.event_map import ModelMap
 from stickslip.mechanics.eventmap.mechanism import UNKNOWN, mechanism_between
@@ -79,6 +80,7 @@ class SectionMap(ModelMap):
         *("contact", "event", "direction", "coordinates", "domain"),
         *("rtol", "max_events", "max_time", "threads"),
     )
+    whole_duration: ClassVar = True  # of an application: from an event to the next like it
 
     def __init__(
         self,
@@ -99,6 +101,12 @@ class SectionMap(ModelMap):
             raise ValueError(
                 f"model = {shown(model)} has contacts that share inertia: it has no return map as "
                 "yet. Follow it in time, or take stickslip.stroboscopic_map where it is forced."
+            )
+        if plant.elastic:
+            raise ValueError(
+                f"model = {shown(model)} has elastic contacts: feet that slide have no state of "
+                "their own, so that numbers of a section would not tell each other apart. Follow "
+                "it in time, or take stickslip.stroboscopic_map where it is forced."
             )
         what = f"contacts of the model are 0 to {plant.n_contacts - 1}"
         self.contact = whole_number("contact", contact, 0, at_most=plant.n_contacts - 1, what=what)
@@ -173,6 +181,16 @@ class SectionMap(ModelMap):
             row[0] = TURN * (t / section.period % 1.0)
         return float(row[0]) if self.dimension == 1 else np.asarray(row)
 
+    @property
+    def periods(self) -> Floats:
+        """Period of each number of a point, shape (n,): 2 pi of a phase, infinite of others."""
+        return np.where(np.array(self.coordinates) == PHASE, TURN, np.inf)
+
+    def turned(self, d: ArrayLike) -> Floats:
+        """Return how many periods of the forcing pass until the next event, shape (..., 1)."""
+        duration = self.evaluate(d).duration
+        return np.asarray(duration / self.chart.section.period)[..., None]
+
     def slip_from(self, d: ArrayLike, max_events: int) -> Trajectory:
         """Follow the motion from a point to the next one."""
         x, v, t = self.state(d)
@@ -212,16 +230,12 @@ class ReturnMap(SectionMap):
 
         ValueError without a domain.
         """
-        from scipy.stats.qmc import Sobol
-
         if self._window is None:
             raise ValueError(
                 f"the map has no bounded domain to draw points {self.coordinates} from: give "
                 "domain=[(low, high), ...], a pair for each."
             )
-        low, high = np.array(self._window).T
-        shares = Sobol(self.dimension, rng=0).random_base2(max(n - 1, 1).bit_length())[:n]
-        return np.asarray(low + shares * (high - low))
+        return box_points(np.array(self._window), n)
 
     def _admit(self, d: ArrayLike) -> Floats:
         points = np.require(real_numbers("d", d), np.float64, ["C", "W"])

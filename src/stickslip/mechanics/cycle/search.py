@@ -12,8 +12,8 @@ from stickslip import status as status_codes
 from stickslip.checks import whole_number
 from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_along, cycle_of
-from stickslip.mechanics.cycle.section import Section, Shooting, Shot, size_of
-from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
+from stickslip.mechanics.cycle.section import Section, Shooting, Shot
+from stickslip.mechanics.cycle.shooting import Leg, Shooter, State, size_of
 from stickslip.mechanics.cycle.sliding import linear_modes, modes, steady_displacements
 from stickslip.mechanics.flow.engine import tolerance
 from stickslip.mechanics.model.arguments import checked_model, checked_state

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
+from stickslip.mechanics.cycle.shooting import Leg, Shooter, State, size_of
 from stickslip.numerics.continuation import LeavesRegion
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.sliding import Model
-    from stickslip.mechanics.model.plant import Plant
     from stickslip.numerics.arrays import Floats, Ints
 
 
@@ -26,14 +25,15 @@ EVENTS: Final = 100_000  # in one period, after which a shot is given up
 
 
 class Section(NamedTuple):
-    """Where a period begins: where a contact rests in space, or with the forcing."""
+    """Where a period begins: where a contact rests in space, or at a time of the forcing."""
 
     # There a block is at an extreme of its displacement and slips, because the belt does not rest:
     # no event is there.
 
-    block: int | None  # from 0; None: at the forcing's phase at time 0
+    block: int | None  # from 0; None: of a forced model
     mode: Ints  # of all contacts there
     n_free: int  # coordinates y
+    time: float = 0.0  # of the forcing
 
     @property
     def compared(self) -> NDArray[np.bool_]:
@@ -59,6 +59,7 @@ class Shot:
     leg: Leg
     velocity: Floats
     belt_change: Floats  # derivative of the belts' velocities in the parameter
+    period_change: float  # ... and of the forcing's period
 
     @property
     def word(self) -> Word:
@@ -138,7 +139,7 @@ class Shooting:
         else:
             z[section.n_free + section.block] = -model.plant.V[section.block]
             period = float(y[-2])
-        return model, State(z, section.mode.copy()), period
+        return model, State(z, section.mode.copy(), section.time), period
 
     def scale(self, width: float, period: float) -> Floats:
         """Size of each unknown; of the parameter the width of its range."""
@@ -157,7 +158,8 @@ class Shooting:
         shooter = Shooter(model, rtol=self.rtol, parameter=self.name)
         leg = shooter.leg(state, EVENTS, max_time=period)
         velocity = shooter.velocity(leg.state)
-        shot = Shot(model, self.section, state, leg, velocity, shooter.belt_change)
+        moved = shooter.belt_change, shooter.period_change
+        shot = Shot(model, self.section, state, leg, velocity, *moved)
         if leg.status != status_codes.OK or (leg.state.mode != state.mode).any():
             raise LeavesRegion(shot)
         if self.word is not None and shot.word != self.word:
@@ -178,12 +180,7 @@ class Shooting:
             columns.append(rate[:, None])
             own = section.n_free + section.block  # there w = -V
             by_parameter -= by_state[:, own] * shot.belt_change[section.block]
-        elif self.name.endswith(".frequency"):
-            by_parameter -= rate * leg.duration / shot.model.plant.frequency[0]
+        else:
+            by_parameter += rate * self.rounds * shot.period_change
         columns.append(by_parameter[:, None])
         return residual, np.hstack(columns), shot
-
-
-def size_of(plant: Plant) -> float:
-    """Size of the states of a plant's motions."""
-    return float(np.max(plant.static)) + float(np.abs(plant.V).max())

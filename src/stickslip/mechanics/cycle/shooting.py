@@ -13,12 +13,14 @@ from stickslip.mechanics.flow.blocks.system import new_block_motion
 from stickslip.mechanics.flow.engine import BlockEngine, block_engine
 from stickslip.mechanics.flow.recorder import place
 from stickslip.mechanics.flow.system import LOST, MAX_INSTANT
+from stickslip.mechanics.model.plant import ROUNDING
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.sliding import Model
     from stickslip.mechanics.flow.blocks.system import BlockMotion
+    from stickslip.mechanics.model.plant import Plant
     from stickslip.numerics.arrays import Floats, Ints
 
 
@@ -42,8 +44,9 @@ class State(NamedTuple):
 
 @dataclass(frozen=True)
 class Leg:
-    """A piece of a motion: where it led, how long it took, why it ended, and its derivative."""
+    """A piece of a motion: where it led from where, how long, why it ended, and its derivative."""
 
+    start: State
     state: State
     duration: float
     status: int
@@ -77,9 +80,19 @@ class Shooter:
         self.change = changes[0][0] if changes else None
         self.belt_change = np.zeros(self.n_contacts) if self.change is None else self.change.V
 
+    @property
+    def period_change(self) -> float:
+        """Change of the forcing's period; ValueError where there would be none any more."""
+        return self.model.plant.period_change(self.change)
+
     def start(self, x: Floats, v: Floats) -> State:
         """State with these displacements and velocities, with the modes that it asks for."""
-        z = self.model.plant.coordinates(x, v)
+        plant = self.model.plant
+        z = plant.coordinates(x, v)
+        # Of a point that Newton's method has solved for, w is 0 to rounding only: a creep of 1e-18
+        # would feel kinetic friction where rest feels up to the static limit.
+        w = z[len(z) - self.n_contacts :]
+        w[np.abs(w) <= ROUNDING * size_of(plant)] = 0.0
         place(self.engine, self.motion, z, self.work.rates)
         return self._state()
 
@@ -115,7 +128,7 @@ class Shooter:
         tangent = self._tangent(t if t >= max_time else None)
         states = self.n if tangent.shape[1] >= self.n else 0
         parameter = tangent[:, states] if tangent.shape[1] > states else np.zeros(self.n)
-        return Leg(self._state(), t, int(status), tangent[:, :states], parameter, events)
+        return Leg(state, self._state(), t, int(status), tangent[:, :states], parameter, events)
 
     def advance(self, cap: float) -> tuple[float, int]:
         """Take one step, at most `cap` long, up to an event if one comes; length and status."""
@@ -129,12 +142,9 @@ class Shooter:
         """Rate of change of a state, (y', w'), shape (n,)."""
         self.place(state)
         engine, motion = self.engine, self.motion
-        rates = [
-            engine.kernels.rate(self.system, engine.laws, motion, contact)
-            for contact in range(self.n_contacts)
-        ]
-        flow, _, _ = self.model.plant.rows(state.z, state.t)
-        return np.concatenate([flow, rates])
+        engine.kernels.find_rates(self.system, engine.laws, motion, self.work.rates)
+        flow, _, _ = self.model.plant.rows(motion.z[self.n_waves :], state.t)
+        return np.concatenate([flow, self.work.rates])
 
     def place(self, state: State) -> None:
         """Take a state as the present one."""
@@ -175,3 +185,8 @@ class Shooter:
         motion = self.motion
         z = motion.z[self.n_waves :].copy()
         return State(z, motion.mode.copy(), float(motion.clock[0]))
+
+
+def size_of(plant: Plant) -> float:
+    """Size of the states of a plant's motions."""
+    return float(np.max(plant.static)) + float(np.abs(plant.V).max())

@@ -139,7 +139,7 @@ def modes_about(plant: Plant, laws: Sequence[FrictionLaw], steady: Steady) -> Mo
     friction = (side * _forces(laws, w[None])[0])[:, None] * load
     friction[:, -m:] += np.diag(limits * slopes)
     matrix[-m:] -= reduced.accelerations(friction)
-    return _sorted_modes(matrix, plant)
+    return _sorted_modes(matrix, plant, friction)
 
 
 def linear_modes(model: Model) -> Modes:
@@ -147,7 +147,9 @@ def linear_modes(model: Model) -> Modes:
     return _sorted_modes(model.plant.reduced.flow, model.plant)
 
 
-def _sorted_modes(matrix: Floats, plant: Plant) -> Modes:
+def _sorted_modes(matrix: Floats, plant: Plant, friction: Floats | float = 0.0) -> Modes:
+    if plant.elastic:
+        matrix = _without_feet(matrix, plant, friction)
     values, vectors = np.linalg.eig(matrix)
     if plant.n_positions:
         zeros = plant.turning.shape[1] + plant.n_contacts - len(plant.independent)
@@ -155,6 +157,18 @@ def _sorted_modes(matrix: Floats, plant: Plant) -> Modes:
         values, vectors = values[kept], vectors[:, kept]
     order = np.lexsort((-values.imag, -values.real))
     return Modes(matrix, values[order].astype(complex), vectors[:, order].astype(complex))
+
+
+def _without_feet(matrix: Floats, plant: Plant, friction: Floats | float) -> Floats:
+    """Flow of all but sliding feet, which keep e + friction at 0 and have no inertia."""
+    m, feet = plant.n_contacts, list(plant.elastic)
+    n_free, first = plant.reduced.n_free, plant.n_waves
+    places = plant.n_bodies + np.arange(len(feet))
+    held = (plant.reduced.matrix[n_free : n_free + m, first:] + friction)[feet]
+    gone = np.concatenate([places, len(matrix) - m + np.array(feet)])
+    kept = np.delete(np.arange(len(matrix)), gone)
+    follow = -np.linalg.solve(held[:, places], held[:, kept])
+    return np.asarray(matrix[np.ix_(kept, kept)] + matrix[np.ix_(kept, places)] @ follow)
 
 
 def force_derivatives(model: Model, V: float) -> Floats | None:

@@ -1,4 +1,4 @@
-"""The stroboscopic map of a forced model: its state, once per period of the forcing."""
+"""The stroboscopic map of a model: its state, once per period of the forcing or of a clock."""
 
 from __future__ import annotations
 
@@ -7,28 +7,44 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.checks import MOST_KEPT, MOST_STEPS, real_numbers, shown, whole_number
+from stickslip.analysis.maps.protocol import PointValues, mix_labels
+from stickslip.analysis.maps.protocol_nd import box_points
+from stickslip.checks import (
+    MOST_KEPT,
+    MOST_STEPS,
+    checked_interval,
+    finite_number,
+    one_each,
+    real_numbers,
+    shown,
+    whole_number,
+)
 from stickslip.checks import grid as grid_values
 from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.cycle.shooting import Leg, Shooter
+from stickslip.mechanics.eventmap.mechanism import difference_of
 from stickslip.mechanics.flow.engine import tolerance
+from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model.arguments import checked_model, checked_parameter
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    from collections.abc import Sequence
 
+    from numpy.typing import ArrayLike, NDArray
+
+    from stickslip.analysis.maps.protocol import Mechanism
     from stickslip.mechanics.cycle.sliding import Model
     from stickslip.numerics.arrays import Floats
 
 
-FORGOTTEN: Final = 64 * np.finfo(np.float64).eps
-"""Of a Jacobian: growth this small is the rounding of zero."""
+AT_ONCE: Final = 1e-9
+"""Of the period: who lands so soon counts as riding, which changes values by its square only."""
 
 
 class StroboscopicMap:
-    """State after one period of the forcing, as a function of the state.
+    """State after one period of the forcing, or of a clock, as a function of the state.
 
     A state is ``(x_1, ..., x_N, v_1, ..., v_N)`` at the forcing's phase at time 0:
     displacements, then velocities. A block rides where its velocity is the belt's and its
@@ -38,20 +54,33 @@ class StroboscopicMap:
     ----------
     model : Blocks, Chain, Oscillator or Structure
     period : float
-        Of the forcing, units of sqrt(m / k).
+        Of the forcing, or as given; units of sqrt(m / k).
     """
 
-    def __init__(self, model: Model, *, rtol: float = 1e-15, max_events: int = 10_000) -> None:
-        if not checked_model(model).plant.is_forced:
+    def __init__(
+        self,
+        model: Model,
+        *,
+        period: float | None = None,
+        rtol: float = 1e-15,
+        max_events: int = 10_000,
+        domain: Sequence[tuple[float, float]] | None = None,
+    ) -> None:
+        forced = checked_model(model).plant.is_forced
+        if forced == (period is not None):
+            told = "forced: its forcing tells the period" if forced else "unforced: give period="
             raise ValueError(
-                f"model = {shown(model)} is unforced: it has no period to look at "
-                "it by. Take stickslip.event_map(model) from "
-                "one global stick phase to the next, or give the model forcing=Harmonic(...)."
+                f"period = {shown(period)}: model = {shown(model)} is {told}. From one event to "
+                "the next stickslip.event_map(model) or stickslip.return_map(model) leads."
             )
-        self.model = model
-        self.period = model.plant.period
+        self.model, self._clock = model, period
+        self.period = model.plant.period if forced else finite_number("period", period, above=0.0)
         self.rtol = tolerance(rtol)
         self.max_events = whole_number("max_events", max_events, what="events in one period")
+        self.domain = domain
+        if domain is not None:
+            pairs = enumerate(one_each("domain", domain, self.n_states))
+            self.domain = [checked_interval(f"domain[{k}]", pair) for k, pair in pairs]
 
     @property
     def n_states(self) -> int:
@@ -59,10 +88,21 @@ class StroboscopicMap:
         plant = self.model.plant
         return len(plant.mass) + plant.n_positions
 
+    @property
+    def dimension(self) -> int:
+        """Entries of a state."""
+        return self.n_states
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters of the model by name."""
+        return dict(self.model.parameters)
+
     def replace(self, **changes: Any) -> StroboscopicMap:
         """Make the map of a changed model, with the same settings."""
         changed = self.model.replace(**changes)
-        return type(self)(changed, rtol=self.rtol, max_events=self.max_events)
+        settings: dict[str, Any] = {"rtol": self.rtol, "max_events": self.max_events}
+        return type(self)(changed, period=self._clock, domain=self.domain, **settings)
 
     def __repr__(self) -> str:
         """One line."""
@@ -91,6 +131,31 @@ class StroboscopicMap:
         shooter = Shooter(self.model, rtol=self.rtol, tangents=False)
         rows = [self._value(self._leg(shooter, row)) for row in states.reshape(-1, self.n_states)]
         return np.array(rows).reshape(states.shape)
+
+    def contains(self, state: ArrayLike) -> NDArray[np.bool_]:
+        """Whether states are finite, shape (...)."""
+        return np.asarray(np.isfinite(state).all(axis=-1))
+
+    def spread(self, count: int) -> Floats:
+        """Return states spread evenly over the domain, always the same; ValueError without one."""
+        if self.domain is None:
+            raise ValueError("the map has no bounded domain: give domain=[(low, high), ...].")
+        return box_points(np.array(self.domain), count)
+
+    def evaluate(self, state: ArrayLike) -> PointValues:
+        """Value, Jacobian, status and label, which tells modes and events, at states (..., 2 N)."""
+        states = self._checked(state)
+        shooter = Shooter(self.model, rtol=self.rtol)
+        legs = [self._leg(shooter, row) for row in states.reshape(-1, self.n_states)]
+        shape = states.shape[:-1]
+        arrived = np.array([self._arrived(leg) for leg in legs], dtype=bool).reshape(shape)
+        return PointValues(
+            np.array([self._value(leg) for leg in legs]).reshape(states.shape),
+            np.array([self._tangent(leg) for leg in legs]).reshape(*states.shape, self.n_states),
+            np.array([self._label(leg) for leg in legs], dtype=np.uint64).reshape(shape),
+            np.where(arrived, status_codes.OK, status_codes.EVENT_LIMIT),
+            np.full(shape, np.nan),
+        )
 
     def derivative(self, state: ArrayLike) -> Floats:
         """Jacobian of the map, exact, shape (..., 2 N, 2 N); errors as for calling.
@@ -125,35 +190,28 @@ class StroboscopicMap:
         -------
         Cycle
             ``cycle.x, cycle.v`` is a point of the map, ``cycle.period / self.period`` how often
-            the map is applied until it comes back. Errors as for `stickslip.find_cycle`.
+            the map is applied until it comes back. Errors as for `stickslip.find_cycle`; of an
+            unforced model, whose cycles have periods of their own.
         """
+        if self._clock is not None:
+            raise ValueError(
+                "an unforced model's cycles have periods of their own: take stickslip.find_cycle."
+            )
         x, v = self._parts(self._one(state))
         periods = whole_number("max_periods", max_periods)
         return find_cycle(self.model, x, v, max_events=periods, rtol=self.rtol)
 
-    def lyapunov_exponents(self, state: ArrayLike, n: int, *, transient: int = 100) -> Floats:
-        """Lyapunov exponents of the motion from a state, descending, shape (2 N,).
+    def parameter_derivative(self, state: ArrayLike, name: str) -> Floats:
+        """Return df/d(name), a parameter of the model, at fixed states, exact, shape (..., 2 N).
 
-        Mean over ``n`` periods after ``transient``, per unit of time; -inf for directions that
-        sticking forgets. Benettin et al., Meccanica 15, 9 (1980).
+        The forcing's period moves with its frequency: the next state is that one period later.
+        ValueError for an unknown name, or one of several frequencies.
         """
-        count = whole_number("n", n, at_most=MOST_STEPS, what="periods")
-        settle = whole_number("transient", transient, 0, at_most=MOST_STEPS, what="periods")
-        here = self._one(state)
-        if settle:
-            here = self.iterate(here, settle)[-1]
-        shooter = Shooter(self.model, rtol=self.rtol)
-        frame, sums = np.eye(self.n_states), np.zeros(self.n_states)
-        for _ in range(count):
-            leg = self._leg(shooter, here)
-            here = self._value(leg)
-            tangent = self._tangent(leg)
-            frame, growth = np.linalg.qr(tangent @ frame)
-            sizes = np.abs(np.diag(growth))
-            sizes[sizes <= FORGOTTEN * np.abs(tangent).max()] = 0.0
-            with np.errstate(divide="ignore"):
-                sums += np.log(sizes)
-        return np.sort(sums / (count * self.period))[::-1]
+        checked_parameter("name", self.model, name)
+        states = self._checked(state)
+        shooter = Shooter(self.model, rtol=self.rtol, parameter=name)
+        rows = [self._rate(shooter, row) for row in states.reshape(-1, self.n_states)]
+        return np.array(rows).reshape(states.shape)
 
     def diagram(
         self,
@@ -182,6 +240,16 @@ class StroboscopicMap:
             row[:] = orbit[settle:]
             here = here if np.isnan(row[-1]).any() else row[-1]
         return visited
+
+    def explain_border(
+        self, state: ArrayLike, other: StroboscopicMap, beyond: ArrayLike
+    ) -> Mechanism:
+        """Return why motions from a state and one close by differ, of a map with other numbers."""
+        pairs = ((self, state), (other, beyond))
+        first, second = (
+            simulate(f.model, *f._parts(f._one(s)), t_end=f.period, rtol=f.rtol) for f, s in pairs
+        )
+        return difference_of(first, second)
 
     # --- inside ---------------------------------------------------------------------------
 
@@ -219,6 +287,33 @@ class StroboscopicMap:
         out, into = self.model.plant.jacobians
         return np.asarray(out @ leg.tangent @ into)
 
+    def _rate(self, shooter: Shooter, state: Floats) -> Floats:
+        """Differentiate the value at a state by the shooter's parameter."""
+        plant, start = self.model.plant, shooter.start(*self._parts(state))
+        leg = shooter.leg(start, self.max_events, max_time=self.period)
+        if not self._arrived(leg):
+            return np.full(self.n_states, np.nan)
+        out, into = plant.jacobians
+        moved = leg.parameter + shooter.velocity(leg.state) * shooter.period_change
+        if shooter.change is None:
+            return np.asarray(out @ moved)
+        # Coordinates depend on the parameter: where the motion starts, and what is read at its end.
+        first, last = (plant.states_change(z, 0.0, shooter.change) for z in (start.z, leg.state.z))
+        return np.asarray(last + out @ (moved - leg.tangent @ into @ first))
+
+    def _label(self, leg: Leg) -> int:
+        """One number for the modes at the start and all changes of them."""
+        mode, codes = leg.start.mode.copy(), []
+        for t, contact, new in leg.events:
+            if new == 0 and t <= AT_ONCE * self.period:
+                mode[contact] = 0
+            else:
+                codes.append(3 * (contact + 1) + new)
+        label = np.zeros(1, dtype=np.uint64)
+        for code in np.array([*(mode + 1), *codes], dtype=np.uint64):
+            label = mix_labels(label, code)
+        return int(label[0])
+
     def _parts(self, state: Floats) -> tuple[Floats, Floats]:
         """Displacements and velocities of a state."""
         n = len(self.model.plant.mass)
@@ -230,18 +325,29 @@ class StroboscopicMap:
 
 @suggests
 def stroboscopic_map(
-    model: Model, *, rtol: float = 1e-15, max_events: int = 10_000
+    model: Model,
+    *,
+    period: float | None = None,
+    rtol: float = 1e-15,
+    max_events: int = 10_000,
+    domain: Sequence[tuple[float, float]] | None = None,
 ) -> StroboscopicMap:
-    """Map the state of a forced model to its state one period of the forcing later.
+    """Map the state of a model to its state one period of the forcing, or of a clock, later.
+
+    `lyapunov_spectrum` of the map is that of the motion in time: ``per_time``, the exponent 0 of
+    the flow included where the model is unforced.
 
     Parameters
     ----------
-    model : Blocks, Chain, Oscillator or Structure
-        With forcing.
+    model : TwoBlock, Blocks, Chain, Oscillator or Structure
+    period : float, optional
+        Of an unforced model, and only of one: time from a state to the next.
     rtol : float
         Local truncation error of the flow.
     max_events : int
         Changes of mode in one period after which a motion is given up.
+    domain : sequence of pairs of float, optional
+        Range of each entry of a state, where searches for attractors and orbits start.
 
     Returns
     -------
@@ -250,7 +356,7 @@ def stroboscopic_map(
     Raises
     ------
     ValueError
-        The model is not forced.
+        The model is unforced and no period is given, or forced and one is.
 
     Examples
     --------
@@ -261,4 +367,5 @@ def stroboscopic_map(
     >>> f.iterate([0.0, 0.0], 3).shape
     (4, 2)
     """
-    return StroboscopicMap(model, rtol=rtol, max_events=max_events)
+    settings: dict[str, Any] = {"rtol": rtol, "max_events": max_events, "domain": domain}
+    return StroboscopicMap(model, period=period, **settings)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.mechanics.eventmap.itinerary import hashed
+from stickslip.mechanics.eventmap.loop import Loop, row_norm, settles
 from stickslip.mechanics.eventmap.records import BlockScratch, Controls, Outputs, Section
 from stickslip.mechanics.flow.blocks.system import BlockMotion, BlockSystem, BlockWork, Floats
 from stickslip.mechanics.flow.blocks.transitions import (
@@ -57,8 +58,8 @@ LONG = 32
 MAX_QUIET = 20_000
 # Steps on which no relative velocity changes any more, after which the motion slides steadily.
 STEADY = 64
-# A state recurs when it comes back to within this distance (rule 6).
-RECURRENCE = 1e-10
+# A contact whose relative velocity changes no faster slides steadily.
+AT_REST = 1e-10
 # Steps without an event, for each event allowed, before a motion is given up.
 STEPS_PER_EVENT = 200
 TURN = 2.0 * math.pi
@@ -96,23 +97,19 @@ def write_modes(motion: BlockMotion, row: NDArray[np.int8]) -> None:
 
 
 @kernel
-def copy_state(source: BlockMotion, target: BlockMotion) -> None:
-    """Copy a state into a motion with any number of columns."""
+def copy_motion(source: BlockMotion, target: BlockMotion) -> None:
+    """Copy the state and the tangents that both have columns for."""
     for i in range(source.mode.shape[0]):
         target.e[i] = source.e[i]
         target.limit[i] = source.limit[i]
         target.mode[i] = source.mode[i]
     for j in range(source.z.shape[0]):
         target.z[j] = source.z[j]
-    target.clock[0] = source.clock[0]
-
-
-@kernel
-def copy_tangents(source: BlockMotion, target: BlockMotion, n_columns: int) -> None:
-    """Copy the first tangents."""
-    for column in range(n_columns):
-        for j in range(source.z.shape[0]):
+        for column in range(min(source.tangent_z.shape[1], target.tangent_z.shape[1])):
             target.tangent_z[j, column] = source.tangent_z[j, column]
+    target.clock[0] = source.clock[0]
+    for column in range(min(source.tangent_clock.shape[0], target.tangent_clock.shape[0])):
+        target.tangent_clock[column] = source.tangent_clock[column]
 
 
 @kernel
@@ -128,26 +125,47 @@ def distance(motion: BlockMotion, saved: BlockMotion) -> float:
 
 
 @kernel
-def start_loop_tangent(motion: BlockMotion, n_columns: int) -> None:
-    """Set the last columns to the identity on the states that share the present modes."""
-    n_free, n = motion.y.shape[0], motion.z.shape[0]
+def start_loop_tangent(system: BlockSystem, motion: BlockMotion, n_columns: int) -> None:
+    """Set the last columns to the identity on states of the present modes and on the clock."""
+    n_free, n, n_harmonics = motion.y.shape[0], motion.z.shape[0], system.frequency.shape[0]
     for j in range(n):
         for column in range(n_columns, n_columns + n):
             motion.tangent_z[j, column] = 0.0
         if j < n_free or motion.mode[j - n_free] != STICK:
             motion.tangent_z[j, n_columns + j] = 1.0
+    pace = 0.0
+    for k in range(n_harmonics):
+        pace += system.frequency[k] ** 2
+    # The clock turns all waves together: a projection on how they move with it.
+    for j in range(2 * n_harmonics):
+        for k in range(2 * n_harmonics):
+            both = wave_rate(system, motion, j) * wave_rate(system, motion, k)
+            motion.tangent_z[j, n_columns + k] = both / pace
+
+
+@kernel(inline=True)
+def wave_rate(system: BlockSystem, motion: BlockMotion, j: int) -> float:
+    """Rate of a wave: of the cosines, then of the sines."""
+    n = system.frequency.shape[0]
+    if j < n:
+        return -system.frequency[j] * motion.z[n + j]
+    return system.frequency[j - n] * motion.z[j - n]
 
 
 @kernel
-def loop_norm(motion: BlockMotion, n_columns: int) -> float:
-    """Largest row sum of the loop's tangent."""
-    norm = 0.0
+def write_shift(motion: BlockMotion, saved: BlockMotion, shift: Floats) -> None:
+    """Keep how far a state is from an earlier one."""
     for j in range(motion.z.shape[0]):
-        row = 0.0
-        for column in range(n_columns, motion.tangent_z.shape[1]):
-            row += abs(motion.tangent_z[j, column])
-        norm = max(norm, row)
-    return norm
+        shift[j] = motion.z[j] - saved.z[j]
+
+
+@kernel
+def write_turn(motion: BlockMotion, saved: BlockMotion, n_columns: int, loop: Loop) -> None:
+    """Keep what a turn has made of a state and its tangent."""
+    write_shift(motion, saved, loop.moved)
+    for j in range(motion.z.shape[0]):
+        for k in range(motion.z.shape[0]):
+            loop.turn[j, k] = motion.tangent_z[j, n_columns + k]
 
 
 @kernel
@@ -218,7 +236,7 @@ def start_on(
         pace = side * excess_rate(system, motion, work.rates, own, side)
     else:
         pace = -section.mode * landing_rate(system, laws, motion, own)
-    settle(system, motion, work.rates)
+    settle(system, laws, motion, work.rates)
     for column in range(motion.tangent_z.shape[1]):
         start_tangent(section, system, motion, point, column)
     return pace
@@ -311,7 +329,7 @@ def has_arrived(section: Section, motion: BlockMotion, before: int) -> bool:
 def slides_steadily(motion: BlockMotion, work: BlockWork) -> bool:
     """Whether all contacts slip at velocities that change no more."""
     for i in range(motion.mode.shape[0]):
-        if motion.mode[i] == STICK or abs(work.rates[i]) > RECURRENCE:
+        if motion.mode[i] == STICK or abs(work.rates[i]) > AT_REST:
             return False
     return True
 
@@ -328,7 +346,7 @@ def carry(
 ) -> tuple[float, int, np.uint64, float, int]:
     """Follow a motion from a point of a section to the next, left in ``scratch.motion``."""
     # (duration, events, label, margin, status); `itinerary` (phases, n) takes modes while it lasts.
-    motion, directions, long_motion, long_directions, saved, work = scratch
+    motion, directions, long_motion, long_directions, saved, loop, work = scratch
     n, n_columns = motion.mode.shape[0], motion.tangent_z.shape[1]
     own = section.contact
     if own < 0:
@@ -345,7 +363,9 @@ def carry(
     duration = phase = 0.0
     earlier_margin = math.inf
     n_events = instant = quiet = steady = 0
-    looping = False
+    # A state is kept, now and then; two turns from it on, the second with its tangent, may tell.
+    kept, next_look, turn_ends = 0, LONG * n, 0
+    near, growth, looping = math.inf, 1.0, False
     status = TIME_LIMIT
     for _ in range(STEPS_PER_EVENT * (controls.max_events + LONG * n)):
         if slides_for_ever(system, laws, current, work):
@@ -381,7 +401,7 @@ def carry(
         instant = instant + 1 if phase == 0.0 else 0
         phase = 0.0
         before = current.mode[own]
-        if not settle(system, current, work.rates):
+        if not settle(system, laws, current, work.rates):
             if instant > MAX_INSTANT * n:
                 status = UNDECIDED
                 break
@@ -401,29 +421,36 @@ def carry(
             break
         if n_events < LONG * n:
             continue
-        gap = distance(current, saved) if n_events > LONG * n else math.inf
-        if gap < RECURRENCE and not looping:
-            # The state recurs: from here on follow the tangent of the loop as well.
-            copy_state(motion, long_motion)
-            copy_tangents(motion, long_motion, n_columns)
-            current, current_directions = long_motion, long_directions
-            work.watch[0] = 1.0
-        elif gap < RECURRENCE:
-            norm = loop_norm(current, n_columns)
-            if norm < 1.0 and gap < 0.1 * work.margin[0] * (1.0 - norm):
-                status = NEVER_CYCLE
-                break
-        if n_events & (n_events - 1) == 0 or (gap < RECURRENCE and not looping):
-            copy_state(current, saved)
-            looping = looping or gap < RECURRENCE
-            if looping:
-                start_loop_tangent(current, n_columns)
+        if looping:
+            growth = max(growth, row_norm(current.tangent_z[:, n_columns:]))
+            if n_events < turn_ends:
+                continue
+            if distance(current, saved) < math.inf:
+                write_turn(current, saved, n_columns, loop)
+                if settles(loop, work.margin[0] / growth):
+                    status = NEVER_CYCLE
+                    break
+            copy_motion(current, motion)
+            current, current_directions, looping = motion, directions, False
+            work.watch[0] = watching
+            next_look = n_events
+        elif kept > 0:
+            gap = distance(current, saved)
+            if gap < near:
+                write_shift(current, saved, loop.earlier)
+                turn_ends, near, growth = 2 * n_events - kept, 0.5 * gap, 1.0
+                copy_motion(motion, long_motion)
+                current, current_directions, looping = long_motion, long_directions, True
+                start_loop_tangent(system, current, n_columns)
+                copy_motion(current, saved)
                 earlier_margin = min(earlier_margin, work.margin[0])
-                work.margin[0] = math.inf
+                work.margin[0], work.watch[0] = math.inf, 1.0
+        if n_events >= next_look and not looping:
+            copy_motion(current, saved)
+            kept, next_look = n_events, n_events + n_events // 4
     work.watch[0] = watching
     if looping:
-        copy_state(current, motion)
-        copy_tangents(current, motion, n_columns)
+        copy_motion(current, motion)
     margin = min(earlier_margin, work.margin[0])
     if section.period > 0.0:  # where the phase passes 0, the next point jumps
         turns = math.floor(motion.clock[0] / section.period)

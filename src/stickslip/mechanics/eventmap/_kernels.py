@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.mechanics.eventmap.itinerary import GLOBAL_STICK, hashed, mode_code
+from stickslip.mechanics.eventmap.loop import Loop, settles
 from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch
 from stickslip.mechanics.flow.system import (
     ALPHA,
@@ -45,8 +46,6 @@ if TYPE_CHECKING:
 
 # From this many events on a motion is watched for a cycle without global stick.
 LONG = 64
-# A state recurs when it comes back to within this distance (rule 6).
-RECURRENCE = 1e-10
 # Steps without an event, for each event allowed, before a motion is given up.
 STEPS_PER_EVENT = 200
 # Bit set of an event of both blocks.
@@ -55,25 +54,16 @@ BOTH = 3
 
 @kernel
 def copy_motion(source: Motion, target: Motion) -> None:
-    """Copy the state and the tangents into a motion with more columns."""
+    """Copy the state and the tangents that both have columns for."""
     for block in range(2):
         target.w[block] = source.w[block]
         target.e[block] = source.e[block]
         target.w_low[block] = source.w_low[block]
         target.e_low[block] = source.e_low[block]
         target.mode[block] = source.mode[block]
-        for column in range(source.directions.shape[0]):
+        for column in range(min(source.tangent_w.shape[1], target.tangent_w.shape[1])):
             target.tangent_w[block, column] = source.tangent_w[block, column]
             target.tangent_e[block, column] = source.tangent_e[block, column]
-
-
-@kernel
-def save_state(motion: Motion, saved: Motion) -> None:
-    """Keep a state to compare later ones with."""
-    for block in range(2):
-        saved.w[block] = motion.w[block]
-        saved.e[block] = motion.e[block]
-        saved.mode[block] = motion.mode[block]
 
 
 @kernel
@@ -98,6 +88,24 @@ def start_loop_tangent(motion: Motion, n_columns: int) -> None:
         if motion.mode[block] != 0:
             motion.tangent_w[block, n_columns + block] = 1.0
         motion.tangent_e[block, n_columns + 2 + block] = 1.0
+
+
+@kernel
+def write_shift(motion: Motion, saved: Motion, shift: Floats) -> None:
+    """Keep how far a state is from an earlier one."""
+    for block in range(2):
+        shift[block] = motion.w[block] - saved.w[block]
+        shift[2 + block] = motion.e[block] - saved.e[block]
+
+
+@kernel
+def write_turn(motion: Motion, saved: Motion, n_columns: int, loop: Loop) -> None:
+    """Keep what a turn has made of a state and its tangent."""
+    write_shift(motion, saved, loop.moved)
+    for block in range(2):
+        for k in range(4):
+            loop.turn[block, k] = motion.tangent_w[block, n_columns + k]
+            loop.turn[2 + block, k] = motion.tangent_e[block, n_columns + k]
 
 
 @kernel
@@ -160,7 +168,7 @@ def carry(
 ) -> tuple[float, float, int, np.uint64, float, int]:
     """Follow a motion to the next global stick phase."""
     # (value, duration, events, label, margin, status); tangents of the last state stay in `motion`.
-    motion, long_motion, saved, work = scratch
+    motion, long_motion, saved, loop, work = scratch
     n_columns = motion.directions.shape[0]
     onset(system, motion, d)
     watching = work.watch[0]
@@ -177,7 +185,9 @@ def carry(
     duration = phase = 0.0
     earlier_margin = math.inf
     n_events = instant = 0
-    looping = False
+    # A state is kept, now and then; two turns from it on, the second with its tangent, may tell.
+    kept, next_look, turn_ends = 0, LONG, 0
+    near, growth, looping = math.inf, 1.0, False
     before = (1 if motion.mode[0] != 0 else 0) + (2 if motion.mode[1] != 0 else 0)
     status = TIME_LIMIT
     for _ in range(STEPS_PER_EVENT * (controls.max_events + LONG)):
@@ -231,24 +241,33 @@ def carry(
             break
         if n_events < LONG:
             continue
-        gap = distance(current, saved) if n_events > LONG else math.inf
-        if gap < RECURRENCE and not looping:
-            # The state recurs: from here on follow the tangent of the loop as well.
-            copy_motion(motion, long_motion)
-            current = long_motion
-            work.watch[0] = 1.0
-        elif gap < RECURRENCE:
-            norm = loop_norm(current, n_columns)
-            if norm < 1.0 and gap < 0.1 * work.margin[0] * (1.0 - norm):
-                status = NEVER_CYCLE
-                break
-        if n_events & (n_events - 1) == 0 or (gap < RECURRENCE and not looping):
-            save_state(current, saved)
-            looping = looping or gap < RECURRENCE
-            if looping:
+        if looping:
+            growth = max(growth, loop_norm(current, n_columns))
+            if n_events < turn_ends:
+                continue
+            if distance(current, saved) < math.inf:
+                write_turn(current, saved, n_columns, loop)
+                if settles(loop, work.margin[0] / growth):
+                    status = NEVER_CYCLE
+                    break
+            copy_motion(current, motion)
+            current, looping = motion, False
+            work.watch[0] = watching
+            next_look = n_events
+        elif kept > 0:
+            gap = distance(current, saved)
+            if gap < near:
+                write_shift(current, saved, loop.earlier)
+                turn_ends, near, growth = 2 * n_events - kept, 0.5 * gap, 1.0
+                copy_motion(motion, long_motion)
+                current, looping = long_motion, True
                 start_loop_tangent(current, n_columns)
+                copy_motion(current, saved)
                 earlier_margin = min(earlier_margin, work.margin[0])
-                work.margin[0] = math.inf
+                work.margin[0], work.watch[0] = math.inf, 1.0
+        if n_events >= next_look and not looping:
+            copy_motion(current, saved)
+            kept, next_look = n_events, n_events + n_events // 4
     work.watch[0] = watching
     margin = min(earlier_margin, work.margin[0])
     value = math.nan
@@ -257,9 +276,7 @@ def carry(
         low += current.e_low[1] - current.e_low[0]
         value = (gap + low) / (1.0 + 2.0 * system.alpha)
         if looping:
-            for block in range(2):
-                for column in range(n_columns):
-                    motion.tangent_e[block, column] = current.tangent_e[block, column]
+            copy_motion(current, motion)
     return value, duration, n_events, label, margin, status
 
 

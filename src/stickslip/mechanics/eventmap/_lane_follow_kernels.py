@@ -16,6 +16,7 @@ from stickslip.mechanics.eventmap._lane_kernels import (
     COUNT,
     ELAPSED,
     LABEL,
+    Carried,
     Indices,
     carry_block,
     carry_lanes,
@@ -84,6 +85,12 @@ def ask(
     return value, slope, label, n_events, duration, status
 
 
+@kernel(inline=True)
+def each_its_own(batch: Batch) -> Carried:
+    """Models of the motions in slots: the common constants are none of them."""
+    return Carried(constants_at(1.0, 1.0, 1.0, 0.0, 0.0), None, batch.rows)
+
+
 @kernel
 def settle_batch(
     models: ModelTable,
@@ -103,14 +110,13 @@ def settle_batch(
         batch.streams,
         batch.lists,
     )
-    few, common = x.shape[0], constants_at(1.0, 1.0, 1.0, 0.0, 0.0)
+    few, carried = x.shape[0], each_its_own(batch)
     zero, no_slope = np.uint64(0), x[:0]
     for k in range(steps):
         for s in range(m):
             value[s] = x[s]
         carry_block(
-            common,
-            batch.rows,
+            carried,
             b,
             index,
             np.uint64(m),
@@ -157,7 +163,7 @@ def record_batch(
         batch.streams,
         batch.lists,
     )
-    few, common, zero = x.shape[0], constants_at(1.0, 1.0, 1.0, 0.0, 0.0), np.uint64(0)
+    few, carried, zero = x.shape[0], each_its_own(batch), np.uint64(0)
     for s in range(m):
         i = orbit[s]
         batch.point[i - at, 0] = x[s]
@@ -167,8 +173,7 @@ def record_batch(
         for s in range(m):
             value[s] = x[s]
         carry_block(
-            common,
-            batch.rows,
+            carried,
             b,
             index,
             np.uint64(m),
@@ -263,7 +268,7 @@ def iterate_lanes(
         for k in range(orbits.shape[1] - 1):
             for i in range(n):
                 column[i] = orbits[at + i, k]
-            carry_lanes(row, streams, index, column, no_slope, 0, n, controls.max_events)
+            carry_lanes(row, None, streams, index, column, no_slope, 0, n, controls.max_events)
             for i in range(n):
                 d, value = orbits[at + i, k], column[i]
                 if math.isnan(d) or math.isinf(value):

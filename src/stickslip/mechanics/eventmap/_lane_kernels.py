@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,17 +20,28 @@ from stickslip.mechanics.eventmap.itinerary import hashed
 from stickslip.mechanics.flow._lane_kernels import (
     NEAR,
     CoulombConstants,
+    Pair,
+    Slip,
+    belt_modes,
+    belt_of,
+    blocks_of,
     clearance,
     constants_of_row,
     contact_ahead,
+    difference,
     dip,
     drawn,
     fall,
     falls_to_zero,
     half_angle,
+    largest_share,
+    modes_of,
     modes_polished,
     modes_turned,
+    overload,
     safe_reach,
+    shares,
+    slip_of,
     slip_turned,
     smooth_share,
 )
@@ -85,6 +97,14 @@ POLISHED = 4e-6
 POLISHED_LANDING = 3e-4
 
 
+class Carried(NamedTuple):
+    """Models of the motions of a block."""
+
+    common: CoulombConstants
+    pair: Pair | None
+    rows: Floats  # the common row, or a column for each motion
+
+
 @kernel(inline=True, fused=True)
 def constants_of(
     common: CoulombConstants, rows: Floats, b: Floats, k: np.uint64
@@ -125,43 +145,41 @@ def load_constants(
 
 
 @kernel(inline=True, fused=True)
-def release_guess(constants: CoulombConstants, longest: float, gain: float, room: float) -> float:
+def release_guess(slip: Slip, longest: float, gain: float, room: float) -> float:
     """About when a rider's force that gains `gain` in the time `longest` has gained `room`."""
     inverse = 1.0 / gain
     share = room * inverse
     smooth = smooth_share(share)
-    steady = constants.V * longest * inverse
+    steady = slip.loading_b * longest * inverse
     steady = steady if steady < 1.0 else 1.0
     return longest * (smooth + steady * (share - smooth))
 
 
 @kernel(fused=True)
-def onset_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) -> None:
+def onset_pass(carried: Carried, b: Floats, n: np.uint64) -> None:
     """Begin the first slips of the starts in ONE_VALUE: many return at once, with a value."""
     wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
-            constants = constants_of(common, rows, b, k)
+            constants = constants_of(carried.common, carried.rows, b, k)
             d = b[ONE_VALUE + k]
             d = d if d > -constants.end else -constants.end
             d = d if d < constants.end else constants.end
-            spread = constants.spread * d
-            lead = constants.limit_1 + spread - constants.limit_2
+            slip = slip_of(constants, carried.pair, True)
+            lead = slip.first_rider + slip.first_slope * d - slip.limit_b
             first = lead < 0.0
-            rider = constants.limit_1 + spread if first else constants.limit_2 - spread
-            limit = constants.limit_1 if first else constants.limit_2
-            limit_b = constants.limit_2 if first else constants.limit_1
+            slip = slip_of(constants, carried.pair, first)
+            rider = slip.first_rider + slip.first_slope * d
+            limit, limit_b, friction = slip.limit, slip.limit_b, slip.friction
             rider = rider if rider > -limit_b else -limit_b
-            friction = constants.friction_1 if first else constants.friction_2
-            gain = constants.first_gain_1 if first else constants.first_gain_2
+            gain = slip.first_gain
             excess = rider + gain - limit_b
             unclear = abs(lead) < constants.near or abs(excess) < constants.near
             unclear = unclear or limit - friction < constants.near
             kind = UNDECIDED if unclear else (FREED if excess > 0.0 else RETURNED)
-            value = (rider + gain - (2.0 * friction - limit)) * constants.narrow
-            value = value if first else -value
+            value = difference(constants, carried.pair, first, rider + gain, 2.0 * friction - limit)
             b[ONE_VALUE + k] = value if kind == RETURNED else math.nan
             b[ONE_SLOPE + k] = 1.0 if kind == RETURNED else math.nan
             b[ONE_KIND + k] = kind
@@ -169,54 +187,52 @@ def onset_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) 
             b[ONE_FIRST + k] = 1.0 if first else 0.0
             b[ONE_FORCE + k] = limit
             b[ONE_RIDER + k] = rider
-            t = constants.first_time_1 if first else constants.first_time_2
             b[ONE_SIGN + k] = 1.0
-            b[ONE_TIME + k] = t
-            b[ONE_GUESS + k] = release_guess(constants, t, gain, limit_b - rider)
+            b[ONE_TIME + k] = slip.first_time
+            b[ONE_GUESS + k] = release_guess(slip, slip.first_time, gain, limit_b - rider)
             b[ONE_D_GAP + k] = 0.0
             b[ONE_D_FORCE + k] = 0.0
-            b[ONE_D_RIDER + k] = constants.spread if first else -constants.spread
+            b[ONE_D_RIDER + k] = slip.first_slope
         base += STEP
 
 
 @kernel(fused=True)
-def return_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) -> None:
+def return_pass(carried: Carried, b: Floats, n: np.uint64) -> None:
     """Carry slips of one block to its return, or find that its rider leaves before."""
     wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
-            constants = constants_of(common, rows, b, k)
+            constants = constants_of(carried.common, carried.rows, b, k)
             gap = b[ONE_GAP + k]
             sign = b[ONE_SIGN + k]
             first = b[ONE_FIRST + k] > 0.5
             force = b[ONE_FORCE + k]
             rider = b[ONE_RIDER + k]
-            friction = constants.friction_1 if first else constants.friction_2
-            limit = constants.limit_1 if first else constants.limit_2
-            limit_b = constants.limit_2 if first else constants.limit_1
+            slip = slip_of(constants, carried.pair, first)
+            limit, limit_b, friction = slip.limit, slip.limit_b, slip.friction
             backward = sign > 0.0
             rate = sign * force - friction
-            pull = drawn(constants, sign, gap)
+            pull = drawn(slip, sign, gap)
             square = rate * rate + gap * pull
             end = math.sqrt(square if square > 0.0 else 0.0)
-            y, x = half_angle(constants, gap, rate, pull, end)
+            y, x = half_angle(slip, gap, rate, pull, end)
             angle = 2.0 * upper_angle(y, x)
-            t = angle * constants.unit + angle * constants.unit_low
+            t = angle * slip.unit + angle * slip.unit_low
             pull = friction - end
             force_end = sign * pull
-            steady = constants.V * t
-            slid = -sign * (end + rate) - steady
-            slid = slid * constants.compliance + slid * constants.compliance_low
-            gain = steady - constants.alpha * slid
-            clear = NEAR * (rate * rate + gap * (2.0 * constants.V + constants.stiffness * gap))
+            slid = -sign * (end + rate) - slip.loading * t
+            slid = slid * slip.compliance + slid * slip.compliance_low
+            steady = slip.loading_b * t
+            gain = steady - slip.coupling * slid
+            clear = NEAR * (rate * rate + gap * (2.0 * slip.loading + slip.stiffness * gap))
             room = limit_b - rider
             # Without a return the rider leaves after about the time of steady sliding.
             for_ever = backward and square < -clear
-            longest = 2.0 * room / constants.ride_time if for_ever else t
+            longest = 2.0 * room / slip.ride_time if for_ever else t
             gained = 2.0 * room if for_ever else gain
-            guess = release_guess(constants, longest, gained, room)
+            guess = release_guess(slip, longest, gained, room)
             frees = backward and gained > room + constants.near
             # Loaded forward, the rider's force may turn: often two straight lines bound it.
             lowest = gain - steady
@@ -232,8 +248,7 @@ def return_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64)
             kind = FREED if frees else (kind if rides or not backward else UNDECIDED)
             kind = kind if square > clear or (for_ever and frees) else UNDECIDED
             turns = not backward and not inside and kind != UNDECIDED
-            value = (rider + gain - force_end) * constants.narrow
-            value = value if first else -value
+            value = difference(constants, carried.pair, first, rider + gain, force_end)
             b[ONE_KIND + k] = kind
             b[ONE_TURNS + k] = 1.0 if turns else 0.0
             b[ONE_VALUE + k] = value if kind == RETURNED else math.nan
@@ -245,23 +260,23 @@ def return_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64)
 
 
 @kernel(fused=True)
-def turning_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) -> None:
+def turning_pass(carried: Carried, b: Floats, n: np.uint64) -> None:
     """Find which riders whose force turns, ONE_TURNS, reach their lower limit meanwhile."""
     wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
-            constants = constants_of(common, rows, b, k)
+            constants = constants_of(carried.common, carried.rows, b, k)
             first = b[ONE_FIRST + k] > 0.5
             rider = b[ONE_RIDER + k]
-            friction = constants.friction_1 if first else constants.friction_2
-            limit_b = constants.limit_2 if first else constants.limit_1
-            rate = -b[ONE_FORCE + k] - friction
-            end = b[ONE_FORCE_END + k] + friction
+            slip = slip_of(constants, carried.pair, first)
+            limit_b = slip.limit_b
+            rate = -b[ONE_FORCE + k] - slip.friction
+            end = b[ONE_FORCE_END + k] + slip.friction
             t = b[ONE_TIME + k]
             gain = b[ONE_RIDER_END + k] - rider
-            rise, high, turn, low = dip(constants, b[ONE_GAP + k], rate, end, t, gain)
+            rise, high, turn, low = dip(slip, b[ONE_GAP + k], rate, end, t, gain)
             room = limit_b - rider - constants.near
             rides = high < room and gain < room and rider + low > constants.near - limit_b
             drops = high < room and rider + low < -limit_b - constants.near
@@ -278,21 +293,21 @@ def turning_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64
 
 
 @kernel(fused=True)
-def return_slopes(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) -> None:
+def return_slopes(carried: Carried, b: Floats, n: np.uint64) -> None:
     """Carry derivatives through slips that return (saltation at the landing)."""
     wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
-            constants = constants_of(common, rows, b, k)
+            constants = constants_of(carried.common, carried.rows, b, k)
             gap = b[ONE_GAP + k]
             sign = b[ONE_SIGN + k]
             first = b[ONE_FIRST + k] > 0.5
-            friction = constants.friction_1 if first else constants.friction_2
-            rate = sign * b[ONE_FORCE + k] - friction
-            end = friction - sign * b[ONE_FORCE_END + k]
-            y, x = half_angle(constants, gap, rate, drawn(constants, sign, gap), end)
+            slip = slip_of(constants, carried.pair, first)
+            rate = sign * b[ONE_FORCE + k] - slip.friction
+            end = slip.friction - sign * b[ONE_FORCE_END + k]
+            y, x = half_angle(slip, gap, rate, drawn(slip, sign, gap), end)
             share = 1.0 / (x * x + y * y)
             c = (x * x - y * y) * share
             s = 2.0 * x * y * share
@@ -300,15 +315,12 @@ def return_slopes(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint6
             d_gap = b[ONE_D_GAP + k]
             d_force = b[ONE_D_FORCE + k]
             d_rate = sign * d_force
-            d_time = (d_gap * c + d_rate * s * constants.unit) * slow
-            d_end = (
-                rate * d_rate + (constants.stiffness * gap - sign * constants.V) * d_gap
-            ) * slow
+            d_time = (d_gap * c + d_rate * s * slip.unit) * slow
+            d_end = (rate * d_rate + (slip.stiffness * gap - sign * slip.loading) * d_gap) * slow
             d_force_end = -sign * d_end
-            d_gain = constants.ride_time * d_time - constants.ride_force * (d_force_end - d_force)
+            d_gain = slip.ride_time * d_time - slip.ride_force * (d_force_end - d_force)
             d_rider_end = b[ONE_D_RIDER + k] + d_gain
-            slope = (d_rider_end - d_force_end) * constants.narrow
-            slope = slope if first else -slope
+            slope = difference(constants, carried.pair, first, d_rider_end, d_force_end)
             b[ONE_D_FORCE_END + k] = d_force_end
             b[ONE_D_RIDER_END + k] = d_rider_end
             b[ONE_SLOPE + k] = slope if b[ONE_KIND + k] == RETURNED else math.nan
@@ -316,7 +328,7 @@ def return_slopes(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint6
 
 
 @kernel(fused=True)
-def release_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) -> None:
+def release_pass(carried: Carried, b: Floats, n: np.uint64) -> None:
     """Slips up to FREED_TIME, at which the rider reaches a limit: the upper one if backward."""
     # Its force changes one way between the ends of the search: Halley's method from a good guess.
     wide_vectors()
@@ -324,36 +336,34 @@ def release_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
-            constants = constants_of(common, rows, b, k)
+            constants = constants_of(carried.common, carried.rows, b, k)
             sign = b[FREED_SIGN + k]
             first = b[FREED_FIRST + k] > 0.5
-            friction = constants.friction_1 if first else constants.friction_2
-            target = sign * (constants.limit_2 if first else constants.limit_1)
-            rate = sign * b[FREED_FORCE + k] - friction
+            slip = slip_of(constants, carried.pair, first)
+            target = sign * slip.limit_b
+            rate = sign * b[FREED_FORCE + k] - slip.friction
             gap = b[FREED_GAP + k]
-            pull = sign * constants.V - gap - constants.alpha * gap
+            pull = sign * slip.loading - gap - slip.alpha * gap
             room = target - b[FREED_RIDER + k]
             longest = b[FREED_TIME + k]
             t = b[FREED_GUESS + k]
-            turning = sign * constants.alpha
+            turning = sign * slip.coupling
             step = gap_now = rate_now = speed = 0.0
             for _ in range(RELEASE_STEPS):
                 t = t - step
                 t = t if t > 0.0 else 0.0
                 t = t if t < longest else longest
-                s, v = slip_turned(constants, t)
-                gained = pull * s - rate * (v + constants.alpha * v)
+                s, v = slip_turned(slip, t)
+                gained = pull * s - rate * (v + slip.alpha * v)
                 rate_now = rate + gained
                 gap_now = gap + (rate * s + pull * v)
-                short = constants.V * t - room
-                slid = (short + constants.V * t) - sign * gained
-                excess = (short + constants.alpha * slid) * constants.compliance
-                speed = constants.V + turning * gap_now
+                excess = overload(slip, carried.pair, t, sign * gained, room) * slip.compliance
+                speed = slip.loading_b + turning * gap_now
                 step = excess * speed / (speed * speed - 0.5 * excess * turning * rate_now)
-            pull = sign * constants.V - constants.stiffness * gap_now
+            pull = sign * slip.loading - slip.stiffness * gap_now
             gap_end = gap_now - step * (rate_now - 0.5 * step * pull)
-            rate_end = rate_now - step * (pull + 0.5 * step * constants.stiffness * rate_now)
-            force_end = sign * (friction + rate_end)
+            rate_end = rate_now - step * (pull + 0.5 * step * slip.stiffness * rate_now)
+            force_end = sign * (slip.friction + rate_end)
             found = abs(step) < POLISHED and sign * speed > 0.0
             b[FREED_TIME + k] = t - step
             b[START_W + k] = -sign * gap_end if found else math.nan
@@ -366,36 +376,36 @@ def release_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64
 
 
 @kernel(fused=True)
-def release_slopes(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) -> None:
+def release_slopes(carried: Carried, b: Floats, n: np.uint64) -> None:
     """Carry derivatives through slips whose rider was freed."""
     wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
-            constants = constants_of(common, rows, b, k)
+            constants = constants_of(carried.common, carried.rows, b, k)
             sign = b[FREED_SIGN + k]
             first = b[FREED_FIRST + k] > 0.5
-            friction = constants.friction_1 if first else constants.friction_2
+            slip = slip_of(constants, carried.pair, first)
             gap = -sign * b[START_W + k]
-            rate = sign * (b[START_E1 + k] if first else b[START_E2 + k]) - friction
-            s, c = turned(constants.frequency * b[FREED_TIME + k])
-            d_swing = constants.frequency * b[FREED_D_GAP + k]
+            rate = sign * (b[START_E1 + k] if first else b[START_E2 + k]) - slip.friction
+            s, c = turned(slip.frequency * b[FREED_TIME + k])
+            d_swing = slip.frequency * b[FREED_D_GAP + k]
             d_rate = sign * b[FREED_D_FORCE + k]
             d_swing_now = d_swing * c + d_rate * s
             d_rate_now = d_rate * c - d_swing * s
-            d_rider = b[FREED_D_RIDER + k] - sign * constants.ride_force * (d_rate_now - d_rate)
-            shift = -d_rider / (constants.V + sign * constants.alpha * gap)
-            pull = sign * constants.V - constants.stiffness * gap
+            d_rider = b[FREED_D_RIDER + k] - sign * slip.ride_force * (d_rate_now - d_rate)
+            shift = -d_rider / (slip.loading_b + sign * slip.coupling * gap)
+            pull = sign * slip.loading - slip.stiffness * gap
             d_force = sign * (d_rate_now + pull * shift)
-            b[TWO_D_W + k] = -sign * (d_swing_now * constants.unit + rate * shift)
+            b[TWO_D_W + k] = -sign * (d_swing_now * slip.unit + rate * shift)
             b[TWO_D_E1 + k] = d_force if first else 0.0
             b[TWO_D_E2 + k] = 0.0 if first else d_force
         base += STEP
 
 
 @kernel(fused=True)
-def start_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) -> None:
+def start_pass(carried: Carried, b: Floats, n: np.uint64) -> None:
     """Begin of slips of both blocks, TWO_FRESH of which (-1 or 1) from rest, and a first step."""
     # Divided by time the distance of the latter is at least ``f' - m t / 2``: no root until 2 f' /
     # m.
@@ -404,26 +414,31 @@ def start_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) 
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
-            constants = constants_of(common, rows, b, k)
+            constants = constants_of(carried.common, carried.rows, b, k)
             fresh = b[TWO_FRESH + k]
             w = b[START_W + k]
             m_1 = b[TWO_MODE_1 + k]
             m_2 = b[TWO_MODE_2 + k]
             pull_1 = -m_1 * constants.friction_1 - b[START_E1 + k]
             pull_2 = -m_2 * constants.friction_2 - b[START_E2 + k]
-            sum_w = w + 2.0 * constants.V
-            sum_pull = pull_1 + pull_2
-            gap_w = -fresh * w
-            gap_pull = pull_2 - pull_1
+            of_sum, of_gap = shares(carried.pair, -fresh)
+            belt_sum, belt_gap = belt_modes(constants, carried.pair)
+            sum_w, gap_w = of_sum * w + belt_sum, of_gap * w + belt_gap
+            sum_pull, gap_pull = modes_of(carried.pair, pull_1, pull_2)
             swing_1 = math.sqrt(sum_w * sum_w + sum_pull * sum_pull)
             swing_2 = math.sqrt(gap_w * gap_w + gap_pull * gap_pull * constants.narrow)
-            bound_2 = 0.5 * (swing_1 + constants.spread * swing_2)
-            bound_4 = 0.5 * (swing_1 + constants.spread * constants.spread * swing_2)
+            half = 0.5 * largest_share(carried.pair)
+            bound_2 = half * (swing_1 + constants.spread * swing_2)
+            bound_4 = half * (swing_1 + constants.spread * constants.spread * swing_2)
             own, other = (m_2, m_1) if fresh > 0.0 else (m_1, m_2)
-            _, f_1, f_2, f_3 = clearance(constants, own, fresh, sum_w, sum_pull, gap_w, gap_pull)
+            _, f_1, f_2, f_3, _ = clearance(
+                constants, carried.pair, own, fresh, sum_w, sum_pull, gap_w, gap_pull
+            )
             h = 1.25 * f_1 / fall(constants, f_2, f_3, bound_2, bound_4)
             leaves = f_1 > 1e-6
-            f, f_1, f_2, f_3 = clearance(constants, other, -fresh, sum_w, sum_pull, gap_w, gap_pull)
+            f, f_1, f_2, f_3, _ = clearance(
+                constants, carried.pair, other, -fresh, sum_w, sum_pull, gap_w, gap_pull
+            )
             reach = safe_reach(constants, f, f_1, fall(constants, f_2, f_3, bound_2, bound_4))
             h = h if h < reach else reach
             h = h if leaves else math.nan
@@ -441,7 +456,7 @@ def start_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) 
 
 
 @kernel(fused=True)
-def step_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) -> None:
+def step_pass(carried: Carried, b: Floats, n: np.uint64) -> None:
     """Carry slips of both blocks as far as bounds prove that neither touches the belt."""
     # TWO_LANDS: the block (-1, 1) proved to land next, 0 none, `UNDECIDED` next to a touch; it
     # stays.
@@ -450,18 +465,18 @@ def step_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) -
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
-            constants = constants_of(common, rows, b, k)
+            constants = constants_of(carried.common, carried.rows, b, k)
             sum_w = b[TWO_SUM_W + k]
             sum_pull = b[TWO_SUM_PULL + k]
             gap_w = b[TWO_GAP_W + k]
             gap_pull = b[TWO_GAP_PULL + k]
             bound_2 = b[TWO_BOUND_2 + k]
             bound_4 = b[TWO_BOUND_4 + k]
-            f, f_1, f_2, f_3 = clearance(
-                constants, b[TWO_MODE_1 + k], -1.0, sum_w, sum_pull, gap_w, gap_pull
+            f, f_1, f_2, f_3, _ = clearance(
+                constants, carried.pair, b[TWO_MODE_1 + k], -1.0, sum_w, sum_pull, gap_w, gap_pull
             )
-            g, g_1, g_2, g_3 = clearance(
-                constants, b[TWO_MODE_2 + k], 1.0, sum_w, sum_pull, gap_w, gap_pull
+            g, g_1, g_2, g_3, _ = clearance(
+                constants, carried.pair, b[TWO_MODE_2 + k], 1.0, sum_w, sum_pull, gap_w, gap_pull
             )
             reach_f = safe_reach(constants, f, f_1, fall(constants, f_2, f_3, bound_2, bound_4))
             reach_g = safe_reach(constants, g, g_1, fall(constants, g_2, g_3, bound_2, bound_4))
@@ -488,14 +503,14 @@ def step_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) -
 
 
 @kernel(fused=True)
-def landing_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) -> None:
+def landing_pass(carried: Carried, b: Floats, n: np.uint64) -> None:
     """Carry slips of both blocks to the landing of END_LANDS at END_TIME; NEXT_MODE is its mode."""
     wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
-            constants = constants_of(common, rows, b, k)
+            constants = constants_of(carried.common, carried.rows, b, k)
             sum_w = b[END_SUM_W + k]
             sum_pull = b[END_SUM_PULL + k]
             gap_w = b[END_GAP_W + k]
@@ -505,21 +520,25 @@ def landing_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64
             side = b[END_LANDS + k]
             second = side > 0.0
             own, other = (m_2, m_1) if second else (m_1, m_2)
-            f, f_1, f_2, f_3 = clearance(constants, own, side, sum_w, sum_pull, gap_w, gap_pull)
-            f_4 = 0.5 * own * (sum_w + side * constants.spread * constants.spread * gap_w)
+            f, f_1, f_2, f_3, f_4 = clearance(
+                constants, carried.pair, own, side, sum_w, sum_pull, gap_w, gap_pull
+            )
             t = contact_ahead(f, f_1, f_2, f_3, f_4)
             sum_w, sum_pull, gap_w, gap_pull = modes_turned(
                 constants, t, sum_w, sum_pull, gap_w, gap_pull
             )
-            f, f_1, f_2, f_3 = clearance(constants, own, side, sum_w, sum_pull, gap_w, gap_pull)
-            f_4 = 0.5 * own * (sum_w + side * constants.spread * constants.spread * gap_w)
+            f, f_1, f_2, f_3, f_4 = clearance(
+                constants, carried.pair, own, side, sum_w, sum_pull, gap_w, gap_pull
+            )
             rest = contact_ahead(f, f_1, f_2, f_3, f_4)
             sum_w, sum_pull, gap_w, gap_pull = modes_polished(
                 constants, rest, sum_w, sum_pull, gap_w, gap_pull
             )
-            e_1 = -m_1 * constants.friction_1 - 0.5 * (sum_pull - gap_pull)
-            e_2 = -m_2 * constants.friction_2 - 0.5 * (sum_pull + gap_pull)
-            w = 0.5 * (sum_w - side * gap_w) - constants.V
+            pull_1, pull_2 = blocks_of(carried.pair, sum_pull, gap_pull)
+            e_1 = -m_1 * constants.friction_1 - pull_1
+            e_2 = -m_2 * constants.friction_2 - pull_2
+            of_sum, of_gap = shares(carried.pair, -side)
+            w = 0.5 * (of_sum * sum_w + of_gap * gap_w) - belt_of(constants, carried.pair, -side)
             limit = constants.limit_2 if second else constants.limit_1
             force = e_2 if second else e_1
             sticks = abs(force) < limit - constants.near
@@ -538,14 +557,14 @@ def landing_pass(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64
 
 
 @kernel(fused=True)
-def landing_slopes(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint64) -> None:
+def landing_slopes(carried: Carried, b: Floats, n: np.uint64) -> None:
     """Carry derivatives through slips of both blocks to a landing, in END_D (saltation)."""
     wide_vectors()
     base = ZERO
     while base < n:
         for lane in range(LANES):
             k = base + np.uint64(lane)
-            constants = constants_of(common, rows, b, k)
+            constants = constants_of(carried.common, carried.rows, b, k)
             side = b[END_LANDS + k]
             fresh = b[END_FRESH + k]
             w = b[NEXT_W + k]
@@ -556,19 +575,27 @@ def landing_slopes(common: CoulombConstants, rows: Floats, b: Floats, n: np.uint
             d_e2 = b[END_D_E2 + k]
             t = b[END_TIME + k]
             s, c = turned(t)
-            d_sum_w = d_w * c - (d_e1 + d_e2) * s
-            d_sum_e = (d_e1 + d_e2) * c + d_w * s
+            d_sum, d_gap = modes_of(carried.pair, d_e1, d_e2)
+            of_sum, of_gap = shares(carried.pair, -fresh)
+            w_sum, w_gap = of_sum * d_w, of_gap * d_w
+            d_sum_w, d_sum_e = w_sum * c - d_sum * s, d_sum * c + w_sum * s
             s, c = turned(constants.beat * t)
             s = s * constants.beat
-            d_gap_w = -fresh * d_w * c - (d_e2 - d_e1) * (s * constants.narrow)
-            d_gap_e = (d_e2 - d_e1) * c - fresh * d_w * s
-            shift = -(d_sum_w + side * d_gap_w) / (sum_pull + side * gap_pull)
-            rate_1 = constants.V + (-constants.alpha if side < 0.0 else constants.stiffness) * w
-            rate_2 = constants.V + (constants.stiffness if side < 0.0 else -constants.alpha) * w
-            d_w = 0.5 * (d_sum_w - side * d_gap_w) + 0.5 * (sum_pull - side * gap_pull) * shift
-            b[END_D_W + k] = d_w
-            b[END_D_E1 + k] = 0.5 * (d_sum_e - d_gap_e) + rate_1 * shift
-            b[END_D_E2 + k] = 0.5 * (d_sum_e + d_gap_e) + rate_2 * shift
+            d_gap_w = w_gap * c - d_gap * (s * constants.narrow)
+            d_gap_e = d_gap * c + w_gap * s
+            of_sum, of_gap = shares(carried.pair, side)
+            rate = of_sum * sum_pull + of_gap * gap_pull
+            shift = -(of_sum * d_sum_w + of_gap * d_gap_w) / rate
+            one = slip_of(constants, carried.pair, True)
+            two = slip_of(constants, carried.pair, False)
+            rate_1 = one.loading + (-one.coupling if side < 0.0 else one.stiffness) * w
+            rate_2 = two.loading + (two.stiffness if side < 0.0 else -two.coupling) * w
+            of_sum, of_gap = shares(carried.pair, -side)
+            d_w = 0.5 * (of_sum * d_sum_w + of_gap * d_gap_w)
+            b[END_D_W + k] = d_w + 0.5 * (of_sum * sum_pull + of_gap * gap_pull) * shift
+            d_e1, d_e2 = blocks_of(carried.pair, d_sum_e, d_gap_e)
+            b[END_D_E1 + k] = d_e1 + rate_1 * shift
+            b[END_D_E2 + k] = d_e2 + rate_2 * shift
         base += STEP
 
 
@@ -708,8 +735,7 @@ def stick_one(b: Floats, index: Indices, n: np.uint64, at: np.uint64) -> np.uint
 
 @kernel(fused=True)
 def slip_together(
-    common: CoulombConstants,
-    rows: Floats,
+    carried: Carried,
     b: Floats,
     index: Indices,
     n: np.uint64,
@@ -719,7 +745,7 @@ def slip_together(
     """Step slips of both blocks until each is proved to land; they gather in the END list."""
     n_ended = ZERO
     for steps in range(MAX_STEPS):
-        step_pass(common, rows, b, n)
+        step_pass(carried, b, n)
         if steps < FIRST_STEPS - 1:
             continue
         going = ended = ZERO
@@ -739,7 +765,7 @@ def slip_together(
         n = going
         if n == ZERO:
             break
-        load_constants(rows, index, WHO_TWO, n, start, OF_STEPS, b)
+        load_constants(carried.rows, index, WHO_TWO, n, start, OF_STEPS, b)
     return n_ended
 
 
@@ -801,8 +827,7 @@ def trace_landings(b: Floats, index: Indices, n: np.uint64) -> None:
 
 @kernel(fused=True)
 def carry_block(
-    common: CoulombConstants,
-    rows: Floats,
+    carried: Carried,
     b: Floats,
     index: Indices,
     n: np.uint64,
@@ -820,8 +845,8 @@ def carry_block(
         k = np.uint64(i)
         b[ONE_VALUE + k] = value[start + k]
         index[WHO_ONE + k] = k
-    load_constants(rows, index, WHO_ONE, n, start, OF_ONSETS, b)
-    onset_pass(common, rows, b, n)
+    load_constants(carried.rows, index, WHO_ONE, n, start, OF_ONSETS, b)
+    onset_pass(carried, b, n)
     for i in range(n):
         k = np.uint64(i)
         value[start + k] = b[ONE_VALUE + k]
@@ -837,12 +862,12 @@ def carry_block(
             return
         crossed = ZERO
         if lap > 0:
-            load_constants(rows, index, WHO_ONE, n_one, start, OF_SLIPS, b)
-            return_pass(common, rows, b, n_one)
+            load_constants(carried.rows, index, WHO_ONE, n_one, start, OF_SLIPS, b)
+            return_pass(carried, b, n_one)
             if pick(b, ONE_TURNS, 1.0, n_one, index, PICKED) > ZERO:
-                turning_pass(common, rows, b, n_one)
+                turning_pass(carried, b, n_one)
             if slopes:
-                return_slopes(common, rows, b, n_one)
+                return_slopes(carried, b, n_one)
             if lap < believed:
                 leave(b, index, n_one, value, slope, start)
         if traced:
@@ -850,24 +875,24 @@ def carry_block(
         n_freed = pick(b, ONE_KIND, FREED, n_one, index, PICKED)
         move(b, ONE_GAP, FREED_GAP, FREED_ALL if slopes else FREED_VALUES, index, PICKED, n_freed)
         move_who(index, WHO_ONE, WHO_TWO, PICKED, n_freed)
-        load_constants(rows, index, WHO_TWO, n_freed, start, OF_SLIPS, b)
-        release_pass(common, rows, b, n_freed)
+        load_constants(carried.rows, index, WHO_TWO, n_freed, start, OF_SLIPS, b)
+        release_pass(carried, b, n_freed)
         if slopes:
-            release_slopes(common, rows, b, n_freed)
+            release_slopes(carried, b, n_freed)
         if traced:
             trace_freed(b, index, n_freed)
         if lap > 0:
             crossed = cross_one(b, index, n_one)
         cross_two(b, index, n_crossing, n_freed)
         n_two = n_freed + n_crossing
-        load_constants(rows, index, WHO_TWO, n_two, start, OF_STARTS, b)
-        start_pass(common, rows, b, n_two)
+        load_constants(carried.rows, index, WHO_TWO, n_two, start, OF_STARTS, b)
+        start_pass(carried, b, n_two)
         streams = TWO_ALL if slopes else TWO_VALUES
-        n_ended = slip_together(common, rows, b, index, n_two, start, streams)
-        load_constants(rows, index, WHO_END, n_ended, start, OF_LANDINGS, b)
-        landing_pass(common, rows, b, n_ended)
+        n_ended = slip_together(carried, b, index, n_two, start, streams)
+        load_constants(carried.rows, index, WHO_END, n_ended, start, OF_LANDINGS, b)
+        landing_pass(carried, b, n_ended)
         if slopes:
-            landing_slopes(common, rows, b, n_ended)
+            landing_slopes(carried, b, n_ended)
         if traced:
             trace_landings(b, index, n_ended)
         n_one = stick_one(b, index, n_ended, crossed)
@@ -883,6 +908,7 @@ def carry_block(
 @kernel(fused=True)
 def carry_lanes(
     row: Floats,
+    pair: Pair | None,
     b: Floats,
     index: Indices,
     value: Floats,
@@ -892,10 +918,8 @@ def carry_lanes(
     max_events: int,
 ) -> None:
     """Turn starts into values: NaN asks the exact engine, inf: no return within `max_events`."""
-    constants = constants_of_row(row)
+    carried = Carried(constants_of_row(row), pair, row)
     few = max_events // EVENTS_PER_LANE
     for at in range(start, stop, BLOCK):
         n = np.uint64(min(BLOCK, stop - at))
-        carry_block(
-            constants, row, b, index, n, value, slope, np.uint64(at), max_events, few, False
-        )
+        carry_block(carried, b, index, n, value, slope, np.uint64(at), max_events, few, False)

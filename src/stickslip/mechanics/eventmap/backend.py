@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from stickslip.mechanics.eventmap.itinerary import itinerary_text
+from stickslip.mechanics.eventmap.loop import new_loop
 from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch, new_outputs
 from stickslip.mechanics.flow.engine import (
     Engine,
@@ -155,5 +156,6 @@ def new_scratch(engine: Engine, n_columns: int) -> Scratch:
         new_motion(n_columns, n_law),
         new_motion(n_columns + 4, n_law),
         new_motion(0, n_law),
+        new_loop(4),
         engine.new_work(),
     )

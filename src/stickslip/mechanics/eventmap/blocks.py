@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.mechanics.eventmap.itinerary import SYMBOLS
+from stickslip.mechanics.eventmap.loop import new_loop
 from stickslip.mechanics.eventmap.records import (
     BlockScratch,
     Controls,
@@ -126,21 +127,22 @@ class BlocksBackend:
 
     def _scratch(self, directions: BlockDirections) -> BlockScratch:
         """Work arrays for this thread, with a tangent column for each direction."""
-        n, count = self.model.n_blocks, len(directions.varies)
+        count, system = len(directions.varies), self.engine.system
+        n = len(system.constant) - len(system.mass)  # numbers of a state
         held: dict[int, BlockScratch] = self._local.__dict__.setdefault("scratch", {})
         if count not in held:
-            system = self.engine.system
             held[count] = BlockScratch(
                 new_block_motion(system, count),
                 directions,
-                new_block_motion(system, count + 2 * n),
-                widened(directions, 2 * n),
+                new_block_motion(system, count + n),
+                widened(directions, n),
                 new_block_motion(system, 0),
+                new_loop(n),
                 self.engine.new_work(),
             )
         scratch = held[count]
         if scratch.directions is not directions:
-            wide = widened(directions, 2 * n)
+            wide = widened(directions, n)
             scratch = held[count] = scratch._replace(directions=directions, long_directions=wide)
         return scratch
 

@@ -9,10 +9,24 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.analysis.maps.derived import LineMap
-from stickslip.checks import MOST_STEPS, Many, one_of, parameter_name, shown, whole_number
+from stickslip.checks import (
+    MOST_STEPS,
+    Many,
+    finite_number,
+    one_of,
+    parameter_name,
+    real_numbers,
+    shown,
+    whole_number,
+)
 from stickslip.mechanics.eventmap.backend import Backend, ScalarBackend
 from stickslip.mechanics.eventmap.blocks import BlocksBackend
-from stickslip.mechanics.eventmap.lanes import LaneBackend, PoolBackend, lanes_serve
+from stickslip.mechanics.eventmap.lanes import (
+    EqualLaneBackend,
+    LaneBackend,
+    PoolBackend,
+    lanes_serve,
+)
 from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.eventmap.result import EventMapResult
 from stickslip.mechanics.flow.engine import (
@@ -27,6 +41,7 @@ from stickslip.mechanics.friction.series import law_series
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.arrays import Floats
 from stickslip.numerics.targets import available_threads
+from stickslip.status import OK
 
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Mechanism
@@ -251,6 +266,16 @@ class ModelMap:
         shape = points.shape[: points.ndim - len(self._cell)]
         return np.array(texts).reshape(shape) if shape else texts[0]
 
+    def slip_from(self, d: Any, max_events: int) -> Trajectory:
+        """Follow the motion from a point to the next one."""
+        raise NotImplementedError
+
+    def explain_border(self, d: ArrayLike, other: Self, beyond: ArrayLike) -> Mechanism:
+        """Return why motions from a point and one close by differ, of a map with other numbers."""
+        from stickslip.mechanics.eventmap.mechanism import MAX_EVENTS, difference_of  # seldom asked
+
+        return difference_of(self.slip_from(d, MAX_EVENTS), other.slip_from(beyond, MAX_EVENTS))
+
     def iterate(self, d: ArrayLike, n: int) -> Floats:
         """Apply the map ``n`` times, keeping every point.
 
@@ -334,6 +359,55 @@ class GlobalStickMap(ModelMap):
         n: int = self.model.n_blocks
         return n - 1
 
+    @property
+    def n_impulses(self) -> int:
+        """Velocities that may jump: one of each block."""
+        return self.dimension + 1
+
+    def after_impulse(self, d: ArrayLike, block: int, by: float) -> float | Floats:
+        """Return where the blocks next stick after a jump of one's velocity as global stick ends.
+
+        Parameters
+        ----------
+        d : float, or array_like of float, shape (n_blocks - 1,)
+            The global stick phase at whose end the velocity jumps.
+        block : int
+            From 1.
+        by : float
+            Change of the block's velocity, units of f_s1 / sqrt(k m); 0 gives f(d).
+
+        Returns
+        -------
+        float or ndarray
+            A point as `d`; NaN if the blocks do not all stick again.
+
+        Raises
+        ------
+        ValueError
+            `d` lies outside the domain, there is no such block, or `by` is not finite.
+        """
+        from stickslip.mechanics.flow.trajectory import simulate  # not for the first value
+
+        number = whole_number("block", block, at_most=self.n_impulses)
+        limits: Any = {"max_events": self.max_events, "engine": self.engine, "rtol": self.rtol}
+        given = real_numbers("d", d)
+        if given.shape != self._cell:
+            raise ValueError(f"d = {shown(d)} is not one point: its shape must be {self._cell}.")
+        point = given.tolist()
+        start = simulate(self.model, d=point, t_end=0.0, **limits).final_state
+        v = start.v.copy()
+        v[number - 1] += finite_number("by", by)
+        state = {"d": point} if by == 0.0 else {"x": start.x, "v": v}
+        moved = simulate(self.model, **state, until="stick", record="events", **limits)
+        landed = moved.d[-1] if moved.status == OK else np.full(np.shape(point), np.nan)
+        return _shaped(np.asarray(landed), given.shape)
+
+    def slip_from(self, d: Any, max_events: int) -> Trajectory:
+        """Follow the motion, with the map's displacements, modes and forces, to the next stick."""
+        from stickslip.mechanics.flow.trajectory import simulate  # not for the first value
+
+        return simulate(self.model, d=d, until="stick", max_events=max_events, engine=self.engine)
+
 
 class EventMap(GlobalStickMap, LineMap):
     """The event map of two blocks, a map of the line; `stickslip.event_map` makes it.
@@ -362,12 +436,6 @@ class EventMap(GlobalStickMap, LineMap):
             "damping": (0.0, damper),
             **dict.fromkeys(dampers, (-damper, damper)),
         }
-
-    def slip_from(self, d: float, max_events: int) -> Trajectory:
-        """Follow the motion, with the map's displacements, modes and forces, to the next stick."""
-        from stickslip.mechanics.flow.trajectory import simulate  # not for the first value
-
-        return simulate(self.model, d=d, until="stick", max_events=max_events, engine=self.engine)
 
     def explain_break(self, left: float, right: float) -> Mechanism:
         """Return why the map breaks between two starting points, adjacent floats."""
@@ -409,12 +477,14 @@ def backend_for(
     scalar: ScalarBackend | BlocksBackend
     if isinstance(model, TwoBlock) and model.damping == 0.0:
         scalar = ScalarBackend(model, engine_for(model, engine), controls, threads)
-        if lanes_serve(scalar.engine, controls):
-            return LaneBackend(scalar)
+        if scalar.engine.name == "exact" and lanes_serve(controls):
+            return EqualLaneBackend(scalar)
     else:
         scalar = BlocksBackend(model, block_engine(model, engine), controls, threads)
     if scalar.name in ("taylor", "series"):
         numbers, series = pair_numbers(model.plant), law_series(model.laws)
         if numbers is not None and series is not None:
-            return PoolBackend(scalar, numbers, series)
+            pools = PoolBackend(scalar, numbers, series)
+            lanes = pools.lanes if engine == "auto" and lanes_serve(controls) else None
+            return LaneBackend(pools, lanes) if lanes else pools
     return scalar

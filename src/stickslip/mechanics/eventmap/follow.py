@@ -60,7 +60,7 @@ def follow(
         )
         return verdicts, followed
     scratch = _scratch(engine, 0), _scratch(engine, 1)
-    if lanes_serve(engine, controls):
+    if engine.name == "exact" and lanes_serve(controls):
         _kernels(engine, "_lane_follow_kernels").follow_batch(
             models,
             starts,

@@ -13,7 +13,7 @@ import numpy as np
 from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend
 from stickslip.mechanics.eventmap.blocks import BlocksBackend
 from stickslip.mechanics.eventmap.records import Controls, Outputs, Pools, new_outputs
-from stickslip.mechanics.flow._lane_kernels import constants_at
+from stickslip.mechanics.flow._lane_kernels import CoulombConstants, Pair, constants_at
 from stickslip.mechanics.flow.engine import Engine
 from stickslip.mechanics.flow.lanes.layout import (
     ALIGNMENT,
@@ -25,8 +25,10 @@ from stickslip.mechanics.flow.lanes.layout import (
     ORDER,
     PLACES,
 )
+from stickslip.mechanics.flow.lanes.pair import coulomb_pair
 from stickslip.mechanics.flow.lanes.text import lane_kernels
 from stickslip.mechanics.flow.system import new_motion
+from stickslip.mechanics.friction.coulomb import is_constant
 from stickslip.mechanics.friction.interface import STATIC_COLUMN
 from stickslip.mechanics.friction.series import LawSeries
 from stickslip.numerics.targets import config, instantiate, launch
@@ -66,20 +68,24 @@ def new_lane_scratch() -> LaneScratch:
     return LaneScratch(streams, np.zeros(N_LISTS * STRIDE, dtype=np.uint64), np.zeros(BLOCK))
 
 
-def lanes_serve(engine: Engine, controls: Controls) -> bool:
+def lanes_of(engine: Engine, max_events: int) -> Lanes:
+    """Lanes for two equal blocks."""
+    mu_1, mu_2 = engine.laws[:, STATIC_COLUMN].tolist()
+    return Lanes(constants_at(*engine.system, mu_1, mu_2), None, max_events)
+
+
+def lanes_serve(controls: Controls) -> bool:
     """Whether values may come from lanes: they keep no time, and need vector instructions."""
-    return engine.name == "exact" and controls.max_time == math.inf and not config.DISABLE_JIT
+    return controls.max_time == math.inf and not config.DISABLE_JIT
 
 
 class Lanes:
     """What `_lane_kernels` need to know of a model, and scratch for each thread."""
 
-    def __init__(self, engine: Engine, controls: Controls) -> None:
+    def __init__(self, constants: CoulombConstants, pair: Pair | None, max_events: int) -> None:
         from stickslip.mechanics.eventmap import _lane_kernels
 
-        mu_1, mu_2 = engine.laws[:, STATIC_COLUMN].tolist()
-        self.row = np.array(constants_at(*engine.system, mu_1, mu_2))
-        self.max_events = controls.max_events
+        self.row, self.pair, self.max_events = np.array(constants), pair, max_events
         self._carry = _lane_kernels.carry_lanes
 
     def scratch(self) -> LaneScratch:
@@ -92,13 +98,15 @@ class Lanes:
     def carry(self, points: Floats, slope: Floats, start: int, stop: int) -> None:
         """Put values in the place of starts: NaN to ask the exact engine, inf if none returns."""
         streams, index, _ = self.scratch()
-        self._carry(self.row, streams, index, points, slope, start, stop, self.max_events)
+        self._carry(
+            self.row, self.pair, streams, index, points, slope, start, stop, self.max_events
+        )
 
     def value(self, d: float) -> float:
         """Value at one start inside the domain, or NaN, inf as above."""
         streams, index, column = self.scratch()
         column[0] = d
-        self._carry(self.row, streams, index, column, NO_SLOPE, 0, 1, self.max_events)
+        self._carry(self.row, self.pair, streams, index, column, NO_SLOPE, 0, 1, self.max_events)
         return column.item(0)
 
 
@@ -108,9 +116,12 @@ LANE_TILE = 8192
 class BatchBackend:
     """Many motions at once; the scalar backend carries what that declines, and tells the rest."""
 
-    def __init__(self, scalar: ScalarBackend | BlocksBackend) -> None:
+    scalar: ScalarBackend | BlocksBackend | PoolBackend
+
+    def __init__(self, scalar: ScalarBackend | BlocksBackend | PoolBackend) -> None:
         self.scalar = scalar
-        self.name = scalar.name
+        self.name: str = scalar.name
+        self.threads: int = scalar.threads
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
@@ -122,15 +133,13 @@ class BatchBackend:
 
 
 class LaneBackend(BatchBackend):
-    """Constant kinetic friction: values and slopes by lanes, all else by the exact engine."""
+    """Constant kinetic friction: values and slopes by lanes, all else by another backend."""
 
     # Which of them answers depends on d alone: not on how many are asked together, nor on threads.
 
-    scalar: ScalarBackend
-
-    def __init__(self, scalar: ScalarBackend) -> None:
+    def __init__(self, scalar: ScalarBackend | PoolBackend, lanes: Lanes) -> None:
         super().__init__(scalar)
-        self.lanes = Lanes(scalar.engine, scalar.controls)
+        self.lanes = lanes
 
     def value(self, d: float) -> float:
         """Value at one d."""
@@ -171,8 +180,24 @@ class LaneBackend(BatchBackend):
             part[rest] = math.nan
             passed.append(start + rest[unknown])
 
-        launch(task, d.size, self.scalar.threads, LANE_TILE)
+        launch(task, d.size, self.threads, LANE_TILE)
         return values, np.concatenate(passed)
+
+    def iterate(self, orbits: Floats) -> None:
+        """Fill rows (n, steps + 1) from their first entries on."""
+        for k in range(orbits.shape[1] - 1):
+            alive = ~np.isnan(orbits[:, k])
+            orbits[:, k + 1] = math.nan
+            orbits[alive, k + 1] = self.carry(orbits[alive, k]).value
+
+
+class EqualLaneBackend(LaneBackend):
+    """Two equal blocks: the exact engine carries what lanes decline, on the way of an orbit too."""
+
+    scalar: ScalarBackend
+
+    def __init__(self, scalar: ScalarBackend) -> None:
+        super().__init__(scalar, lanes_of(scalar.engine, scalar.controls.max_events))
 
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1) from their first entries on."""
@@ -243,6 +268,8 @@ class PoolBackend(BatchBackend):
     The scalar backend carries what pools hand over. Which of them does depends on the motion alone.
     """
 
+    scalar: ScalarBackend | BlocksBackend
+
     def __init__(
         self, scalar: ScalarBackend | BlocksBackend, numbers: Floats, series: LawSeries
     ) -> None:
@@ -286,7 +313,7 @@ class PoolBackend(BatchBackend):
 
         steps = max(1, orbits.shape[1] - 1)
         while True:
-            launch(task, len(orbits), scalar.threads, max(1, POOL_TILE // steps))
+            launch(task, len(orbits), self.threads, max(1, POOL_TILE // steps))
             rows = np.flatnonzero(outputs.status == HANDED_OVER)
             if rows.size == 0:
                 return outputs
@@ -295,6 +322,16 @@ class PoolBackend(BatchBackend):
                 kept[rows] = found
             filled[rows] += 1
             orbits[rows, filled[rows]] = carried.value
+
+    @property
+    def lanes(self) -> Lanes | None:
+        """Closed forms of these motions, if the friction is constant and no block is unloaded."""
+        laws, plant = self.scalar.model.laws, self.scalar.model.plant
+        if not all(map(is_constant, laws)):
+            return None
+        mu = self.scalar.engine.laws[:, STATIC_COLUMN].tolist()
+        found = coulomb_pair(plant, self.numbers[0], mu)
+        return found and Lanes(*found, self.scalar.controls.max_events)
 
     @cached_property
     def _steps(self) -> ModuleType:

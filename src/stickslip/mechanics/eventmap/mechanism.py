@@ -58,8 +58,14 @@ def mechanism_between(f: Traced, left: float, right: float) -> Mechanism:
 def _compare(f: Traced, left: float, right: float) -> Mechanism:
     low, high = f.domain
     first, second = (f.slip_from(d, MAX_EVENTS) for d in (max(left, low), min(right, high)))
+    return difference_of(first, second)
+
+
+def difference_of(first: Trajectory, second: Trajectory) -> Mechanism:
+    """Explain the first difference between the events of two motions from nearly one state."""
     if (first.modes[0] != second.modes[0]).any():
-        return Mechanism("both blocks reach their static limits together at the onset", None)
+        which = "both" if first.modes.shape[1] == 2 else "two"
+        return Mechanism(f"{which} blocks reach their static limits together at the onset", None)
     for number, (a, b) in enumerate(zip(first.events, second.events, strict=False)):
         if a[1:] != b[1:] or abs(a.time - b.time) > SAME_TIME * (1.0 + a.time):
             return _explain(first, second, number)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self
 
 import numpy as np
 
@@ -146,6 +146,15 @@ class QuasistaticMap(EventMap):
 
     def _backend_of(self, controls: Controls) -> QuasistaticBackend:
         return QuasistaticBackend(self.model, self.engine, controls, self.threads)
+
+    @property
+    def n_impulses(self) -> int:
+        """None: `after_impulse` is not derived for this limit."""
+        return 0
+
+    def after_impulse(self, d: ArrayLike, block: int, by: float) -> NoReturn:
+        """Refuse: impulses are followed with a moving belt."""
+        raise ValueError("after_impulse needs a moving belt: take the map of a model with small V.")
 
     def slip_from(self, d: float, max_events: int) -> Trajectory:
         """Follow the slip after a global stick phase; velocities are those of a moving belt."""

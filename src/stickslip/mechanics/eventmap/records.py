@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.mechanics.eventmap.loop import Loop
 from stickslip.mechanics.flow._lane_kernels import CoulombConstants
 from stickslip.mechanics.flow.blocks.system import (
     BlockDirections,
@@ -46,6 +47,7 @@ class Scratch(NamedTuple):
     motion: Motion
     long_motion: Motion  # twin with the columns of a loop
     saved: Motion
+    loop: Loop
     work: Any  # of the engine
 
 
@@ -92,6 +94,7 @@ class BlockScratch(NamedTuple):
     long_motion: BlockMotion
     long_directions: BlockDirections
     saved: BlockMotion
+    loop: Loop
     work: BlockWork
 
 

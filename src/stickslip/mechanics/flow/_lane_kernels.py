@@ -1,7 +1,7 @@
 """Phases with constant kinetic friction as straight lines of arithmetic, one motion a lane."""
 
 # The physics of `_exact_kernels` without a branch. A lane does not take a decision closer than
-# `NEAR`: its motion goes to the exact engine. Derivations: docs/theory/flow.md.
+# `NEAR`: its motion goes to another engine. Derivations: docs/theory/flow.md, blocks.md.
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TURN, TURNS = 2.0 * math.pi, 0.5 / math.pi
 
 
 class CoulombConstants(NamedTuple):
-    """Two blocks with constant kinetic friction, and what follows from their parameters."""
+    """Two equal blocks with constant kinetic friction, and what follows from their parameters."""
 
     # What steps of two slipping blocks need comes first, what only an onset needs last. The rider
     # of a slip has ``e(t) = e(0) + ride_time t - ride_force (e_slipper(t) - e_slipper(0))``.
@@ -59,21 +59,71 @@ class CoulombConstants(NamedTuple):
     first_gain_2: float
 
 
+class Slip(NamedTuple):
+    """One block slips at a velocity w, the other rides."""
+
+    # Its needed force gains ``loading + stiffness w`` in unit time, its rider's ``loading_b -
+    # coupling w``.
+    loading: float
+    loading_b: float
+    alpha: float  # stiffness - 1
+    stiffness: float
+    coupling: float
+    frequency: float
+    frequency_low: float  # what rounding left out
+    unit: float  # time in which a slip turns by 1
+    unit_low: float
+    compliance: float  # 1 / stiffness
+    compliance_low: float
+    level: float
+    ride_time: float
+    ride_force: float
+    turning: float  # speed of a forward slip at which the rider's force stops growing
+    friction: float
+    limit: float
+    limit_b: float
+    first_rider: float  # force of the rider as the slip begins from d = 0, and its slope in d
+    first_slope: float
+    first_time: float
+    first_gain: float
+
+
+class Pair(NamedTuple):
+    """Two unequal blocks: what `CoulombConstants` of equal ones with their modes do not say.
+
+    Passes for equal blocks are compiled with None for a pair.
+    """
+
+    # Modes ``A q_1 + B q_2`` and ``A q_2 - B q_1`` of velocities q = w + belt, ``A^2 + B^2 = 2``.
+    slips: tuple[Slip, Slip]
+    weights: tuple[float, float]  # A, B
+    belt: tuple[float, float]  # its velocity as each block's
+    belt_modes: tuple[float, float]
+    give: tuple[float, float]  # d = give_1 e_1 + give_2 e_2
+
+
 @kernel
-def constants_at(alpha: float, beta: float, V: float, mu_1: float, mu_2: float) -> CoulombConstants:
-    """Make the numbers of a `CoulombConstants`; `mu`: kinetic friction of each block."""
-    stiffness, spread = 1.0 + alpha, 1.0 + 2.0 * alpha
-    frequency, beat = math.sqrt(stiffness), math.sqrt(spread)
-    limit_1, limit_2, friction_1, friction_2 = 1.0, beta, mu_1, mu_2 * beta
-    level, ride_time, ride_force = V / frequency, V * spread / stiffness, alpha / stiffness
-    cap, near, end = min(CAP, 0.5 * math.pi / beat), NEAR * (1.0 + beta), (1.0 + beta) / spread
-    turning = V / alpha if alpha > 0.0 else math.inf
-    pull_1, pull_2 = limit_1 - friction_1, limit_2 - friction_2
-    first_time_1 = 2.0 * math.atan2(2.0 * pull_1, -2.0 * level) / frequency
-    first_time_2 = 2.0 * math.atan2(2.0 * pull_2, -2.0 * level) / frequency
-    first_gain_1 = ride_time * first_time_1 + 2.0 * ride_force * pull_1
-    first_gain_2 = ride_time * first_time_2 + 2.0 * ride_force * pull_2
-    unit, narrow, compliance = 1.0 / frequency, 1.0 / spread, 1.0 / stiffness
+def slip_at(
+    alpha: float,
+    coupling: float,
+    loading: float,
+    loading_b: float,
+    sweep: float,
+    friction: float,
+    limit: float,
+    limit_b: float,
+    first_rider: float,
+    first_slope: float,
+) -> Slip:
+    """Make the numbers of a `Slip`; `sweep`: ``stiffness loading_b + coupling loading``."""
+    stiffness = 1.0 + alpha
+    frequency = math.sqrt(stiffness)
+    level, ride_time, ride_force = loading / frequency, sweep / stiffness, coupling / stiffness
+    turning = loading_b / coupling if coupling > 0.0 else math.inf
+    pull = limit - friction
+    first_time = 2.0 * math.atan2(2.0 * pull, -2.0 * level) / frequency
+    first_gain = ride_time * first_time + 2.0 * ride_force * pull
+    unit, compliance = 1.0 / frequency, 1.0 / stiffness
     _, stiffness_low = two_sum(1.0, alpha)
     square, square_low = two_product(frequency, frequency)
     frequency_low = 0.5 * unit * ((stiffness - square) - square_low + stiffness_low)
@@ -82,12 +132,30 @@ def constants_at(alpha: float, beta: float, V: float, mu_1: float, mu_2: float) 
     whole, whole_low = two_product(stiffness, compliance)
     compliance_low = compliance * ((1.0 - whole) - whole_low - stiffness_low * compliance)
     # fmt: off
-    return CoulombConstants(
-        V, spread, 2.0 * alpha, cap, friction_1, friction_2, narrow,
-        limit_1, limit_2, near, alpha, stiffness, beat,
+    return Slip(
+        loading, loading_b, alpha, stiffness, coupling,
         frequency, frequency_low, unit, unit_low, compliance, compliance_low,
-        level, ride_time, ride_force, turning,
-        end, first_time_1, first_time_2, first_gain_1, first_gain_2,
+        level, ride_time, ride_force, turning, friction, limit, limit_b,
+        first_rider, first_slope, first_time, first_gain,
+    )
+    # fmt: on
+
+
+@kernel
+def constants_at(alpha: float, beta: float, V: float, mu_1: float, mu_2: float) -> CoulombConstants:
+    """Make the numbers of a `CoulombConstants`; `mu`: kinetic friction of each block."""
+    spread = 1.0 + 2.0 * alpha
+    beat, narrow, friction_2 = math.sqrt(spread), 1.0 / spread, mu_2 * beta
+    cap, near, end = min(CAP, 0.5 * math.pi / beat), NEAR * (1.0 + beta), (1.0 + beta) / spread
+    one = slip_at(alpha, alpha, V, V, V * spread, mu_1, 1.0, beta, 1.0, spread)
+    two = slip_at(alpha, alpha, V, V, V * spread, friction_2, beta, 1.0, beta, -spread)
+    # fmt: off
+    return CoulombConstants(
+        V, spread, 2.0 * alpha, cap, mu_1, friction_2, narrow,
+        1.0, beta, near, alpha, one.stiffness, beat,
+        one.frequency, one.frequency_low, one.unit, one.unit_low,
+        one.compliance, one.compliance_low, one.level, one.ride_time, one.ride_force, one.turning,
+        end, one.first_time, two.first_time, one.first_gain, two.first_gain,
     )
     # fmt: on
 
@@ -109,29 +177,71 @@ def constants_of_row(row: Floats) -> CoulombConstants:
 
 
 @kernel(inline=True, fused=True)
-def drawn(constants: CoulombConstants, sign: float, gap: float) -> float:
-    """Give ``stiffness gap - 2 v`` of a slip, gap = |w|, v = sign V (1 backward, -1 forward)."""
-    # ``gap'^2 + gap (stiffness gap - 2 v)`` stays: the square of the rate at the return.
-    return (gap + constants.alpha * gap) - 2.0 * sign * constants.V
+def slip_of(constants: CoulombConstants, pair: Pair | None, first: bool) -> Slip:
+    """Give the numbers of a slip of block 1, or of block 2."""
+    if pair is None:
+        c = constants
+        # fmt: off
+        return Slip(
+            c.V, c.V, c.alpha, c.stiffness, c.alpha,
+            c.frequency, c.frequency_low, c.unit, c.unit_low, c.compliance, c.compliance_low,
+            c.level, c.ride_time, c.ride_force, c.turning,
+            c.friction_1 if first else c.friction_2,
+            c.limit_1 if first else c.limit_2,
+            c.limit_2 if first else c.limit_1,
+            c.limit_1 if first else c.limit_2,
+            c.spread if first else -c.spread,
+            c.first_time_1 if first else c.first_time_2,
+            c.first_gain_1 if first else c.first_gain_2,
+        )
+        # fmt: on
+    return pair.slips[0] if first else pair.slips[1]
 
 
 @kernel(inline=True, fused=True)
-def half_angle(
-    constants: CoulombConstants, gap: float, rate: float, pull: float, end: float
-) -> tuple[float, float]:
+def difference(
+    constants: CoulombConstants, pair: Pair | None, first: bool, rider: float, force: float
+) -> float:
+    """Give d from the needed forces of a rider and of the block that slipped."""
+    if pair is None:
+        value = (rider - force) * constants.narrow
+        return value if first else -value
+    e_1, e_2 = (force, rider) if first else (rider, force)
+    return pair.give[0] * e_1 + pair.give[1] * e_2
+
+
+@kernel(inline=True, fused=True)
+def overload(slip: Slip, pair: Pair | None, t: float, gained: float, room: float) -> float:
+    """Gain of a rider's force beyond `room`, times the stiffness; the slipper's has `gained`."""
+    short = slip.loading_b * t - room
+    if pair is None:
+        slid = (short + slip.loading * t) - gained
+        return short + slip.alpha * slid
+    return short + (slip.alpha * short + slip.coupling * (slip.loading * t - gained))
+
+
+@kernel(inline=True, fused=True)
+def drawn(slip: Slip, sign: float, gap: float) -> float:
+    """Give ``stiffness gap - 2 v`` of a slip, gap = |w|, v = sign loading (1 if backward)."""
+    # ``gap'^2 + gap (stiffness gap - 2 v)`` stays: the square of the rate at the return.
+    return (gap + slip.alpha * gap) - 2.0 * sign * slip.loading
+
+
+@kernel(inline=True, fused=True)
+def half_angle(slip: Slip, gap: float, rate: float, pull: float, end: float) -> tuple[float, float]:
     """Give y, x of half the angle in which a slip returns at a rate `end`; `pull`: `drawn`."""
     leaves = rate > 0.0
     y = end + rate if leaves else gap
-    return constants.frequency * y + constants.frequency_low * y, pull if leaves else end - rate
+    return slip.frequency * y + slip.frequency_low * y, pull if leaves else end - rate
 
 
 @kernel(inline=True, fused=True)
-def slip_turned(constants: CoulombConstants, t: float) -> tuple[float, float]:
+def slip_turned(slip: Slip, t: float) -> tuple[float, float]:
     """Return sine and versed sine of ``W t`` over W and W^2, from half the angle: W is rounded."""
-    k = (t * constants.frequency * TURNS + ROUNDER) - ROUNDER
-    half = 0.5 * ((t - k * (TURN * constants.unit)) - k * (TURN * constants.unit_low))
+    k = (t * slip.frequency * TURNS + ROUNDER) - ROUNDER
+    half = 0.5 * ((t - k * (TURN * slip.unit)) - k * (TURN * slip.unit_low))
     square = half * half
-    turned = square + constants.alpha * square
+    turned = square + slip.alpha * square
     sine, versed = turn_squared(turned)
     s = half + half * turned * sine
     return 2.0 * s * (1.0 - versed), 2.0 * s * s
@@ -148,24 +258,24 @@ def smooth_share(share: float) -> float:
 
 @kernel(inline=True, fused=True)
 def dip(
-    constants: CoulombConstants, gap: float, rate: float, end: float, time: float, gain: float
+    slip: Slip, gap: float, rate: float, end: float, time: float, gain: float
 ) -> tuple[float, float, float, float]:
     """Fall of the rider's force in a forward slip: (begin, its gain there, end, gain there)."""
-    # Both times are 0 where the slip is never faster than V / alpha.
-    fast = constants.turning
-    square = rate * rate + (gap - fast) * (constants.stiffness * (gap + fast) + 2.0 * constants.V)
+    # Both times are 0 where the slip is never faster than `turning`.
+    fast = slip.turning
+    square = rate * rate + (gap - fast) * (slip.stiffness * (gap + fast) + 2.0 * slip.loading)
     bound = math.sqrt(square if square > 0.0 else 0.0)
-    swing = constants.frequency * gap + constants.level
-    top = constants.frequency * fast + constants.level
+    swing = slip.frequency * gap + slip.level
+    top = slip.frequency * fast + slip.level
     rise = top * rate - bound * swing
-    first = upper_angle(rise if rise > 0.0 else 0.0, top * swing + bound * rate) * constants.unit
+    first = upper_angle(rise if rise > 0.0 else 0.0, top * swing + bound * rate) * slip.unit
     first = first if gap < fast else 0.0
     leaving = rate if gap >= fast else bound
-    sink = end * top - constants.level * bound
-    rest = upper_angle(sink if sink > 0.0 else 0.0, top * constants.level + bound * end)
-    last = time - rest * constants.unit
-    high = constants.ride_time * first - constants.ride_force * (rate - leaving)
-    low = gain - (constants.ride_time * (time - last) - constants.ride_force * (end - bound))
+    sink = end * top - slip.level * bound
+    rest = upper_angle(sink if sink > 0.0 else 0.0, top * slip.level + bound * end)
+    last = time - rest * slip.unit
+    high = slip.ride_time * first - slip.ride_force * (rate - leaving)
+    low = gain - (slip.ride_time * (time - last) - slip.ride_force * (end - bound))
     falls = square > 0.0
     return (
         first if falls else 0.0,
@@ -237,23 +347,74 @@ def modes_polished(
 
 
 @kernel(inline=True, fused=True)
+def shares(pair: Pair | None, side: float) -> tuple[float, float]:
+    """Twice the shares of sum and difference in a block; `side`: -1 for block 1, 1 for 2."""
+    if pair is None:
+        return 1.0, side
+    a, b = pair.weights
+    return (b, a) if side > 0.0 else (a, -b)
+
+
+@kernel(inline=True, fused=True)
+def largest_share(pair: Pair | None) -> float:
+    """Bound `shares`."""
+    return 1.0 if pair is None else max(pair.weights)
+
+
+@kernel(inline=True, fused=True)
+def modes_of(pair: Pair | None, x_1: float, x_2: float) -> tuple[float, float]:
+    """Sum and difference of the blocks' numbers."""
+    if pair is None:
+        return x_1 + x_2, x_2 - x_1
+    a, b = pair.weights
+    return a * x_1 + b * x_2, a * x_2 - b * x_1
+
+
+@kernel(inline=True, fused=True)
+def blocks_of(pair: Pair | None, x_sum: float, x_gap: float) -> tuple[float, float]:
+    """Invert `modes_of`."""
+    if pair is None:
+        return 0.5 * (x_sum - x_gap), 0.5 * (x_sum + x_gap)
+    a, b = pair.weights
+    return 0.5 * (a * x_sum - b * x_gap), 0.5 * (b * x_sum + a * x_gap)
+
+
+@kernel(inline=True, fused=True)
+def belt_of(constants: CoulombConstants, pair: Pair | None, side: float) -> float:
+    """Give the belt's velocity as a block's."""
+    if pair is None:
+        return constants.V
+    return pair.belt[1] if side > 0.0 else pair.belt[0]
+
+
+@kernel(inline=True, fused=True)
+def belt_modes(constants: CoulombConstants, pair: Pair | None) -> tuple[float, float]:
+    """Give the belt's velocity as those of the modes; to add -0 is to do nothing."""
+    if pair is None:
+        return 2.0 * constants.V, -0.0
+    return pair.belt_modes
+
+
+@kernel(inline=True, fused=True)
 def clearance(
     constants: CoulombConstants,
+    pair: Pair | None,
     mode: float,
     side: float,
     sum_w: float,
     sum_pull: float,
     gap_w: float,
     gap_pull: float,
-) -> tuple[float, float, float, float]:
-    """Distance |w| of a block from the belt, three derivatives; `side`: -1 for block 1, 1 for 2."""
-    half = 0.5 * mode
-    gap_rate = side * gap_pull
+) -> tuple[float, float, float, float, float]:
+    """Distance |w| of a block from the belt, four derivatives; `side`: -1 for block 1, 1 for 2."""
+    of_sum, of_gap = shares(pair, side)
+    half, gap_rate = 0.5 * mode, of_gap * gap_pull
     return (
-        half * (sum_w + side * gap_w) - mode * constants.V,
-        half * (sum_pull + gap_rate),
-        -half * (sum_w + side * constants.spread * gap_w),
-        -half * (sum_pull + constants.spread * gap_rate),
+        half * (of_sum * sum_w + of_gap * gap_w) - mode * belt_of(constants, pair, side),
+        half * (of_sum * sum_pull + gap_rate),
+        -half * (of_sum * sum_w + of_gap * constants.spread * gap_w),
+        -half * (of_sum * sum_pull + constants.spread * gap_rate),
+        half * (of_sum * sum_w + of_gap * constants.spread * constants.spread * gap_w),
     )
 
 

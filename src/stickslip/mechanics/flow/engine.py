@@ -25,9 +25,8 @@ from stickslip.mechanics.flow.blocks.system import (
 )
 from stickslip.mechanics.flow.blocks.transitions import settle, update_needed
 from stickslip.mechanics.flow.system import ALPHA, BETA, LAWS, START, VELOCITY, System
-from stickslip.mechanics.friction import Coulomb
 from stickslip.mechanics.friction.code import LawCode, law_code
-from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.mechanics.friction.coulomb import is_constant
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import instantiate
 
@@ -105,11 +104,6 @@ def engine_for(model: TwoBlock, engine: EngineName = "auto") -> Engine:
         system=System(model.alpha, model.beta, model.V),
         laws=code.parameter_rows(model.laws),
     )
-
-
-def is_constant(law: FrictionLaw) -> bool:
-    """Whether the kinetic friction of a law does not depend on speed."""
-    return isinstance(law, Coulomb) and law.viscous == 0.0
 
 
 def _stepper(code: LawCode) -> str:
@@ -201,9 +195,14 @@ class BlockEngine:
         """Scratch arrays of the kernels for one motion."""
         return new_block_work(self.system, self.code.N_ROWS, self.kernels.ORDER)
 
+    @property
+    def has_feet(self) -> bool:
+        """Whether a contact is elastic."""
+        return bool((self.system.foot >= 0).any())
+
     def refresh(self, motion: BlockMotion) -> None:
         """Compute the needed forces of a motion in its present state and modes."""
-        if self.system.joint is None:
+        if self.system.joint is None and not self.has_feet:
             update_needed(self.system, motion)
         else:
             self.kernels.refresh(self.system, self.laws, motion)
@@ -211,7 +210,7 @@ class BlockEngine:
     def settle(self, motion: BlockMotion, rates: Floats) -> bool:
         """Change the modes of a motion at an event; tell whether any changed."""
         if self.system.joint is None:
-            return bool(settle(self.system, motion, rates))
+            return bool(settle(self.system, self.laws, motion, rates))
         return bool(settle_together(self.system, self.laws, motion))
 
     def directions(
@@ -252,19 +251,19 @@ def block_engine(model: BeltModel, engine: EngineName = "auto") -> BlockEngine:
             "a friction law of this model cannot be traced, and models of many blocks need its "
             "series: write the law with arithmetic and numpy functions, without branches."
         )
-    coupled = model.plant.is_coupled
+    plant = model.plant
     return BlockEngine(
         key=f"blocks-{code.key}",
-        kernels=_stepper_of(code, coupled),
+        kernels=_stepper_of(code, plant.is_coupled, bool(plant.elastic)),
         code=code,
-        system=block_system(model.plant),
+        system=block_system(plant),
         laws=code.parameter_rows(model.laws),
     )
 
 
 @lru_cache(maxsize=64)
-def _stepper_of(code: LawCode, coupled: bool) -> ModuleType:
+def _stepper_of(code: LawCode, coupled: bool, feet: bool) -> ModuleType:
     bindings: dict[str, Any] = {role: getattr(code, role) for role in LAW_KERNELS}
     bindings["least_slope"] = sliding_kernels(code).least_slope
-    key = f"blocks-{code.key}" + "-coupled" * coupled
-    return instantiate(STEPPER, key, COUPLED=coupled, **bindings)
+    key = f"blocks-{code.key}" + "-coupled" * coupled + "-feet" * feet
+    return instantiate(STEPPER, key, COUPLED=coupled, FEET=feet, **bindings)

@@ -217,7 +217,7 @@ class Trajectory(Result):
         plant = self.model.plant
         return Energy(
             kinetic=0.5 * np.sum(v * plant.momenta(v), axis=-1),
-            elastic=0.5 * np.sum(x * (x @ plant.stiffness), axis=-1),
+            elastic=plant.elastic_energy(x),
             belt_work=belt,
             forcing_work=forcing,
             dissipation=dissipation,
@@ -307,7 +307,11 @@ class Trajectory(Result):
     def _work_done(self) -> Floats:
         """Work of belt and forcing and dissipation up to the start of each step, (n, 3)."""
         steps = np.arange(len(self._record.t) - 1)
-        done = self._work(steps, np.diff(self._record.t))
+        t, plant = np.diff(self._record.t), self.model.plant
+        done = self._work(steps, t)
+        if plant.elastic and steps.size:  # feet jump as springs relax to kinetic friction
+            ends = self._inside(steps, t)[0]
+            done[:, 2] += plant.elastic_energy(ends) - plant.elastic_energy(self._record.x[1:])
         return np.vstack((np.zeros(3), np.cumsum(done, axis=0)))
 
     def _work(self, step: NDArray[np.int64], t: Floats) -> Floats:

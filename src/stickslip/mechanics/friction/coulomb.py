@@ -44,3 +44,8 @@ class Coulomb(FrictionLaw):
         if self.viscous == 0.0:
             del values["viscous"]
         return values
+
+
+def is_constant(law: FrictionLaw) -> bool:
+    """Whether the kinetic friction of a law does not depend on speed."""
+    return isinstance(law, Coulomb) and law.viscous == 0.0

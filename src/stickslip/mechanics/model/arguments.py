@@ -45,6 +45,9 @@ def checked_state(model: Model, x: object, v: object) -> tuple[Floats, Floats]:
     n, n_positions = len(plant.mass), plant.n_positions
     if not n_positions and v is None:
         v = ()
+    if plant.elastic and real_numbers("x", x).shape == (plant.n_bodies,):
+        n = plant.n_bodies
+        return plant.with_relaxed_feet(state_vector("x", x, n), state_vector("v", v, n))
     return state_vector("x", x, n), state_vector("v", v, n_positions)
 
 

@@ -16,6 +16,7 @@ from stickslip.checks import (
     shown,
     whole_number,
 )
+from stickslip.mechanics.friction.coulomb import is_constant
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.vocabulary import suggests
 
@@ -132,11 +133,14 @@ class Contact:
     load : array_like of float, shape (n,), optional
         Weights l of the positions: the static limit is ``static + l . q``, as of a normal force
         that springs carry. In state-space form: of the state.
+    stiffness : float, optional
+        > 0: an elastic contact (Jenkins element): a spring between the structure and a foot
+        without mass, which rubs. Its kinetic friction is constant, ``Coulomb(mu)``.
 
     Raises
     ------
     ValueError
-        A number that is not finite, a static limit that is not positive.
+        A number that is not finite, a static limit or a stiffness that is not positive.
     """
 
     at: int | tuple[int, int] | tuple[float, ...]
@@ -144,6 +148,7 @@ class Contact:
     static: float = 1.0
     V: float | tuple[float, Harmonic] = 0.0
     load: tuple[float, ...] | None = None
+    stiffness: float | None = None
 
     def __post_init__(self) -> None:
         """Check every number once; weights become tuples of floats."""
@@ -155,7 +160,14 @@ class Contact:
             "static": finite_number("static", self.static, above=0.0, why=why),
             "V": _velocity(self.V),
             "load": None if self.load is None else _weights("load", self.load),
+            "stiffness": None if self.stiffness is None else _stiffness(self.stiffness),
         }
+        if self.stiffness is not None and not is_constant(self.friction):
+            raise ValueError(
+                f"friction = {shown(self.friction)} of a contact with stiffness = "
+                f"{shown(self.stiffness)}: its foot has no mass, so that its speed would have to "
+                "follow from the force, and no speed or several might do. Take Coulomb(mu=)."
+            )
         for name, value in checked.items():
             object.__setattr__(self, name, value)
 
@@ -163,6 +175,11 @@ class Contact:
     def belt(self) -> tuple[float, Harmonic | None]:
         """Constant velocity of what it rubs on, and how it oscillates."""
         return self.V if isinstance(self.V, tuple) else (self.V, None)
+
+
+def _stiffness(given: object) -> float:
+    why = "The spring of an elastic contact pulls back; without stiffness= the contact is rigid."
+    return finite_number("stiffness", given, above=0.0, why=why)
 
 
 def weights_of(contact: Contact, n: int, name: str) -> Floats:

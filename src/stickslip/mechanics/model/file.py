@@ -100,6 +100,7 @@ def _plain(value: Any) -> Any:
                 "static": value.static,
                 "V": speed,
                 "load": value.load,
+                "stiffness": value.stiffness,
             }
             own |= {"belt": wave, "friction": value.friction}
             return {name: _plain(part) for name, part in own.items() if part is not None}
@@ -169,7 +170,8 @@ def _forcing(name: str, given: Any) -> Harmonic | list[Harmonic]:
 
 
 def _contact(place: str, table: Any) -> Contact:
-    given = dict(_numbers(table, place, ("at", "friction"), ("static", "V", "load", "belt")))
+    optional = ("static", "V", "load", "stiffness", "belt")
+    given = dict(_numbers(table, place, ("at", "friction"), optional))
     with within(f"{place} "):
         at, wave = given["at"], given.pop("belt", None)
         if isinstance(at, list) and all(isinstance(entry, int) for entry in at):

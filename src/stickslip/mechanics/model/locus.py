@@ -23,12 +23,12 @@ def half_width(alpha: float, beta: float) -> float:
 
 
 def ends(plant: Plant) -> tuple[float, float]:
-    """Least and largest d of two blocks: the locus |K x + V C 1| <= L, projected on X_2 - X_1."""
+    """Least and largest d of two blocks: the locus |K x + V C 1 - g| <= L, projected on d."""
     # det(K) d = s_1 R_2 - s_2 R_1 with s = K 1 and R the springs' part of the needed forces.
     (a, b), (c, d) = plant.stiffness.tolist()
     first, second = a + b, c + d
     determinant = a * d - b * c
-    load = plant.V * plant.damping.sum(axis=1)
+    load = plant.standing
     middle = (second * load[0] - first * load[1]) / determinant
     room = abs(second) * plant.static[0] + abs(first) * plant.static[1]
     half = room / abs(determinant)
@@ -42,8 +42,7 @@ def corners(plant: Plant) -> NDArray[np.float64]:
     s = plant
     side = np.where(s.stiffness @ s.V < 0.0, -1.0, 1.0) * s.static
     forces = side * np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
-    load = s.V * s.damping.sum(axis=1)
-    return np.asarray(np.linalg.solve(s.stiffness, (forces - load).T).T)
+    return np.asarray(np.linalg.solve(s.stiffness, (forces - s.standing).T).T)
 
 
 def onset(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:

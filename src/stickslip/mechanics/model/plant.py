@@ -21,7 +21,7 @@ from stickslip.numerics.roots import EPSILON
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import ArrayLike
 
@@ -104,6 +104,7 @@ class Plant:
     belt: Numbers  # (m, harmonics)
     frequency: Numbers  # (harmonics,)
     phase: Numbers
+    elastic: tuple[int, ...] = ()  # contacts whose feet, without mass, are the last bodies
 
     @classmethod
     def on_belt(
@@ -126,6 +127,42 @@ class Plant:
             frequency=np.append(self.frequency, frequency),
             phase=np.append(self.phase, phase),
         )
+
+    def with_feet(self, springs: Mapping[int, Any]) -> Plant:
+        """Return the plant with some contacts at the feet of springs of given stiffness."""
+        # A foot has its spring's stiffness in place of a mass: what divides the force there.
+        if not springs:
+            return self
+        elastic, k = list(springs), np.array(list(springs.values()))
+        n, m, more = len(self.force), self.n_contacts, len(springs)
+        reach = np.concatenate([self.out[elastic].T, -np.eye(more)])  # how springs are stretched
+        feet = np.eye(m)[:, elastic] @ np.eye(more, n + more, n)
+        rigid = ~np.isin(np.arange(m), elastic)
+
+        def beside(array: Numbers) -> Numbers:
+            return np.pad(array, [(0, more)] + [(0, more)] * (array.ndim - 1))
+
+        stiff = np.append(np.zeros(n), k)
+        mass = beside(self.mass) + (stiff if self.mass.ndim == 1 else np.diag(stiff))
+        by_place, by_velocity = np.split(self.load, [n], axis=1)
+        wide = [(0, 0), (0, more)]
+        return replace(
+            self,
+            mass=mass,
+            stiffness=beside(self.stiffness) + reach * k @ reach.T,
+            damping=beside(self.damping),
+            into=np.pad(self.into * rigid, wide[::-1]) + feet.T,
+            out=np.pad(self.out * rigid[:, None], wide) + feet,
+            load=np.concatenate([np.pad(by_place, wide), np.pad(by_velocity, wide)], axis=1),
+            force=beside(self.force),
+            amplitude=np.pad(self.amplitude, wide[::-1]),
+            elastic=tuple(elastic),
+        )
+
+    @property
+    def n_bodies(self) -> int:
+        """Number of velocities but for those of feet."""
+        return len(self.mass) - len(self.elastic)
 
     @property
     def n_contacts(self) -> int:
@@ -166,7 +203,12 @@ class Plant:
         alike = self.into.shape == unit.shape and self.n_positions == n
         alike = alike and bool((self.into == unit).all() and (self.out == unit).all())
         alike = alike and not self.load.any() and bool((self.V == self.V[0]).all())
-        return alike and not self.is_coupled
+        return alike and not self.is_coupled and not self.elastic
+
+    @property
+    def standing(self) -> Floats:
+        """Forces that blocks of `rubs_as_one` need at x = 0 to ride on: V C 1 - g."""
+        return np.asarray(self.V * self.damping.sum(axis=1) - self.force)
 
     @cached_property
     def dissipates(self) -> bool:
@@ -298,7 +340,8 @@ class Plant:
         out = np.concatenate([lead @ self.belt, still, np.zeros((n, n_q)), spread, lead], axis=1)
         acting = np.concatenate([-self.amplitude, still, self.stiffness, rest], axis=1)
         pull = self.damping @ out + acting
-        swaying = np.zeros((m, h)), mass[:, None] * self.belt * self.frequency
+        inert_contacts = ~np.isin(np.arange(m), self.elastic)
+        swaying = np.zeros((m, h)), (mass * inert_contacts)[:, None] * self.belt * self.frequency
         inertia = np.concatenate([*swaying, np.zeros((m, n_q + n_u + m))], axis=1)
         out_constant = lead @ self.V
         pull_constant = self.damping @ out_constant - self.force
@@ -388,6 +431,29 @@ class Plant:
         own = np.concatenate([np.zeros((n_q, n)), free, self.out])
         return states, np.concatenate([np.eye(len(own), n_q), own], axis=1)
 
+    def period_change(self, change: Reduced | None) -> float:
+        """Change of the common period; ValueError where there would be none any more."""
+        own = np.zeros(0) if change is None else np.asarray(change.frequency)
+        if not self.is_forced or not own.any():
+            return 0.0
+        rates = own / self.frequency
+        if np.ptp(rates) > 0.0:
+            raise ValueError(
+                "one of several frequencies is no parameter of a return map or a stroboscopic map: "
+                "with it the forces would lose their common period, and the phase its meaning."
+            )
+        return float(-self.period * rates[0])
+
+    def states_change(self, z: Floats, t: float, change: Reduced) -> Floats:
+        """Change at fixed z of the states (positions, velocities), shape (n,)."""
+        waves, turned = self.waves(t), change.phase + t * change.frequency
+        cosine, sine = np.split(waves, 2)
+        moved = np.concatenate([-sine * turned, cosine * turned])
+        at = np.concatenate([waves, z])
+        v = change.out_matrix @ at + change.out_constant
+        v += self.reduced.out_matrix[:, : self.n_waves] @ moved
+        return np.concatenate([np.zeros(self.n_positions), v])
+
     def rows(self, z: Floats, t: ArrayLike = 0.0) -> tuple[Floats, Floats, Floats]:
         """Rates y', needed forces and static limits at coordinates z."""
         r, n = self.reduced, self.n_waves
@@ -417,11 +483,24 @@ class Plant:
 
     def momenta(self, v: Floats) -> Floats:
         """Momenta of velocities, (..., n)."""
-        return np.asarray(v * self.mass if self.mass.ndim == 1 else v @ self.mass)
+        bodies = v * (np.arange(len(self.mass)) < self.n_bodies)
+        return np.asarray(bodies * self.mass if self.mass.ndim == 1 else bodies @ self.mass)
+
+    def elastic_energy(self, x: Floats) -> Floats:
+        """Energy of the springs at displacements, shape (...)."""
+        return np.asarray(0.5 * np.sum(x * (x @ self.stiffness), axis=-1))
 
     def needed_force(self, x: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0) -> Floats:
         """Force that keeps each contact sticking, shape (..., m); (..., n) as `x` and `v`."""
         return self.rows(self.coordinates(x, v, t), t)[1]
+
+    def with_relaxed_feet(self, x: Floats, v: Floats) -> tuple[Floats, Floats]:
+        """Displacements and velocities of bodies and of feet that stick, springs relaxed."""
+        feet = list(self.elastic)
+        n = self.n_bodies
+        springs = np.diag(self.stiffness)[n:]
+        places = -(self.stiffness[n:, :n] @ x) / springs
+        return np.append(x, places), np.append(v, self.belts(0.0)[feet])
 
     def limits(self, x: Floats, v: Floats) -> Floats:
         """Return the static limits of the contacts, (..., m)."""
@@ -478,8 +557,7 @@ class Plant:
     def sticking(self, share: ArrayLike) -> Floats:
         """Positions with needed forces at a `share` of their limits: 0 lower, 1 upper."""
         force = self.static * (2.0 * np.asarray(share) - 1.0)
-        rest = self.needed_force(np.zeros(self.n_positions), self.V)
-        return np.asarray(np.linalg.solve(self.stiffness, (force - rest).T).T)
+        return np.asarray(np.linalg.solve(self.stiffness, (force - self.standing).T).T)
 
 
 MOST_STATES: Final = 100 * MOST_KEPT

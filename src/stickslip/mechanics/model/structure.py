@@ -22,7 +22,7 @@ from stickslip.mechanics.model.belt_model import (
     paired,
 )
 from stickslip.mechanics.model.contact import Contact, Harmonic, fitting, weights_of
-from stickslip.mechanics.model.plant import ROUNDING, Numbers, Plant
+from stickslip.mechanics.model.plant import ROUNDING, Plant
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -43,9 +43,9 @@ class Structure(BeltModel):
     ----------
     mass : array_like of float, shape (n,) or (n, n)
         > 0; or a symmetric, positive definite matrix.
-    stiffness : array_like of float, shape (n, n)
+    stiffness : array_like of float, shape (n, n), or (n,) of a diagonal
         Of any symmetry; may be singular.
-    damping : array_like of float, shape (n, n), optional
+    damping : array_like of float, shape (n, n) or (n,), optional
         Of any symmetry; none by default.
     contacts : sequence of Contact
         One or more; several may act on the same bodies.
@@ -63,8 +63,10 @@ class Structure(BeltModel):
     -----
     Parameters are named as ``mass_1``, ``stiffness_1_2`` (both entries of a symmetric matrix),
     ``force_1``, ``forcing.frequency`` (``forcing_2.frequency`` of several), and by contact
-    ``static_1``, ``V_1``, ``V_1.amplitude``, ``load_1_2``, ``mu_1``. Derivation:
-    docs/theory/plant.md.
+    ``static_1``, ``V_1``, ``V_1.amplitude``, ``load_1_2``, ``contact_stiffness_1``, ``mu_1``.
+    States of a structure with elastic contacts go on with displacements and velocities of their
+    feet, along ``at`` and in the order of contacts; where these are left out, the springs are
+    relaxed and the feet stick. Derivation: docs/theory/plant.md.
 
     Examples
     --------
@@ -96,9 +98,8 @@ class Structure(BeltModel):
         else:
             why = "A mass is positive."
             self.mass = frozen(one_per_block("mass", mass, n, above=0.0, why=why))
-        self.stiffness = _matrix("stiffness", stiffness, (n, n))
-        given = np.zeros((n, n)) if damping is None else damping
-        self.damping = _matrix("damping", given, (n, n))
+        self.stiffness = _square("stiffness", stiffness, n)
+        self.damping = _square("damping", np.zeros(n) if damping is None else damping, n)
         self._set_contacts(contacts, force, forcing, n)
         self._weights = np.array(
             [weights_of(contact, n, f"contacts[{k}]") for k, contact in enumerate(self.contacts)]
@@ -194,6 +195,8 @@ class Structure(BeltModel):
             numbers |= {f"static_{k}": contact.static, f"V_{k}": contact.belt[0]}
             if contact.load is not None:
                 numbers |= named(f"load_{k}", np.array(contact.load))
+            if contact.stiffness is not None:
+                numbers[f"contact_stiffness_{k}"] = contact.stiffness
         return numbers
 
     @property
@@ -218,7 +221,7 @@ class Structure(BeltModel):
             for name, given in self._matrices.items()
         }
 
-    def _contact_arrays(self, numbers: Mapping[str, Any], n: int) -> dict[str, Numbers]:
+    def _contact_arrays(self, numbers: Mapping[str, Any], n: int) -> dict[str, Any]:
         m = self.n_blocks
         none = np.zeros(0)
         loads = [array_of(numbers, f"load_{k + 1}", (n,)) for k in range(m)]
@@ -231,6 +234,11 @@ class Structure(BeltModel):
             "frequency": none,
             "phase": none,
         }
+
+    def _plant_with(self, numbers: Mapping[str, Any]) -> Plant:
+        names = {k: f"contact_stiffness_{k + 1}" for k in range(self.n_blocks)}
+        springs = {k: numbers[name] for k, name in names.items() if name in numbers}
+        return super()._plant_with(numbers).with_feet(springs)
 
     def _assemble(self, numbers: Mapping[str, Any]) -> Plant:
         arrays = self._arrays(numbers)
@@ -275,6 +283,7 @@ class Structure(BeltModel):
                     static=finite_number(f"static_{k + 1}", numbers[f"static_{k + 1}"], above=0.0),
                     V=speed if wave is None else (speed, wave),
                     load=load,
+                    stiffness=numbers.get(f"contact_stiffness_{k + 1}"),
                 )
             )
         forcing = [waves[name] for name, (_, contact) in self._waves.items() if contact is None]
@@ -318,6 +327,13 @@ class StateSpace(Structure):
                 f"contacts have at = {shown(places)}: in state-space form contact k has at=k, its "
                 "column of B and row of C."
             )
+        for k, contact in enumerate(self.contacts):
+            if contact.stiffness is not None:
+                raise ValueError(
+                    f"contacts[{k}].stiffness = {contact.stiffness!r}: a structure in state-space "
+                    "form tells no displacement that could stretch a spring. Give masses, or a "
+                    "rigid contact."
+                )
         check_contacts(self.plant)
 
     _maker = "Structure.from_state_space"
@@ -349,6 +365,12 @@ def _matrix(name: str, given: object, shape: tuple[int, ...]) -> Floats:
         index = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
         raise ValueError(f"{name}{list(index)} = {array[index]} is not a finite number")
     return frozen(array.copy())
+
+
+def _square(name: str, given: object, n: int) -> Floats:
+    """Return an (n, n) matrix, given whole or by its diagonal."""
+    array = real_numbers(name, given)
+    return _matrix(name, np.diag(array) if array.shape == (n,) else array, (n, n))
 
 
 def _check_inertia(mass: Floats) -> None:

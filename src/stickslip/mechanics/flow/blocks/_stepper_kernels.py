@@ -19,11 +19,17 @@ from stickslip.mechanics.flow.blocks.system import (
     Floats,
 )
 from stickslip.mechanics.flow.blocks.transitions import (
+    FORCE_ROUNDING,
+    foot_rate,
     force_tolerance,
     is_loaded,
     limit_row,
     needed_row,
+    put_foot,
+    row_value,
     saltation,
+    set_waves,
+    slides,
     update_needed,
 )
 from stickslip.mechanics.flow.dense import clearance, leaving_time, piece_row
@@ -36,6 +42,7 @@ from stickslip.status import AT_REST, LAW_FAILED, OK, STEP_FAILED
 if TYPE_CHECKING:
     from stickslip.mechanics.flow._sliding_kernels import least_slope
     from stickslip.mechanics.flow.blocks.joint import COUPLED
+    from stickslip.mechanics.flow.blocks.transitions import FEET
     from stickslip.mechanics.friction.interface import (
         FORCE_ROW,
         GRADIENT_ROW,
@@ -131,6 +138,17 @@ def rate(system: BlockSystem, laws: Floats, motion: BlockMotion, block: int) -> 
 
 
 @kernel(inline=True)
+def find_rates(system: BlockSystem, laws: Floats, motion: BlockMotion, rates: Floats) -> None:
+    """Rates w' of all contacts in their modes."""
+    for i in range(motion.mode.shape[0]):
+        rates[i] = rate(system, laws, motion, i)
+    if FEET:
+        for i in range(motion.mode.shape[0]):
+            if slides(system, motion, i):
+                rates[i] = foot_rate(system, laws, motion, rates, i)
+
+
+@kernel(inline=True)
 def friction(laws: Floats, motion: BlockMotion, block: int) -> float:
     """Friction force of a slipping contact."""
     mode = motion.mode[block]
@@ -140,7 +158,12 @@ def friction(laws: Floats, motion: BlockMotion, block: int) -> float:
 
 @kernel(inline=True)
 def refresh(system: BlockSystem, laws: Floats, motion: BlockMotion) -> None:
-    """Compute the needed forces in the present state and modes."""
+    """Compute the needed forces in the present state and modes, and where feet slide."""
+    if FEET:
+        set_waves(system, motion)
+        for i in range(motion.mode.shape[0]):
+            if slides(system, motion, i):
+                put_foot(system, laws, motion, i)
     update_needed(system, motion)
     if COUPLED:
         for i in range(motion.mode.shape[0]):
@@ -168,7 +191,7 @@ def move(system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWork
             motion.e[i] = motion.limit[i]
         elif motion.event[i] == AT_LOWER_LIMIT:
             motion.e[i] = -motion.limit[i]
-        work.rates[i] = rate(system, laws, motion, i)
+    find_rates(system, laws, motion, work.rates)
 
 
 # --- series -----------------------------------------------------------------------------------
@@ -185,6 +208,8 @@ def expand(system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWo
         if not work.bends[i]:
             z[i, 1] = system.constant[i]
     for k in range(ORDER + COUPLED):
+        if FEET and k > 0:
+            expand_feet(system, motion, work, k)
         for a in range(work.n_active[0]):
             i = work.active[a]
             mode = motion.mode[i]
@@ -194,6 +219,8 @@ def expand(system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWo
             drive = -mode * friction_coefficient(system, motion, work, i, k)
             if COUPLED:
                 work.joint.drive[i, k] = drive
+                continue
+            if FEET and system.foot[i] >= 0:
                 continue
             needed = motion.e[i]
             if k > 0:
@@ -209,11 +236,35 @@ def expand(system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWo
         for a in range(work.n_active[1]):
             i = work.flowing[a]
             z[i, k + 1] = row_coefficient(system, work, i, k) / (k + 1)
+    if FEET and not COUPLED:
+        expand_feet(system, motion, work, ORDER)
     for i in range(motion.mode.shape[0]):
         work.limit[i, 0] = motion.limit[i]
         if is_loaded(system, motion, i):
             for k in range(1, ORDER + 1):
                 work.limit[i, k] = row_coefficient(system, work, limit_row(motion, i), k)
+
+
+@kernel
+def expand_feet(system: BlockSystem, motion: BlockMotion, work: BlockWork, k: int) -> None:
+    """Coefficient k of sliding feet's velocities, with which e + mode L F stays 0."""
+    for a in range(work.n_active[0]):
+        i = work.active[a]
+        if system.foot[i] >= 0:
+            work.w[i, k] = 0.0
+            rate = rate_coefficient(system, work, needed_row(motion, i), k)
+            share = motion.mode[i] * work.rows[i, FORCE_ROW, 0]
+            rate += share * rate_coefficient(system, work, limit_row(motion, i), k)
+            work.w[i, k] = -rate / system.mass[i]
+
+
+@kernel
+def rate_coefficient(system: BlockSystem, work: BlockWork, row: int, k: int) -> float:
+    """Coefficient k of the rate of a row that depends on y alone."""
+    total = 0.0
+    for entry in range(system.first[row], system.first[row + 1]):
+        total += system.entry[entry] * row_coefficient(system, work, system.column[entry], k)
+    return total
 
 
 @kernel
@@ -229,6 +280,8 @@ def couple_series(system: BlockSystem, motion: BlockMotion, work: BlockWork, k: 
         for j in range(n):
             total += joint.response[i, j] * work.joint.drive[j, k]
         work.joint.force[i, k] = total if joint.bears[i] else work.joint.drive[i, k]
+        if FEET and system.foot[i] >= 0:
+            continue
         if motion.mode[i] != 0 and k < ORDER:
             pull = total - row_coefficient(system, work, needed_row(motion, i), k)
             rounding = force_tolerance(motion, i) * max(joint.response[i, i], DEPENDENT)
@@ -373,6 +426,10 @@ def mechanism_signal(
                 work.signal[k] += abs(share) * work.limit[i, k] - share * work.joint.force[i, k]
     if abs(work.signal[0]) <= rounding:
         work.signal[0] = 0.0
+        if FEET:
+            for i in range(motion.mode.shape[0]):
+                if system.joint.mechanisms[way, i] != 0.0 and motion.mode[i] == 0:
+                    calm(system, motion, work, i)
     return size
 
 
@@ -380,7 +437,7 @@ def mechanism_signal(
 def is_exposed(system: BlockSystem, motion: BlockMotion, work: BlockWork, block: int) -> bool:
     """Whether a sticking contact's needed force or limit is anything but a straight line."""
     row, n_free = needed_row(motion, block), motion.y.shape[0]
-    if is_loaded(system, motion, block):
+    if is_loaded(system, motion, block) or (FEET and system.foot[block] >= 0):
         return True
     for entry in range(system.first[row], system.first[row + 1]):
         j = system.column[entry]
@@ -418,6 +475,25 @@ def ride_signal(
     if is_loaded(system, motion, block):
         for k in range(1, ORDER + 1):
             work.signal[k] += work.limit[block, k]
+    if FEET and work.signal[0] == 0.0:
+        calm(system, motion, work, block)
+
+
+@kernel
+def calm(system: BlockSystem, motion: BlockMotion, work: BlockWork, block: int) -> None:
+    """Take rounding out of the rates of a signal at 0 of a foot, as where it has just landed."""
+    if system.foot[block] < 0:
+        return
+    size = system.mass[block]
+    for row in (needed_row(motion, block), limit_row(motion, block)):
+        for entry in range(system.first[row], system.first[row + 1]):
+            _, terms = row_value(system, motion, system.column[entry])
+            size += abs(system.entry[entry]) * terms
+    for k in range(1, ORDER + 1):
+        if abs(work.signal[k]) > FORCE_ROUNDING * EPSILON * size:
+            return
+        work.signal[k] = 0.0
+    work.signal[0] = 1.0  # the body rests, and the foot stays at its limit
 
 
 @kernel(inline=True)
@@ -495,12 +571,16 @@ def tangent_series(
         if not work.bends[i]:
             d_z[i, 1] = row_tangent_coefficient(system, directions, motion, work, i, column, 0)
     for k in range(ORDER + COUPLED):
+        if FEET:
+            foot_tangents(system, directions, motion, work, column, k)
         for a in range(work.n_active[0]):
             i = work.active[a]
             row = needed_row(motion, i)
             pull = friction_tangent(system, directions, motion, work, i, column, k)
             if COUPLED:
                 work.joint.d_drive[i, k] = pull
+                continue
+            if FEET and system.foot[i] >= 0:
                 continue
             pull -= row_tangent_coefficient(system, directions, motion, work, row, column, k)
             pull -= directions.mass[column, i] * (k + 1) * work.w[i, k + 1]
@@ -513,6 +593,62 @@ def tangent_series(
             i = work.flowing[a]
             change = row_tangent_coefficient(system, directions, motion, work, i, column, k)
             d_z[i, k + 1] = change / (k + 1)
+    if FEET and not COUPLED:
+        foot_tangents(system, directions, motion, work, column, ORDER)
+
+
+@kernel
+def foot_tangents(
+    system: BlockSystem,
+    directions: BlockDirections,
+    motion: BlockMotion,
+    work: BlockWork,
+    column: int,
+    k: int,
+) -> None:
+    """Differentiate `expand_feet`, and for k = 0 where the feet are."""
+    for a in range(work.n_active[0]):
+        i = work.active[a]
+        if system.foot[i] < 0:
+            continue
+        work.d_w[i, k] = 0.0
+        needed, limit = needed_row(motion, i), limit_row(motion, i)
+        if k == 0:
+            off = row_tangent_coefficient(system, directions, motion, work, needed, column, 0)
+            off -= friction_tangent(system, directions, motion, work, i, column, 0)
+            work.d_z[system.foot[i], 0] -= off / system.mass[i]
+        share = motion.mode[i] * work.rows[i, FORCE_ROW, 0]
+        rate = rate_tangent_coefficient(system, directions, motion, work, needed, column, k)
+        rate += share * rate_tangent_coefficient(system, directions, motion, work, limit, column, k)
+        if directions.varies[column]:
+            change = 0.0
+            for j in range(directions.laws.shape[2]):
+                change += directions.laws[column, i, j] * work.rows[i, GRADIENT_ROW + j, 0]
+            rate += motion.mode[i] * change * rate_coefficient(system, work, limit, k)
+        work.d_w[i, k] = -rate / system.mass[i]
+
+
+@kernel
+def rate_tangent_coefficient(
+    system: BlockSystem,
+    directions: BlockDirections,
+    motion: BlockMotion,
+    work: BlockWork,
+    row: int,
+    column: int,
+    k: int,
+) -> float:
+    """Coefficient k of the derivative of the rate of a row that depends on y alone."""
+    change = 0.0
+    for entry in range(system.first[row], system.first[row + 1]):
+        own = system.column[entry]
+        moved = row_tangent_coefficient(system, directions, motion, work, own, column, k)
+        change += system.entry[entry] * moved
+    if directions.varies[column]:
+        for entry in range(directions.first[column, row], directions.first[column, row + 1]):
+            own = directions.column[entry]
+            change += directions.entry[entry] * row_coefficient(system, work, own, k)
+    return change
 
 
 @kernel
@@ -536,6 +672,8 @@ def couple_tangents(
         if motion.mode[i] == 0:
             work.joint.d_drive[i, k] = own[i] if joint.bears[i] else 0.0
     for i in range(n):
+        if FEET and system.foot[i] >= 0:
+            continue
         if motion.mode[i] != 0 and k < ORDER:
             pull = -own[i] - directions.mass[column, i] * (k + 1) * work.w[i, k + 1]
             for j in range(n):

@@ -13,10 +13,12 @@ from stickslip.mechanics.flow.blocks.transitions import (
     limit_row,
     move_tangents,
     needed_row,
+    put_foot,
     row_rate,
     row_tangent,
     row_value,
     saltation,
+    slides,
     stop,
 )
 from stickslip.mechanics.flow.system import (
@@ -121,6 +123,9 @@ def settle_together(system: BlockSystem, laws: Floats, motion: BlockMotion) -> b
             stop(motion, i)
     take_events(laws, motion)
     stop_with_others(system, motion)
+    for i in range(n):
+        if slides(system, motion, i):
+            put_foot(system, laws, motion, i)
     for _ in range(4 * n + 4):
         couple(system, motion)
         if not release(system, laws, motion) and not take_back(motion):

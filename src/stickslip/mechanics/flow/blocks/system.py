@@ -6,6 +6,8 @@
 #     mass w' = -mode L F(|w|) - e, or 0 while sticking.
 # Contacts that share inertia: mass w' = coupling f - own, and the forces f of sticking contacts are
 # solved for (`transitions.couple`); e is then what each contact needs while all others go on.
+# The foot of an elastic contact has no mass: its place, or sliding its velocity too, follows from
+# f = e, and `mass` is the stiffness of its spring (`transitions.put_foot`).
 # With the clock as part of the state the flow is autonomous: events restart it.
 
 from __future__ import annotations
@@ -42,6 +44,7 @@ class BlockSystem(NamedTuple):
     frequency: Floats  # (harmonics,), as phase
     phase: Floats
     V: Floats  # (m,)
+    foot: Ints  # (m,): where y holds the place of an elastic contact's foot; -1 of other contacts
     inverse: Floats  # (m, m), of the stiffness, where energy bounds the motion; else (0, 0)
 
 
@@ -118,6 +121,8 @@ def block_system(plant: Plant) -> BlockSystem:
     """Numbers of a model in the form that kernels take."""
     reduced = plant.reduced
     rows = sparse(reduced.matrix, reduced.constant)
+    foot = np.full(plant.n_contacts, -1)
+    foot[list(plant.elastic)] = plant.n_waves + plant.n_bodies + np.arange(len(plant.elastic))
     inverse = np.linalg.inv(plant.stiffness) if plant.dissipates else np.zeros((0, 0))
     return BlockSystem(
         mass=reduced.mass.copy(),
@@ -126,6 +131,7 @@ def block_system(plant: Plant) -> BlockSystem:
         frequency=reduced.frequency.copy(),
         phase=reduced.phase.copy(),
         V=np.array(reduced.V, dtype=np.float64),
+        foot=foot,
         inverse=np.asarray(inverse, dtype=np.float64),
     )
 

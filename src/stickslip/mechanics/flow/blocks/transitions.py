@@ -20,6 +20,7 @@ from stickslip.mechanics.flow.system import (
     LANDING,
     STICK,
 )
+from stickslip.mechanics.friction.interface import STATIC_COLUMN
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
 from stickslip.numerics.trigonometry import sincos
@@ -142,6 +143,64 @@ def excess_rate(
     return rate
 
 
+# --- elastic contacts ---------------------------------------------------------------------------
+
+FEET: bool  # bound in templates: whether contacts are elastic
+
+
+@kernel(inline=True)
+def slides(system: BlockSystem, motion: BlockMotion, block: int) -> bool:
+    """Whether a contact is the foot of a spring, and slips."""
+    return bool(system.foot[block] >= 0 and motion.mode[block] != STICK)
+
+
+@kernel
+def put_foot(system: BlockSystem, laws: Floats, motion: BlockMotion, block: int) -> None:
+    """Put a sliding foot where its spring carries kinetic friction, and give it the velocity."""
+    needed, limit = needed_row(motion, block), limit_row(motion, block)
+    share = kinetic_share(laws, motion, block)
+    force, _ = row_value(system, motion, needed)
+    most, _ = row_value(system, motion, limit)
+    motion.z[system.foot[block]] -= (force + share * most) / system.mass[block]
+    motion.w[block] = 0.0
+    rate = row_rate(system, motion, motion.w, needed)
+    rate += share * row_rate(system, motion, motion.w, limit)
+    motion.w[block] = -rate / system.mass[block]
+
+
+@kernel
+def foot_rate(
+    system: BlockSystem, laws: Floats, motion: BlockMotion, rates: Floats, block: int
+) -> float:
+    """Rate w' of a sliding foot from those of contacts with inertia."""
+    rates[block] = total = 0.0
+    share = 1.0
+    for row in (needed_row(motion, block), limit_row(motion, block)):
+        for k in range(system.first[row], system.first[row + 1]):
+            total += share * system.entry[k] * row_rate(system, motion, rates, system.column[k])
+        share = kinetic_share(laws, motion, block)
+    return -total / system.mass[block]
+
+
+@kernel(inline=True)
+def kinetic_share(laws: Floats, motion: BlockMotion, block: int) -> float:
+    """Force that a sliding foot needs for its spring over the limit, with its sign turned."""
+    mode = motion.mode[block]
+    return float(mode * laws[block, STATIC_COLUMN + (mode == FORWARD)])
+
+
+@kernel
+def relieve(system: BlockSystem, laws: Floats, motion: BlockMotion) -> None:
+    """Let go what rests on inertia and cannot stick any more, as springs of feet have relaxed."""
+    for block in range(motion.mode.shape[0]):
+        if slides(system, motion, block):
+            put_foot(system, laws, motion, block)
+    update_needed(system, motion)
+    for block in range(motion.mode.shape[0]):
+        if motion.mode[block] == STICK and abs(motion.e[block]) > motion.limit[block]:
+            motion.mode[block] = BACKWARD if motion.e[block] > 0.0 else FORWARD
+
+
 # --- global stick -------------------------------------------------------------------------------
 
 
@@ -249,7 +308,7 @@ def stop(motion: BlockMotion, block: int) -> None:
 
 
 @kernel(inline=True)
-def settle(system: BlockSystem, motion: BlockMotion, rates: Floats) -> bool:
+def settle(system: BlockSystem, laws: Floats, motion: BlockMotion, rates: Floats) -> bool:
     """Change the modes of all contacts at an event, once; tell whether any changed."""
     # Needed forces are continuous there; `rates` (w' just before) matter exactly at a limit alone.
     n = motion.mode.shape[0]
@@ -257,17 +316,22 @@ def settle(system: BlockSystem, motion: BlockMotion, rates: Floats) -> bool:
         if motion.event[block] != 0:
             stop(motion, block)
             rates[block] = 0.0
-    changed = False
+    changed = jumps = False
     for block in range(n):
         event = motion.event[block]
         before = motion.mode[block]
-        if event == LANDING:
+        if event == LANDING and slides(system, motion, block):
+            motion.mode[block] = STICK
+        elif event == LANDING:
             motion.mode[block] = mode_on_belt(system, motion, rates, block)
         elif event == AT_UPPER_LIMIT:
             motion.mode[block] = BACKWARD
         elif event == AT_LOWER_LIMIT:
             motion.mode[block] = FORWARD
         changed = changed or motion.mode[block] != before
+        jumps = jumps or (event != 0 and slides(system, motion, block))
+    if jumps:
+        relieve(system, laws, motion)
     return changed
 
 

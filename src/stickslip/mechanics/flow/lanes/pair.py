@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.mechanics.flow._lane_kernels import CoulombConstants, Pair, constants_at, slip_at
 from stickslip.mechanics.flow.lanes import layout
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ def pair_numbers(plant: Plant) -> Floats | None:
         return None
     mass, V, swap = plant.reduced.mass, float(plant.V[0]), [1, 0]
     stiff, damp = plant.stiffness / mass[:, None], plant.damping / mass[:, None]
-    limit, load, drag = plant.static / mass, stiff.sum(axis=1), V * damp.sum(axis=1)
+    limit, load, drag = plant.static / mass, stiff.sum(axis=1), plant.standing / mass
     determinant = load[0] * stiff[1, 1] - load[1] * stiff[0, 1]
     if determinant == 0.0 or V == 0.0:
         return None
@@ -58,3 +59,52 @@ def pair_numbers(plant: Plant) -> Floats | None:
     row[layout.DETERMINANT] = determinant
     pairs = row[: layout.SPRING_BOTH].reshape(-1, 2)[:, ::-1].ravel()
     return np.array([row, [*pairs, *row[layout.SPRING_BOTH :]], row])
+
+
+def coulomb_pair(
+    plant: Plant, row: Floats, mu: list[float]
+) -> tuple[CoulombConstants, Pair] | None:
+    """Numbers of closed forms from the first row of `pair_numbers`; None for other plants."""
+    # Units of the slow mode: docs/theory/blocks.md, "Closed forms of two unequal blocks".
+    K = plant.stiffness
+    is_elastic = K[0, 1] == K[1, 0] and not plant.damping.any() and not plant.force.any()
+    if not is_elastic or K[0, 1] > 0.0 or not K.sum(axis=1).min() > 0.0:
+        return None
+    places = (layout.LIMIT, layout.STIFF, layout.CROSS, layout.DRIFT, layout.MASS)
+    limit, stiff, cross, drift, mass = (row[at : at + 2] for at in places)
+    base, gain, share = (row[at : at + 2] for at in (layout.BASE, layout.GAIN, layout.SHARE))
+    coupling, tilt = math.sqrt(cross.prod()), 0.5 * (stiff[0] - stiff[1])
+    fast = 0.5 * stiff.sum() + math.hypot(tilt, coupling)
+    slow = row[layout.DETERMINANT] / fast
+    turn, frequency = 0.5 * math.atan2(coupling, -tilt), math.sqrt(slow)
+    a, b = math.sqrt(2.0) * math.cos(turn), math.sqrt(2.0) * math.sin(turn)
+    # A force over the root of its mass, limit 1 being 1; mirrored if the belt runs backward.
+    scale = np.sqrt(mass / mass[0]) / limit[0]
+    side = row[layout.SIDE]
+    limit, belt = limit * scale, abs(row[layout.BELT]) * frequency * scale
+    load, give = abs(drift) * scale / frequency, side * share / scale / row[layout.DETERMINANT]
+    stiff, coupling = stiff / slow, coupling / slow
+    one, two = (
+        slip_at(
+            alpha=max(0.0, stiff[i] - 1.0),
+            coupling=coupling,
+            loading=load[i],
+            loading_b=load[j],
+            sweep=stiff[i] * load[j] + coupling * load[i],
+            friction=mu[i] * limit[i],
+            limit=limit[i],
+            limit_b=limit[j],
+            first_rider=side * scale[j] * base[j],
+            first_slope=side * scale[j] * gain[j],
+        )
+        for i, j in ((0, 1), (1, 0))
+    )
+    equal = constants_at(0.5 * (fast / slow - 1.0), limit[1], 1.0, *mu)
+    pair = Pair(
+        slips=(one, two),
+        weights=(a, b),
+        belt=(belt[0], belt[1]),
+        belt_modes=(a * belt[0] + b * belt[1], a * belt[1] - b * belt[0]),
+        give=(give[0], give[1]),
+    )
+    return equal._replace(end=abs(give) @ limit), pair
