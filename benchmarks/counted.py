@@ -18,8 +18,7 @@ import numpy as np
 
 import stickslip as ss
 from stickslip.mechanics.eventmap import _lane_kernels
-from stickslip.mechanics.eventmap.lanes import Lanes
-from stickslip.mechanics.eventmap.records import Controls
+from stickslip.mechanics.eventmap.lanes import lanes_of
 from stickslip.mechanics.flow import _lane_kernels as flow
 from stickslip.mechanics.flow.engine import engine_for
 from stickslip.numerics import trigonometry
@@ -79,8 +78,7 @@ class Constants(list):
 
 def counts(model: ss.TwoBlock) -> dict[str, float]:
     """Operations per map, uniform starts."""
-    controls = Controls(rtol=1e-15, max_events=MAX_EVENTS, max_time=math.inf)
-    row = Constants(Lanes(engine_for(model, "exact"), controls).row.tolist())
+    row = Constants(lanes_of(engine_for(model, "exact"), MAX_EVENTS).row.tolist())
     kernels_math = SimpleNamespace(**{**vars(math), "sqrt": _root})
     for module in (_lane_kernels, flow, trigonometry):
         module.math = kernels_math
@@ -90,7 +88,7 @@ def counts(model: ss.TwoBlock) -> dict[str, float]:
     d = np.random.default_rng(1).uniform(*model.domain, MAPS)
     value, no_slope = Numbers(d.tolist()), Numbers()
     COUNT.clear()
-    _lane_kernels.carry_lanes(row, streams, lists, value, no_slope, 0, MAPS, MAX_EVENTS)
+    _lane_kernels.carry_lanes(row, None, streams, lists, value, no_slope, 0, MAPS, MAX_EVENTS)
     return {kind: n / MAPS for kind, n in COUNT.items()}
 
 

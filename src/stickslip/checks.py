@@ -139,6 +139,15 @@ def checked_interval(name: str, ends: Any) -> tuple[float, float]:
     return low, high
 
 
+def one_each(name: str, given: Any, n: int) -> list[Any]:
+    """Return a list with an entry for each of n coordinates, or say what is needed."""
+    if np.iterable(given) and len(listed := list(given)) == n:
+        return listed
+    raise ValueError(
+        f"{name} = {shown(given)} must hold {n} entries, one for each coordinate of a point."
+    )
+
+
 def grid(name: str, given: Any) -> Floats:
     """Return values of a parameter: a tuple ``(lo, hi, n)`` is a grid, anything else the values."""
     # Everywhere else a range is a pair ``(lo, hi)``. Whether the values must ascend, the caller

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation
 from stickslip.analysis.bifurcations.curves.breakpoint_curves import follow_breakpoint
 from stickslip.analysis.bifurcations.curves.curves import follow_bifurcation
+from stickslip.analysis.bifurcations.in_space.curves_nd import follow_bifurcation_nd
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.continuation.continuation import follow_on, follow_orbit
@@ -128,14 +129,16 @@ def follow(
         f = line_family(_known_system(thing, "breakpoint"))
         return _call(follow_breakpoint, "a breakpoint", given, (thing, f, parameter, range), ())
     if isinstance(thing, Bifurcation):
-        f = line_family(_known_system(thing, "bifurcation"))
+        f = _known_system(thing, "bifurcation")
         if solve_for is None:
             raise ValueError(
                 f"solve_for: a bifurcation is followed along {parameter} in the plane of two "
                 f"parameters; say which other one is solved for, such as {thing.parameter!r}."
             )
-        start = (thing, f, parameter, range)
-        return _call(follow_bifurcation, "a bifurcation", given, start, ("solve_for",))
+        in_space = isinstance(f, FamilyND)
+        run = follow_bifurcation_nd if in_space else follow_bifurcation
+        start = (thing, f if in_space else line_family(f), parameter, range)
+        return _call(run, "a bifurcation", given, start, ("solve_for",))
     if isinstance(thing, Cycle):
         return _call(follow_cycle, "a cycle", given, (thing, parameter, range), ("max_points",))
     if isinstance(thing, Equilibrium):

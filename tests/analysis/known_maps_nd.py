@@ -148,3 +148,99 @@ def kinked(mu: float = -0.1, jump: float = 0.0) -> SmoothMap:
         (("mu", mu), ("jump", jump)),
         label=lambda z, mu, jump: 1 + right(z),
     )
+
+
+def plain(func: Function, jacobian: Function, n: int = 2, **values: float) -> SmoothMap:
+    """Make a map of a wide box whose parameters are not varied."""
+    return SmoothMap(func, jacobian, {}, ((-1e6, 1e6),) * n, tuple(values.items()))
+
+
+def linear(matrix: ArrayLike) -> SmoothMap:
+    """Make x' = A x."""
+    a = np.asarray(matrix, dtype=np.float64)
+    return plain(lambda z: z @ a.T, lambda z: np.broadcast_to(a, (*z.shape, len(a))), len(a))
+
+
+def lozi(a: float = 1.7, b: float = 0.5) -> SmoothMap:
+    """Make x' = 1 - a |x| + y, y' = b x (Lozi 1978), chaotic at 1.7, 0.5 (Misiurewicz 1980)."""
+    return plain(
+        lambda z, a, b: _points(1 - a * np.abs(z[..., 0]) + z[..., 1], b * z[..., 0]),
+        lambda z, a, b: _rows((-a * np.sign(z[..., 0]), 1.0), (b + 0 * z[..., 0], 0.0)),
+        a=a,
+        b=b,
+    )
+
+
+def ikeda(u: float = 0.9) -> SmoothMap:
+    """Make z' = 1 + u z exp(i (0.4 - 6 / (1 + |z|^2))) (Ikeda 1979; Hammel et al. 1985)."""
+
+    def terms(z: Any, u: float) -> tuple[Any, ...]:
+        x, y = z[..., 0], z[..., 1]
+        size = 1 + x * x + y * y
+        t = 0.4 - 6 / size
+        return x, y, u * np.cos(t), u * np.sin(t), 12 * x / size**2, 12 * y / size**2
+
+    def func(z: Any, u: float) -> Floats:
+        x, y, c, s, _, _ = terms(z, u)
+        return _points(1 + c * x - s * y, s * x + c * y)
+
+    def jacobian(z: Any, u: float) -> Floats:
+        x, y, c, s, t_x, t_y = terms(z, u)
+        turn, along = -(s * x + c * y), c * x - s * y
+        return _rows((c + turn * t_x, -s + turn * t_y), (s + along * t_x, c + along * t_y))
+
+    return plain(func, jacobian, u=u)
+
+
+def standard(k: float = 1.0, copies: int = 1, coupling: float = 0.0) -> SmoothMap:
+    """Make p' = p + k sin t, t' = t + p' (Chirikov 1979), not wrapped; neighbours coupled."""
+    eye = np.eye(copies)
+    ring = np.roll(eye, 1, axis=0)
+
+    def func(z: Any, k: float) -> Floats:
+        t, p = z[..., :copies], z[..., copies:]
+        force = k * np.sin(t) + coupling * (np.sin(t @ ring - t) + np.sin(t @ ring.T - t))
+        return np.concatenate([t + p + force, p + force], axis=-1)
+
+    def jacobian(z: Any, k: float) -> Floats:
+        t = z[..., :copies]
+        ahead, behind = np.cos(t @ ring - t), np.cos(t @ ring.T - t)
+        own = k * np.cos(t) - coupling * (ahead + behind)
+        slope = own[..., None] * eye
+        slope += coupling * (ahead[..., None] * ring.T + behind[..., None] * ring)
+        return np.concatenate(
+            [
+                np.concatenate([eye + slope, np.broadcast_to(eye, slope.shape)], axis=-1),
+                np.concatenate([slope, np.broadcast_to(eye, slope.shape)], axis=-1),
+            ],
+            axis=-2,
+        )
+
+    return plain(func, jacobian, 2 * copies, k=k)
+
+
+def towel() -> SmoothMap:
+    """Make the folded towel map (Rössler 1979): two directions grow."""
+
+    def func(z: Any) -> Floats:
+        x, y, w = np.moveaxis(z, -1, 0)
+        return _points(
+            3.8 * x * (1 - x) - 0.05 * (y + 0.35) * (1 - 2 * w),
+            0.1 * ((y + 0.35) * (1 - 2 * w) - 1) * (1 - 1.9 * x),
+            3.78 * w * (1 - w) + 0.2 * y,
+        )
+
+    def jacobian(z: Any) -> Floats:
+        x, y, w = np.moveaxis(z, -1, 0)
+        rows = (
+            (3.8 * (1 - 2 * x), -0.05 * (1 - 2 * w), 0.1 * (y + 0.35)),
+            (
+                -0.19 * ((y + 0.35) * (1 - 2 * w) - 1),
+                0.1 * (1 - 2 * w) * (1 - 1.9 * x),
+                -0.2 * (y + 0.35) * (1 - 1.9 * x),
+            ),
+            (0 * x, 0.2 + 0 * x, 3.78 * (1 - 2 * w)),
+        )
+        return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+    return plain(func, jacobian, 3)

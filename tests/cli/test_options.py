@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from tests.mechanics.eventmap.unequal import pair
 
@@ -164,7 +165,35 @@ def test_a_chain_is_followed_in_time(file, capsys):
         assert document["result"][f"x_{block}"][-1] == x
 
 
-@pytest.mark.parametrize("command", sorted(QUESTIONS.keys() - {"simulate", "cycles"}))
+def test_orbits_of_a_chain_are_listed_with_a_column_for_each_number(file, capsys):
+    file(CHAIN)
+    columns = answer(capsys, "orbits --model mine.toml --max-period 2")["result"]
+    known = ss.periodic_orbits(CHAIN, 2)
+    points = np.concatenate([orbit.points for orbit in known])
+    assert len(points)
+    assert np.array_equal(np.transpose([columns["d_1"], columns["d_2"]]), points)
+    largest = [orbit.multipliers[0] for orbit in known for _ in orbit.points]
+    assert columns["multipliers_1"] == [value.real for value in largest]
+    assert columns["multipliers_1_imag"] == [value.imag for value in largest]
+    main(["orbits", "--model", "mine.toml"])
+    assert "(Good-Turing)" in capsys.readouterr().err
+
+
+def test_basins_of_a_chain_are_shares_of_starts(file, capsys):
+    file(CHAIN)
+    columns = answer(capsys, "basins --model mine.toml --samples 64")["result"]
+    known = ss.basins(CHAIN, n_samples=64)
+    assert columns["share"] == [known.share(k).value for k in columns["attractor"]]
+
+
+def test_orbits_of_a_chain_are_drawn(file, tmp_path):
+    file(CHAIN)
+    assert main(["orbits", "--model", "mine.toml", "--out", "orbits.png"]) == 0
+
+
+@pytest.mark.parametrize(
+    "command", sorted(QUESTIONS.keys() - {"simulate", "cycles", "orbits", "basins"})
+)
 def test_what_asks_about_two_blocks_says_so_of_a_chain(command, file, capsys):
     file(CHAIN)
     assert main([command, "--model", "mine.toml", *QUESTIONS[command].split()]) == 2

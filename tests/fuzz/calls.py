@@ -59,6 +59,16 @@ def logistic() -> Any:
     return maps.logistic(3.2)
 
 
+def plane() -> Any:
+    return ss.Map(
+        lambda z, r: r * z * (1 - z), 2, parameters={"r": 3.2}, domain=[(0.0, 1.0), (0.0, 1.0)]
+    )
+
+
+def turning() -> Any:
+    return ss.Map(lambda x, w: x + w, 1, parameters={"w": 0.4}, periodic=[1.0])
+
+
 @cache
 def orbits() -> Any:
     return ss.periodic_orbits(logistic(), 2)
@@ -133,7 +143,7 @@ def forced() -> Any:
 
 @cache
 def stroboscopic() -> Any:
-    return ss.stroboscopic_map(forced())
+    return ss.stroboscopic_map(forced(), domain=[(-1.0, 1.0), (-1.0, 1.0)])
 
 
 @cache
@@ -290,6 +300,7 @@ def at_point(d: Any) -> dict[str, dict[str, Any]]:
         "point": {"x": [0.9], "v": [0.2], "t": 0.0},
         "replace": {"V": 0.05},
         "slip_from": {"d": d, "max_events": 100},
+        "turned": {"d": d},
     }
 
 
@@ -311,6 +322,13 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     "Coulomb": {"mu": 0.2},
     "Harmonic": {"amplitude": 0.1, "frequency": 1.0},
     "Oscillator": {"V": 0.2, "friction": LAW},
+    "Map": {
+        "func": lambda z, r=1.0: r * z * (1 - z),
+        "dimension": 2,
+        "parameters": {"r": 3.0},
+        "domain": [(0.0, 1.0), (0.0, 1.0)],
+        "periodic": [None, 1.0],
+    },
     "PiecewiseMap": {
         "func": lambda x, r=1.0: r * x * (1 - x),
         "domain": (0.0, 1.0),
@@ -342,6 +360,28 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     },
     "Units": {"m": 1.0, "k": 2.0, "fs1": 3.0},
     "attractors": {"f": logistic, "n_starts": 4, "max_steps": 100, "rng": 1},
+    "rotation_number": {"f": turning, "x0": 0.1, "n": 8, "transient": 2},
+    "basin_fractions": {
+        "system": plane,
+        "parameter": "r",
+        "values": [3.1, 3.2],
+        "n_samples": 8,
+        "n_starts": 2,
+    },
+    "safety": {
+        "system": logistic,
+        "parameter": "r",
+        "values": [3.1],
+        "attractor": 0,
+        "kicks": 0.1,
+        "distribution": "normal",
+        "within": 5,
+        "n_runs": 5,
+        "n_samples": 16,
+        "n_impulses": 0,
+        "tolerance": 1e-3,
+        "rng": 1,
+    },
     "axis": {"lo": 0.1, "hi": 0.2, "n": 3},
     "basins": {"f": logistic, "found": attractors, "resolution": 1e-3, "n_samples": 20, "rng": 1},
     "bifurcation_diagram": {
@@ -388,6 +428,15 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     "limit_cycles": {"model": oscillator, "n_starts": 1, "max_events": 100, "rng": 1},
     "load": {"path": saved},
     "lyapunov_exponent": {"f": logistic, "d": 0.1, "n": 50, "transient": 5},
+    "lyapunov_spectra": {
+        "system": chain,
+        "parameter": "V",
+        "grid": [0.1, 0.11],
+        "x0": [0.1, 0.2],
+        "n": 5,
+        "transient": 2,
+    },
+    "lyapunov_spectrum": {"f": chain, "x0": [0.1, 0.2], "n": 5, "transient": 2},
     "observables.Attractor": BRIEF,
     "observables.CoexistingAttractors": {**BRIEF, "n_starts": 2},
     "observables.Events": BRIEF,
@@ -412,7 +461,7 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     "simulate": {"model": oscillator, **STATE, "t_end": 5.0, "max_events": 100},
     "slips": {"model": oscillator, **STATE, "t_end": 5.0, "max_events": 100},
     "return_map": {"model": forced, "contact": 0, "event": "release", "max_events": 100},
-    "stroboscopic_map": {"model": forced},
+    "stroboscopic_map": {"model": coulomb, "period": 2.0},
     "sweep": {
         "system": logistic,
         "axes": {"r": (3.0, 3.2, 2)},
@@ -421,6 +470,7 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     },
     "trapping_ball": {"cycle": cycle},
     "write_model": {"model": coulomb, "path": fresh("written.toml")},
+    "zero_one_test": {"series": [0.1, 0.2] * 50, "n_frequencies": 3, "rng": 1},
 }
 """Arguments of a good call; those that are functions without parameters are called first."""
 
@@ -475,6 +525,21 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
             "replace": {"force": [1.0, 0.9, 0.8]},
         },
     ),
+    "Map": (
+        plane,
+        {
+            "__call__": {"x": [0.1, 0.2]},
+            "contains": {"x": [0.1, 0.2]},
+            "derivative": {"x": [0.1, 0.2]},
+            "evaluate": {"x": [0.1, 0.2]},
+            "iterate": {"x": [0.1, 0.2], "n": 2},
+            "kernels": {"n_steps": 1, "n_values": 1},
+            "parameter_derivative": {"x": [0.1, 0.2], "name": "r"},
+            "replace": {"r": 3.0},
+            "spread": {"count": 4},
+            "turned": {"x": [0.1, 0.2]},  # of no angle
+        },
+    ),
     "PiecewiseMap": (
         logistic,
         {
@@ -488,7 +553,10 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
             "replace": {"r": 3.0},
         },
     ),
-    "EventMap": (event_map, EVENT_MAP),
+    "EventMap": (
+        event_map,
+        {**EVENT_MAP, "after_impulse": {"d": 0.1, "block": 1, "by": 0.01}},
+    ),
     "QuasistaticMap": (
         quasistatic,
         {
@@ -510,7 +578,9 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
             "value_and_derivative": {"d": [0.1, 0.1]},
             "parameter_derivative": {"d": [0.1, 0.1], "name": "V"},
             "replace": {"V": 0.05},
+            "slip_from": {"d": [0.1, 0.1], "max_events": 100},
             "spread": {"n": 2},
+            "after_impulse": {"d": [0.1, 0.1], "block": 3, "by": 0.01},
         },
     ),
     "Certificate": (lambda: ss.certify_orbits(coulomb(), digits=5), SAVE),
@@ -531,6 +601,21 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
             "sampled": {"attractor": 0},
         },
     ),
+    "AttractorListND": (lambda: ss.attractors(plane(), n_starts=4), SAVE),
+    "BasinsND": (
+        lambda: ss.basins(plane(), n_samples=16),
+        {**SAVE, "share": {"attractor": -2}},
+    ),
+    "BasinFractions": (
+        lambda: ss.basin_fractions(plane(), "r", [3.1], n_samples=8, n_starts=2),
+        {**SAVE, "share": {"number": 0}},
+    ),
+    "Safety": (lambda: ss.safety(logistic(), n_samples=16), SAVE),
+    "Settling": (
+        lambda: ss.safety(logistic(), n_samples=16).settling,
+        {"quantile": {"share": 0.5}},
+    ),
+    "SafetyList": (lambda: ss.safety(logistic(), "r", [3.1], n_samples=16), SAVE),
     "InvariantDensity": (
         lambda: ss.invariant_density(maps.tent(1.9), ss.attractors(maps.tent(1.9))[0], cells=50),
         {"__call__": {"x": 0.5}, "cumulative": {"x": 0.5}, "mean": {"func": abs}},
@@ -557,8 +642,11 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
                 "n": 2,
             },
             "iterate": {"state": [0.1, 0.1], "n": 2},
+            "contains": {"state": [0.1, 0.1]},
+            "evaluate": {"state": [0.1, 0.1]},
+            "spread": {"count": 2},
             "derivative": {"state": [0.1, 0.1]},
-            "lyapunov_exponents": {"state": [0.1, 0.1], "n": 4, "transient": 2},
+            "parameter_derivative": {"state": [0.1, 0.1], "name": "V"},
             "periodic_point": {"state": [0.1, 0.1], "max_periods": 20},
             "replace": {"V": 0.1},
         },
@@ -580,6 +668,7 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
 """By class: an object of it, and arguments of a good call of each method."""
 
 LEFT: Final = {
+    "QuasistaticMap.after_impulse": "refuses: there is no moving belt",
     "TabulatedFriction.from_values": "a table has no parameters",
     "FrictionLaw": "what laws are made of; tests/contracts",
     "plot": "draws; tests/plot",
@@ -591,6 +680,7 @@ LEFT: Final = {
     "with_traceback": "of exceptions",
     "expression": "traced with symbols, not called with numbers",
     "explain_break": "asked by the analysis, with points that it found",
+    "explain_border": "asked by the analysis, with points that it found",
     "labels_at": "asked by the analysis, with points that it found",
     "matters": "asked by the analysis, with laps that it found",
     "text": "asked by the analysis, with labels that it found",

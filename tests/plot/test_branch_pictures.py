@@ -1,8 +1,13 @@
 """Branches of orbits as pictures: heavy up to the bifurcation, thin from there."""
 
-import numpy as np
+from types import SimpleNamespace
 
-from stickslip.plot.bifurcations import STABLE, UNSTABLE, draw_stretches
+import numpy as np
+import pytest
+from tests.analysis import plane_maps
+
+import stickslip as ss
+from stickslip.plot.bifurcations import STABLE, UNSTABLE, coordinate_label, draw_stretches
 from stickslip.plot.style import new_figure
 
 
@@ -23,3 +28,29 @@ def test_without_the_point_itself_the_thin_line_reaches_to_the_heavy_one():
     shown = {line.get_linewidth(): np.isfinite(line.get_ydata()) for line in ax.lines}
     assert shown[STABLE["lw"]].tolist() == [True, True, False]
     assert shown[UNSTABLE["lw"]].tolist() == [False, True, True]
+
+
+@pytest.mark.parametrize(
+    ("result", "k", "label"),
+    [
+        (SimpleNamespace(system=SimpleNamespace(parameters={"V": 0.1})), None, "$d$"),
+        (SimpleNamespace(system=SimpleNamespace(parameters={"V": 0.1})), 1, "$d_2$"),
+        (SimpleNamespace(attractors=SimpleNamespace(system=plane_maps.henon())), 0, "$x_1$"),
+        (SimpleNamespace(parameter="a", parameters={"a": 1.4}), 1, "$x_2$"),
+        (SimpleNamespace(system=SimpleNamespace(coordinates=("phase", "w_1"))), 1, "w_1"),
+        ([], 0, "$x_1$"),
+    ],
+)
+def test_coordinates_have_the_maps_own_names(result, k, label):
+    assert coordinate_label(result, k) == label
+
+
+def test_a_plane_of_basins_tells_shares():
+    basins = ss.basins(plane_maps.henon(), grid=[(-2, 2, 40), (-2, 2, 40)])
+    ax = basins.plot(new_figure().add_subplot())
+    told = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert told == [
+        f"0: chaotic, {100 * basins.share(0).value:.3g} %",
+        f"leaves, {100 * basins.share(-2).value:.3g} %",
+    ]
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$x_1$", "$x_2$")

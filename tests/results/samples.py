@@ -3,8 +3,10 @@
 from functools import cache
 from typing import ClassVar
 
+import numpy as np
 from tests.analysis import known_maps as examples
 from tests.analysis import known_maps_nd as examples_nd
+from tests.analysis import plane_maps
 
 import stickslip as ss
 
@@ -73,11 +75,43 @@ class Samples:
 
     # --- of maps of R^n -----------------------------------------------------------------------
 
+    def make_AttractorListND(self):
+        return ss.attractors(plane_maps.henon(), n_starts=16)
+
+    def make_AttractorND(self):
+        return self["AttractorListND"][0]
+
+    def make_BasinsND(self):
+        found = self["AttractorListND"]
+        return ss.basins(plane_maps.henon(), found, grid=[(-2, 2, 16), (-2, 2, 16)])
+
+    def make_BasinFractions(self):
+        return ss.basin_fractions(plane_maps.henon(), "a", [1.2, 1.25], n_samples=32, n_starts=8)
+
+    def make_Safety(self):
+        return ss.safety(COULOMB, kicks=0.05, n_samples=64, n_runs=16, n_impulses=4)
+
+    def make_SafetyList(self):
+        return ss.safety(examples.logistic(3.0), "r", [3.2, 3.3], n_samples=64)
+
+    def make_RotationNumber(self):
+        f = ss.Map(lambda x, w: x + w, 1, parameters={"w": 0.4}, periodic=[1.0])
+        return ss.rotation_number(f, [[0.1], [0.2]], 100)
+
     def make_OrbitListND(self):
         return ss.periodic_orbits(examples_nd.henon(), 2)
 
     def make_PeriodicOrbitND(self):
         return self["OrbitListND"][0]
+
+    def make_LyapunovSpectrum(self):
+        return ss.lyapunov_spectrum(examples_nd.henon(), [0.1, 0.1], 500)
+
+    def make_LyapunovSpectra(self):
+        return ss.lyapunov_spectra(examples_nd.henon(), "a", [1.2, 1.4], [0.1, 0.1], 500)
+
+    def make_ZeroOneTest(self):
+        return ss.zero_one_test(np.cos(np.arange(200.0)), n_frequencies=5)
 
     # --- along a parameter --------------------------------------------------------------------
 

@@ -25,7 +25,7 @@ from stickslip.mechanics.friction import FrictionLaw, TabulatedFriction
 from stickslip.mechanics.model.arguments import Model
 from stickslip.mechanics.model.file import model_values
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.numerics.targets import cache_root
+from stickslip.numerics.kernel_cache import cache_root
 
 LOG: Final = logging.getLogger(__name__)
 

@@ -141,7 +141,7 @@ def _gpu() -> Finding:
 
 
 def _cache() -> Finding:
-    from stickslip.numerics.targets import cache_root
+    from stickslip.numerics.kernel_cache import cache_root
 
     folder = cache_root()
     if folder is None:

@@ -1,7 +1,8 @@
-"""Commands about one model: ``stickslip map``, ``orbits``, ``basins``, ``simulate``, ``cycles``."""
+"""Commands about one model: maps, orbits, basins, safety, motions and cycles."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.attractors.basins import Basins
     from stickslip.analysis.orbits.orbit import OrbitList
+    from stickslip.analysis.orbits.orbits_nd import OrbitListND
     from stickslip.cli.options import ModelLine
     from stickslip.mechanics.flow.trajectory import Trajectory
     from stickslip.numerics.arrays import Floats
@@ -156,7 +158,7 @@ def orbits(
     max_period: Whole | None = None,
     period: Whole | None = None,
     infinitely_unstable: Flag = False,
-    resolution: float = 1e-9,
+    resolution: float | None = None,
 ) -> int:
     """List the periodic orbits of the event map, stable and unstable, each once.
 
@@ -164,6 +166,9 @@ def orbits(
     orbit, period, kind, multiplier (inf if the orbit crosses a jump), point and d with its
     error, itinerary from this point to the next. What could not be decided is said on
     stderr; the exit code is 1 if the list is not complete up to the period asked for.
+
+    A map of several numbers, as of three blocks, has multipliers_1, ... and d_1, ... instead, and
+    how many seeds led to the orbit (hits); stderr estimates how many orbits were not found.
 
     Parameters
     ----------
@@ -174,36 +179,61 @@ def orbits(
     infinitely_unstable
         Add the orbits that cross a jump of the map.
     resolution
-        Pieces of the map narrower than this may be missed.
+        On a line: pieces of the map narrower than this may be missed; 1e-9 if not given.
     """
     import stickslip as ss
 
     if period is not None and max_period is not None:
         raise UsageError("give either --max-period or --period")
     highest = 1 if max_period is None else max_period
-    f = table.event_map()
+    f = table.map()
+    on_line = f.dimension == 1
+    if on_line and resolution is None:
+        resolution = 1e-9
     settings: dict[str, Any] = {
         "infinitely_unstable": infinitely_unstable,
         "resolution": resolution,
     }
 
-    def plot(found: OrbitList, ax: Axes) -> Axes:
+    def plot(found: OrbitList | OrbitListND, ax: Axes) -> Axes:
         from stickslip.plot.maps import event_map
 
-        return found.plot(event_map(f, ax))
+        return found.plot(event_map(f, ax) if on_line else ax)
 
     found = table.deliver(
         "orbits",
         f.model,
         ({"max_period": highest} if period is None else {"period": period}) | settings,
         lambda: ss.periodic_orbits(f, highest, period=period, **settings),
+        table=lambda found: _columns_of_numbers(found.table()),
         plot=plot,
     )
     return _orbit_ending(found, quiet=table.quiet)
 
 
-def _orbit_ending(found: OrbitList, *, quiet: bool) -> int:
+def _columns_of_numbers(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Give each component of a column of tuples its own, `d_1`, and imaginary parts theirs."""
+    import numpy as np
+
+    columns: dict[str, Any] = {}
+    for name, values in table.items():
+        if not (len(values) and isinstance(values[0], tuple)):
+            columns[name] = values
+            continue
+        for k, part in enumerate(np.array(values.tolist()).T, start=1):
+            columns[f"{name}_{k}"] = part.real
+            if np.iscomplexobj(part):
+                columns[f"{name}_{k}_imag"] = part.imag
+    return columns
+
+
+def _orbit_ending(found: OrbitList | OrbitListND, *, quiet: bool) -> int:
     """Tell what stayed open; fail if orbits of a period asked for may be missing."""
+    from stickslip.analysis.orbits.orbits_nd import OrbitListND
+
+    if isinstance(found, OrbitListND):
+        notes([str(item) for item in found.unseen], "periods searched", quiet=quiet)
+        return DONE
     near = [near for near in found.near_folds if not near.resolved]
     reasons = [
         f"none, two or a whole interval of orbits of period {item.period} at d = {item.x:.12g}: "
@@ -222,7 +252,12 @@ stickslip basins --preset law9 --alpha 1.208 --out basins.csv
 """
 
 
-def basins(*, table: TableOptions = TableOptions(), resolution: float = 1e-5) -> int:
+def basins(
+    *,
+    table: TableOptions = TableOptions(),
+    resolution: float = 1e-5,
+    samples: Whole = 1024,
+) -> int:
     """Divide the domain of the event map into basins of attraction.
 
     One row for each interval, from left to right. Columns: its ends; its share of the
@@ -231,14 +266,25 @@ def basins(*, table: TableOptions = TableOptions(), resolution: float = 1e-5) ->
     the map "leaves"; for the intervals "not proved" samples tell shares; what is undecided even
     so is explained on stderr, and the exit code is 1 if that is the whole domain.
 
+    Of a map of several numbers, as of three blocks: one row for each attractor, and for the
+    starts that leave or stay undecided, with its share of the starts and the standard error.
+
     Parameters
     ----------
     resolution
-        Share of the domain below which interwoven basins are left to samples.
+        On a line: share of the domain below which interwoven basins are left to samples.
+    samples
+        Of a map of several numbers: starts, spread over the domain.
     """
     import stickslip as ss
 
-    f = table.event_map()
+    f = table.map()
+    if f.dimension > 1:
+        shares = table.deliver(
+            "basins", f.model, {"samples": samples}, lambda: ss.basins(f, n_samples=samples)
+        )
+        note(repr(shares).splitlines()[0], quiet=table.quiet)
+        return COMPUTATION_FAILED if shares.undecided == 1.0 else DONE
     asked = {"resolution": resolution}
     found = table.deliver("basins", f.model, asked, lambda: ss.basins(f, resolution=resolution))
     return _basin_ending(found, quiet=table.quiet)
@@ -257,6 +303,53 @@ def _basin_ending(found: Basins, *, quiet: bool) -> int:
             quiet=quiet,
         )
     return COMPUTATION_FAILED if found.undecided == 1.0 else DONE
+
+
+SAFETY_EXAMPLES = """\
+stickslip safety --preset coulomb
+stickslip safety --preset coulomb --kicks 0.01 --within 10000 --json
+stickslip safety --preset coulomb --parameter V \\
+    --values 0.0366 --values 0.0368
+"""
+
+
+def safety(
+    *,
+    table: TableOptions = TableOptions(),
+    attractor: int = 0,
+    kicks: float = 0.0,
+    within: int = 1000,
+    parameter: str | None = None,
+    values: Annotated[tuple[float, ...], Parameter(negative=(), show_default=False)] = (),
+) -> int:
+    """Tell how safe an attractor of the event map is: what carries a motion into another basin.
+
+    Columns: its basin's share of the domain; the smallest displacement and the smallest change
+    of a block's velocity that lead elsewhere, and into which basin (-1 not proved, -2 it
+    leaves); steps until half and 95 % of the starts have settled; mean steps until random kicks
+    make a motion escape, and the share that does. Errors are standard errors.
+
+    Parameters
+    ----------
+    attractor
+        Number of the attractor, from 0, that most starts reach first.
+    kicks
+        Standard deviation of normal kicks after each step; none at 0.
+    within
+        Steps after which a kicked run is given up.
+    parameter
+        A number of the model that varies.
+    values
+        Its values, along which the attractor is followed.
+    """
+    import stickslip as ss
+
+    f = table.event_map()
+    asked = {"attractor": attractor, "kicks": kicks, "within": within}
+    if parameter is not None:
+        asked |= {"parameter": parameter, "values": list(values)}  # type: ignore[dict-item]
+    table.deliver("safety", f.model, asked, partial(ss.safety, f, **asked))  # type: ignore[arg-type]
+    return DONE
 
 
 SIMULATE_EXAMPLES = """\

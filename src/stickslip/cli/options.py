@@ -215,17 +215,21 @@ class SystemOptions:
         """Build the model."""
         return self.system.model()
 
-    def event_map(self, **more: Any) -> ModelLine:
-        """Build the map of a model that has one of the line, with further settings."""
+    def map(self, **more: Any) -> Any:
+        """Build the map of a model, of any dimension, with further settings."""
         from stickslip.mechanics.cycle.return_map import map_of
 
-        found: Any = map_of(self.model(), **self.engine.settings(), **more)
+        return map_of(self.model(), **self.engine.settings(), **more)
+
+    def event_map(self, **more: Any) -> ModelLine:
+        """Build the map of a model that has one of the line, with further settings."""
+        found = self.map(**more)
         if found.dimension > 1:
             raise UsageError(
                 "this command asks about a map of one number, such as d = X_2 - X_1 of two blocks "
                 f"or the phase of a shaken one; the model is a {type(found.model).__name__} with "
-                f"n = {found.model.n_blocks}, whose map has {found.dimension}. stickslip simulate "
-                "follows any model in time"
+                f"n = {found.model.n_blocks}, whose map has {found.dimension}. stickslip orbits "
+                "and stickslip basins take it; stickslip simulate follows any model in time"
             )
         line: ModelLine = found
         return line

@@ -34,6 +34,7 @@ COMMANDS: Final[dict[str, tuple[Callable[..., Any], str]]] = {
     "map": (models.map_, models.MAP_EXAMPLES),
     "orbits": (models.orbits, models.ORBITS_EXAMPLES),
     "basins": (models.basins, models.BASINS_EXAMPLES),
+    "safety": (models.safety, models.SAFETY_EXAMPLES),
     "bifurcations": (parameters.bifurcations, parameters.BIFURCATIONS_EXAMPLES),
     "diagram": (parameters.diagram, parameters.DIAGRAM_EXAMPLES),
     "simulate": (models.simulate, models.SIMULATE_EXAMPLES),

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Final
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patches import Patch
 
+from stickslip.plot.bifurcations import coordinate_label
 from stickslip.plot.style import PALETTE, axes_or_new
 
 BASIN_COLORS: Final = tuple(
@@ -43,6 +46,101 @@ def draw_bands(attractors: Sequence[Any], ax: Axes | None = None) -> Axes:
 def draw_attractor(attractor: Any, ax: Axes | None = None) -> Axes:
     """Draw the bands of one attractor; as `draw_bands`."""
     return draw_bands([attractor], ax)
+
+
+def draw_basins_nd(basins: Any, ax: Axes | None = None, *, attractors: bool = True) -> Axes:
+    """Draw basins in a plane with the attractors on top, light grey where orbits leave.
+
+    Along one axis they are a strip; without a grid, or with three axes, the shares are bars.
+    """
+    ax = axes_or_new(ax)
+    found, n = basins.attractors, len(basins.attractors)
+    if basins.index.ndim != len(basins.axes) or len(basins.axes) > 2:
+        shares = np.array([basins.share(k) for k in (LEFT, UNDECIDED, *range(n))])
+        colors = [_looks(k)["facecolor"] for k in (LEFT, UNDECIDED, *range(n))]
+        names = ["leave", "undecided", *(_kind(found, k) for k in range(n))]
+        ax.bar(names, shares[:, 0], yerr=shares[:, 1], color=colors, edgecolor=PALETTE["grey"])
+        ax.set_ylabel("share of starts")
+        return ax
+    index = basins.index if basins.index.ndim == 2 else basins.index[:, None]
+    colors = [mpl.colors.to_rgb(_looks(k)["facecolor"]) for k in (*range(n), LEFT, UNDECIDED)]
+    image = np.array(colors)[index]  # -2, -1 count from the end
+    x, *rest = basins.axes
+    y = rest[0] if rest else np.array([0.0, 1.0])
+    extent = (x[0], x[-1], y[0], y[-1])
+    ax.imshow(image.swapaxes(0, 1), origin="lower", extent=extent, aspect="auto")
+    first, *other = basins.coordinates
+    ax.set_xlabel(coordinate_label(basins, first))
+    if not other:
+        ax.set_yticks([])
+        return ax
+    ax.set_ylabel(coordinate_label(basins, other[0]))
+    if attractors and len(basins.point) == 2:
+        for attractor in found:
+            _draw_points(ax, attractor, PALETTE["black"])
+        ax.set_xlim(extent[:2])
+        ax.set_ylim(extent[2:])
+    _tell_shares(ax, basins)
+    return ax
+
+
+def _tell_shares(ax: Axes, basins: Any) -> None:
+    """Explain the colours above a plane of basins, with the shares of its points."""
+    patches = []
+    for k in (*range(len(basins.attractors)), LEFT, UNDECIDED):
+        share = basins.share(k).value
+        name = {LEFT: "leaves", UNDECIDED: "undecided"}.get(k) or _kind(basins.attractors, k)
+        if share > 0.0:
+            patches.append(Patch(label=f"{name}, {100 * share:.3g} %", **_looks(k)))
+    ax.legend(handles=patches, loc="lower left", bbox_to_anchor=(0, 1), ncols=3, fontsize="small")
+
+
+def _kind(attractors: Sequence[Any], k: int) -> str:
+    period = attractors[k].period
+    return f"{k}: {attractors[k].kind}" + (f" {period}" if period else "")
+
+
+def draw_fractions(fractions: Any, ax: Axes | None = None) -> Axes:
+    """Draw shares of basins along a parameter as bands above each other; leaving orbits on top."""
+    ax = axes_or_new(ax)
+    numbers = sorted({number for known in fractions.numbers for number in known})
+    drawn = [*numbers, UNDECIDED, LEFT]
+    colors = [_looks(k)["facecolor"] for k in drawn]
+    labels = [*map(str, numbers), "undecided", "leave"]
+    bands = [fractions.share(k) for k in drawn]
+    ax.stackplot(fractions.values, bands, colors=colors, labels=labels)
+    ax.set_xlim(fractions.values[0], fractions.values[-1])
+    ax.set_ylim(0.0, 1.0)
+    ax.set_xlabel(fractions.parameter)
+    ax.set_ylabel("share of starts")
+    ax.legend(loc="best", fontsize="small")
+    return ax
+
+
+def draw_attractors_nd(attractors: Sequence[Any], ax: Axes | None = None) -> Axes:
+    """Draw attractors of R^n in their first two coordinates, a colour each; in time on a line."""
+    ax = axes_or_new(ax)
+    for k, attractor in enumerate(attractors):
+        color = BASIN_COLORS[k % len(BASIN_COLORS)]
+        _draw_points(ax, attractor, color, _kind(attractors, k))
+    ax.set_xlabel(coordinate_label(attractors, 0))
+    ax.set_ylabel(coordinate_label(attractors, 1))
+    if len(attractors):
+        ax.legend(loc="best", fontsize="small")
+    return ax
+
+
+def draw_attractor_nd(attractor: Any, ax: Axes | None = None) -> Axes:
+    """Draw one attractor of R^n; as `draw_attractors_nd`."""
+    return draw_attractors_nd([attractor], ax)
+
+
+def _draw_points(ax: Axes, attractor: Any, color: str, label: str = "") -> None:
+    x, y = attractor.points[:, 0], attractor.points[:, min(1, attractor.points.shape[1] - 1)]
+    cycle = attractor.kind == "periodic"
+    style = {"marker": "o" if cycle else ".", "ms": 5.0 if cycle else 1.0, "lw": 0.0}
+    white = {"mec": "white"} if cycle else {"mew": 0.0}
+    ax.plot(x, y, color=color, label=label, **style, **white)  # type: ignore[arg-type]
 
 
 def draw_density(density: Any, ax: Axes | None = None) -> Axes:

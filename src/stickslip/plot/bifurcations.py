@@ -19,6 +19,7 @@ BREAK: Final[dict[str, Any]] = {"color": PALETTE["grey"], "lw": 0.7, "ls": (0, (
 MARKS: Final[dict[str, tuple[str, str]]] = {
     "fold": (">", PALETTE["blue"]),
     "flip": ("o", PALETTE["green"]),
+    "neimark_sacker": ("h", PALETTE["green"]),
     "transcritical": ("x", PALETTE["blue"]),
     "pitchfork": ("<", PALETTE["blue"]),
     "border_collision": ("s", PALETTE["purple"]),
@@ -26,6 +27,7 @@ MARKS: Final[dict[str, tuple[str, str]]] = {
     "interior_crisis": ("P", PALETTE["orange"]),
     "band_merging": ("D", PALETTE["sky"]),
     "enters_gap": ("v", PALETTE["grey"]),
+    "attractor_change": ("d", PALETTE["orange"]),
 }
 """Marker and colour of each kind of bifurcation; markers alone tell them apart."""
 
@@ -37,18 +39,8 @@ def draw_orbit_curve(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
     ax = axes_or_new(ax)
     draw_stretches(ax, curve.values, curve.points, curve.multipliers, **style)
     for item in curve.bifurcations:
-        mark(ax, item.kind, np.full(len(item.points), item.value), item.points)
-    _name_axes(ax, curve, "$d$")
-    return ax
-
-
-def draw_orbit_curve_nd(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
-    """Draw first coordinates of an orbit in R^n along a parameter: dashed where it is unstable."""
-    ax = axes_or_new(ax)
-    for wanted, look in ((True, "-"), (False, "--")):
-        shown = np.where((curve.stable == wanted)[:, np.newaxis], curve.points[:, :, 0], np.nan)
-        ax.plot(curve.values, shown, **{"ls": look, "color": PALETTE["blue"], **style})
-    _name_axes(ax, curve, "$d_1$")
+        draw_bifurcation(item, ax)
+    _name_axes(ax, curve, coordinate_label(curve, 0 if curve.points.ndim > 2 else None))
     return ax
 
 
@@ -59,7 +51,10 @@ def draw_stretches(
     multipliers: Floats,
     **style: Any,
 ) -> None:
-    """Draw points, shape (n, p), of an orbit over a parameter, heavy where it is stable."""
+    """Draw points (n, p) or (n, p, m) of an orbit over a parameter, heavy where stable."""
+    if points.ndim > 2:
+        points = points[..., 0]
+        multipliers = np.abs(multipliers).reshape(len(points), -1).max(axis=1)
     # Both meet at a bifurcation that is among the points; else thin lines reach to heavy ones.
     stable = np.abs(multipliers) < 1 + MARGINAL
     unstable = np.abs(multipliers) > 1 - MARGINAL
@@ -78,7 +73,8 @@ def draw_bifurcations(bifurcations: Any, ax: Axes | None = None, *, legend: bool
         draw_stretches(ax, curve.values, curve.points, curve.multipliers)
     for item in bifurcations:
         draw_bifurcation(item, ax)
-    _name_axes(ax, bifurcations, "$d$")
+    in_space = any(np.ndim(item.points) > 1 for item in bifurcations)
+    _name_axes(ax, bifurcations, coordinate_label(bifurcations, 0 if in_space else None))
     ax.set_xlim(bifurcations.range)
     if bifurcations.window is not None:
         ax.set_ylim(bifurcations.window)
@@ -91,10 +87,9 @@ def draw_bifurcation(item: Any, ax: Axes | None = None, **style: Any) -> Axes:
     """Mark a bifurcation at its parameter value, on its orbit."""
     new = ax is None
     ax = axes_or_new(ax)
-    points = np.asarray(item.points)
-    mark(ax, item.kind, np.full(len(points), item.value), points, **style)
+    mark(ax, item.kind, np.full(len(item.points), item.value), item.points, **style)
     if new:
-        _name_axes(ax, item, "$d$")
+        _name_axes(ax, item, coordinate_label(item, 0 if item.points.ndim > 1 else None))
     return ax
 
 
@@ -119,7 +114,7 @@ def draw_breakpoint_curve(curve: Any, ax: Axes | None = None, **style: Any) -> A
     """Draw a breakpoint of a map along a parameter: a dashed line, as D in the paper."""
     ax = axes_or_new(ax)
     ax.plot(curve.values, curve.points[:, 0], **{**BREAK, **style})
-    _name_axes(ax, curve, "$d$")
+    _name_axes(ax, curve, coordinate_label(curve))
     return ax
 
 
@@ -128,15 +123,36 @@ def parameter_label(name: str, result: Any = None) -> str:
 
     A map of one's own may have a ``mu`` that is not friction's; every model has a ``V``.
     """
-    holder = getattr(result, "system", None) or result
-    of_model = "V" in (name, *getattr(holder, "parameters", ("V",)))
+    of_model = "V" in (name, *getattr(_holder(result), "parameters", ("V",)))
     base, _, block = name.rpartition("_")
     known = name in TERMS or (base in TERMS and block.isdigit())
     return symbol(name) if known and of_model else name
 
 
+def coordinate_label(result: Any, k: int | None = None) -> str:
+    """Axis label of a map's coordinate, the only one by default: the map's own name if it has one.
+
+    Else d of an event map, as of a model, and x of a map of one's own.
+    """
+    holder = _holder(result)
+    names = getattr(holder, "coordinates", ())
+    if len(names) > (k or 0) and isinstance(names[k or 0], str):
+        return str(names[k or 0])
+    unknown = ("V",) if k is None else ()  # a list, a loaded result
+    known = (getattr(result, "parameter", ""), *getattr(holder, "parameters", unknown))
+    base = "d" if "V" in known else "x"
+    return f"${base}$" if k is None else f"${base}_{k + 1}$"
+
+
+def _holder(result: Any) -> Any:
+    """Return what knows the parameters of a result: its system, its attractors' one, or itself."""
+    inner = getattr(result, "attractors", None)
+    return getattr(result, "system", None) or getattr(inner, "system", None) or result
+
+
 def mark(ax: Axes, kind: str, x: Floats, y: Floats, **style: Any) -> None:
     """Draw the mark of a kind of bifurcation; its label, for a legend, once per axes."""
+    y = y[:, 0] if y.ndim > 1 else y
     marker, color = MARKS.get(kind, _OTHER)
     label = _words(kind)
     known = ax.get_legend_handles_labels()[1]

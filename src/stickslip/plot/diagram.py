@@ -12,6 +12,7 @@ from stickslip.numerics.arrays import Floats
 from stickslip.plot.bifurcations import (
     BREAK,
     MARKS,
+    coordinate_label,
     draw_bifurcation,
     draw_stretches,
     mark,
@@ -85,7 +86,8 @@ def draw_diagram(
     if window is not None:
         ax.set_ylim(window)
     ax.set_xlabel(parameter_label(diagram.parameter, diagram))
-    ax.set_ylabel("$d$")
+    in_space = diagram.attractors.points.ndim > 2
+    ax.set_ylabel(coordinate_label(diagram, 0 if in_space else None))
     return ax
 
 
@@ -124,6 +126,7 @@ def draw_attractors(
     if kinds is not None:
         others &= np.isin(table.kind, list(kinds))
     points = table.points[others]
+    points = points[..., 0] if points.ndim > 2 else points
     last = np.where(table.kind[others] == "periodic", points.shape[1], dots)
     points = np.where(np.arange(points.shape[1]) < last[:, None], points, np.nan)
     values = np.broadcast_to(diagram.values[table.where[others], None], points.shape)

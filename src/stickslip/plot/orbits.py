@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from stickslip.plot.bifurcations import coordinate_label
 from stickslip.plot.maps import mark_orbit
 from stickslip.plot.style import PALETTE, axes_or_new
 
@@ -50,14 +51,23 @@ def draw_orbit_nd(orbit: Any, ax: Axes | None = None, **style: Any) -> Axes:
 
 
 def draw_orbits_nd(orbits: Sequence[Any], ax: Axes | None = None, **style: Any) -> Axes:
-    """Mark orbits in the plane of two coordinates; a single one over the points' numbers."""
+    """Mark orbits in the plane of two coordinates; a single one over the points' numbers.
+
+    A colour for each period; filled if stable.
+    """
     ax = axes_or_new(ax)
+    periods = list(dict.fromkeys(orbit.period for orbit in orbits))
     for orbit in orbits:
         points, flat = orbit.points, orbit.points.shape[1] == 1
         x, y = (np.arange(len(points)) + 1, points[:, 0]) if flat else points.T[:2]
-        fill = {} if orbit.stable else {"mfc": "white"}
-        ax.plot(x, y, "o", **{**fill, **style})
-    ax.set(xlabel="point", ylabel="$d_1$")
-    if any(orbit.points.shape[1] > 1 for orbit in orbits):
-        ax.set(xlabel="$d_1$", ylabel="$d_2$")
+        looks: dict[str, Any] = {} if orbit.stable else {"mfc": "white"}
+        looks["color"] = f"C{periods.index(orbit.period)}"
+        name = f"period {orbit.period}"
+        looks["label"] = "_nolegend_" if name in ax.get_legend_handles_labels()[1] else name
+        ax.plot(x, y, "o", **{**looks, **style})
+    if len(periods) > 1:
+        ax.legend(loc="best", fontsize="small")
+    names = [coordinate_label(orbits[0] if orbits else None, k) for k in range(2)]
+    several = any(orbit.points.shape[1] > 1 for orbit in orbits)
+    ax.set(xlabel=names[0] if several else "point", ylabel=names[several])
     return ax

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 from llvmlite import binding
 
 from stickslip.numerics.gpu import gpu_name
-from stickslip.numerics.targets import config, source_hash
+from stickslip.numerics.kernel_cache import source_hash
+from stickslip.numerics.targets import config
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from tests.analysis.known_maps import logistic, tent, tent_with_hole
 
-from stickslip.analysis.attractors.lyapunov import blocking_error, lyapunov_exponent, settled_period
+from stickslip.analysis.attractors.lyapunov import lyapunov_exponent
+from stickslip.analysis.exponents.blocking import blocking_error, settled_period
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 
 ROUNDING = 1e-12

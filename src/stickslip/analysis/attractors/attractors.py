@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 
 from stickslip.analysis.attractors.attractor import AttractorList
+from stickslip.analysis.attractors.in_space.search_nd import search_attractors, seeds
 from stickslip.analysis.attractors.recurrence import attracts, confirmed
 from stickslip.analysis.attractors.search import AttractorSearch
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import InterpolatedMap, interpolated_map
-from stickslip.analysis.maps.arguments import line_map
+from stickslip.analysis.maps.arguments import line_map, map_of
 from stickslip.analysis.maps.protocol import checked_points
+from stickslip.analysis.maps.protocol_nd import MapND
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.checks import (
     MOST_KEPT,
@@ -28,8 +30,11 @@ from stickslip.checks import (
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike
 
+    from stickslip.analysis.attractors.in_space.attractor_nd import AttractorListND
     from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
@@ -40,9 +45,32 @@ LONGEST: Final = 128  # period that `attractors_of` recognises: costs next to no
 MAX_STEPS: Final = 20_000
 
 
-@suggests
+@overload
 def attractors(
     f: Map1D | Modelled[Map1D],
+    *,
+    starts: ArrayLike | None = ...,
+    rng: np.random.Generator | int | None = ...,
+    n_starts: int = ...,
+    max_period: int = ...,
+    max_steps: int = ...,
+    known: Iterable[PeriodicOrbit] = ...,
+    interpolate: bool = ...,
+    features: None = ...,
+) -> AttractorList: ...
+@overload
+def attractors(
+    f: MapND | Modelled[MapND],
+    *,
+    starts: ArrayLike | None = ...,
+    n_starts: int = ...,
+    max_period: int = ...,
+    max_steps: int = ...,
+    features: Callable[[Floats], Any] | None = ...,
+) -> AttractorListND: ...
+@suggests
+def attractors(
+    f: Map1D | MapND | Modelled[Map1D] | Modelled[MapND],
     *,
     starts: ArrayLike | None = None,
     rng: np.random.Generator | int | None = None,
@@ -51,16 +79,19 @@ def attractors(
     max_steps: int = MAX_STEPS,
     known: Iterable[PeriodicOrbit] = (),
     interpolate: bool = True,
-) -> AttractorList:
-    """Find the attractors of a map of the line.
+    features: Callable[[Floats], Any] | None = None,
+) -> AttractorList | AttractorListND:
+    """Find the attractors of a map.
 
     Parameters
     ----------
-    f : map of the line
-        An event map, a `PiecewiseMap`, or anything else that offers `domain` and `evaluate`.
+    f : map or model
+        Of the line: an event map, a `PiecewiseMap`, or anything else that offers `domain` and
+        `evaluate`. Of R^n: a `Map`, the event map of a chain, a return or stroboscopic map.
     starts : array_like of float, optional
-        Starting points. By default the one-sided values at all breakpoints and turning points
-        and `n_starts` points spread over the domain, one at random in each of equal cells.
+        Starting points, of R^n (m, n). By default the one-sided values at all breakpoints and
+        turning points and `n_starts` points spread over the domain, one at random in each of
+        equal cells; of R^n points of a Sobol sequence.
     rng : Generator or int, optional
         For the spread seeds; by default a fixed one, so that results repeat.
     n_starts : int
@@ -74,11 +105,14 @@ def attractors(
         even if no seed reaches them.
     interpolate : bool
         Whether orbits may be followed on the interpolated table of the map instead of the map
-        itself; see Notes.
+        itself; see Notes. `rng`, `known` and `interpolate` are for maps of the line.
+    features : callable, optional
+        Of R^n: ``features(points)`` of an orbit (k, n), a number or several; orbits are then told
+        apart by these instead of by where they come back to.
 
     Returns
     -------
-    AttractorList
+    AttractorList, or AttractorListND of a map of R^n
         Coexisting attractors, largest share of seeds first.
 
     Raises
@@ -105,10 +139,19 @@ def attractors(
     search is repeated on the map.
 
     An attractor that no seed reaches stays unseen, unless a stable cycle in `known` points to it.
+
+    In R^n *periodic*: Newton's method ends next to the orbit, and all multipliers lie inside the
+    unit circle. Other sets: later points of an orbit come as close to earlier ones as these to
+    each other; an orbit that comes as close to a known set is on it. *Chaotic*: the largest
+    exponent exceeds zero by five error bars. *Quasiperiodic*: a tangent grows no more than e^20
+    all along. Results say how well orbits recur (docs/theory/attractors.md).
     """
     n_starts, max_period, max_steps = _checked_counts(n_starts, max_period, max_steps)
     fast = flag("interpolate", interpolate)
     orbits = _orbits("known", known)
+    if isinstance(space := map_of(f), MapND):
+        x, widths = seeds(space, starts, n_starts)
+        return search_attractors(space, x, widths, max_period, max_steps, features)
     f = line_map(f)
     table = branch_table(f)
     if starts is None:

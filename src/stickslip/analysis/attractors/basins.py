@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final, overload
 
 import numpy as np
 
@@ -20,11 +20,15 @@ from stickslip.analysis.attractors.basin_pieces import (
     first_pieces,
     refined,
 )
+from stickslip.analysis.attractors.in_space.attractor_nd import AttractorListND
+from stickslip.analysis.attractors.in_space.basins_nd import BasinsND, binomial, find_basins
+from stickslip.analysis.attractors.in_space.fates import MOST_FOLLOWED
 from stickslip.analysis.attractors.lyapunov import advance, perturbed
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import interpolated_map
-from stickslip.analysis.maps.arguments import line_map
+from stickslip.analysis.maps.arguments import line_map, map_of
 from stickslip.analysis.maps.protocol import checked_points, domain_width
+from stickslip.analysis.maps.protocol_nd import MapND
 from stickslip.checks import (
     MOST_KEPT,
     finite_number,
@@ -36,6 +40,8 @@ from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
@@ -119,9 +125,8 @@ class Basins(Result):
     def sampled(self, attractor: int) -> tuple[float, float]:
         """Share found by samples of what is not proved, and its standard error."""
         mine = int(self.counts[self._known(attractor)])
-        n, unproved = int(self.counts.sum()), self.proved(-1)
-        p = (mine + 0.5) / (n + 1)  # an error is not 0 where no sample came
-        return (unproved * mine / n, unproved * math.sqrt(p * (1 - p) / n)) if n else (0.0, 0.0)
+        unproved, (share, error) = self.proved(-1), binomial(mine, int(self.counts.sum()))
+        return unproved * share, unproved * error
 
     def _known(self, attractor: int) -> int:
         last = len(self.attractors) - 1
@@ -174,33 +179,59 @@ class Basins(Result):
         return k + 1, kind, found.period, float(found.bands[0, 0]), found.lyapunov.value
 
 
-@suggests
+@overload
 def basins(
     f: Map1D | Modelled[Map1D],
-    found: AttractorList | None = None,
+    found: AttractorList | None = ...,
+    *,
+    resolution: float = ...,
+    n_samples: int = ...,
+    rng: np.random.Generator | int | None = ...,
+) -> Basins: ...
+@overload
+def basins(
+    f: MapND | Modelled[MapND],
+    found: AttractorListND | None = ...,
+    *,
+    n_samples: int = ...,
+    grid: Sequence[Any] | None = ...,
+    max_steps: int = ...,
+) -> BasinsND: ...
+@suggests
+def basins(
+    f: Map1D | MapND | Modelled[Map1D] | Modelled[MapND],
+    found: AttractorList | AttractorListND | None = None,
     *,
     resolution: float = RESOLUTION,
     n_samples: int = N_SAMPLES,
     rng: np.random.Generator | int | None = None,
-) -> Basins:
-    """Divide the domain of a map of the line into basins of attraction.
+    grid: Sequence[Any] | None = None,
+    max_steps: int = MAX_STEPS,
+) -> Basins | BasinsND:
+    """Divide the domain of a map into basins of attraction.
 
     Parameters
     ----------
-    f : map of the line or model
-    found : AttractorList, optional
+    f : map or model
+    found : AttractorList or AttractorListND, optional
         The attractors; by default `attractors` searches for them.
     resolution : float
         Share of the domain below which pieces of interwoven basins are not cut. Basins
         with up to 4096 undecided pieces are refined to 1e-12 of the domain whatever this is.
     n_samples : int
-        Points whose orbits are followed where the intervals leave something open.
+        Points whose orbits are followed where the intervals leave something open; in R^n without
+        a grid all starts, spread evenly over the domain.
     rng : Generator or int, optional
         For these points; by default a fixed one, so that results repeat.
+    grid : sequence, optional
+        Of a map of R^n, an entry for each coordinate: ``(lo, hi, n)`` for an axis, or a number
+        at which the coordinate is held. Two axes make a picture of a plane.
+    max_steps : int
+        Steps after which a start of a map of R^n counts as undecided.
 
     Returns
     -------
-    Basins
+    Basins, or BasinsND of a map of R^n
         Edges good to 1e-10 of the domain, and most of them to rounding: unstable orbits come
         from Newton's method, breakpoints from the search for branches, and their preimages
         from the roots of f^k.
@@ -215,12 +246,26 @@ def basins(
     An attractor missing from `found` makes its basin undecided, not another's. Intervals are
     proved until 32768 pieces have been compared with their images; what is open then is sampled
     on the interpolated map, for up to 20,000 steps.
+
+    In R^n starts are followed until they stay for ten steps in cells about an attractor's points
+    (Datseris and Wagemakers, Chaos 32 (2022) 023104); cells are halved until none holds points of
+    two attractors. Some starts are followed ten times longer, and the result says how many came
+    elsewhere.
     """
     resolution = finite_number("resolution", resolution)
     if not 0 < resolution < 1:
         raise ValueError(f"resolution = {resolution} must lie between 0 and 1 (of the domain)")
     n_samples = whole_number("n_samples", n_samples, at_most=MOST_KEPT)
     generator = random_generator("rng", 0 if rng is None else rng)
+    max_steps = whole_number("max_steps", max_steps, at_most=MOST_FOLLOWED)
+    if isinstance(space := map_of(f), MapND):
+        listed = attractors(space) if found is None else found
+        checked = instance(
+            "found", listed, AttractorListND, "the result of ss.attractors(f) for this map"
+        )
+        return find_basins(space, checked, grid, n_samples, max_steps)
+    if grid is not None:
+        raise ValueError("grid is for maps of R^n: basins on a line are intervals.")
     f = line_map(f)
     whole_table = branch_table(f)
     table = whole_table.laps

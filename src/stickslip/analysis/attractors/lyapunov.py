@@ -1,8 +1,4 @@
-"""Lyapunov exponents of maps of the line: time averages of log |f'| with an error bar.
-
-The error comes from blocking (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461, 1989), as far as the
-test of Jonsson (Phys. Rev. E 98, 043304, 2018) asks for.
-"""
+"""Lyapunov exponents: on the line time averages of log |f'| with an error bar."""
 
 from __future__ import annotations
 
@@ -10,10 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
-from scipy import special
 
+from stickslip.analysis.exponents.blocking import SETTLED, blocking_error, settled_period
+from stickslip.analysis.exponents.spectrum import checked_steps_of_mean, largest_exponents
 from stickslip.analysis.interpolation.cell_table import tabulated
-from stickslip.analysis.maps.arguments import line_map
+from stickslip.analysis.maps.arguments import line_map, map_of
 from stickslip.analysis.maps.protocol import (
     checked_points,
     clip_to_domain,
@@ -21,7 +18,7 @@ from stickslip.analysis.maps.protocol import (
     iterate,
     values_and_slopes,
 )
-from stickslip.checks import MOST_STEPS, whole_number
+from stickslip.analysis.maps.protocol_nd import MapND
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
@@ -33,14 +30,10 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
 
 CHUNK: Final = 1 << 15  # maps of one orbit between two evaluations of slopes: bounds the memory
-INDEPENDENT: Final = 0.99  # confidence of the test that blocks are no longer correlated
-LONGEST_CYCLE: Final = 512  # settled orbits up to this period are averaged over whole periods
-SETTLED: Final = 1e-12  # of the domain's width: values of a settled orbit recur this closely
 TOGETHER: Final = 16  # orbits from which on one call per step is cheaper than two per orbit
 LONGEST_COLLAPSE: Final = 64  # period of a repelling cycle that rounding may hold an orbit on
 WARM_UP: Final = 512  # perturbed steps that lead away from such a cycle
 SHAKE: Final = 1e-14  # of the domain's width: how far points are moved then
-RECURRENCES: Final = 10  # ... and this many times
 MANY: Final = 50_000  # steps from which on a table of the map pays, which takes as long to make
 PAST: Final = 4096  # points of orbits that show where the table is needed
 FEWEST: Final = 16  # ... and steps of each orbit at least
@@ -54,7 +47,7 @@ SHORT: Final = 1e-10  # of the domain's width: intervals to grow are longer than
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LyapunovExponent(Result):
-    """Mean of log |f'| along orbits, per step of the map.
+    """Mean of log |f'| along orbits, per step of the map; in R^n of the most growing direction's.
 
     Attributes
     ----------
@@ -96,15 +89,20 @@ class LyapunovExponent(Result):
 
 @suggests
 def lyapunov_exponent(
-    f: Map1D | Modelled[Map1D], d: ArrayLike, n: int = 100_000, *, transient: int | None = None
+    f: Map1D | MapND | Modelled[Map1D] | Modelled[MapND],
+    d: ArrayLike,
+    n: int = 100_000,
+    *,
+    transient: int | None = None,
 ) -> LyapunovExponent:
-    """Estimate the Lyapunov exponent of the orbits that start at `d`.
+    """Estimate the Lyapunov exponent, of a map of R^n the largest, of the orbits from `d`.
 
     Parameters
     ----------
-    f : map of the line or model
+    f : map or model
     d : array_like of float
-        Starting points inside ``f.domain``; one exponent each.
+        Starting points inside the domain; one exponent each. In R^n the last axis of the array
+        holds a point.
     n : int
         Steps to average, after the transient.
     transient : int, optional
@@ -129,20 +127,22 @@ def lyapunov_exponent(
     From 50 000 steps on, a map that knows its margins is followed on a table of polynomials that
     repeats its values to 1e-14 (docs/theory/many-maps.md).
     """
-    n = whole_number("n", n, 2, at_most=MOST_STEPS, what="steps of a mean")
-    skip = (
-        max(1000, n // 10)
-        if transient is None
-        else whole_number("transient", transient, 0, at_most=MOST_STEPS)
-    )
-    f = line_map(f)
+    n, skip = checked_steps_of_mean(n, transient)
+    found = map_of(f)
+    if isinstance(found, MapND):
+        mean, error = largest_exponents(found, d, n, skip)
+        return LyapunovExponent(_number(mean), _number(error), n)
+    f = line_map(found)
     start = checked_points(f.domain, d, "d")
     values, slopes = trace(f, start.ravel(), n, skip)
     pairs = [_mean_of_logs(f, v, s) for v, s in zip(values, slopes, strict=True)]
-    mean, error = np.array(pairs, dtype=np.float64).reshape(-1, 2).T
-    if start.ndim == 0:
-        return LyapunovExponent(float(mean[0]), float(error[0]), n)
-    return LyapunovExponent(mean.reshape(start.shape), error.reshape(start.shape), n)
+    mean, error = np.moveaxis(np.array(pairs, dtype=np.float64).reshape(*start.shape, 2), -1, 0)
+    return LyapunovExponent(_number(mean), _number(error), n)
+
+
+def _number(values: Floats) -> Any:
+    """Return the only value as a number, several as they are."""
+    return float(values) if values.ndim == 0 else values
 
 
 def _mean_of_logs(f: Map1D, values: Floats, slopes: Floats) -> tuple[float, float]:
@@ -156,53 +156,6 @@ def _mean_of_logs(f: Map1D, values: Floats, slopes: Floats) -> tuple[float, floa
     if period := settled_period(values, SETTLED * domain_width(f)):
         logs = logs[len(logs) % period :]
     return float(logs.mean()), blocking_error(logs)
-
-
-def settled_period(values: Floats, tolerance: float) -> int:
-    """Smallest period of the last ``RECURRENCES`` rounds of an orbit; 0 if there is none."""
-    longest = min(LONGEST_CYCLE, (len(values) - 1) // (RECURRENCES + 1))
-    last = values[::-1]
-    near = np.flatnonzero(np.abs(last[1 : longest + 1] - last[0]) <= tolerance) + 1
-    for period in near:
-        head = last[: RECURRENCES * period]
-        if np.all(np.abs(last[period : period + len(head)] - head) <= tolerance):
-            return int(period)
-    return 0
-
-
-def blocking_error(series: Floats) -> float:
-    """Return the standard error of the mean of a correlated series, at most an eighth left out."""
-    if len(series) < 2:
-        return float(np.inf)
-    x = _first_blocks(series)
-    levels = len(x).bit_length() - 1
-    if levels == 0:
-        return float(np.inf)
-    variance, score = np.zeros(levels), np.zeros(levels)
-    for level in range(levels):
-        centred = x - x.mean()
-        variance[level] = np.mean(centred**2)
-        if variance[level] <= (1e-15 * np.max(np.abs(x), initial=0.0)) ** 2:
-            return 0.0  # blocks that cover whole periods: the mean is exact
-        lag = np.sum(centred[1:] * centred[:-1]) / len(x)
-        score[level] = len(x) * ((len(x) - 1) * variance[level] / len(x) ** 2 + lag) ** 2
-        score[level] /= variance[level] ** 2
-        x = 0.5 * (x[::2] + x[1::2])
-    total = np.cumsum(score[::-1])[::-1]
-    limits = special.chdtri(np.arange(levels, 0, -1), 1.0 - INDEPENDENT)
-    passed = np.flatnonzero(total < limits)
-    # No level passes: correlations outlast the series. Four blocks then say least wrongly.
-    level = int(passed[0]) if passed.size else max(levels - 2, 0)
-    blocks = 2 ** (levels - level)
-    return float(np.sqrt(variance[level] / (blocks - 1)))
-
-
-def _first_blocks(series: Floats) -> Floats:
-    """Average short blocks so that their number is a power of two."""
-    block = 8 if len(series) >= 512 else 1
-    count = 1 << ((len(series) // block).bit_length() - 1)
-    length = len(series) // count
-    return np.asarray(series[-count * length :].reshape(count, length).mean(axis=1))
 
 
 def trace(f: Map1D, x: Floats, n: int, skip: int = 0) -> tuple[Floats, Floats]:

@@ -11,12 +11,9 @@ from bisect import bisect
 from collections import Counter
 from collections.abc import Iterable
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Any, Final, Protocol, TypeAlias
 
 from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
-
-if TYPE_CHECKING:
-    from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint
 
 SHOWN: Final = 3  # periods in a sentence
 
@@ -24,7 +21,19 @@ Sort: TypeAlias = tuple[str, int]  # kind of an attractor, and its period
 Part: TypeAlias = tuple[float, float, set[Sort]]  # of the range, and what attracts there
 
 
-def _sorts_of(look: ParameterPoint) -> Counter[Sort]:
+class Look(Protocol):
+    """What attracts at a value of a parameter."""
+
+    @property
+    def value(self) -> float:
+        """Of the parameter."""
+
+    @property
+    def attractors(self) -> Iterable[Any]:
+        """Each with a kind and a period."""
+
+
+def _sorts_of(look: Look) -> Counter[Sort]:
     """Count the attractors at a value by kind and period."""
     return Counter((a.kind, a.period) for a in look.attractors)
 
@@ -44,7 +53,7 @@ def _beyond(sort: Sort, max_period: int) -> bool:
 
 
 def accounted(
-    looks: Iterable[ParameterPoint], listed: Iterable[float], max_period: int
+    looks: Iterable[Look], listed: Iterable[float], max_period: int
 ) -> tuple[list[UnresolvedChange], list[UnresolvedChange]]:
     """Return the changes between looks that nothing listed explains, and what was not asked for."""
     values = sorted(value for value in listed if not math.isnan(value))
@@ -91,6 +100,7 @@ def _told(sorts: Iterable[Sort]) -> str:
     texts = []
     for kind, known in numbers.items():
         shown = ", ".join([*known[:SHOWN], "..."] if len(known) > SHOWN else known)
-        words = {"periodic": f"period {shown}", "chaotic": f"chaos in {shown} bands"}
+        bands = "chaos" if known == ["0"] else f"chaos in {shown} bands"  # not known in R^n
+        words = {"periodic": f"period {shown}", "chaotic": bands}
         texts.append(words.get(kind, kind))
     return "; ".join(texts) or "nothing"

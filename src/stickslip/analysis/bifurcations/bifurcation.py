@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.outcome import Outcome
     from stickslip.analysis.continuation.curve import Curve
     from stickslip.analysis.maps.protocol import Floats, MapFamily
+    from stickslip.analysis.maps.protocol_nd import FamilyND
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 T = TypeVar("T")
@@ -29,6 +30,7 @@ T = TypeVar("T")
 BifurcationKind: TypeAlias = Literal[
     "fold",
     "flip",
+    "neimark_sacker",
     "transcritical",
     "pitchfork",
     "border_collision",
@@ -36,6 +38,7 @@ BifurcationKind: TypeAlias = Literal[
     "interior_crisis",
     "band_merging",
     "enters_gap",
+    "attractor_change",
 ]
 BIFURCATION_KINDS: Final[tuple[str, ...]] = get_args(BifurcationKind)
 
@@ -52,7 +55,9 @@ class Bifurcation(Result):
     ----------
     kind : str
         ``fold``, ``flip``, ``transcritical``, ``pitchfork``, ``border_collision``,
-        ``boundary_crisis``, ``interior_crisis``, ``band_merging`` or ``enters_gap``.
+        ``boundary_crisis``, ``interior_crisis``, ``band_merging`` or ``enters_gap``. Of maps of
+        R^n also ``neimark_sacker``, and ``attractor_change``: what attracts is not the same below
+        and above, and no bifurcation of a followed orbit is there.
     parameter : str
         Name of the parameter that is varied.
     value : float
@@ -61,11 +66,11 @@ class Bifurcation(Result):
         ... how far off that may be: residual and rounding through the test function's slope.
     period : int
         Of the orbit concerned; the shortest, if several meet; 0 where chaos meets a break.
-    points : ndarray of float, shape (period,)
+    points : ndarray of float, shape (period,), in R^n (period, n)
         The orbit there, in the map's order, the smallest point first; for a crisis, the
         orbit that the attractor meets, or the break or end of the domain.
     criticality : {"super", "sub"} or None
-        Of a flip or a pitchfork.
+        Of a flip, a pitchfork or a Neimark-Sacker bifurcation.
     orbits_before, orbits_after : tuple of PeriodicOrbit
         The orbits concerned just below and just above `value`, those that persist included.
     attractors_before, attractors_after : tuple of Attractor
@@ -85,8 +90,9 @@ class Bifurcation(Result):
         Test function at `value`.
     condition : object
         What is solved (`bifurcations.conditions.conditions`): starts two-parameter curves.
-    multipliers : tuple of float
-        Of f^p there; for a border collision the one-sided ones, left and right of the border.
+    multipliers : tuple of float, or in R^n ndarray of complex
+        Of f^p there, all in R^n; for a border collision the one-sided ones, left and right of the
+        border.
     in_cascade : bool
         Whether it was found by following a cascade, beyond the longest period searched.
     note : str
@@ -102,10 +108,10 @@ class Bifurcation(Result):
     period: int
     points: Floats
     criticality: Literal["super", "sub"] | None = None
-    orbits_before: tuple[PeriodicOrbit, ...] = ()
-    orbits_after: tuple[PeriodicOrbit, ...] = ()
-    attractors_before: tuple[Attractor, ...] = ()
-    attractors_after: tuple[Attractor, ...] = ()
+    orbits_before: tuple[Any, ...] = ()
+    orbits_after: tuple[Any, ...] = ()
+    attractors_before: tuple[Any, ...] = ()
+    attractors_after: tuple[Any, ...] = ()
     outcome: Outcome | None = None
     predicted_outcome: Outcome | None = None
     mechanism: str = ""
@@ -114,10 +120,10 @@ class Bifurcation(Result):
     interval: tuple[float, float] = (math.nan, math.nan)
     residual: float = math.nan
     condition: Any = None
-    multipliers: tuple[float, ...] = ()
+    multipliers: Any = ()
     in_cascade: bool = False
     note: str = ""
-    system: MapFamily | None = field(default=None, repr=False, compare=False)
+    system: MapFamily | FamilyND | None = field(default=None, repr=False, compare=False)
     _plot: ClassVar = "bifurcations.draw_bifurcation"
 
     @property
@@ -127,7 +133,7 @@ class Bifurcation(Result):
 
     def __repr__(self) -> str:
         """Where, what, which orbits and attractors, and why: a few short lines."""
-        points = ", ".join(f"{x:.12g}" for x in self.points[:LISTED])
+        points = ", ".join(_place(x, 12) for x in self.points[:LISTED])
         if len(self.points) > LISTED:
             points += ", ..."
         lines = [
@@ -390,6 +396,12 @@ class BifurcationList(ResultList[Bifurcation]):
         return "\n".join(lines)
 
 
+def _place(point: Any, digits: int) -> str:
+    """One number, or several in parentheses."""
+    texts = [f"{x:.{digits}g}" for x in np.atleast_1d(point)]
+    return f"({', '.join(texts)})" if np.ndim(point) else texts[0]
+
+
 def _line(item: Bifurcation) -> str:
     """One line of a list's table."""
     kind = item.kind.replace("_", " ")
@@ -399,7 +411,7 @@ def _line(item: Bifurcation) -> str:
     attractors = _short(item.attractors_before) + " -> " + _short(item.attractors_after)
     if not item.attractors_before and not item.attractors_after:
         attractors = ""
-    points = ", ".join(f"{x:.9g}" for x in item.points[:POINTS_SHOWN])
+    points = ", ".join(_place(x, 9) for x in item.points[:POINTS_SHOWN])
     if len(item.points) > POINTS_SHOWN:
         points += ", ..."
     return (

@@ -26,6 +26,7 @@ from stickslip.analysis.bifurcations.explain import (
     explained,
     with_attractors,
 )
+from stickslip.analysis.bifurcations.in_space.bifurcations_nd import bifurcations_nd
 from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
@@ -34,11 +35,12 @@ from stickslip.analysis.branches.along.tracked import (
     DomainEnd,
     TrackedDiscontinuity,
 )
-from stickslip.analysis.maps.arguments import checked_range, line_family
+from stickslip.analysis.maps.arguments import checked_range, line_family, map_of
 from stickslip.analysis.maps.protocol import explanation
+from stickslip.analysis.maps.protocol_nd import FamilyND
 from stickslip.analysis.orbits.newton import solve_orbit
 from stickslip.analysis.threads import in_threads
-from stickslip.checks import MOST_KEPT, check_callback, flag, whole_number
+from stickslip.checks import MOST_KEPT, check_callback, flag, shown, whole_number
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -60,22 +62,23 @@ SAME_VALUE: Final = 1e-11  # of the range, beside its error: a crisis is part of
 
 @suggests
 def bifurcations(
-    system: MapFamily | Modelled[MapFamily],
+    system: MapFamily | FamilyND | Modelled[MapFamily] | Modelled[FamilyND],
     parameter: str,
     range: tuple[float, float],
     *,
     max_period: int = 4,
     window: tuple[float, float] | None = None,
     n_lists: int | None = None,
+    n_starts: int | None = None,
     progress: Callable[[float], None] | None = None,
     partial: bool = False,
 ) -> BifurcationList:
-    """Find, locate and explain every bifurcation of a system along one of its parameters.
+    """Find, locate and explain the bifurcations of a system along one of its parameters.
 
     Parameters
     ----------
     system : model or map with parameters
-        A `TwoBlock`, an event map or a `PiecewiseMap`.
+        A `TwoBlock`, an event map or a `PiecewiseMap`; of R^n a `Chain`, a return map or a `Map`.
     parameter : str
         Parameter that is varied, as in ``system.parameters``.
     range : pair of float
@@ -83,10 +86,13 @@ def bifurcations(
     max_period : int
         Longest period of the orbits that are searched for; cascades are followed beyond.
     window : pair of float, optional
-        Part of the domain that is searched: orbits that leave it end there.
+        Part of the domain of a map of a line that is searched: orbits that leave it end there.
     n_lists : int, optional
-        Complete lists of orbits over the range to begin with (24 by default); more are added
-        where something happens.
+        Lists of orbits over the range to begin with (24 by default; 12 in R^n); of a line they
+        are complete, and more are added where something happens.
+    n_starts : int, optional
+        In R^n: starts of Newton's method for each list and period in the first round, 64 by
+        default.
     progress : callable, optional
         Called now and then with the share of the work that is done, 0 to 1.
     partial : bool
@@ -111,6 +117,9 @@ def bifurcations(
     value or followed to where it ends; what ends it is solved for to rounding, and lists just
     below and above each bifurcation show what it concerns (docs/theory/bifurcations.md).
 
+    In R^n nothing is complete: orbits are followed from lists that may miss some, changes of the
+    set of attractors are bracketed by bisection (docs/theory/bifurcations-in-space.md).
+
     Examples
     --------
     >>> import stickslip as ss
@@ -119,19 +128,25 @@ def bifurcations(
     >>> [(b.kind, b.criticality, round(b.value, 9)) for b in found]
     [('flip', 'super', 3.0), ('flip', 'super', 3.449489743)]
     """
-    f = line_family(system)
-    lo, hi = checked_range(f, parameter, range)
-    family = Family(f, parameter, window)
     check_callback("progress", progress, "the share of the work that is done")
     tell = progress if progress is not None else lambda _: None
-    survey = Survey(
-        family,
-        lo,
-        hi,
-        whole_number("max_period", max_period, 1, at_most=MOST_KEPT),
-        lambda share: tell(HALF * share),
-        partial=flag("partial", partial),
-    )
+    max_period = whole_number("max_period", max_period, 1, at_most=MOST_KEPT)
+    partial = flag("partial", partial)
+    found_map = map_of(system)
+    in_space = isinstance(found_map, FamilyND)
+    if (in_space and window is not None) or (not in_space and n_starts is not None):
+        name, other = ("window", "a line") if in_space else ("n_starts", "R^n")
+        raise ValueError(f"{name} is for maps of {other}; system = {shown(system)} has another.")
+    if isinstance(found_map, FamilyND):
+        ends = checked_range(found_map, parameter, range)
+        numbers = {"n_lists": n_lists, "n_starts": n_starts}
+        return bifurcations_nd(
+            found_map, parameter, ends, max_period, **numbers, tell=tell, partial=partial
+        )
+    f = line_family(found_map)
+    lo, hi = checked_range(f, parameter, range)
+    family = Family(f, parameter, window)
+    survey = Survey(family, lo, hi, max_period, lambda share: tell(HALF * share), partial=partial)
     count = N_LISTS if n_lists is None else n_lists
     survey.run(whole_number("n_lists", count, 3, at_most=MOST_KEPT))
     report = _Report(survey, f, tell)

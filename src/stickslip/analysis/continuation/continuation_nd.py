@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Final, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 import numpy as np
 
@@ -11,7 +11,8 @@ from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, betw
 from stickslip.analysis.continuation.follower import checked_steps, contained
 from stickslip.analysis.continuation.orbit_follower import OrbitFollower
 from stickslip.analysis.maps.arguments import checked_range
-from stickslip.analysis.orbits.newton_nd import solve_orbits
+from stickslip.analysis.maps.protocol_nd import apart
+from stickslip.analysis.orbits.newton_nd import monodromy, solve_orbits
 from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, make_orbit, multipliers_of
 from stickslip.numerics.continuation import LeavesRegion, StepTooLong
 from stickslip.results.parts import part
@@ -40,7 +41,7 @@ class OrbitProblemND(Problem):
     """The equations of a periodic orbit in R^n."""
 
     system: FamilyND | None = None
-    picture: ClassVar = "bifurcations.draw_orbit_curve_nd"
+    picture: ClassVar = "bifurcations.draw_orbit_curve"
 
     def solve(
         self, curve: Curve, row: int, share: float, name: str, value: float
@@ -67,8 +68,8 @@ class OrbitProblemND(Problem):
 
     def same(self, one: PeriodicOrbitND, other: PeriodicOrbitND) -> bool:
         """Tell whether the points are equal, to rounding."""
-        apart = np.abs(one.points - other.points).max()
-        return bool(apart <= 1e-12 * (1.0 + np.abs(one.points).max()))
+        off = np.abs(one.points - other.points).max()
+        return bool(off <= 1e-12 * (1.0 + np.abs(one.points).max()))
 
 
 def follow_orbit_nd(
@@ -123,16 +124,51 @@ class _SpaceOrbitFollower(OrbitFollower):
         cause, way = departure
         index = int(cause.indices[0])
         error = abs(way * float(self.curve.scale[-1] * last.tangent[-1]))
-        where = {"index": index, "error": error + 2 * float(np.spacing(abs(last.parameter)))}
+        where: dict[str, Any] = {
+            "index": index,
+            "error": error + 2 * float(np.spacing(abs(last.parameter))),
+        }
         beyond = self._beyond(last, cause)
         if beyond is None:
             inside = self.f.contains(cause.points)[index]
             return self.end(last, "gap" if inside else "end of domain", **where)
         kind, label = beyond
+        if kind == "corner" and (passed := self._past(last, half)) is not None:
+            return passed
         if kind == "smooth":
             self.equations.pieces[index].add(label)
             return replace(last, step=self.control.first)
+        explain = getattr(self.equations.at(last.parameter), "explain_border", None)
+        if explain is not None:
+            beside = self.equations.at(cause.value), cause.points[index]
+            where["border"] = tuple(explain(self.points(last)[index], *beside))
         return self.end(last, "breakpoint", kind=kind, **where)
+
+    def _past(self, last: CurvePoint, half: Half) -> CurvePoint | None:
+        """Go on beyond a border that leaves all multipliers as they are; None at any other.
+
+        So does an event of a motion in time that crosses the time at which a map looks at it.
+        """
+        y = last.y + BEYOND[1] * self.curve.scale * last.tangent
+        f = self.equations.at(y[-1])
+        # The map itself knows the directions that it forgets: its images are where points belong.
+        points = np.roll(self.equations.sample(f, self.equations.points(y)).value, 1, axis=0)
+        got = self.equations.sample(f, points)
+        if (got.status != OK).any():
+            return None
+        old, new = (np.poly(monodromy(each)) for each in (last.note.slopes, got.derivative))
+        if (np.abs(new - old) > SAME_SLOPE * (1 + np.abs(old).max())).any():
+            return None
+        pieces, labels = self.equations.pieces, got.label.tolist()
+        self.equations.pieces = [{label} for label in labels]
+        try:
+            start = self.curve.point(np.append(points.ravel(), y[-1]))
+        except (StepTooLong, LeavesRegion):
+            self.equations.pieces = pieces
+            return None
+        rising = last.tangent[-1] > 0
+        half.rows.append(start if rising else start.reversed())
+        return half.rows[-1]
 
     def _departure(self, last: CurvePoint) -> tuple[Departure, float] | None:
         """Which points leave their pieces just past the end of a walk, and how far past."""
@@ -156,7 +192,8 @@ class _SpaceOrbitFollower(OrbitFollower):
             return None
         note: Linearized = last.note
         slope = note.slopes[index]
-        gaps = [float(np.abs(side.value - note.values[index]).max()) for side in (far, near)]
+        offs = (apart(self.f, side.value, note.values[index]) for side in (far, near))
+        gaps = [float(np.abs(off).max()) for off in offs]
         label = int(near.label)
         if gaps[1] > max(SMOOTH, JUMPS * gaps[0]):
             return "jump", label

@@ -54,7 +54,8 @@ class CurveEnd:
     kind : str
         Of a breakpoint of a map of R^n: ``jump`` or ``corner``.
     border : object
-        The break that was met, of a map of a line.
+        The break that was met, of a map of a line; in R^n its mechanism and the block that it
+        concerns, if the map tells.
     """
 
     reason: str
@@ -92,7 +93,8 @@ class CurveEvent:
         needed force of a rider touches its static limit), ``landing`` (a block lands exactly at
         its limit), ``tie`` (events of two blocks at once). Of bifurcations, points of codimension
         two: ``cusp``, ``breakpoint``, ``generalised flip``, ``multiplier 1``, ``multiplier -1``,
-        ``multiplier 0``, ``kind of border``, ``second border`` or ``end of border``.
+        ``multiplier 0``, ``kind of border``, ``second border`` or ``end of border``; in R^n also
+        ``fold-flip``, ``resonance 1:1`` to ``resonance 1:4``, ``multiplier 1``, ``multiplier -1``.
     parameters : dict
         Parameter values there, by name.
     points : ndarray of float
@@ -209,7 +211,8 @@ class Curve(Result):
     data : dict
         Further columns: ``labels`` and ``residual`` of orbits, ``period`` and ``events`` (their
         number) of cycles, ``left``, ``right``, ``left_slope``, ``right_slope`` and ``kind`` of
-        breakpoints, ``multiplier_left`` and ``multiplier_right`` of border collisions.
+        breakpoints, ``multiplier_left`` and ``multiplier_right`` of border collisions; of
+        bifurcations in R^n ``angle`` of the critical multiplier (NaN: none) and ``labels``.
     problem : Problem
         What is solved, and how to solve it anew.
     period : int or None

@@ -38,6 +38,7 @@ CLOSED_AFTER: Final = 4  # rows: the start is not met again before
 SAME_WAY: Final = 0.7  # cosine
 ROUNDINGS: Final = 64.0  # in a multiplier
 EPS: Final = float(np.finfo(np.float64).eps)
+SHORT: Final = 1e-3  # scaled: a step that may bracket a point where Newton's method has no hold
 ON_CIRCLE: Final = 1e-6  # modulus of a critical pair, and its distance from the real axis
 
 
@@ -219,6 +220,9 @@ class Follower:
         """Solve for what lies between two neighbours."""
         for kind, test in self.tests(here, new):
             if test(here) * test(new) < 0:
+                if kind == "branch_point" and (found := self._crossed(here, new, test)):
+                    yield found
+                    continue
                 point = self.curve.between(here, new, test)
                 if kind == "neimark_sacker" and not self._has_critical_pair(point):
                     continue  # two real multipliers whose product is 1: nothing happens
@@ -229,6 +233,16 @@ class Follower:
                         (new.parameter - here.parameter) / (test(new) - test(here))
                     )
                 yield Passed(point, self.event(kind, point, error))
+
+    def _crossed(self, here: CurvePoint, new: CurvePoint, test: Test) -> Passed | None:
+        """Bracket a point where the equations are singular by a short step; None if it is long."""
+        way = new.y - here.y
+        if float(np.linalg.norm(way / self.curve.scale)) > SHORT:
+            return None
+        share = test(here) / (test(here) - test(new))
+        there = replace(here, y=here.y + share * way)
+        event = self.event("branch_point", there, abs(float(way[-1])))
+        return Passed(None, event)
 
     def event(self, kind: str, point: CurvePoint, error: float, **more: Any) -> CurveEvent:
         """Describe a bifurcation at a point."""

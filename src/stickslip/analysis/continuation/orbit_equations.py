@@ -91,7 +91,7 @@ class OrbitEquations:
 
     def described(self, points: Floats, values: PointValues) -> tuple[Floats, Linearized]:
         """Return F, and what a map said at points."""
-        residual = values.value - np.roll(points, -1, axis=0)
+        residual = protocol_nd.apart(self.f, values.value, np.roll(points, -1, axis=0))
         return residual.ravel(), Linearized(values.derivative, values.value, values.label)
 
     def stays(self, labels: Labels, ok: NDArray[np.bool_]) -> NDArray[np.bool_]:

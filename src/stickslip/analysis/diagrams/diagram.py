@@ -15,7 +15,7 @@ from stickslip.checks import whole_number
 from stickslip.extras import require_extra
 from stickslip.results.parts import part
 from stickslip.results.result import Result
-from stickslip.results.table import Table
+from stickslip.results.table import Table, numbered
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats
 
 SHOWN: Final = 40  # orbits in a diagram's table
+LAST: Final = ("multiplier", "lyapunov")  # columns behind those of the points
 
 
 @part
@@ -37,10 +38,10 @@ class OrbitCurve:
     ----------
     period : int
         Minimal.
-    points : ndarray of float, shape (n, p)
+    points : ndarray of float, shape (n, p), in R^m (n, p, m)
         In the map's order, each column following one point; NaN at values without the orbit.
     multipliers : ndarray of float, shape (n,)
-        NaN at values without the orbit.
+        In R^m the complex one of largest modulus; NaN at values without the orbit.
     ends : tuple of CurveEnd
         Where the orbit begins and ends, located between the values, and why: "end of range",
         the kind of a bifurcation, "outside" (it leaves the window), or how an orbit ends that no
@@ -49,7 +50,7 @@ class OrbitCurve:
 
     period: int
     points: Floats
-    multipliers: Floats
+    multipliers: Floats | NDArray[np.complex128]
     ends: tuple[CurveEnd, CurveEnd]
 
     @property
@@ -73,12 +74,13 @@ class AttractorTable:
     where : ndarray of int
         Place of the parameter in the diagram's ``values``; ascending.
     kind : ndarray of str
-        "periodic", "chaotic" (the mean of log |f'| is positive; not proved) or "undecided".
+        "periodic", "chaotic" (the mean of log |f'| is positive; not proved) or "undecided"; in
+        R^m also "quasiperiodic".
     period : ndarray of int
         Of a periodic attractor, else 0.
     lyapunov : ndarray of float
         Mean of log |f'| per step: exact for a cycle, else over the points kept.
-    points : ndarray of float, shape (m, k)
+    points : ndarray of float, shape (m, k), in R^n (m, k, n)
         The cycle, or successive iterates; NaN fills the rest of a row.
     """
 
@@ -95,7 +97,7 @@ class AttractorTable:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagram(Result):
-    """What a map of the line does over a range of one parameter.
+    """What a map does over a range of one parameter.
 
     Attributes
     ----------
@@ -159,7 +161,7 @@ class Diagram(Result):
     def _columns(self) -> dict[str, Any]:
         """Lay out orbits, then attractors, then breakpoints, a row for each point."""
         parts = [*self._orbit_points(), self._attractor_points(), *self._break_points()]
-        names = ("what", "number", "kind", "period", "point", "d", "multiplier", "lyapunov")
+        names = [name for name in parts[0] if name != "value"]
         columns = {name: np.concatenate([part[name] for part in parts]) for name in names}
         return {self.parameter: np.concatenate([part["value"] for part in parts]), **columns}
 
@@ -230,16 +232,18 @@ class Diagram(Result):
         require_extra("sweep", "labelled arrays", "xarray")
         xarray = importlib.import_module("xarray")
         name, n = self.parameter, len(self.values)
-        points = np.full((len(self.orbits), n, self.max_period), np.nan)
+        coordinates = self.attractors.points.shape[2:]
+        points = np.full((len(self.orbits), n, self.max_period, *coordinates), np.nan)
         for row, orbit in zip(points, self.orbits, strict=True):
             row[:, : orbit.period] = orbit.points
+        axes = ("coordinate",) * len(coordinates)
         multipliers = [orbit.multipliers for orbit in self.orbits]
         breaks = [line.d for line in self.breakpoints]
         variables = {
-            "orbit": (("branch", name, "point"), points),
+            "orbit": (("branch", name, "point", *axes), points),
             "multiplier": (("branch", name), np.array(multipliers).reshape(-1, n)),
             "period": (("branch",), np.array([orbit.period for orbit in self.orbits])),
-            "attractor": (("row", "iterate"), self.attractors.points),
+            "attractor": (("row", "iterate", *axes), self.attractors.points),
             "attractor_at": (("row",), self.values[self.attractors.where]),
             "attractor_kind": (("row",), self.attractors.kind),
             "attractor_period": (("row",), self.attractors.period),
@@ -257,9 +261,12 @@ class Diagram(Result):
 
 
 def _points(d: Floats, **facts: Any) -> dict[str, Any]:
-    """Rows for points of shape (n, p); facts hold for all rows, or have shape (n, 1) or (p,)."""
-    there = np.isfinite(d)
-    point = np.arange(d.shape[1]) + 1
-    facts = {"multiplier": np.nan, "lyapunov": np.nan, "point": point, **facts}
-    spread = {name: np.broadcast_to(fact, d.shape)[there] for name, fact in facts.items()}
-    return {"d": d[there], **spread}
+    """Rows for points of shape (n, p, ...); facts for all rows, or of shape (n, 1) or (p,)."""
+    shape = d.shape[:2]
+    there = np.isfinite(d.reshape(*shape, -1)).all(axis=2)
+    facts["point"] = np.arange(shape[1]) + 1
+    facts = {"multiplier": np.nan, "lyapunov": np.nan, **facts}
+    names = ("value", "what", "number", "kind", "period", "point")
+    spread = {name: np.broadcast_to(facts[name], shape)[there] for name in (*names, *LAST)}
+    places = numbered("d", d[there].reshape(int(there.sum()), -1))
+    return {**{n: spread[n] for n in names}, **places, **{n: spread[n] for n in LAST}}

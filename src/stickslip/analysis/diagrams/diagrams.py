@@ -11,12 +11,19 @@ import numpy as np
 
 from stickslip.analysis.attractors.along import Motion, Settler
 from stickslip.analysis.attractors.attractors import spread_points
+from stickslip.analysis.bifurcations.in_space.bifurcations_nd import (
+    N_LISTS,
+    N_STARTS,
+    OrbitSurvey,
+)
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.branches.along.breakpoint_lines import follow_breakpoints
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
+from stickslip.analysis.diagrams.diagram_nd import diagram_nd
 from stickslip.analysis.diagrams.orbit_curves import fill, trace_orbits
-from stickslip.analysis.maps.arguments import checked_range, line_family
+from stickslip.analysis.maps.arguments import checked_range, line_family, map_of
+from stickslip.analysis.maps.protocol_nd import FamilyND
 from stickslip.analysis.threads import in_threads
 from stickslip.checks import MOST_KEPT, check_callback, flag, shown, whole_number
 from stickslip.checks import grid as grid_values
@@ -43,7 +50,7 @@ AT_END: Final = 1e-9  # of the range: at this distance from its end there may be
 
 @suggests
 def bifurcation_diagram(
-    system: MapFamily | Modelled[MapFamily],
+    system: MapFamily | FamilyND | Modelled[MapFamily] | Modelled[FamilyND],
     parameter: str,
     grid: ArrayLike,
     *,
@@ -51,31 +58,32 @@ def bifurcation_diagram(
     window: tuple[float, float] | None = None,
     iterates: int = 64,
     attractors: bool = True,
-    n_lists: int = 24,
+    n_lists: int | None = None,
     progress: Callable[[float], None] | None = None,
     partial: bool = False,
 ) -> Diagram:
-    """Follow all periodic orbits, the attractors and the breakpoints over a parameter.
+    """Follow periodic orbits, the attractors and, on a line, the breakpoints over a parameter.
 
     Parameters
     ----------
     system : model or map with parameters
-        Such as a `TwoBlock`, an event map or a `PiecewiseMap`.
+        Such as a `TwoBlock`, an event map or a `PiecewiseMap`; of R^n a `Chain` or a `Map`.
     parameter : str
         The parameter that varies, as in ``system.parameters``.
     grid : tuple of (float, float, int) or array_like of float, shape (n,)
         ``(lo, hi, n)``, or a list or array of at least two ascending values.
     max_period : int
-        All orbits up to this period are followed, stable or not.
+        Orbits up to this period are followed, stable or not: all of a line, in R^n those found.
     window : tuple of float, optional
-        Part of the map's domain to look at; orbits that leave it end there.
+        Part of the domain of a map of a line to look at; orbits that leave it end there.
     iterates : int
         Points kept of an attractor that is no cycle.
     attractors : bool
         Whether to look for attractors besides the stable ones among the orbits.
-    n_lists : int
-        Complete lists of orbits that are made over the range, besides those next to every
-        bifurcation; two orbits born and lost between neighbouring ones stay unseen.
+    n_lists : int, optional
+        Lists of orbits that are made over the range, besides those next to every bifurcation; two
+        orbits born and lost between neighbouring ones stay unseen. 24 by default, complete ones,
+        of a line; 12 in R^n.
     progress : callable, optional
         Called with the share of the work that is done, from 0 to 1.
     partial : bool
@@ -109,7 +117,11 @@ def bifurcation_diagram(
     >>> [(curve.period, curve.ends[1].reason) for curve in diagram.orbits][-1]
     (4, 'border_collision')
     """
-    family = line_family(system)
+    family = map_of(system)
+    if not (in_space := isinstance(family, FamilyND)):
+        family = line_family(family)
+    elif window is not None:
+        raise ValueError(f"window is for maps of a line; system = {shown(system)} has another.")
     values = grid_values("grid", grid).copy()
     if values.size < 2 or (np.diff(values) <= 0).any():
         raise ValueError(
@@ -119,17 +131,24 @@ def bifurcation_diagram(
     checked_range(family, parameter, (values[0], values[-1]), "grid")
     max_period = whole_number("max_period", max_period, 1, at_most=MOST_KEPT)
     iterates = whole_number("iterates", iterates, 1, at_most=MOST_KEPT)
+    if n_lists is None:
+        n_lists = N_LISTS if in_space else 24
     n_lists = whole_number("n_lists", n_lists, 2, at_most=MOST_KEPT)
     attractors = flag("attractors", attractors)
     check_callback("progress", progress, "the share of the work that is done")
     report = progress or (lambda share: None)
+    partial = flag("partial", partial)
+    if in_space:
+        searched = OrbitSurvey(family, parameter, values[0], values[-1], max_period, N_STARTS)
+        searched.run(n_lists, lambda share: report(0.5 * share), partial=partial)
+        return diagram_nd(searched, values, iterates if attractors else 0, report)
     survey = Survey(
         Family(family, parameter, window),
         float(values[0]),
         float(values[-1]),
         max_period,
         lambda share: report(0.4 * share),
-        partial=flag("partial", partial),
+        partial=partial,
     )
     survey.run(n_lists)
     if survey.interrupted:

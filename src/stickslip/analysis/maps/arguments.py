@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stickslip.analysis.maps.protocol import Map1D, MapFamily, Modelled
+from stickslip.analysis.maps.protocol_nd import FamilyND, MapND
 from stickslip.checks import checked_interval, finite_number, parameter_name, shown
-
-if TYPE_CHECKING:
-    from stickslip.analysis.maps.protocol_nd import FamilyND
 
 
 def map_of(f: object) -> Any:
     """Return the map of a model, and anything else as it is."""
-    return f.as_map() if isinstance(f, Modelled) else f
+    return f.as_map() if isinstance(f, Modelled) and not isinstance(f, type) else f
 
 
 def line_map(f: object, role: str = "f") -> Map1D:
     """Return a map of the line, or a model's; refuse anything else."""
     found = map_of(f)
-    if isinstance(found, Map1D):
+    if isinstance(found, Map1D) and not isinstance(found, MapND):
         return found
     raise ValueError(
         f"{role} = {shown(f)} is neither a map of the line nor a model that has one. Take "
@@ -37,6 +35,26 @@ def line_family(system: object) -> MapFamily:
         f"system = {shown(system)} has no parameters to vary. Take a model such as "
         "ss.TwoBlock(...), or ss.PiecewiseMap(..., parameters={...})."
     )
+
+
+def space_map(f: object, role: str = "f") -> MapND:
+    """Return a map of R^n, or a model's; refuse anything else."""
+    found = map_of(f)
+    if isinstance(found, MapND):
+        return found
+    more = " Of a map of the line take ss.lyapunov_exponent." if isinstance(found, Map1D) else ""
+    raise ValueError(
+        f"{role} = {shown(f)} is neither a map of R^n nor a model that has one. Take ss.Map(...), "
+        f"ss.return_map(model) or a model such as ss.Chain(...).{more}"
+    )
+
+
+def space_family(system: object) -> FamilyND:
+    """Return a map of R^n with parameters, or a model's; refuse anything else."""
+    f = space_map(system, "system")
+    if isinstance(f, FamilyND):
+        return f
+    raise ValueError(f"system = {shown(system)} has no parameters to vary.")
 
 
 def checked_parameter(f: MapFamily | FamilyND, name: object, role: str = "parameter") -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+import math
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol_nd import sample
+from stickslip.analysis.maps.protocol_nd import apart, reduced, sample
 from stickslip.analysis.orbits.newton_nd import monodromy, solve_orbits
 from stickslip.analysis.orbits.orbit import AnyOrbit, OrbitSequence
 from stickslip.checks import MOST_KEPT, whole_number
@@ -20,9 +21,15 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol_nd import MapND
     from stickslip.analysis.orbits.newton_nd import Solutions
 
-N_STARTS: Final = 512
-TRANSIENT: Final = 32  # iterates after which points count as being on an attractor
-STARTS: Final = 32  # orbits that are iterated for seeds
+N_STARTS: Final = 256
+ROUNDS: Final = 5  # of seeds at most, each as many as all before
+SPARSE: Final = 16  # seeds of the first round for a hit: with fewer hits the estimate says little
+IN_VAIN: Final = 4  # times the first round, where there are fewer
+ORBITS: Final = 3  # seeds to one that is an orbit
+POOL: Final = (64, 128)  # points spread over the domain that seeds are made of
+EARLY: Final = 4  # iterates of each, itself included
+LATE: Final = (32, 36)  # and those near attractors
+PARTS: Final = 16  # of a table of distances, to save memory
 SAME: Final = 1e-8  # of an orbit's size: points of one orbit, reached from different seeds
 SHOWN: Final = 24  # orbits in a list's repr
 MULTIPLIERS_SHOWN: Final = 3
@@ -109,6 +116,7 @@ def make_orbit(
     f: MapND, points: Floats, jacobians: Floats, labels: Labels, residual: float, hits: int = 0
 ) -> PeriodicOrbitND:
     """Put together what is known of an orbit, started at its smallest first coordinate."""
+    points = reduced(f, points)
     turn = -int(np.argmin(points[:, 0]))
     points, jacobians = np.roll(points, turn, axis=0), np.roll(jacobians, turn, axis=0)
     labels = np.roll(labels, turn)
@@ -136,10 +144,15 @@ class Unseen:
     Attributes
     ----------
     period : int
+    n_seeds : int
+        Guesses from which Newton's method started.
     n_hits : int
-        Seeds that led to an orbit of this minimal period.
+        Those that led to an orbit of this minimal period.
     once, twice : int
         Orbits found once and twice.
+    degenerate : int
+        Guesses that led to a point where f^p is so close to the identity, in some direction,
+        that rounding leaves its place undecided: a family of orbits, or one where others merge.
 
     Notes
     -----
@@ -149,9 +162,11 @@ class Unseen:
     """
 
     period: int
+    n_seeds: int
     n_hits: int
     once: int
     twice: int
+    degenerate: int = 0
 
     @property
     def probability(self) -> float:
@@ -165,12 +180,14 @@ class Unseen:
 
     def __str__(self) -> str:
         """One line."""
+        more = f"; {self.degenerate} ended near a degenerate orbit" if self.degenerate else ""
+        head = f"period {self.period}: {self.n_hits} of {self.n_seeds} seeds led to an orbit"
         if not self.n_hits:
-            return f"period {self.period}: no seed led to an orbit"
+            return f"period {self.period}: none of {self.n_seeds} seeds led to an orbit{more}"
         return (
-            f"period {self.period}: {self.n_hits} seeds led to an orbit, {self.once} orbits were "
-            f"found once; the next hit would be new with probability {self.probability:.2g} "
-            f"(Good-Turing), not found are {self.at_least:.1f} or more (Chao)"
+            f"{head}, {self.once} orbits were found once; the next hit would be new with "
+            f"probability {self.probability:.2g} (Good-Turing), not found are {self.at_least:.1f} "
+            f"or more (Chao){more}"
         )
 
 
@@ -186,7 +203,7 @@ class OrbitListND(OrbitSequence[PeriodicOrbitND]):
     unseen : tuple of Unseen
         A period each.
     n_starts : int
-        Of each period.
+        Seeds of the first round of each period.
     n_evaluations : int
         Evaluations of the map.
     """
@@ -206,8 +223,8 @@ class OrbitListND(OrbitSequence[PeriodicOrbitND]):
     def __repr__(self) -> str:
         """Table of the orbits, then the estimates."""
         lines = [
-            f"OrbitListND: {len(self)} orbits up to period {self.max_period} from {self.n_starts} "
-            "seeds a period; others may exist",
+            f"OrbitListND: {len(self)} orbits up to period {self.max_period}; seeds were doubled "
+            f"from {self.n_starts} until they found no more; others may exist",
             "  period    hits  kind      first point; multipliers",
         ]
         for orbit in self.orbits[:SHOWN]:
@@ -235,86 +252,167 @@ def search_orbits(
     orbits: list[PeriodicOrbitND] = []
     unseen: list[Unseen] = []
     n_evaluations = 0
-    seeds = _seeds(f, n_starts)
     for p in wanted:
-        solutions = solve_orbits(f, _itineraries(f, seeds, p))
-        n_evaluations += solutions.n_evaluations
-        census = _census(f, solutions)
+        census = _searched(f, p, n_starts, [orbit.points for orbit in orbits])
+        n_evaluations += census.n_evaluations
         orbits += census.orbits()
         unseen.append(census.unseen(p))
     return OrbitListND(tuple(orbits), highest, tuple(unseen), n_starts, n_evaluations)
 
 
-def _seeds(f: MapND, count: int) -> Floats:
-    """Points spread over the domain, and points that orbits come to, shape (count, n)."""
-    spread = f.spread(count - count // 2)
-    x = f.spread(STARTS)
-    visited = []
-    for k in range(TRANSIENT + -(-count // STARTS)):
-        x = sample(f, x).value
-        if k >= TRANSIENT:
-            visited.append(x)
-    points = np.concatenate(visited)[: count // 2]
-    return np.concatenate([spread, points])
+def _searched(f: MapND, p: int, n_starts: int, shorter: list[Floats]) -> _Census:
+    """Take as many seeds again until these find no new orbit, and each is found three times.
 
-
-def _itineraries(f: MapND, seeds: Floats, p: int) -> Floats:
-    """First p points of the orbits of some seeds, shape (m, p, n); those that leave dropped."""
-    points = [seeds]
-    for _ in range(p - 1):
-        points.append(sample(f, points[-1]).value)
-    guesses = np.stack(points, axis=1)
-    kept: Floats = guesses[np.isfinite(guesses).all(axis=(1, 2))]
-    return kept
-
-
-@dataclass
-class _Census:
-    """Distinct orbits of one period, and how often each was found."""
-
-    f: MapND
-    found: list[PeriodicOrbitND] = field(default_factory=list)
-    hits: list[int] = field(default_factory=list)
-
-    def add(self, orbit: PeriodicOrbitND) -> None:
-        for k, known in enumerate(self.found):
-            turns = (np.roll(orbit.points, k, axis=0) for k in range(len(orbit.points)))
-            if any(_close(known.points, turned) for turned in turns):
-                self.hits[k] += 1
-                if orbit.residual < known.residual:
-                    self.found[k] = orbit
-                return
-        self.found.append(orbit)
-        self.hits.append(1)
-
-    def orbits(self) -> list[PeriodicOrbitND]:
-        counted = [replace(orbit, hits=n) for orbit, n in zip(self.found, self.hits, strict=True)]
-        return sorted(counted, key=lambda orbit: tuple(orbit.points[0]))
-
-    def unseen(self, p: int) -> Unseen:
-        return Unseen(p, sum(self.hits), self.hits.count(1), self.hits.count(2))
-
-
-def _census(f: MapND, solutions: Solutions) -> _Census:
-    """Collect the orbits whose minimal period is that of the search."""
-    census = _Census(f)
-    for k in np.flatnonzero(solutions.found):
-        points = solutions.points[k]
-        if _is_minimal(points):
-            census.add(
-                make_orbit(
-                    f, points, solutions.jacobians[k], solutions.labels[k], solutions.residual[k]
-                )
-            )
+    Where few seeds lead to an orbit at all, that says little: then go on for some rounds.
+    """
+    census, count = _Census(f), n_starts
+    for _ in range(ROUNDS):
+        known = census.n_orbits
+        pool = _Pool(f, census.n_seeds, count, shorter + census.points)
+        census.add(solve_orbits(f, pool.guesses(p, count)))
+        count, told = census.n_seeds, census.unseen(p)
+        telling = told.n_hits >= n_starts / SPARSE or count >= IN_VAIN * n_starts
+        if count > n_starts and telling and census.n_orbits == known and not told.once + told.twice:
+            break
     return census
 
 
-def _is_minimal(points: Floats) -> bool:
-    """Whether no shorter orbit is run through several times."""
+class _Pool:
+    """Points spread over the domain, early and late iterates, points of known orbits; images."""
+
+    def __init__(self, f: MapND, n_before: int, count: int, orbits: list[Floats]) -> None:
+        self.f, self.rng = f, np.random.default_rng(n_before)
+        x = f.spread(n_before + min(max(count // EARLY, POOL[0]), POOL[1]))[n_before:]
+        known = np.concatenate([x[:0], *orbits])
+        kept = self.rng.permutation(len(known))[: POOL[1] * EARLY]
+        points = [known[kept]]
+        images = [np.concatenate([x[:0], *(np.roll(o, -1, axis=0) for o in orbits)])[kept]]
+        for k in range(LATE[1]):
+            values = sample(f, x).value
+            stay = np.isfinite(values).all(axis=-1)
+            if k < EARLY or k >= LATE[0]:
+                points.append(x[stay])
+                images.append(values[stay])
+            x = values[stay]
+        self.points = np.concatenate(points)
+        width = self.points.max(axis=0, initial=-np.inf) - self.points.min(axis=0, initial=np.inf)
+        width = np.where(width > 0.0, width, 1.0)
+        parts = np.array_split(np.concatenate(images), PARTS)
+        far = (apart(f, part[:, None], self.points) / width for part in parts)
+        self.nearest = np.concatenate([np.abs(d).max(axis=-1).argsort(axis=1) for d in far])
+
+    def guesses(self, p: int, count: int) -> Floats:
+        """Cyclic sequences (count, p, n) of points: a part are orbits, the others walks."""
+        size = len(self.points)
+        if not size:
+            return np.empty((0, p, self.f.dimension))
+        starts = self.rng.integers(0, size, count)
+        orbits = [self.points[starts[: count // ORBITS]]]
+        for _ in range(p - 1):
+            orbits.append(sample(self.f, orbits[-1]).value)
+        walks = self._walks(starts[count // ORBITS :], p)
+        return np.concatenate([np.stack(orbits, axis=1), self.points[walks]])
+
+    def _walks(self, at: NDArray[np.intp], p: int) -> NDArray[np.intp]:
+        """Pseudo-orbits (m, p): from a point to one of the r nearest to its image.
+
+        With small r they shadow orbits; with all they are random sequences, which find the orbits
+        of sets that repel, where nothing stays. The r are spread evenly in their logarithm.
+        """
+        reach = len(self.points) ** self.rng.random(len(at))
+        walk = [at]
+        for _ in range(p - 1):
+            rank = (self.rng.random(len(at)) * reach).astype(np.intp)
+            walk.append(self.nearest[walk[-1], rank])
+        return np.stack(walk, axis=1)
+
+
+class _Census:
+    """Distinct solutions of one length, how often each was found, and which are orbits."""
+
+    def __init__(self, f: MapND) -> None:
+        self.f = f
+        self.n_seeds = self.n_evaluations = self.degenerate = 0
+        self._found: list[tuple[Floats, Floats, Labels, float]] = []
+        self._hits: list[int] = []
+        self._means: list[Floats] = []
+        self._minimal: list[bool] = []
+
+    def add(self, solutions: Solutions) -> None:
+        """Count what a set of guesses has led to."""
+        self.n_seeds += len(solutions.found)
+        self.n_evaluations += solutions.n_evaluations
+        self.degenerate += int(solutions.degenerate.sum())
+        for k in np.flatnonzero(solutions.found):
+            points, label = solutions.points[k], solutions.labels[k]
+            parts = (points, solutions.jacobians[k], label, float(solutions.residual[k]))
+            mean = self._mean(points)
+            off = np.abs(np.array(self._means).reshape(-1, len(mean)) - mean).max(axis=1)
+            reach = SAME * (1.0 + np.abs(points).max())
+            for known in np.flatnonzero(off <= 2.0 * reach):
+                if same_points(self.f, self._found[known][0], points):
+                    self._hits[known] += 1
+                    if parts[3] < self._found[known][3]:
+                        self._found[known] = parts
+                    break
+            else:
+                self._found.append(parts)
+                self._hits.append(1)
+                self._means.append(mean)
+                self._minimal.append(is_minimal(self.f, points))
+
+    @property
+    def n_orbits(self) -> int:
+        return sum(self._minimal)
+
+    @property
+    def points(self) -> list[Floats]:
+        return [found[0] for found in self._found]
+
+    def _mean(self, points: Floats) -> Floats:
+        """Mean of something that neither the start of an orbit nor whole turns change."""
+        turn = np.broadcast_to(getattr(self.f, "periods", np.inf), points.shape[-1:]) / math.tau
+        angle = np.isfinite(turn)
+        phase = points[:, angle] / turn[angle]
+        waves = [turn[angle] * np.sin(phase), turn[angle] * np.cos(phase)]
+        return np.concatenate([points[:, ~angle], *waves], axis=1).mean(axis=0)
+
+    def orbits(self) -> list[PeriodicOrbitND]:
+        """Those of minimal period."""
+        rows = np.flatnonzero(self._minimal)
+        made = [make_orbit(self.f, *self._found[k], hits=self._hits[k]) for k in rows]
+        return sorted(made, key=lambda orbit: tuple(orbit.points[0]))
+
+    def unseen(self, p: int) -> Unseen:
+        hits = [self._hits[k] for k in np.flatnonzero(self._minimal)]
+        once, twice = hits.count(1), hits.count(2)
+        return Unseen(p, self.n_seeds, sum(hits), once, twice, self.degenerate)
+
+
+def distinct_orbits(f: MapND, guesses: Floats) -> list[PeriodicOrbitND]:
+    """Orbits of minimal period p that Newton's method finds from guesses (m, p, n), each once."""
+    census = _Census(f)
+    census.add(solve_orbits(f, guesses))
+    return census.orbits()
+
+
+def is_minimal(f: MapND, points: Floats) -> bool:
+    """Tell whether no shorter orbit is run through several times."""
     p = len(points)
     shifts = [q for q in range(1, p) if p % q == 0]
-    return not any(_close(points, np.roll(points, q, axis=0)) for q in shifts)
+    return not any(_close(f, points, np.roll(points, q, axis=0)) for q in shifts)
 
 
-def _close(one: Floats, other: Floats) -> bool:
-    return bool(np.abs(one - other).max() <= SAME * (1.0 + np.abs(one).max()))
+def same_orbit(f: MapND, one: PeriodicOrbitND, other: PeriodicOrbitND) -> bool:
+    """Tell whether two orbits of one period are the same, from whatever point they start."""
+    return same_points(f, one.points, other.points)
+
+
+def same_points(f: MapND, one: Floats, other: Floats, tolerance: float = SAME) -> bool:
+    """Tell whether points (p, n) are those of one orbit, in any turn."""
+    turns = (np.roll(other, k, axis=0) for k in range(len(other)))
+    return len(one) == len(other) and any(_close(f, one, turn, tolerance) for turn in turns)
+
+
+def _close(f: MapND, one: Floats, other: Floats, tolerance: float = SAME) -> bool:
+    return bool(np.abs(apart(f, one, other)).max() <= tolerance * (1.0 + np.abs(one).max()))

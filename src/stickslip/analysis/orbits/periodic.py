@@ -92,8 +92,9 @@ def periodic_orbits(
     resolution : float, optional
         On a line: of the map's table of branches, 1e-9 by default.
     n_starts : int, optional
-        In R^n: starts of Newton's method for each period, 512 by default; half of them are
-        spread over the domain, half lie on orbits after a transient.
+        In R^n: starts of Newton's method for each period in the first round, 256 by default. As
+        many again follow until they find no new orbit and each was found three times, 16 times
+        the first round at most.
 
     Returns
     -------

@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from stickslip.analysis.exponents.spectrum import lyapunov_spectrum
 from stickslip.mechanics.cycle.stroboscopic import StroboscopicMap, stroboscopic_map
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model.blocks import Oscillator
@@ -50,8 +51,13 @@ def exponent(frequency: float, periods: int = 1500) -> tuple[float, float]:
     f = shaken(frequency)
     here = f.iterate([0.0, 0.0], TRANSIENT)[-1]
     there = f.iterate(here, periods)[-1]
-    parts = [float(f.lyapunov_exponents(state, periods, transient=1)[0]) for state in (here, there)]
+    parts = [largest(f, state, periods) for state in (here, there)]
     return sum(parts) / 2.0, abs(parts[0] - parts[1]) / 2.0
+
+
+def largest(f: StroboscopicMap, state: Floats, periods: int) -> float:
+    """Return the largest exponent per unit of time of the motion from a state."""
+    return float(lyapunov_spectrum(f, state, periods, transient=1).per_time[0])
 
 
 @cache
@@ -61,7 +67,7 @@ def sweep() -> Sweep:
     f = shaken(RANGE[0])
     states = f.diagram("forcing.frequency", frequency, [0.0, 0.0], transient=TRANSIENT, n=KEPT)
     exponents = [
-        shaken(value).lyapunov_exponents(row[-1], PERIODS, transient=1)[0]
+        largest(shaken(value), row[-1], PERIODS)
         for value, row in zip(frequency.tolist(), states, strict=True)
     ]
     return Sweep(frequency, states[..., 0], np.array(exponents))

@@ -68,7 +68,7 @@ class BifurcationProblem(Problem):
     def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> Bifurcation:
         """Solve its condition for the other parameter, from the nearest row."""
         assert self.system is not None
-        system, other = self.system, _other(curve, name)
+        system, other = self.system, other_parameter(curve, name)
         (guess,) = self.guess(curve, row, share, name).tolist()
         widths = np.abs(np.diff(curve.parameters[other]))
         step = max(float(widths.max(initial=0.0)), AT_STEP * abs(guess))
@@ -95,10 +95,11 @@ class BifurcationProblem(Problem):
 
     def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
         """Return the other parameter, on a straight line between two rows."""
-        return np.atleast_1d(between(curve.parameters[_other(curve, name)], row, share))
+        return np.atleast_1d(between(curve.parameters[other_parameter(curve, name)], row, share))
 
 
-def _other(curve: Curve, name: str) -> str:
+def other_parameter(curve: Curve, name: str) -> str:
+    """Name of the other parameter of a curve in a plane."""
     return next(each for each in curve.parameters if each != name)
 
 
@@ -106,7 +107,7 @@ def follow_bifurcation(
     item: Any, system: MapFamily, name: str, range: tuple[float, float], *, solve_for: str
 ) -> Curve:
     """Follow a bifurcation in the plane of two parameters; see `stickslip.follow`."""
-    plane, q, s = _start(item, system, name, range, solve_for)
+    plane, q, s = checked_plane(item, system, name, range, solve_for)
     low, high = range
     try:
         start = solve_near(
@@ -127,8 +128,8 @@ def follow_bifurcation(
     return follower.follow(first)
 
 
-def _start(
-    item: Any, system: MapFamily, along: str, range: tuple[float, float], solve_for: str
+def checked_plane(
+    item: Any, system: Any, along: str, range: tuple[float, float], solve_for: str
 ) -> tuple[Plane, float, float]:
     """Check the arguments; return the plane and where the curve starts."""
     for role, name in (("parameter", along), ("solve_for", solve_for)):

@@ -24,7 +24,7 @@ from stickslip.numerics.continuation import LeavesRegion
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition
     from stickslip.analysis.bifurcations.conditions.orbit_paths import Path
-    from stickslip.analysis.maps.protocol import Floats, MapFamily
+    from stickslip.analysis.maps.protocol import Floats
     from stickslip.numerics.continuation import CurvePoint
 
 DIFFERENCE: Final = 1e-5  # of a parameter's scale: first derivatives of a test function
@@ -47,11 +47,11 @@ NEAR: Final = 1e-3  # of the domain: the orbit moves less than that on the way
 class Plane:
     """Two named parameters of a map: ``solve_for`` over ``along``."""
 
-    system: MapFamily
+    system: Any  # a family of maps of a line, or of R^n
     along: str
     solve_for: str
 
-    def map_at(self, q: float, s: float) -> MapFamily:
+    def map_at(self, q: float, s: float) -> Any:
         """Return the map with ``solve_for`` = q, ``along`` = s; `ConditionLost` out of range."""
         try:
             return self.system.replace(**{self.solve_for: q, self.along: s})
@@ -80,7 +80,7 @@ class PlaneEquations:
         steps = (DIFFERENCE * max(abs(q), FLAT * width), DIFFERENCE * width)
         by_q, by_s = _gradient(plane, start.condition, (q, s), steps)
         steep = width * abs(by_s / by_q) if by_q != 0 else math.inf
-        scale = np.array([_scale_between(steep, q, width), width])
+        scale = np.array([scale_between(steep, q, width), width])
         here = np.array([q, s])
         return cls(plane, [(here, start.condition)], scale, np.array([by_q, by_s]))
 
@@ -142,7 +142,7 @@ class PlaneEquations:
         self.last = (y.copy(), value)
 
 
-def _scale_between(steep: float, q: float, width: float) -> float:
+def scale_between(steep: float, q: float, width: float) -> float:
     """Bound the scale of the parameter solved for, known from the slope of the curve's start."""
     smallest = max(SMALLEST * abs(q), FLAT * width)
     return min(max(steep, smallest), LARGEST * max(abs(q), width))
@@ -196,7 +196,7 @@ class FoldEquations:
         along = np.linalg.lstsq(jacobian[:, :2], -jacobian[:, 2], rcond=None)[0]
         moves, steep = (np.abs(along) * width).tolist()
         equations.scale[0] = min(max(moves, MOVES * domain), domain)
-        equations.scale[1] = _scale_between(steep, q, width)
+        equations.scale[1] = scale_between(steep, q, width)
         return equations
 
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Reading]:

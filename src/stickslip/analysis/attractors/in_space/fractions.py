@@ -1,0 +1,173 @@
+"""Shares of basins along a parameter, attractors known again from value to value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+import numpy as np
+
+from stickslip.analysis.attractors.in_space.basins_nd import BasinsND, find_basins
+from stickslip.analysis.attractors.in_space.fates import (
+    LEFT,
+    MOST_FOLLOWED,
+    NOWHERE,
+    cells_of,
+    fates,
+)
+from stickslip.analysis.attractors.in_space.search_nd import search_attractors, seeds
+from stickslip.analysis.maps.arguments import checked_parameter, map_of
+from stickslip.analysis.maps.protocol_nd import FamilyND
+from stickslip.checks import MOST_KEPT, grid, shown, whole_number
+from stickslip.results.result import Result
+from stickslip.vocabulary import suggests
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import ArrayLike
+
+    from stickslip.analysis.attractors.in_space.attractor_nd import AttractorListND
+    from stickslip.analysis.maps.protocol import Floats, Modelled
+
+MATCHED: Final = 32  # points of an attractor that are followed at the next value
+MAX_PERIOD: Final = 64
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BasinFractions(Result):
+    """Shares of basins at values of a parameter.
+
+    Attributes
+    ----------
+    parameter : str
+    values : ndarray (m,)
+    numbers : tuple of tuple of int
+        For each value the numbers of its attractors, which keep theirs from value to value.
+    basins : tuple of BasinsND
+        At each value, by starts spread over the domain.
+
+    Notes
+    -----
+    An attractor keeps its number if most of its points come to one at the next value, and are
+    the most that do so; one that no known attractor comes to has a new number.
+    """
+
+    parameter: str
+    values: np.ndarray[Any, np.dtype[np.float64]]
+    numbers: tuple[tuple[int, ...], ...]
+    basins: tuple[BasinsND, ...]
+    _plot: ClassVar = "basins.draw_fractions"
+
+    def share(self, number: int) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Shares of an attractor (or of -1 undecided, -2 leaving) at all values; 0 without it."""
+        shares = np.zeros(len(self.values))
+        for i, (known, basins) in enumerate(zip(self.numbers, self.basins, strict=True)):
+            if number in (LEFT, NOWHERE, *known):
+                k = number if number < 0 else known.index(number)
+                shares[i] = basins.share(k).value
+        return shares
+
+    def __repr__(self) -> str:
+        """Table of the shares."""
+        low, high = self.values[0], self.values[-1]
+        head = f"BasinFractions: {len(self.values)} values of {self.parameter} from {low:.8g} to "
+        return f"{head}{high:.8g}\n{self.table()}"
+
+    def _columns(self) -> dict[str, Any]:
+        rows = [
+            (value, number, *(attractor.kind, attractor.period), *basins.share(k))
+            for value, known, basins in zip(self.values, self.numbers, self.basins, strict=True)
+            for k, (number, attractor) in enumerate(zip(known, basins.attractors, strict=True))
+        ]
+        names = (self.parameter, "attractor", "kind", "period", "share", "error")
+        return {name: [row[k] for row in rows] for k, name in enumerate(names)}
+
+
+@suggests
+def basin_fractions(
+    system: FamilyND | Modelled[FamilyND],
+    parameter: str,
+    values: ArrayLike,
+    *,
+    n_samples: int = 1000,
+    n_starts: int = 64,
+    max_steps: int = 20_000,
+) -> BasinFractions:
+    """Follow attractors of a map of R^n, and the shares of their basins, along a parameter.
+
+    Parameters
+    ----------
+    system : Map, model or map of more than one dimension
+    parameter : str
+    values : (lo, hi, n) or list of float
+    n_samples : int
+        Starts spread over the domain, whose fates are counted at each value.
+    n_starts : int
+        Starts of the search for attractors at each value, beside points of those before.
+    max_steps : int
+        Steps after which an orbit counts as undecided.
+
+    Returns
+    -------
+    BasinFractions
+
+    Raises
+    ------
+    ValueError
+        An unknown parameter, a map of the line (whose `basins` are exact) or without a domain.
+    """
+    f = map_of(system)
+    if not isinstance(f, FamilyND):
+        raise ValueError(
+            f"system = {shown(system)} is no map of R^n with parameters. On a line take "
+            "ss.basins(f).share(k) at each value, which is exact."
+        )
+    checked_parameter(f, parameter)
+    n_samples = whole_number("n_samples", n_samples, at_most=MOST_KEPT)
+    n_starts = whole_number("n_starts", n_starts, at_most=MOST_KEPT)
+    max_steps = whole_number("max_steps", max_steps, at_most=MOST_FOLLOWED)
+    wanted = grid("values", values)
+    every = list(searched_along(f, parameter, wanted, n_starts, max_steps))
+    found = [find_basins(at, listed, None, n_samples, max_steps) for _, at, listed, _ in every]
+    return BasinFractions(parameter, wanted, tuple(known for *_, known in every), tuple(found))
+
+
+def searched_along(
+    f: FamilyND, parameter: str, values: Floats, n_starts: int, max_steps: int
+) -> Iterator[tuple[float, FamilyND, AttractorListND, tuple[int, ...]]]:
+    """At each value the map, its attractors, and their numbers, which they keep."""
+    numbers: list[tuple[int, ...]] = []
+    before: AttractorListND | None = None
+    for value in values.tolist():
+        f = f.replace(**{parameter: value})
+        x, widths = seeds(f, None, n_starts)
+        handed = [attractor.points[-1:] for attractor in before or ()]
+        x = np.concatenate([x, *(point for point in handed if f.contains(point).all())])
+        listed = search_attractors(f, x, widths, MAX_PERIOD, max_steps, None)
+        same = tuple(range(len(listed)))
+        numbers.append(same if before is None else _matched(f, before, numbers, listed, max_steps))
+        yield value, f, listed, numbers[-1]
+        before = listed
+
+
+def _matched(
+    f: FamilyND,
+    before: AttractorListND,
+    numbers: list[tuple[int, ...]],
+    now: AttractorListND,
+    max_steps: int,
+) -> tuple[int, ...]:
+    """Give attractors the numbers of the known ones whose points come to them."""
+    cells, claims = cells_of(now), []
+    for number, attractor in zip(numbers[-1], before, strict=True):
+        points = attractor.points[-MATCHED:]
+        fate = fates(f, points, cells, max_steps)[0]
+        counts = np.bincount(fate[fate >= 0], minlength=len(now))
+        if counts.size and counts.max() * 2 > len(points):
+            claims.append((counts.max() / len(points), -number, int(counts.argmax())))
+    known: dict[int, int] = {}
+    for _, number, k in sorted(claims, reverse=True):
+        known.setdefault(k, -number)
+    new = iter(range(1 + max((n for each in numbers for n in each), default=-1), 10**9))
+    return tuple(known[k] if k in known else next(new) for k in range(len(now)))

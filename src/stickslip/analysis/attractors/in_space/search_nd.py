@@ -1,0 +1,263 @@
+"""Attractors of a map of R^n: cycles by Newton's method, other sets by their recurrences.
+
+Datseris and Wagemakers, Chaos 32 (2022) 023104, look for cells of a grid that orbits keep coming
+back to. Distances between orbits do the same here, without edges of cells.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from scipy.cluster.hierarchy import fcluster, linkage
+from scipy.spatial import cKDTree
+
+from stickslip.analysis.attractors.in_space.attractor_nd import AttractorListND, AttractorND
+from stickslip.analysis.attractors.lyapunov import LyapunovExponent
+from stickslip.analysis.exponents.spectrum import exponent_along
+from stickslip.analysis.maps.protocol_nd import apart, orbits, reduced, sample, turns
+from stickslip.analysis.orbits.newton_nd import solve_orbits
+from stickslip.analysis.orbits.orbits_nd import (
+    PeriodicOrbitND,
+    is_minimal,
+    make_orbit,
+    same_orbit,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.maps.protocol_nd import MapND
+
+SETTLING: Final = 512  # steps of all starts before they are looked at, and while they are
+LONG: Final = 4096  # steps of an orbit on a set of its own, at first
+RESOLUTION: Final = 1 / 256  # of the widths: of cells about cycles; of its size: of a set's reach
+REACH: Final = 2.0  # times the distance within which 0.95 of points have a neighbour: close
+RECURS: Final = 0.9  # share of an orbit's points close to earlier ones: it has settled
+MEETS: Final = 0.5  # ... close to those of another orbit: both are on one set
+CLOSE: Final = 1e-3  # of the widths: an orbit that repeats so well may be on a cycle
+KEPT: Final = 4096  # points of an attractor
+SURE: Final = 5.0  # standard errors by which a positive exponent exceeds zero
+NEUTRAL: Final = 20.0  # growth of a tangent, logarithm, over an orbit that does not stretch
+
+
+@dataclass
+class _Set:
+    """A set that orbits settle on, as it is known so far."""
+
+    points: Floats
+    orbit: PeriodicOrbitND | None
+    recurrence: float
+    tree: cKDTree
+    reach: float = RESOLUTION  # of the widths: other points of the set lie so close
+    starts: int = 0
+
+
+@dataclass
+class Search:
+    """Finds what starts settle on."""
+
+    f: MapND
+    widths: Floats
+    max_period: int
+    max_steps: int
+    sets: list[_Set] = field(default_factory=list)
+    settled: int = SETTLING
+
+    def _tree(self, points: Floats) -> cKDTree:
+        """Make a tree of distances in widths, angles the short way round."""
+        periods = getattr(self.f, "periods", None)
+        box = None
+        if periods is not None:
+            box = np.where(np.isfinite(periods), periods, 0.0) / self.widths
+        return cKDTree(self._scaled(points), boxsize=box)
+
+    def _scaled(self, points: Floats) -> Floats:
+        """Measure in widths; angles, from the low end of their period on, are in [0, period)."""
+        whole = turns(self.f)
+        low = np.where(np.isfinite(whole[:, 1]), whole[:, 0], 0.0)
+        return np.asarray((reduced(self.f, points) - low) / self.widths)
+
+    def near(self, known: _Set, points: Floats) -> float:
+        """Share of points that lie close to a set."""
+        reach = known.tree.query(self._scaled(points), distance_upper_bound=known.reach)[0]
+        return float(np.isfinite(reach).mean())
+
+    def recurring(self, path: Floats) -> _Set:
+        """Tell how well later points come as close to earlier ones as these to each other."""
+        half = len(path) // 2
+        made = _Set(path, None, 0.0, self._tree(path[:half:2]))
+        distances = made.tree.query(self._scaled(path[1:half:2]))[0]
+        size = np.ptp(made.tree.data, axis=0).max()
+        made.reach = max(REACH * float(np.quantile(distances, 0.95)), RESOLUTION * float(size))
+        made.recurrence = self.near(made, path[half:])
+        made.tree = self._tree(path)
+        return made
+
+    # ------------------------------------------------------------------ cycles
+
+    def add_cycles(self, paths: Floats) -> list[int]:
+        """Find on which cycle each orbit (m, k, n) ends; -1 for none."""
+        found = [-1] * len(paths)
+        scaled = np.abs(apart(self.f, paths[:, -1:], paths[:, :-1])[:, ::-1] / self.widths)
+        distance = scaled.max(axis=2)[:, : self.max_period]
+        for p in range(1, distance.shape[1] + 1):
+            best = distance[:, p - 1] <= np.minimum.accumulate(distance, axis=1)[:, p - 1]
+            rows = [i for i in np.flatnonzero(best & (distance[:, p - 1] < CLOSE)) if found[i] < 0]
+            if not rows:
+                continue
+            got = solve_orbits(self.f, paths[rows, -p:])
+            for k in np.flatnonzero(got.found):
+                moved = np.abs(apart(self.f, got.points[k], paths[rows[k], -p:])) / self.widths
+                if moved.max() < 10 * CLOSE and is_minimal(self.f, got.points[k]):
+                    parts = (got.points[k], got.jacobians[k], got.labels[k], got.residual[k])
+                    orbit = make_orbit(self.f, *parts)
+                    if orbit.stable:
+                        found[rows[k]] = self._cycle(orbit)
+        return found
+
+    def _cycle(self, orbit: PeriodicOrbitND) -> int:
+        for k, known in enumerate(self.sets):
+            other = known.orbit
+            if other is not None and other.period == orbit.period:
+                if same_orbit(self.f, other, orbit):
+                    return k
+        self.sets.append(_Set(orbit.points, orbit, 1.0, self._tree(orbit.points)))
+        return len(self.sets) - 1
+
+    # ------------------------------------------------------------------ other sets
+
+    def settle(self, path: Floats) -> int:
+        """Find what one orbit (k, n) ends on, followed further until it recurs; -1: it leaves."""
+        tail = path[-len(path) // 2 :]
+        steps, n = SETTLING, LONG
+        while True:
+            for k, known in enumerate(self.sets):
+                if known.orbit is None and self.near(known, tail) >= RECURS:
+                    return k
+            path = orbits(self.f, path[-1:], n)[0]
+            steps += n
+            if not np.isfinite(path[-1]).all():
+                return -1
+            if (k := self.add_cycles(path[None])[0]) >= 0:
+                break
+            made = self.recurring(path)
+            if made.recurrence >= RECURS or steps + 2 * n > self.max_steps:
+                k = self._joined(made)
+                break
+            tail, n = path[n // 2 :], 2 * n
+        self.settled = max(self.settled, steps)
+        return k
+
+    def _joined(self, made: _Set) -> int:
+        for k, known in enumerate(self.sets):
+            if known.orbit is None and self.near(known, made.points) >= MEETS:
+                return k
+        self.sets.append(made)
+        return len(self.sets) - 1
+
+    # ------------------------------------------------------------------ results
+
+    def attractor(self, known: _Set, n_starts: int) -> AttractorND:
+        """Describe a set."""
+        orbit = known.orbit
+        kind: Any
+        if orbit is not None:
+            value = np.log(max(float(np.abs(orbit.multipliers[0])), 1e-300)) / orbit.period
+            lyapunov = LyapunovExponent(value, 0.0, orbit.period)
+            kind, reason = "periodic", ""
+        else:
+            jacobians = sample(self.f, known.points).derivative
+            lyapunov = LyapunovExponent(*exponent_along(jacobians))
+            kind, reason = self._kind(known.recurrence, lyapunov, jacobians)
+        return AttractorND(
+            kind=kind,
+            period=0 if orbit is None else orbit.period,
+            orbit=orbit,
+            points=known.points[-KEPT:],
+            lyapunov=lyapunov,
+            basin_share=known.starts / n_starts,
+            recurrence=known.recurrence,
+            reason=reason,
+        )
+
+    def _kind(
+        self, recurrence: float, lyapunov: LyapunovExponent, jacobians: Floats
+    ) -> tuple[Any, str]:
+        value, error = lyapunov
+        if recurrence < RECURS:
+            return "undecided", f"has not settled within {self.max_steps} steps"
+        volumes = float(np.linalg.slogdet(jacobians)[1].mean())  # growth of their logarithm
+        if abs(volumes) * lyapunov.n <= 1.0:
+            return "undecided", "it keeps volumes: nothing attracts"
+        if value > SURE * error and value * lyapunov.n > NEUTRAL:
+            return "chaotic", ""
+        if abs(value) * lyapunov.n <= NEUTRAL:
+            return "quasiperiodic", ""
+        return "undecided", "the exponent's sign is not clear, and no cycle was found"
+
+
+def search_attractors(
+    f: MapND,
+    starts: Floats,
+    widths: Floats,
+    max_period: int,
+    max_steps: int,
+    features: Callable[[Floats], Any] | None,
+) -> AttractorListND:
+    """Find what starts settle on, as `stickslip.attractors` describes it."""
+    search = Search(f, widths, max_period, max_steps)
+    ends = orbits(f, starts, SETTLING)[:, -1]
+    paths = orbits(f, ends, SETTLING)
+    there = np.flatnonzero(np.isfinite(paths[:, -1]).all(axis=1))
+    fate = np.full(len(starts), -1)
+    if features is None:
+        if there.size:
+            fate[there] = search.add_cycles(paths[there])
+        for i in there[fate[there] < 0]:
+            fate[i] = search.settle(paths[i])
+    elif there.size:
+        fate[there] = _grouped(search, paths[there], features)
+    for k, known in enumerate(search.sets):
+        known.starts = int((fate == k).sum())
+    listed = [search.attractor(known, len(starts)) for known in search.sets]
+    return AttractorListND(
+        attractors=tuple(sorted(listed, key=lambda a: -a.basin_share)),
+        left=float((fate == -1).mean()),
+        n_starts=len(starts),
+        resolution=max([RESOLUTION, *(known.reach for known in search.sets)]),
+        widths=widths,
+        settled=search.settled,
+        system=f,
+    )
+
+
+def _grouped(search: Search, paths: Floats, features: Callable[[Floats], Any]) -> list[int]:
+    """Group orbits by their features: clusters of single linkage, cut at the widest gap."""
+    found = np.array([np.atleast_1d(features(path)) for path in paths], dtype=np.float64)
+    if len(found) == 1:
+        return [search.settle(paths[0])]
+    spread = np.ptp(found, axis=0)
+    tree = linkage(found / np.where(spread > 0.0, spread, 1.0), "single")
+    heights = np.concatenate([[0.0], tree[:, 2]])
+    cut = int(np.argmax(np.diff(heights)))
+    group = fcluster(tree, 0.5 * (heights[cut] + heights[cut + 1]), "distance") - 1
+    for k in range(group.max() + 1):
+        path = paths[np.flatnonzero(group == k)[0]]
+        before = len(search.sets)
+        if search.add_cycles(path[None])[0] < 0 or len(search.sets) == before:
+            search.sets.append(search.recurring(path))
+    return group.tolist()
+
+
+def seeds(f: MapND, starts: Any, n_starts: int) -> tuple[Floats, Floats]:
+    """Return starts, reduced, and the widths of their region in each coordinate."""
+    x = f.spread(n_starts) if starts is None else np.atleast_2d(starts)
+    x = reduced(f, np.asarray(x, dtype=np.float64))
+    widths = np.ptp(x, axis=0)
+    if starts is not None and (domain := getattr(f, "domain", None)) is not None:
+        given = np.ptp(np.asarray(domain, dtype=np.float64), axis=1)
+        widths = np.where(np.isfinite(given), given, widths)
+    return x, np.where(widths > 0.0, widths, 1.0)

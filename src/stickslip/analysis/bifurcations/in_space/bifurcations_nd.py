@@ -1,0 +1,398 @@
+"""Bifurcations of maps of R^n along a parameter: of followed orbits, and of sets of attractors."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+
+from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.bifurcations.accounting import accounted
+from stickslip.analysis.bifurcations.bifurcation import (
+    Bifurcation,
+    BifurcationList,
+    UnresolvedChange,
+    attempted,
+)
+from stickslip.analysis.bifurcations.in_space.normal_forms_nd import coefficient
+from stickslip.analysis.bifurcations.outcome import Outcome
+from stickslip.analysis.continuation.continuation_nd import follow_orbit_nd
+from stickslip.analysis.maps.protocol_nd import apart, reduced
+from stickslip.analysis.orbits.orbits_nd import distinct_orbits, same_points, search_orbits
+from stickslip.checks import MOST_KEPT, whole_number
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+    from stickslip.analysis.attractors.in_space.attractor_nd import AttractorND
+    from stickslip.analysis.bifurcations.outcome import OrbitOutcome
+    from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
+    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.maps.protocol_nd import FamilyND
+    from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
+
+N_LISTS: Final = 12
+N_STARTS: Final = 64
+BESIDE: Final = 2e-3  # of the range: how far from an event orbits are looked at, at most
+SHARE: Final = 0.3  # ... and of the way to the next event
+CLOUD: Final = 48  # guesses about an orbit, ...
+NEAREST: Final = 1e-5  # ... from this share of the domain to ...
+REACH: Final = 4.0  # ... this times the root of the share of the range
+SAME_VALUE: Final = 1e-9  # of the range, beside the errors: events that coincide
+SAME_POINTS: Final = 1e-4
+NARROW: Final = 2e-4  # of the range: a change of the attractors so well bracketed is listed
+LOOKING: Final = 24  # starts of each look at the attractors
+MOST_LOOKS: Final = 64  # beside those on the grid and at events
+KINDS: Final[dict[str, str]] = {
+    "breakpoint": "border_collision",
+    "gap": "enters_gap",
+    "end of domain": "enters_gap",
+    "period halves": "flip",
+}
+
+
+class OrbitSurvey:
+    """All orbits that lists over a range lead to, followed to where they end."""
+
+    def __init__(
+        self, f: FamilyND, name: str, lo: float, hi: float, max_period: int, n_starts: int
+    ) -> None:
+        self.f, self.name, self.lo, self.hi = f, name, lo, hi
+        self.max_period, self.n_starts = max_period, n_starts
+        self.width = hi - lo
+        self.size = np.ptp(f.spread(256), axis=0)
+        self.curves: list[Curve] = []
+        self.unresolved: list[UnresolvedChange] = []
+        self.events: list[Bifurcation] = []
+
+    def at(self, q: float) -> FamilyND:
+        """Return the map at a value of the parameter."""
+        return self.f.replace(**{self.name: float(q)})
+
+    def run(self, n_lists: int, tell: Callable[[float], None], *, partial: bool) -> None:
+        """Make the lists, follow what they hold and what flips lead to, gather the events."""
+        # Values inside the range: at its ends an orbit may be just about to be born.
+        for k, q in enumerate(self.lo + self.width * (np.arange(n_lists) + 0.5) / n_lists):
+            task = functools.partial(self._list, float(q))
+            attempted(task, "a list of orbits", q, q, self.unresolved, partial=partial)
+            tell((k + 1) / n_lists)
+        for curve in self.curves:  # grows while events lead to more
+            for item in curve.bifurcations:
+                if item.kind == "flip" and 2 * len(item.points) <= self.max_period:
+                    self._branches_off(item, double=True)
+            for end in curve.ends:
+                if end.reason == "breakpoint":
+                    self._branches_off(end, double=False)
+                    if len(end.points) <= self.max_period:
+                        self._branches_off(end, double=True)
+        self._gather()
+
+    def _list(self, q: float) -> None:
+        for orbit in search_orbits(self.at(q), self.max_period, None, self.n_starts):
+            self._follow(orbit, q)
+
+    def _branches_off(self, event: CurveEvent | CurveEnd, *, double: bool) -> None:
+        """Follow the orbits beside an event, on whichever side they are."""
+        for q in (event.value - BESIDE * self.width, event.value + BESIDE * self.width):
+            if self.lo <= q <= self.hi:
+                for orbit in self.near(event.points, event.value, q, double=double):
+                    self._follow(orbit, q)
+
+    def _follow(self, orbit: PeriodicOrbitND, q: float) -> None:
+        """Follow an orbit unless a curve passes through it."""
+        for curve in self.curves:
+            inside = curve.values.min() <= q <= curve.values.max()
+            if inside and curve.period == orbit.period:
+                known = curve.all_at(**{self.name: q})
+                if any(same_points(self.f, one.points, orbit.points) for one in known):
+                    return
+        curve = follow_orbit_nd(orbit, self.at(q), self.name, (self.lo, self.hi))
+        self.curves.append(curve)
+        for end in curve.ends:
+            if end.reason in ("step limit", "point limit"):
+                reason = f"an orbit could not be followed on: {end.reason}"
+                x = float(end.points[0, 0])
+                self.unresolved.append(
+                    UnresolvedChange(reason, end.value, end.value, orbit.period, x)
+                )
+
+    def near(
+        self, points: Floats, value: float, q: float, *, double: bool
+    ) -> list[PeriodicOrbitND]:
+        """Orbits at a value close to those points (p, n) at another: of period p, or 2 p."""
+        f, rng = self.at(q), np.random.default_rng(0)
+        centre = np.tile(points, (1 + double, 1))
+        reach = REACH * np.sqrt(abs(q - value) / self.width)
+        shares = np.geomspace(NEAREST, reach, CLOUD)[:, None, None]
+        guesses = centre + shares * self.size * rng.normal(size=(CLOUD, *centre.shape))
+        found = distinct_orbits(f, reduced(f, np.concatenate([centre[None], guesses])))
+        scaled = float(reach * self.size.max())
+        return [orbit for orbit in found if same_points(f, centre, orbit.points, scaled)]
+
+    # ------------------------------------------------------------------ events
+
+    def _gather(self) -> None:
+        """Describe each event once, by value, with the orbits on both sides."""
+        found: list[tuple[Bifurcation, list[tuple[Curve, int]]]] = []
+        for curve in sorted(self.curves, key=lambda curve: curve.period or 0):
+            items = [(self._passed(item), item.row) for item in curve.bifurcations]
+            for row, end in zip((0, len(curve) - 1), curve.ends, strict=True):
+                items += [(self._ended(end), row)] if end.reason in KINDS else []
+            for item, row in items:
+                known = [places for other, places in found if self._same(item, other)]
+                if not known:
+                    found.append((item, []))
+                    known = [found[-1][1]]
+                known[0].append((curve, row))
+        found.sort(key=lambda pair: pair[0].value)
+        values = np.array([item.value for item, _ in found])
+        for item, places in found:
+            away = np.abs(values - item.value)
+            others = away[away > SAME_VALUE * self.width]
+            beside = min(BESIDE * self.width, SHARE * others.min(initial=np.inf))
+            task = functools.partial(self._described, item, places, beside)
+            full = attempted(task, f"a {item.kind}", item.value, item.value, self.unresolved)
+            self.events.append(full or item)
+
+    def _same(self, one: Bifurcation, other: Bifurcation) -> bool:
+        """Tell whether two ends or events are one; orbits of several periods meet a border."""
+        off = abs(one.value - other.value) - SAME_VALUE * self.width
+        turns, rest = divmod(one.period, other.period)
+        if one.kind != other.kind or off > one.error + other.error or rest:
+            return False
+        points = np.tile(other.points, (turns, 1))
+        borders = one.kind == "border_collision"
+        return (borders or turns == 1) and same_points(self.f, one.points, points, SAME_POINTS)
+
+    def _passed(self, item: CurveEvent) -> Bifurcation:
+        note = f"rotation {item.rotation:.10g}" if item.kind == "neimark_sacker" else ""
+        return self._event(item.kind, item, item.points, item.error, note)
+
+    def _ended(self, end: CurveEnd) -> Bifurcation:
+        kind, points, note = KINDS[end.reason], end.points, ""
+        if kind == "flip":  # of the orbit that this one ends on
+            points = points[: len(points) // 2]
+        elif end.index is not None:
+            met = "the end of the domain" if "domain" in end.reason else f"a {end.kind or 'gap'}"
+            note = f"point {end.index + 1} of the orbit meets {met} of the map"
+        text, block = end.border or ("", None)
+        found = self._event(kind, end, points, end.error, note)
+        return replace(found, mechanism=text, block=block)
+
+    def _event(self, kind: Any, at: Any, points: Floats, error: float, note: str) -> Bifurcation:
+        turned = np.roll(points, -int(np.argmin(points[:, 0])), axis=0)
+        return Bifurcation(
+            kind=kind,
+            parameter=self.name,
+            value=at.value,
+            error=error,
+            period=len(points),
+            points=turned,
+            interval=(at.value - error, at.value + error),
+            multipliers=at.multipliers,
+            note=note,
+            system=self.f,
+        )
+
+    def _described(
+        self, item: Bifurcation, places: list[tuple[Curve, int]], beside: float
+    ) -> Bifurcation:
+        """Add the orbits on both sides, and what the normal form or they themselves foretell."""
+        sides = [item.value - beside, item.value + beside]
+        on = [self._beside(item, places, q) for q in sides]
+        if item.kind == "flip" and all(o.period == item.period for o in (*on[0], *on[1])):
+            doubles = [
+                (size, k, orbit)
+                for k, q in enumerate(sides)
+                for single in on[k]
+                for orbit in self.near(item.points, item.value, q, double=True)
+                if (size := self._opening(orbit, single)) is not None
+            ]
+            if doubles:  # there is one, which shrinks onto the flip: others nearby do not
+                _, k, orbit = min(doubles, key=lambda double: double[0])
+                on[k].append(orbit)
+        item = replace(item, orbits_before=tuple(on[0]), orbits_after=tuple(on[1]))
+        if item.kind in ("flip", "neimark_sacker"):
+            cubic = coefficient(self.at(item.value), item.points, item.kind)
+            text = f"cubic coefficient {cubic.value:.8g} ± {cubic.error:.1g}"
+            note = "; ".join(filter(None, (item.note, text)))
+            return replace(item, criticality=cubic.criticality, note=note)
+        return replace(item, outcome=_outcome(item)) if item.kind == "border_collision" else item
+
+    def _beside(
+        self, item: Bifurcation, places: list[tuple[Curve, int]], q: float
+    ) -> list[PeriodicOrbitND]:
+        """Orbits at q on the curves that pass through an event or end there."""
+        if not self.lo <= q <= self.hi:
+            return []
+        ways = [(*place, step) for place in places for step in (1, -1)]
+        found = list(filter(None, (self._along(*way, item.value, q) for way in ways)))
+        return sorted(found, key=lambda orbit: orbit.period)
+
+    def _along(
+        self, curve: Curve, row: int, step: int, value: float, q: float
+    ) -> PeriodicOrbitND | None:
+        """Return the orbit at q that a curve leads to from a row; None if it leads elsewhere."""
+        values, points = (
+            each[row::step] if step > 0 else each[row::-1] for each in (curve.values, curve.points)
+        )
+        off = (values - value) * np.sign(q - value)
+        inner = int(np.argmax(off >= abs(q - value)))
+        if not inner or (off[1:inner] < -SAME_VALUE * self.width).any():
+            return None
+        share = (q - values[inner - 1]) / (values[inner] - values[inner - 1])
+        guess = points[inner - 1] + share * (points[inner] - points[inner - 1])
+        found = distinct_orbits(self.at(q), guess[None])
+        return found[0] if found else None
+
+    def _opening(self, orbit: PeriodicOrbitND, single: PeriodicOrbitND) -> float | None:
+        """Distance between the halves of an orbit that runs twice around another; else None."""
+        one, other = np.split(orbit.points, 2)
+        size = float(np.linalg.norm(apart(self.f, one, other)))
+        middle = one - 0.5 * apart(self.f, one, other)
+        turns = (np.roll(single.points, k, axis=0) for k in range(single.period))
+        away = min(np.linalg.norm(apart(self.f, middle, turn)) for turn in turns)
+        return size if away < 0.5 * size else None
+
+
+def _outcome(item: Bifurcation) -> Outcome:
+    """Say what becomes of the orbits at a border, from those seen on both sides."""
+    before, after = (
+        tuple(sum(o.period == item.period * k for o in orbits) for k in (1, 2))
+        for orbits in (item.orbits_before, item.orbits_after)
+    )
+    jump = "jump" in item.note
+    known: dict[tuple[Any, Any], OrbitOutcome] = {
+        ((1, 0), (1, 0)): "persist",
+        ((0, 0), (2, 0)): "born in pairs",
+        ((2, 0), (0, 0)): "die in pairs",
+        ((1, 0), (1, 1)): "period-doubled",
+        ((1, 1), (1, 0)): "period-doubled",
+    }
+    if jump:
+        known |= {((1, 0), (0, 0)): "lost at a jump", ((0, 0), (1, 0)): "born at a jump"}
+    stable = any(orbit.stable for orbit in item.orbits_after)
+    return Outcome(known.get((before, after), "undecided"), "periodic" if stable else "undecided")
+
+
+# ------------------------------------------------------------------ attractors
+
+
+class Look(NamedTuple):
+    """The attractors at a value of the parameter."""
+
+    value: float
+    attractors: tuple[AttractorND, ...]
+
+
+def bifurcations_nd(
+    f: FamilyND,
+    name: str,
+    ends: tuple[float, float],
+    max_period: int,
+    *,
+    n_lists: int | None = None,
+    n_starts: int | None = None,
+    tell: Callable[[float], None],
+    partial: bool,
+) -> BifurcationList:
+    """Find bifurcations of a map of R^n; see `stickslip.bifurcations`."""
+    lists = whole_number("n_lists", N_LISTS if n_lists is None else n_lists, at_most=MOST_KEPT)
+    starts = whole_number("n_starts", N_STARTS if n_starts is None else n_starts, at_most=MOST_KEPT)
+    survey = OrbitSurvey(f, name, *ends, max_period, starts)
+    survey.run(lists, lambda share: tell(0.5 * share), partial=partial)
+    looks = _Looks(survey)
+    looks.at(np.linspace(*ends, lists))
+    tell(0.7)
+    items = [looks.beside(item) for item in survey.events]
+    tell(0.8)
+    changes, unresolved, outside = looks.changes()
+    tell(1.0)
+    return BifurcationList(
+        bifurcations=tuple(sorted([*items, *changes], key=lambda item: item.value)),
+        parameter=name,
+        range=ends,
+        parameters=dict(f.parameters),
+        max_period=max_period,
+        curves=tuple(survey.curves),
+        unresolved=tuple(sorted([*survey.unresolved, *unresolved], key=lambda item: item.lo)),
+        outside=tuple(outside),
+        n_lists=lists,
+        looks=tuple(sorted(looks.known)),
+    )
+
+
+class _Looks:
+    """What attracts at values of the parameter."""
+
+    def __init__(self, survey: OrbitSurvey) -> None:
+        self.survey = survey
+        self.known: dict[float, Look] = {}
+        self.listed = [item.value for item in survey.events]
+
+    def at(self, values: Iterable[float]) -> None:
+        """Look at values inside the range that are not known."""
+        survey = self.survey
+        for q in map(float, values):
+            if q not in self.known and survey.lo <= q <= survey.hi:
+                f = survey.at(q)
+                starts = np.array([*f.spread(LOOKING), *self._stable(q)])
+                task: Callable[[], Any] = functools.partial(
+                    attractors, f, starts=starts[f.contains(starts)]
+                )
+                if (found := attempted(task, "attractors", q, q, survey.unresolved)) is not None:
+                    self.known[q] = Look(q, tuple(found))
+
+    def _stable(self, q: float) -> Iterator[Floats]:
+        """Points of the stable orbits that are known: few starts meet a small basin."""
+        for curve in self.survey.curves:
+            if curve.values.min() <= q <= curve.values.max():
+                orbits = curve.all_at(**{self.survey.name: q})
+                yield from (orbit.points[0] for orbit in orbits if orbit.stable)
+
+    def beside(self, item: Bifurcation) -> Bifurcation:
+        """Add the attractors just below and just above an event."""
+        away = np.abs(np.array(self.listed) - item.value)
+        others = away[away > SAME_VALUE * self.survey.width]
+        off = min(BESIDE * self.survey.width, SHARE * others.min(initial=np.inf))
+        sides = (item.value - off, item.value + off)
+        self.at(sides)
+        before, after = (self.known[q].attractors if q in self.known else () for q in sides)
+        return replace(item, attractors_before=before, attractors_after=after)
+
+    def changes(
+        self,
+    ) -> tuple[list[Bifurcation], list[UnresolvedChange], list[UnresolvedChange]]:
+        """Bisect the changes that nothing located explains; those too many stay unresolved."""
+        narrow = NARROW * self.survey.width
+        for _ in range(MOST_LOOKS):
+            found, outside = accounted(self.known.values(), self.listed, self.survey.max_period)
+            wide = [item for item in found if item.hi - item.lo > narrow]
+            if not wide:
+                break
+            widest = max(wide, key=lambda item: item.hi - item.lo)
+            self.at([0.5 * (widest.lo + widest.hi)])
+            if 0.5 * (widest.lo + widest.hi) not in self.known:
+                break
+        changed = [self._change(item) for item in found if item.hi - item.lo <= narrow]
+        return changed, wide, outside
+
+    def _change(self, item: UnresolvedChange) -> Bifurcation:
+        before, after = (self.known[q].attractors for q in (item.lo, item.hi))
+        changed = [a for a in (*before, *after) if a.kind != "periodic"] or [*before, *after]
+        return Bifurcation(
+            kind="attractor_change",
+            parameter=self.survey.name,
+            value=0.5 * (item.lo + item.hi),
+            error=0.5 * (item.hi - item.lo),
+            period=0,
+            points=changed[0].points[:1],
+            attractors_before=before,
+            attractors_after=after,
+            quality="bracketed",
+            interval=(item.lo, item.hi),
+            note=f"evidence, by bisection: {item.reason.partition(':')[0]}",
+            system=self.survey.f,
+        )

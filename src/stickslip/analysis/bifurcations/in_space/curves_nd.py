@@ -1,0 +1,481 @@
+"""Bifurcations of orbits in R^n, followed in the plane of two parameters.
+
+Folds, flips and Neimark-Sacker bifurcations are one condition: a multiplier exp(i angle), the angle
+0, pi or unknown. The other one is that a point of the orbit lies on a border of its piece.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.bifurcation import Bifurcation
+from stickslip.analysis.bifurcations.curves.curves import KIND, MARGINAL, checked_plane
+from stickslip.analysis.bifurcations.curves.curves import other_parameter as other_of
+from stickslip.analysis.bifurcations.curves.plane_equations import MOVES, Plane, scale_between
+from stickslip.analysis.branches.along.tracked import ConditionLost
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
+from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, Passed, first_point
+from stickslip.analysis.continuation.orbit_equations import Departure, OrbitEquations
+from stickslip.analysis.maps.protocol_nd import sample
+from stickslip.analysis.orbits.newton_nd import shooting_matrix
+from stickslip.numerics.continuation import LeavesRegion, StepControl
+from stickslip.results.parts import part
+from stickslip.status import OK
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from stickslip.analysis.continuation.follower import Half, Test
+    from stickslip.analysis.continuation.orbit_equations import Linearized
+    from stickslip.analysis.maps.protocol import Floats, Labels
+    from stickslip.analysis.maps.protocol_nd import FamilyND
+    from stickslip.numerics.continuation import CurvePoint, WalkEnd
+
+CONTROL: Final = StepControl(first=0.01, smallest=1e-11, largest=1 / 32, patience=24)
+DIFFERENCE: Final = 1e-5  # of a size: second derivatives are central differences over it
+NEAR: Final = 1e-3  # of the domain: how far off the start of a curve may be
+ANGLES: Final = {"fold": 0.0, "flip": np.pi}
+BORDERS: Final = ("border_collision", "enters_gap")
+NEAREST: Final = 1e-6  # of the domain: labels are compared so far to both sides of a border
+JUST_INSIDE: Final = 1e-9  # of the domain: where a map is read at its border
+SHARES: Final = np.geomspace(1e-12, 0.1, 23)  # of the domain: ways to a border that are tried
+PARTS: Final = 32  # of a bracket of a border, at once
+ROUNDS: Final = 10  # ... down to rounding
+RESONANCES: Final = {
+    "resonance 1:1": 0.0,
+    "resonance 1:2": np.pi,
+    "resonance 1:3": 2 * np.pi / 3,
+    "resonance 1:4": np.pi / 2,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Critical:
+    """An orbit beside a bifurcation: what a map says there, and its critical vectors."""
+
+    orbit: Linearized
+    angle: float
+    left: NDArray[Any]
+    right: NDArray[Any]
+    bend: float  # how fast the critical multiplier moves in the direction of its vector
+
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """All, largest modulus first."""
+        found: NDArray[np.complex128] = self.orbit.multipliers
+        return found
+
+    def others(self, critical: complex) -> float:
+        """Product of m - critical over all multipliers but the nearest one."""
+        off = self.multipliers - critical
+        return float(np.prod(np.delete(off, np.argmin(np.abs(off)))).real)
+
+
+@dataclass(eq=False)
+class PlaneOrbit:
+    """The equations f(x_i) = x_(i+1) over y = (x, maybe an angle, q, s), and a condition."""
+
+    plane: Plane
+    pieces: list[set[int]]
+    size: Floats  # of the domain, (n,)
+    widths: tuple[float, float]  # scales of q and s
+
+    def points(self, y: Floats) -> Floats:
+        """Return the points of the orbit, (p, n)."""
+        return y[: len(self.pieces) * len(self.size)].reshape(len(self.pieces), -1)
+
+    def __call__(self, y: Floats) -> tuple[Floats, Floats, Critical]:
+        """Return all equations, their Jacobian and what is known of the orbit."""
+        raise NotImplementedError
+
+    def accept(self, note: Critical) -> None:
+        """Get ready for the neighbourhood of a point."""
+
+    def tests(self, follower: CriticalFollower) -> Iterator[tuple[str, Test]]:
+        """Yield functions that vanish at points of codimension two."""
+        raise NotImplementedError
+
+    def orbit(self, f: FamilyND, points: Floats, s: float) -> tuple[Floats, Floats, Linearized]:
+        """Return the residual of an orbit, its Jacobian by points, q and s, and the slopes."""
+        equations = OrbitEquations(f, self.plane.along, self.pieces)
+        residual, jacobian, note = equations(np.append(points, s))
+        by_q = np.asarray(f.parameter_derivative(points, self.plane.solve_for)).ravel()
+        return residual, np.insert(jacobian, -1, by_q, axis=1), note
+
+    def map_at(self, q: float, s: float) -> FamilyND:
+        """Return the map; `LeavesRegion` where parameters are not allowed."""
+        try:
+            found: FamilyND = self.plane.map_at(q, s)
+        except ConditionLost as lost:
+            raise LeavesRegion(lost.reason) from lost
+        return found
+
+    def beside(self, q: float, s: float, share: float) -> list[list[FamilyND | None]]:
+        """Return maps a share of the scales beside, in q, then in s; None where not allowed."""
+        steps = share * np.diag(self.widths)
+        found: list[list[FamilyND | None]] = []
+        for step in steps:
+            found.append([])
+            for way in (step, -step):
+                try:
+                    found[-1].append(self.map_at(*(np.array([q, s]) + way).tolist()))
+                except LeavesRegion:
+                    found[-1].append(None)
+        return found
+
+
+@dataclass(eq=False)
+class CriticalEquations(PlaneOrbit):
+    """The condition is a multiplier exp(i angle), which makes a cyclic matrix singular.
+
+    The matrix with a border of nearly its null vectors is not, and what its inverse has in the
+    corner vanishes (Govaerts 2000, chapter 4).
+    """
+
+    angle: float | None  # None: unknown
+    border: tuple[NDArray[Any], NDArray[Any]] | None = None
+
+    def angle_at(self, y: Floats) -> float:
+        """Angle of the critical multiplier."""
+        return float(y[-3]) if self.angle is None else self.angle
+
+    def __call__(self, y: Floats) -> tuple[Floats, Floats, Critical]:
+        """Return all equations, their Jacobian and what is known of the orbit."""
+        points, (q, s), angle = self.points(y), y[-2:].tolist(), self.angle_at(y)
+        f, n = self.map_at(q, s), len(self.size)
+        residual, jacobian, note = self.orbit(f, points, s)
+        multiplier: Any = np.exp(1j * angle) if self.angle is None else np.cos(angle)
+        cyclic = shooting_matrix(note.slopes) + 0.0 * multiplier
+        cyclic[-n:, :n] += (1.0 - multiplier) * np.eye(n)
+        corner, left, right = self._bordered(cyclic)
+        w, v = left.conj().reshape(points.shape), right.reshape(points.shape)
+        slopes_by = self._second(f, points, note), *self._by_parameters(points, q, s, note)
+        rates = [-np.einsum("pa,...pab,pb->...p", w, each, v) for each in slopes_by]
+        by_points = rates[0].T.ravel()
+        row = np.append(by_points, [rates[1].sum(), rates[2].sum()])
+        values, rows = [corner.real], [row.real]
+        if self.angle is None:
+            row = np.insert(row, -2, 1j * multiplier * (w[-1] @ v[0]))
+            values, rows = [corner.real, corner.imag], [row.real, row.imag]
+            jacobian = np.insert(jacobian, -2, 0.0, axis=1)
+        bend = float((by_points @ right).real)
+        critical = Critical(note, angle, left, right, bend)
+        return np.append(residual, values), np.vstack([jacobian, *rows]), critical
+
+    def accept(self, note: Critical) -> None:
+        """Border the matrix with the newest null vectors."""
+        self.border = note.left / np.linalg.norm(note.left), note.right / np.linalg.norm(note.right)
+
+    def tests(self, follower: CriticalFollower) -> Iterator[tuple[str, Test]]:
+        """Yield what multipliers and one second derivative tell."""
+        if self.angle is None:
+            for name, angle in RESONANCES.items():
+                yield name, partial(_off_angle, angle)
+        elif self.angle == 0.0:
+            yield "cusp", lambda point: point.note.bend
+            yield "resonance 1:1", lambda point: point.note.others(1.0)
+            yield "fold-flip", follower.off_flip
+        else:
+            yield "resonance 1:2", lambda point: point.note.others(-1.0)
+            yield "fold-flip", off_fold
+
+    def _bordered(self, cyclic: NDArray[Any]) -> tuple[Any, NDArray[Any], NDArray[Any]]:
+        """Find the corner of a bordered inverse, and what are null vectors where it is zero."""
+        if self.border is None:
+            u, _, vh = np.linalg.svd(cyclic)
+            self.border = u[:, -1], vh[-1].conj()
+        b, c = self.border
+        whole = np.block([[cyclic, b[:, None]], [c.conj()[None], np.zeros((1, 1))]])
+        unit = np.eye(len(whole))[-1]
+        right, left = np.linalg.solve(whole, unit), np.linalg.solve(whole.conj().T, unit)
+        return right[-1], left[:-1], right[:-1]
+
+    def _second(self, f: FamilyND, points: Floats, note: Linearized) -> Floats:
+        """Differentiate the Jacobians at an orbit by each coordinate, (n, p, n, n)."""
+        ways = DIFFERENCE * np.diag(self.size)[:, None, :]
+        sides = [sample(f, points + sign * ways) for sign in (1.0, -1.0)]
+        return self._difference(sides, note, DIFFERENCE * self.size[:, None])
+
+    def _by_parameters(self, points: Floats, q: float, s: float, note: Linearized) -> list[Floats]:
+        """Differentiate the Jacobians at an orbit by q and by s, (p, n, n)."""
+        found = []
+        for width, pair in zip(self.widths, self.beside(q, s, DIFFERENCE), strict=True):
+            sides = [None if f is None else sample(f, points) for f in pair]
+            found.append(self._difference(sides, note, DIFFERENCE * width))
+        return found
+
+    def _difference(self, sides: list[Any], note: Linearized, h: Any) -> Floats:
+        """Differentiate Jacobians over h, from one side where the other is on another piece."""
+        moved, inside = [], []
+        for side in sides:
+            known = side is not None
+            own = known and (side.label == note.labels) & (side.status == OK)
+            shape = np.shape(np.asarray(h) * np.ones(len(note.labels)))
+            inside.append(np.broadcast_to(own, shape))
+            there = side.derivative if known else note.slopes
+            moved.append(np.where(inside[-1][..., None, None], there, note.slopes))
+        count = inside[0].astype(np.float64) + inside[1]
+        if not count.all():
+            raise LeavesRegion("the map is not smooth on either side of the orbit")
+        return np.asarray((moved[0] - moved[1]) / (h * count)[..., None, None])
+
+
+@dataclass(eq=False)
+class BorderEquations(PlaneOrbit):
+    """The condition is that a point of the orbit lies on a border, known by labels alone.
+
+    Its test function is the way from the point to the border, in a fixed direction. Beyond it the
+    map is continued by its slope just inside.
+    """
+
+    index: int = 0
+    way: Floats | None = None  # to the far side, as long as the domain
+
+    def __call__(self, y: Floats) -> tuple[Floats, Floats, Critical]:
+        """Return all equations, their Jacobian and what is known of the orbit."""
+        points, (q, s) = self.points(y), y[-2:].tolist()
+        f, n, x = self.map_at(q, s), len(self.size), self.points(y)[self.index]
+        steps = DIFFERENCE * np.diag(self.size)
+        found = self._distance(f, np.stack([x, *(x + steps), *(x - steps)]))
+        distance, ahead, behind = found[0], found[1 : n + 1], found[n + 1 :]
+        row = np.zeros(len(y))
+        at = self.index * n
+        row[at : at + n] = (ahead - behind) / (2 * DIFFERENCE * self.size)
+        for k, pair in enumerate(self.beside(q, s, DIFFERENCE)):
+            here = [distance if g is None else self._distance(g, x[None])[0] for g in pair]
+            count = sum(g is not None for g in pair)
+            row[k - 2] = (here[0] - here[1]) / (count * DIFFERENCE * self.widths[k])
+        inside = points.copy()
+        inside[self.index] += min(distance - JUST_INSIDE, 0.0) * self._along
+        residual, jacobian, note = self.orbit(f, inside, s)
+        shift = (points - inside).ravel()
+        residual = residual + jacobian[:, :-2] @ shift
+        none = np.zeros(0)
+        critical = Critical(note, np.nan, none, none, np.nan)
+        return np.append(residual, distance), np.vstack([jacobian, row]), critical
+
+    @property
+    def _along(self) -> Floats:
+        assert self.way is not None
+        return self.way
+
+    def tests(self, follower: CriticalFollower) -> Iterator[tuple[str, Test]]:
+        """Yield where the colliding orbit also folds, flips or turns."""
+        yield "multiplier 1", off_fold
+        yield "multiplier -1", follower.off_flip
+
+    def _distance(self, f: FamilyND, x: Floats) -> Floats:
+        """Measure the way from points (m, n) to the border, negative beyond it."""
+        shares = np.append(-SHARES[::-1], np.append(0.0, SHARES))
+        inside = self._inside(f, x, np.broadcast_to(shares, (len(x), len(shares))))
+        if not (inside.any(axis=1) & ~inside.all(axis=1)).all():
+            raise LeavesRegion("the border is lost")
+        # The change nearest to the point, from inside to beyond.
+        change = inside[:, :-1] & ~inside[:, 1:]
+        off = np.where(change, np.abs(shares[:-1] + shares[1:]), np.inf)
+        if not np.isfinite(off.min(axis=1)).all():
+            raise LeavesRegion("the border is lost")
+        k = np.argmin(off, axis=1)
+        low, high = shares[k], shares[k + 1]
+        for _ in range(ROUNDS):
+            trial = np.linspace(low, high, PARTS + 1, axis=1)
+            # Ends are known; beyond the first change others may follow.
+            within = self._inside(f, x, trial[:, 1:-1])
+            k = np.argmin(np.column_stack([within, np.zeros(len(x), dtype=bool)]), axis=1)
+            rows = np.arange(len(x))
+            low, high = trial[rows, k], trial[rows, k + 1]
+        return np.asarray(0.5 * (low + high))
+
+    def _inside(self, f: FamilyND, x: Floats, shares: Floats) -> NDArray[np.bool_]:
+        """Tell which points x + share way, (m, k), are on the orbit's own piece."""
+        got = sample(f, x[:, None, :] + shares[..., None] * self._along)
+        own = np.isin(got.label, np.array(sorted(self.pieces[self.index]), dtype=np.uint64))
+        return np.asarray(own & (got.status == OK))
+
+    def choose(self, y: Floats) -> bool:
+        """Find which point is on a border, and its best direction; False if none is."""
+        q, s = y[-2:].tolist()
+        f, points, axes = self.map_at(q, s), self.points(y), np.diag(self.size)
+        for index in range(len(points)):
+            for way in (*axes, *-axes):
+                self.index, self.way = index, way
+                near = self._inside(f, points[index, None], np.array([[-NEAREST, NEAREST]]))[0]
+                if near[0] and not near[1]:
+                    slopes = self(y)[1][-1, index * len(way) :][: len(way)]
+                    k = int(np.argmax(np.abs(slopes) * self.size))
+                    self.way = -np.sign(slopes[k]) * axes[k]
+                    return True
+        return False
+
+
+def _off_angle(angle: float, point: CurvePoint) -> float:
+    return float(point.note.angle - angle)
+
+
+def off_fold(point: CurvePoint) -> float:
+    """det(M - 1), zero where a multiplier is 1."""
+    return float(np.prod(point.note.multipliers - 1.0).real)
+
+
+class CriticalFollower(Follower):
+    """Follows a bifurcation of an orbit in R^n in the plane of two parameters."""
+
+    def __init__(self, kind: Any, plane: Plane, low: float, high: float) -> None:
+        super().__init__(plane.along, low, high, CONTROL, MAX_POINTS)
+        self.which, self.plane = kind, plane
+
+    def start(self, points: Floats, labels: Labels, angle: float, q: float, s: float) -> CurvePoint:
+        """Set out from a bifurcation; a ValueError if there is none nearby."""
+        f: Any = self.plane.map_at(q, s)
+        size, width = np.ptp(f.spread(256), axis=0), self.high - self.low or 1.0
+        wrong = f"there is no such bifurcation near {self.name} = {s:.12g}: "
+        pieces = [{label} for label in labels.tolist()]
+        known = self.plane, pieces, size, (max(abs(q), 1e-3 * width), width)
+        turn = [angle] if self.which == "neimark_sacker" else []
+        y = np.concatenate([points.ravel(), turn, [q, s]])
+        self.equations: PlaneOrbit
+        if self.which in BORDERS:
+            self.equations = border = BorderEquations(*known)
+            if not border.choose(y):
+                raise ValueError(f"{wrong}no point of the orbit is at a border of its piece.")
+        else:
+            self.equations = CriticalEquations(*known, ANGLES.get(self.which))
+        try:
+            jacobian = self.equations(y)[1]
+        except LeavesRegion as left:
+            raise ValueError(f"{wrong}{left.cause}.") from left
+        # How far all else moves while the parameter crosses its range.
+        moves = width * np.abs(np.linalg.lstsq(jacobian[:, :-1], -jacobian[:, -1], rcond=None)[0])
+        domain = np.tile(size, len(points))
+        reach = np.clip(moves[: domain.size], MOVES * domain, domain)
+        steep = scale_between(float(moves[-1]), q, width)
+        scale = np.array([*reach, *np.ones(len(turn)), steep, width])
+        self.equations.widths = steep, width
+        self.curve = self.line(self.equations, scale)
+        return first_point(self.curve, y, wrong, NEAR * float((domain / reach).max()))
+
+    def points(self, point: CurvePoint) -> Floats:
+        """Return the points of the orbit."""
+        return self.equations.points(point.y)
+
+    def parameters(self, point: CurvePoint) -> dict[str, float]:
+        """Return the varied parameter, then the one that is solved for."""
+        return {self.name: point.parameter, self.plane.solve_for: float(point.y[-2])}
+
+    def accept(self, here: CurvePoint, new: CurvePoint) -> None:
+        """Get ready for the neighbourhood of the new point."""
+        self.equations.accept(new.note)
+
+    def restart(self, start: CurvePoint) -> None:
+        """Return to the start."""
+        self.equations.accept(start.note)
+
+    def tests(self, here: CurvePoint, new: CurvePoint) -> Iterator[tuple[str, Test]]:
+        """Points of codimension two."""
+        return self.equations.tests(self)
+
+    def passed(self, here: CurvePoint, new: CurvePoint) -> Iterator[Passed]:
+        """End where a critical pair becomes real: beyond, the curve comes back mirrored."""
+        for item in super().passed(here, new):
+            kind = "" if item.event is None else item.event.kind
+            ends = self.which == "neimark_sacker" and kind in ("resonance 1:1", "resonance 1:2")
+            assert item.point is not None
+            yield item._replace(end=self.end(item.point, kind)) if ends else item
+
+    def stopped(self, stop: WalkEnd, half: Half) -> CurveEnd:
+        """Say why a walk has ended."""
+        if isinstance(stop.cause, Departure):
+            return self.end(stop.last, "a point of the orbit meets a break of the map")
+        return self.end(stop.last, str(stop.cause) if stop.cause else stop.reason)
+
+    def assembled(self, rows: list[CurvePoint], **known: Any) -> Curve:
+        """Make a curve of its rows."""
+        where = [self.parameters(row) for row in rows]
+        multipliers = np.array([row.note.multipliers for row in rows])
+        points = np.array([self.points(row) for row in rows])
+        return Curve(
+            kind=f"{KIND}{self.which}",
+            period=points.shape[1],
+            parameters={name: np.array([each[name] for each in where]) for name in where[0]},
+            points=points,
+            multipliers=multipliers,
+            stable=np.abs(multipliers).max(axis=1) < 1 - MARGINAL,
+            data={
+                "angle": np.array([row.note.angle for row in rows]),
+                "labels": np.array([row.note.orbit.labels for row in rows]),
+            },
+            problem=CriticalProblem(self.plane.system),
+            **known,
+        )
+
+
+@part
+@dataclass(frozen=True, eq=False)
+class CriticalProblem(Problem):
+    """A multiplier on the unit circle, of an orbit in R^n."""
+
+    system: FamilyND | None
+    picture: ClassVar = "bifurcations.draw_curve"
+
+    def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> Bifurcation:
+        """Start from a straight line between two rows."""
+        assert self.system is not None
+        other = other_of(curve, name)
+        kind: Any = curve.kind.removeprefix(KIND)
+        follower = CriticalFollower(kind, Plane(self.system, name, other), value, value)
+        columns = curve.points, curve.data["angle"], curve.parameters[other]
+        points, angle, guess = (between(column, row, share) for column in columns)
+        labels = curve.data["labels"][row]
+        found = follower.start(points, labels, float(angle), float(guess), value)
+        q, error = float(found.y[-2]), found.residual
+        return Bifurcation(
+            kind=kind,
+            parameter=other,
+            value=q,
+            error=error,
+            period=len(points),
+            points=follower.points(found),
+            interval=(q - error, q + error),
+            multipliers=found.note.multipliers,
+            residual=error,
+            system=self.system.replace(**{name: value, other: q}),
+        )
+
+    def row(self, curve: Curve, row: int) -> Bifurcation:
+        """Solve for it again at the row's value of the varied parameter."""
+        return self.solve(curve, row, 0.0, curve.parameter, float(curve.values[row]))
+
+    def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
+        """Return the other parameter, on a straight line between two rows."""
+        return np.atleast_1d(between(curve.parameters[other_of(curve, name)], row, share))
+
+
+def follow_bifurcation_nd(
+    item: Bifurcation, system: FamilyND, name: str, range: tuple[float, float], *, solve_for: str
+) -> Curve:
+    """Follow a bifurcation of an orbit in R^n; see `stickslip.follow`."""
+    plane, q, s = checked_plane(item, system, name, range, solve_for)
+    if item.kind not in (*ANGLES, *BORDERS, "neimark_sacker"):
+        raise ValueError(
+            f"a bifurcation {item.kind!r} of a map of R^n is not followed in two parameters: "
+            f"{', '.join((*ANGLES, 'neimark_sacker', *BORDERS))} are."
+        )
+    points, multipliers = np.asarray(item.points), np.asarray(item.multipliers)
+    labels = sample(plane.map_at(q, s), points).label
+    for orbit in (*item.orbits_after, *item.orbits_before):
+        if item.kind in BORDERS and orbit.period == len(points):  # labels at the border are of both
+            turns = [np.roll(orbit.points, k, axis=0) for k in np.arange(len(points))]
+            turn = int(np.argmin([np.abs(each - points).max() for each in turns]))
+            labels = np.roll(orbit.labels, turn)
+    pairs = multipliers[multipliers.imag > 0]
+    angle = float(np.angle(pairs[np.argmin(np.abs(np.abs(pairs) - 1.0))])) if pairs.size else 0.0
+    follower = CriticalFollower(item.kind, plane, *range)
+    first = follower.start(points, labels, angle, q, s)
+    follower.restart(first)
+    return follower.follow(first)

@@ -1,0 +1,333 @@
+"""Lyapunov spectra of maps of R^n, and the dimension that they stand for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+import numpy as np
+
+from stickslip.analysis.exponents._tangent_kernels import carry_frame
+from stickslip.analysis.exponents.blocking import SETTLED, blocking_error, settled_period
+from stickslip.analysis.maps.arguments import checked_range, space_family, space_map
+from stickslip.analysis.maps.protocol_nd import orbits
+from stickslip.analysis.orbits.orbits_nd import multipliers_of
+from stickslip.checks import MOST_STEPS, real_numbers, shown, whole_number
+from stickslip.checks import grid as grid_values
+from stickslip.results.result import Result
+from stickslip.results.table import numbered
+from stickslip.vocabulary import suggests
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from stickslip.analysis.maps.protocol import Floats, Modelled
+    from stickslip.analysis.maps.protocol_nd import FamilyND, MapND
+
+CHUNK: Final = 1 << 14  # steps whose Jacobians are kept at once
+ZERO: Final = 1e-9  # exponents so small are rounding, of products over a cycle
+ALIGNING: Final = 100  # last steps of a transient, in which the frame turns to where it belongs
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LyapunovSpectrum(Result):
+    """Lyapunov exponents of an orbit of a map of R^n, per step of the map.
+
+    Attributes
+    ----------
+    values : ndarray of float, shape (n_exponents,)
+        Descending; ``-inf`` for directions that the map forgets, NaN if the orbit left the domain.
+    errors : ndarray of float, shape (n_exponents,)
+        Standard errors (one standard deviation), correlations included; 0 on a cycle, whose
+        exponents are those of its multipliers.
+    dimension, dimension_error : float
+        Kaplan and Yorke's, of the attractor that the orbit fills; and its standard error.
+    n, transient : int
+        Steps that were averaged, and dropped before.
+    duration : float
+        Mean time of a step, of return maps and stroboscopic maps; NaN of others (an event map
+        knows of slips alone).
+    """
+
+    values: Floats
+    errors: Floats
+    dimension: float
+    dimension_error: float
+    n: int
+    transient: int
+    duration: float = np.nan
+    _drawn: ClassVar = ("exponent", "value")
+    _has_picture: ClassVar = False
+
+    @property
+    def per_time(self) -> Floats:
+        """The values per unit of time."""
+        return np.asarray(self.values / self.duration)
+
+    def __repr__(self) -> str:
+        """Values ± errors, the dimension."""
+        pairs = zip(self.values, self.errors, strict=True)
+        rows = [f"  {value: .10f} ± {error:.2g}" for value, error in pairs]
+        dimension = f"dimension {self.dimension:.6g} ± {self.dimension_error:.2g}"
+        return "\n".join([f"LyapunovSpectrum, n={self.n}, {dimension}", *rows])
+
+    def _columns(self) -> dict[str, Any]:
+        number = np.arange(len(self.values)) + 1
+        return {"exponent": number, "value": self.values, "error": self.errors}
+
+
+@suggests
+def lyapunov_spectrum(
+    f: MapND | Modelled[MapND], x0: ArrayLike, n: int = 10_000, *, transient: int | None = None
+) -> LyapunovSpectrum:
+    """Estimate all Lyapunov exponents of the orbit that starts at a point.
+
+    Parameters
+    ----------
+    f : map of R^n or model
+    x0 : array_like of float, shape (n_dimensions,)
+        Where the orbit starts.
+    n : int
+        Steps to average, after the transient.
+    transient : int, optional
+        Steps to drop first. By default a tenth of `n`, at least 1000.
+
+    Returns
+    -------
+    LyapunovSpectrum
+
+    Raises
+    ------
+    ValueError
+        No map of R^n; a count that is too small; a point outside the domain.
+
+    Notes
+    -----
+    A frame is carried along the orbit by exact Jacobians and made orthonormal after each step
+    (Benettin et al., Meccanica 15, 9, 1980); errors come from blocking. An orbit that has settled
+    on a cycle has the exponents log(abs(multiplier)) / period. Kaplan and Yorke's dimension is
+    the number of directions whose volumes do not shrink, the last one counted in part.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> model = ss.Chain(static=(1.0, 1.1, 1.2), alpha=1.0, V=0.1, friction=ss.Coulomb(mu=0.22))
+    >>> ss.lyapunov_spectrum(model, [0.1, 0.2], 1000).values.shape
+    (2,)
+    """
+    found = space_map(f)
+    n, skip = checked_steps_of_mean(n, transient)
+    x = _checked_starts(found, "x0", x0)
+    if x.ndim != 1:
+        raise ValueError(f"x0 = {shown(x0)} holds several points: one orbit has one spectrum.")
+    return _spectrum(found, x, n, skip)[0]
+
+
+def checked_steps_of_mean(n: int, transient: int | None) -> tuple[int, int]:
+    """Return the steps of a mean and those dropped before it."""
+    n = whole_number("n", n, 2, at_most=MOST_STEPS, what="steps of a mean")
+    if transient is None:
+        return n, max(1000, n // 10)
+    return n, whole_number("transient", transient, 0, at_most=MOST_STEPS)
+
+
+def _checked_starts(f: MapND, name: str, x: ArrayLike) -> Floats:
+    points = real_numbers(name, x)
+    if points.shape[-1:] != (f.dimension,) or not f.contains(points).all():
+        raise ValueError(
+            f"{name} = {shown(x)} is not allowed: its last axis must hold {f.dimension} numbers, "
+            "a point inside the map's domain."
+        )
+    return points
+
+
+def largest_exponents(f: MapND, x: ArrayLike, n: int, skip: int) -> tuple[Floats, Floats]:
+    """Return the largest exponent of the orbits from points (..., d), and the errors, (...)."""
+    starts = _checked_starts(f, "d", x)
+    rows = [_Growth(f, row, n, skip, 1) for row in starts.reshape(-1, f.dimension)]
+    shape = starts.shape[:-1]
+    means, errors = np.array([_mean(row.logs) for row in rows]).reshape(-1, 2).T
+    return means.reshape(shape), errors.reshape(shape)
+
+
+def exponent_along(jacobians: Floats) -> tuple[float, float, int]:
+    """Return the largest exponent along (n, d, d), its error, and the steps that were averaged."""
+    n, d, _ = jacobians.shape
+    growth = np.empty((n, 1))
+    frame, image = np.full((1, d), 1.0 / np.sqrt(d)), np.empty((1, d))
+    carry_frame(np.ascontiguousarray(jacobians), frame, image, growth)
+    with np.errstate(divide="ignore"):
+        logs = np.log(growth[n // 10 :])  # the first tenth turns the tangent
+    mean, error = _mean(logs)
+    return float(mean[0]), float(error[0]), len(logs)
+
+
+class _Growth:
+    """Logarithms of how the first k directions grow in each step of an orbit, shape (n, k)."""
+
+    def __init__(self, f: MapND, x: Floats, n: int, skip: int, k: int) -> None:
+        d = f.dimension
+        frame = np.linalg.qr(np.random.default_rng(0).normal(size=(d, d)))[0][:k].copy()
+        aligning = min(skip, ALIGNING)
+        total = aligning + n
+        image, growth = np.empty((k, d)), np.empty((total, k))
+        self.x = orbits(f, x[None], skip - aligning)[0, -1]
+        points, jacobians, time = [], np.empty((0, d, d)), 0.0
+        for start in range(0, total, CHUNK):
+            orbit = orbits(f, self.x[None], min(CHUNK, total - start))[0]
+            self.x = orbit[-1]
+            points.append(orbit[:-1])
+            if not np.isfinite(orbit).all():
+                growth[:] = np.nan
+                break
+            values = f.evaluate(orbit[:-1])
+            jacobians = np.ascontiguousarray(values.derivative)
+            carry_frame(jacobians, frame, image, growth[start : start + CHUNK])
+            lasting: Any = getattr(f, "period", np.nan)
+            if getattr(f, "whole_duration", False):
+                lasting = getattr(values, "duration", np.nan)
+            time += len(jacobians) * float(np.mean(lasting))
+        self.duration = time / total
+        with np.errstate(divide="ignore"):
+            self.logs = np.log(growth[aligning:])
+            visited = np.concatenate(points)
+            period = settled_period(visited, SETTLED * (1.0 + np.abs(visited).max()))
+            if period and period <= len(jacobians):
+                sizes = np.abs(multipliers_of(jacobians[len(jacobians) - period :]))[:k]
+                sizes[np.isneginf(self.logs).any(axis=0)] = 0.0  # not the rounding of a product
+                self.logs = np.broadcast_to(np.log(sizes) / period, (n, k))
+
+
+def _mean(logs: Floats) -> tuple[Floats, Floats]:
+    """Exponents, means of logarithms (n, k), and their errors, shape (k,)."""
+    mean = logs.mean(axis=0)
+    errors = [
+        blocking_error(column) if np.isfinite(value) else (np.nan if np.isnan(value) else 0.0)
+        for value, column in zip(mean, logs.T, strict=True)
+    ]
+    return mean, np.array(errors)
+
+
+def _spectrum(f: MapND, x: Floats, n: int, skip: int) -> tuple[LyapunovSpectrum, Floats]:
+    """Return the spectrum of an orbit, and the point that it comes to."""
+    growth = _Growth(f, x, n, skip, f.dimension)
+    mean, errors = _mean(growth.logs)
+    dimension = kaplan_yorke(mean, growth.logs)
+    found = LyapunovSpectrum(mean, errors, *dimension, n, skip, growth.duration)
+    return found, growth.x
+
+
+def kaplan_yorke(values: Floats, logs: Floats) -> tuple[float, float]:
+    """Kaplan and Yorke's dimension of descending exponents, means of logs (n, k); and its error."""
+    if np.isnan(values).any():
+        return np.nan, np.nan
+    sums = np.cumsum(values)
+    finite = int(np.isfinite(sums).sum())
+    # A volume that shrinks by no more than its error does not shrink: that of a flow's direction.
+    errors = [blocking_error(logs[:, : k + 1].sum(axis=1)) for k in range(finite)]
+    full = int(np.count_nonzero(sums[:finite] >= -ZERO - np.array(errors)))
+    if full == len(values) or np.isneginf(values[full]):
+        return float(full), 0.0
+    part = (sums[full - 1] if full else 0.0) / -values[full]
+    # To first order the error of S / |v| is that of the mean of (s + part v) / |v|.
+    series = (logs[:, :full].sum(axis=1) + part * logs[:, full]) / -values[full]
+    return float(full + part), (blocking_error(series) if full else 0.0)
+
+
+# ------------------------------------------------------------------ along a parameter
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LyapunovSpectra(Result):
+    """Lyapunov exponents of a map of R^n over values of a parameter.
+
+    Attributes
+    ----------
+    parameter : str
+    at : ndarray of float, shape (m,)
+        Its values.
+    values, errors : ndarray of float, shape (m, n)
+        As of `LyapunovSpectrum`; NaN from where the orbit leaves the domain.
+    dimension, dimension_error : ndarray of float, shape (m,)
+    n, transient : int
+        Steps averaged and dropped at each value.
+    """
+
+    parameter: str
+    at: Floats
+    values: Floats
+    errors: Floats
+    dimension: Floats
+    dimension_error: Floats
+    n: int
+    transient: int
+    parameters: dict[str, float] = field(default_factory=dict)
+    _plot: ClassVar = "exponents.draw_spectra"
+
+    def _columns(self) -> dict[str, Any]:
+        return {
+            self.parameter: self.at,
+            **numbered("value", self.values),
+            **numbered("error", self.errors),
+            "dimension": self.dimension,
+            "dimension_error": self.dimension_error,
+        }
+
+    def _coordinates(self) -> tuple[str, ...]:
+        return (self.parameter,)
+
+
+@suggests
+def lyapunov_spectra(
+    system: FamilyND | Modelled[FamilyND],
+    parameter: str,
+    grid: ArrayLike,
+    x0: ArrayLike,
+    n: int = 2000,
+    *,
+    transient: int | None = None,
+) -> LyapunovSpectra:
+    """Estimate Lyapunov spectra along a parameter, each orbit from where the one before ended.
+
+    Parameters
+    ----------
+    system : map of R^n with parameters, or model
+    parameter : str
+        Parameter that varies.
+    grid : tuple of (float, float, int) or array_like of float
+        ``(lo, hi, n)``, or the values in the order in which they are visited.
+    x0 : array_like of float, shape (n_dimensions,)
+        Start of the first orbit, and of those after one that left the domain.
+    n, transient : int
+        As of `lyapunov_spectrum`, at each value.
+
+    Returns
+    -------
+    LyapunovSpectra
+
+    Raises
+    ------
+    ValueError
+        No map of R^n with parameters, an unknown parameter, a value, point or count not allowed.
+    """
+    family = space_family(system)
+    n, skip = checked_steps_of_mean(n, transient)
+    values = grid_values("grid", grid)
+    checked_range(family, parameter, (values.min(), values.max()), "grid")
+    start = here = _checked_starts(family, "x0", x0)
+    found = []
+    for value in values:
+        f = family.replace(**{parameter: float(value)})
+        spectrum, here = _spectrum(f, here if f.contains(here) else start, n, skip)
+        found.append(spectrum)
+    return LyapunovSpectra(
+        parameter=parameter,
+        at=values.copy(),
+        values=np.array([each.values for each in found]),
+        errors=np.array([each.errors for each in found]),
+        dimension=np.array([each.dimension for each in found]),
+        dimension_error=np.array([each.dimension_error for each in found]),
+        n=n,
+        transient=skip,
+        parameters={key: v for key, v in family.parameters.items() if key != parameter},
+    )

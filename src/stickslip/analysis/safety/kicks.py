@@ -1,0 +1,176 @@
+"""What kicks do: random ones after each step until a motion escapes, and the smallest of a block.
+
+Derivations: docs/theory/safety.md.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+
+from stickslip.analysis.attractors.basin_pieces import UNDECIDED
+from stickslip.analysis.attractors.in_space.basins_nd import Estimate, binomial
+from stickslip.results.parts import part
+
+if TYPE_CHECKING:
+    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.safety.surroundings import Surroundings
+
+Distribution: TypeAlias = Literal["normal", "uniform"]
+
+FEW: Final = 16  # points of the attractor where impulses are tried
+HALVINGS: Final = 30  # of an impulse
+SIZES: Final = (1e-3, 2.0)  # units of f_s1 / sqrt(k m): what a block's static limit can stop
+
+
+@part
+class Impulse(NamedTuple):
+    """The smallest change of one velocity known that leads to another basin.
+
+    Attributes
+    ----------
+    block : int
+        From 1.
+    by, error : float
+        Change of its velocity as global stick ends, negative backward, and the width of its
+        bracket; NaN if none of those tried led away.
+    point : tuple of float
+        The attractor's point where that is so.
+    into : int
+        Place of the other attractor; -1 undecided, -2 the motion leaves or does not come back.
+    tested : int
+        So many smaller ones, at points all over the attractor, were tried, and led back.
+    """
+
+    block: int
+    by: float
+    error: float
+    point: tuple[float, ...]
+    into: int
+    tested: int
+
+
+@part
+class Escape(NamedTuple):
+    """Escapes from a basin under a random kick after each step.
+
+    Attributes
+    ----------
+    size : tuple of float
+        Of the kicks, for each coordinate: standard deviation, or half the width.
+    distribution : {"normal", "uniform"}
+    mean : Estimate
+        Mean steps until the orbit is in another basin; infinite if none escaped. The error
+        of runs that all escaped is that of their mean; else escapes count as memoryless.
+    escaped : Estimate
+        Share of the runs that escaped within `within` steps.
+    within, n_runs : int
+    into : dict
+        How many runs escaped into which basin.
+    """
+
+    size: tuple[float, ...]
+    distribution: Distribution
+    mean: Estimate
+    escaped: Estimate
+    within: int
+    n_runs: int
+    into: dict[int, int]
+
+
+def escape(
+    near: Surroundings,
+    size: Floats,
+    distribution: Distribution,
+    within: int,
+    n_runs: int,
+    rng: np.random.Generator,
+) -> Escape:
+    """Follow kicked orbits from points of an attractor until they are in another basin."""
+    draw = (
+        rng.normal
+        if distribution == "normal"
+        else lambda _, half, shape: rng.uniform(-half, half, shape)
+    )
+    x = near.points[rng.integers(len(near.points), size=n_runs)]
+    left, into, total, squares = 0, dict[int, int](), 0.0, 0.0
+    for n in range(1, within + 1):
+        x = near.step(x) + draw(0.0, size, x.shape)
+        fate = near.fate(x)
+        gone = (fate != near.k) & (fate != UNDECIDED)
+        for k in fate[gone].tolist():
+            into[k] = into.get(k, 0) + 1
+        left += int(gone.sum())
+        total, squares = total + n * gone.sum(), squares + n * n * gone.sum()
+        x = x[~gone]
+        if not len(x):
+            break
+    total += within * len(x)
+    mean = total / left if left else math.inf
+    if not left:
+        error = math.nan
+    elif len(x) or n_runs == 1:
+        error = mean / math.sqrt(left)
+    else:
+        error = math.sqrt(max(squares / n_runs - mean**2, 0.0) / (n_runs - 1))
+    sizes = tuple(size.tolist())
+    return Escape(
+        sizes, distribution, Estimate(mean, error), binomial(left, n_runs), within, n_runs, into
+    )
+
+
+def smallest_impulses(near: Surroundings, n_sizes: int) -> tuple[Impulse, ...]:
+    """Try impulses of each velocity in both senses, the smallest first; none without velocities."""
+    after: Any = getattr(near.f, "after_impulse", None)
+    if after is None or not n_sizes:
+        return ()
+    every = max(1, len(near.points) // FEW)
+    points = near.points[::every][:FEW]
+    sizes = np.geomspace(*SIZES, n_sizes)
+    return tuple(
+        _Search(near, after, block, sense).smallest(points, sizes)
+        for block in range(1, near.f.n_impulses + 1)
+        for sense in (-1.0, 1.0)
+    )
+
+
+class _Search:
+    """Impulses of one block in one sense."""
+
+    def __init__(self, near: Surroundings, after: Any, block: int, sense: float) -> None:
+        self.near, self.after, self.block, self.sense = near, after, block, sense
+
+    def fate(self, point: Floats, size: float) -> int:
+        """Whose basin the motion lands in."""
+        one = point if len(point) > 1 else point[0]
+        landed = self.after(one, self.block, self.sense * size)
+        return int(self.near.fate(np.reshape(landed, (1, -1)))[0])
+
+    def smallest(self, points: Floats, sizes: Floats) -> Impulse:
+        """Go through ascending sizes at all points; bisect below the first that leads away."""
+        tested, below = 0, 0.0
+        for size in sizes.tolist():
+            found = []
+            for point in points:
+                if self.fate(point, size) not in (self.near.k, UNDECIDED):
+                    found.append(self._bisected(point, below, size))
+                else:
+                    tested += 1
+            if found:
+                high, low, point, into = min(found, key=lambda each: each[0])
+                at = tuple(point.tolist())
+                return Impulse(self.block, self.sense * high, high - low, at, into, tested)
+            below = size
+        nowhere = (math.nan,) * points.shape[1]
+        return Impulse(self.block, math.nan, math.nan, nowhere, UNDECIDED, tested)
+
+    def _bisected(self, point: Floats, low: float, high: float) -> tuple[float, float, Floats, int]:
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            if self.fate(point, middle) == self.near.k:
+                low = middle
+            else:
+                high = middle
+        return high, low, point, self.fate(point, high)

@@ -1,0 +1,65 @@
+"""Diagrams of maps of R^n against closed forms."""
+
+import numpy as np
+import pytest
+from tests.analysis.known_maps_nd import henon, kinked
+
+from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.results.files import load, save
+
+EXACT = 1e-11
+
+
+@pytest.fixture(scope="module")
+def diagram():
+    return bifurcation_diagram(henon(0.1), "a", (0.2, 1.2, 21), max_period=2, n_lists=3)
+
+
+def test_orbits_are_solved_for_at_every_value(diagram):
+    stable, saddle = sorted(diagram.of_period(1), key=lambda o: -np.nanmax(o.points))
+    a = diagram.values
+    root = np.sqrt(0.49 + 4 * a)
+    np.testing.assert_allclose(stable.points[:, 0, 0], (-0.7 + root) / (2 * a), rtol=0, atol=EXACT)
+    np.testing.assert_allclose(saddle.points[:, 0, 0], (-0.7 - root) / (2 * a), rtol=0, atol=EXACT)
+    assert (stable.stable == (a < 3 * 0.49 / 4)).all()
+    assert not saddle.stable.any()
+
+
+def test_an_orbit_begins_where_another_flips(diagram):
+    (double,) = diagram.of_period(2)
+    begin, end = double.ends
+    assert (begin.reason, end.reason) == ("flip", "end of range")
+    assert begin.value == pytest.approx(3 * 0.49 / 4, abs=EXACT)
+    assert (double.exists == (diagram.values > begin.value)).all()
+    assert np.nansum(np.diff(double.points[double.exists], axis=1) ** 2) > 0
+
+
+def test_attractors_are_cycles_and_then_chaos(diagram):
+    table = diagram.attractors
+    first = table.where == 0
+    assert table.kind[first].tolist() == ["periodic"]
+    assert table.points.shape[2] == 2
+    assert (table.kind[table.where == 20] == "chaotic").all()
+    assert (table.lyapunov[table.where == 20] > 0).all()
+
+
+def test_a_border_collision_ends_orbits():
+    found = bifurcation_diagram(
+        kinked(-0.1), "mu", (-0.3, 0.3, 7), max_period=1, n_lists=2, attractors=False
+    )
+    reasons = {end.reason for orbit in found.of_period(1) for end in orbit.ends}
+    assert reasons == {"border_collision", "end of range"}
+    assert len(found.attractors) == 0
+
+
+def test_a_diagram_is_a_table_and_a_file(diagram, tmp_path):
+    table = diagram.table()
+    assert {"d_1", "d_2"} < set(table)
+    save(diagram, tmp_path / "diagram")
+    assert load(tmp_path / "diagram") == diagram
+    assert diagram.overview()["begins"].tolist().count("flip") == 1
+
+
+def test_windows_are_for_lines():
+    with pytest.raises(ValueError, match="window is for maps of a line"):
+        bifurcation_diagram(henon(), "a", (0.2, 1.2, 3), window=(0.0, 1.0))
