@@ -21,7 +21,7 @@ COMPILE := $(PY) -m uv pip compile --quiet --universal --python-version 3.11 \
 	--generate-hashes --no-emit-index-url --no-emit-find-links --no-header
 
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test check docs benchmark evidence packaging clean lint format types contracts budgets \
+.PHONY: help reproduce test check docs benchmark evidence packaging wheel clean lint format types contracts budgets \
 	test-kernels test-all lock env env-dev env-docs
 
 help:
@@ -68,6 +68,11 @@ docs: $(STAMPS)/docs
 # Half an hour on an idle machine and a network; needs uv (pip install uv) and the Pythons to try.
 packaging: $(STAMPS)/core
 	$(PY) -m tests.acceptance.packaging
+
+# With kernels compiled for these levels of processors, each of which this machine must have.
+LEVELS ?= x86-64-v3,x86-64-v4
+wheel: $(STAMPS)/core
+	STICKSLIP_PREPARE=$(LEVELS) $(PY) -m pip wheel --no-build-isolation --no-deps --wheel-dir dist .
 
 benchmark: $(STAMPS)/bench
 	$(PY) -m pytest benchmarks -p no:xdist -o python_files='bench_*.py' -o python_functions='bench_*' \

@@ -125,7 +125,7 @@ def test_doctor_reports_as_json():
     assert found["stickslip"] == __version__
     assert int(found["threads"]) >= 1
     assert "numba" in found
-    assert {"extra sweep", "extra gpu", "kernel cache", "gpu"} <= found.keys()
+    assert {"extra sweep", "extra gpu", "kernel cache", "prepared", "gpu"} <= found.keys()
 
 
 def test_doctor_names_the_cache_folder_in_use(tmp_path):

@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from llvmlite.binding import get_host_cpu_features
 
 from stickslip.numerics import kernel_cache, linking, targets
 
@@ -225,14 +226,14 @@ def write_helper(package: Path, expression: str) -> None:
     )
 
 
-def call(package: Path, cache: Path) -> list[str]:
+def call(package: Path, cache: Path, **environment: str) -> list[str]:
     """Result of the caller, and whether it came from the cache on disk."""
     code = """
         from stickslip.mechanics.caller import caller
         print(caller(2.0), sum(getattr(caller, "stats").cache_hits.values()))
     """
     paths = {"PYTHONPATH": str(package.parent), "STICKSLIP_CACHE_DIR": str(cache)}
-    return printed(code, NUMBA_DISABLE_JIT="0", **paths).split()
+    return printed(code, NUMBA_DISABLE_JIT="0", **paths, **environment).split()
 
 
 def test_an_edit_of_a_helper_in_another_module_reaches_its_caller(small_package, tmp_path):
@@ -243,6 +244,53 @@ def test_an_edit_of_a_helper_in_another_module_reaches_its_caller(small_package,
     assert call(small_package, cache) == ["41.0", "0"]
     write_helper(small_package, "10.0 * x")
     assert call(small_package, cache) == ["21.0", "1"]  # its old folder is still right
+
+
+# --- prepared with the package ------------------------------------------------------------------
+
+
+def level_of_this_processor() -> str:
+    present = {name for name, has in get_host_cpu_features().items() if has}
+    levels = [level for level, needs in kernel_cache.LEVELS.items() if needs <= present]
+    if not levels:
+        pytest.skip("no kernels are prepared for this processor")
+    return levels[-1]
+
+
+def prepare(package: Path, cache: Path) -> None:
+    """Put into the package what hatch_build.py puts there: a cache filled at a level."""
+    level = level_of_this_processor()
+    call(package, cache, NUMBA_CPU_NAME=level, NUMBA_CPU_FEATURES="")
+    shutil.copytree(cache / "numba", package / "prepared")
+
+
+def test_prepared_kernels_serve_where_nothing_was_compiled(small_package, tmp_path):
+    prepare(small_package, tmp_path / "made")
+    moved = small_package.parent.rename(tmp_path / "elsewhere") / "stickslip"
+    for file in moved.rglob("*.py"):
+        os.utime(file, (1e9, 1e9))  # as an archive's
+    assert call(moved, tmp_path / "new") == ["21.0", "1"]
+    assert files_of(tmp_path / "new") == []
+
+
+def test_another_processor_compiles_for_itself(small_package, tmp_path):
+    prepare(small_package, tmp_path / "made")
+    generic = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    assert call(small_package, tmp_path / "new", **generic) == ["21.0", "0"]
+
+
+def test_prepared_kernels_of_other_sources_are_not_taken(small_package, tmp_path):
+    prepare(small_package, tmp_path / "made")
+    write_helper(small_package, "20.0 * x")
+    assert call(small_package, tmp_path / "new") == ["41.0", "0"]
+
+
+def test_a_damaged_prepared_kernel_is_compiled(small_package, tmp_path):
+    prepare(small_package, tmp_path / "made")
+    for file in small_package.rglob("caller-*.nbc"):
+        flipped(file, file)
+    assert call(small_package, tmp_path / "new") == ["21.0", "0"]
+    assert call(small_package, tmp_path / "new") == ["21.0", "1"]
 
 
 # --- files that were damaged -------------------------------------------------------------------
@@ -455,7 +503,8 @@ def test_generated_text_becomes_a_module_once():
     assert targets.write_module("test", text.format(1.5)) is one
     two = targets.write_module("test", text.format(2.5))
     assert (two.f(1.0), one.f(1.0)) == (3.5, 2.5)
-    kept, seal = Path(one.__file__).read_text().split("\n# sha256 ")
+    file = kernel_cache.cache_root() / "generated" / one.__file__
+    kept, seal = file.read_text().split("\n# sha256 ")
     assert kept == text.format(1.5)
     assert len(seal) == 65
 

@@ -7,13 +7,20 @@ import platform
 import re
 import sys
 import time
-from typing import Annotated
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from stickslip.cli.options import Flag, OutputOptions, Whole
 from stickslip.cli.output import note, tracked
 from stickslip.cli.process import UsageError
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.friction.law import FrictionLaw
+    from stickslip.mechanics.model.blocks import Chain
+    from stickslip.mechanics.model.two_block import TwoBlock
 
 EXPLORE_EXAMPLES = """\
 stickslip explore
@@ -23,7 +30,6 @@ stickslip explore --host 0.0.0.0 --no-browser
 
 HIGHEST_PORT = 65535
 PACKAGE = "stickslip"
-PRESETS = ("coulomb", "law9")
 
 
 def explore(
@@ -85,7 +91,7 @@ Finding = tuple[str, str, str]
 
 def doctor(*, output: OutputOptions = OutputOptions()) -> None:
     """Show versions, extras, GPU, cache folder and threads."""
-    findings = [*_versions(), *_extras(), _gpu(), _cache(), _threads()]
+    findings = [*_versions(), *_extras(), _gpu(), _cache(), _prepared(), _threads()]
     subjects, states, details = zip(*findings, strict=True)
     table = {"subject": list(subjects), "state": list(states), "detail": list(details)}
     lines = ("{:<14} {:<12} {}".format(*finding).rstrip() for finding in findings)
@@ -152,6 +158,15 @@ def _cache() -> Finding:
     return "kernel cache", "ready", f"{folder} ({compiled} compiled, {megabytes:.1f} MB)"
 
 
+def _prepared() -> Finding:
+    from stickslip.numerics.kernel_cache import prepared_levels, prepared_root
+
+    if prepared_levels():
+        return "prepared", "ready", "kernels of the laws that ship came with the package"
+    why = "not for this processor" if prepared_root() else "none came with the package"
+    return "prepared", "none", f"{why}: compiled when they are first asked for"
+
+
 def _threads() -> Finding:
     from stickslip.numerics.targets import available_threads
 
@@ -164,25 +179,48 @@ stickslip warmup
 
 
 def warmup(*, output: OutputOptions = OutputOptions()) -> None:
-    """Compile the kernels of event maps, sweeps and trajectories into the cache folder."""
+    """Compile the kernels of the friction laws that ship into the cache folder.
+
+    Asks one question of each kind: maps, orbits, attractors, bifurcations, sweeps and motions of
+    two blocks, of a chain and of a forced oscillator. A wheel with prepared kernels has them.
+    """
     seconds = []
-    for preset in tracked(PRESETS, len(PRESETS), "compiling", quiet=output.quiet):
+    models = _warm_models()
+    for ask in tracked(models.values(), len(models), "compiling", quiet=output.quiet):
         started = time.perf_counter()
-        _ask_everything(preset)
+        ask()
         seconds.append(round(time.perf_counter() - started, 3))
-    lines = map("{:<8} {:6.2f} s\n".format, PRESETS, seconds)
-    output.tell("warmup", {}, {"preset": PRESETS, "seconds": seconds}, "".join(lines))
+    lines = map("{:<22} {:6.2f} s\n".format, models, seconds)
+    output.tell("warmup", {}, {"model": list(models), "seconds": seconds}, "".join(lines))
 
 
-def _ask_everything(preset: str) -> None:
-    """Ask one question of each kind that compiles kernels."""
+def _warm_models() -> dict[str, Callable[[], None]]:
+    """Questions by the names of the models that are asked."""
+    import stickslip as ss
+
+    laws: dict[str, tuple[FrictionLaw, dict[str, Any]]] = {
+        "coulomb": (ss.Coulomb(mu=0.22), {"V": (0.0369, 0.037)}),
+        "law9": (ss.PoppStelter(gamma=3.0), {"alpha": (1.2095, 1.2105)}),
+        "stribeck": (ss.Stribeck(mu=0.4, speed=0.5), {"V": (0.2, 0.2001)}),
+    }
+    asked: dict[str, Callable[[], None]] = {}
+    for name, (law, ranges) in laws.items():
+        base = ss.examples.coulomb() if name == "coulomb" else ss.examples.law9()
+        asked[f"{name}, two blocks"] = partial(_ask_two_blocks, base.replace(friction=law), ranges)
+        asked[f"{name}, chain"] = partial(
+            _ask_chain, ss.Chain(static=[1.0, 1.1, 1.2], alpha=1.2, V=0.1, friction=law)
+        )
+        asked[f"{name}, oscillator"] = partial(_ask_oscillator, law)
+    return asked
+
+
+def _ask_two_blocks(model: TwoBlock, ranges: dict[str, Any]) -> None:
     import numpy as np
 
     import stickslip as ss
     from stickslip.sweeps.system import Run
     from stickslip.sweeps.systems import as_system
 
-    model = getattr(ss.examples, preset)()
     f = ss.event_map(model)
     middle = sum(model.domain) / 2
     f.evaluate([middle])
@@ -192,3 +230,28 @@ def _ask_everything(preset: str) -> None:
     for name in model.parameters:
         f.parameter_derivative(middle, name)
     ss.simulate(model, d=middle, t_end=1.0)
+    ss.periodic_orbits(f, max_period=2)
+    ss.basins(f, resolution=0.01)
+    ss.lyapunov_exponent(f, middle, 100)
+    for name, span in ranges.items():
+        ss.bifurcations(model, name, span, max_period=1)
+
+
+def _ask_chain(model: Chain) -> None:
+    import stickslip as ss
+
+    f = ss.event_map(model)
+    start = [0.01, 0.02]
+    f.evaluate([start])
+    f.iterate(start, 1)
+    f.parameter_derivative(start, "V")
+    ss.simulate(model, d=start, t_end=1.0)
+
+
+def _ask_oscillator(law: FrictionLaw) -> None:
+    import stickslip as ss
+
+    free = ss.Oscillator(V=0.2, damping=0.05, friction=law)
+    ss.find_cycle(free, [0.0], [0.0])
+    forced = ss.Oscillator(V=0.2, friction=law, forcing=ss.Harmonic(amplitude=0.3, frequency=1.1))
+    ss.stroboscopic_map(forced).evaluate([[0.1, 0.2]])

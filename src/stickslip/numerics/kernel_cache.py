@@ -16,13 +16,15 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any, ClassVar
+from types import CodeType
+from typing import Any
 
 import numba
-from numba.core import caching
+from llvmlite.binding import get_host_cpu_features
+from numba.core import caching, compiler
 from numba.core.serialize import dumps
 
 from stickslip.files import whole_file
@@ -30,10 +32,18 @@ from stickslip.files import whole_file
 config: Any = numba.config
 
 PACKAGE = Path(__file__).resolve().parents[1]
+PREPARED = PACKAGE / "prepared"  # in wheels, for the machines of `LEVELS`
+# Best first, and what tells that a processor has it. Code for a level is as fast on such
+# processors as code for themselves.
+LEVELS = {
+    "x86-64-v4": {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
+    "x86-64-v3": {"avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe"},
+}
 IMPORT = re.compile(r"^from (stickslip[\w.]*) import ([\w, ]+|\([^)]*\))", re.M)
 USES = "from stickslip.numerics.targets import "
 BINDS = re.compile(rf"^{USES}.*\b(instantiate|write_module)\b", re.MULTILINE)
 GENERATES = re.compile(rf"^{USES}.*\bgenerated_module\b", re.MULTILINE)
+GENERATED = "stickslip_generated_"  # modules named by their text
 OLD_CACHE_SECONDS = 30 * 24 * 3600.0
 
 
@@ -137,41 +147,60 @@ def _prune(base: Path, keep: Path) -> None:
             continue
 
 
+@cache
+def prepared_root() -> Path | None:
+    """Folder of kernels that came with the package for this version of the sources, or None."""
+    root = PREPARED / source_hash()
+    return root if root.is_dir() else None
+
+
+@cache
+def prepared_levels() -> tuple[str, ...]:
+    """Levels that this processor has, best first; none without prepared kernels."""
+    if prepared_root() is None or config.CPU_NAME or config.CPU_FEATURES is not None:
+        return ()
+    present = {name for name, has in get_host_cpu_features().items() if has}
+    return tuple(level for level, needs in LEVELS.items() if needs <= present)
+
+
 # --- files of the cache -----------------------------------------------------------------------
-# Each ends in a seal, the hash of its place in the cache and of its content: nothing else is
-# executed or unpickled. A pickle, a code object and the text of a module may all have this tail.
+# Each ends in a seal, the hash of its name and of its content: nothing else is executed or
+# unpickled. A pickle, a code object and the text of a module may all have this tail.
 
 SEAL = b"\n# sha256 %s\n"
 _told: set[str] = set()
 
 
-def _seal(path: Path, content: bytes) -> bytes:
-    root = cache_root()
-    place = path.relative_to(root).as_posix() if root else ""
-    return SEAL % hashlib.sha256(place.encode() + b"\0" + content).hexdigest().encode()
+def _seal(name: str, content: bytes) -> bytes:
+    return SEAL % hashlib.sha256(name.encode() + b"\0" + content).hexdigest().encode()
 
 
-def _read(path: Path) -> bytes | None:
-    """Content of a file of the cache; None if there is none, or it is not what was written."""
-    try:
-        sealed = path.read_bytes()
-    except FileNotFoundError:
-        return None
-    except OSError:
-        sealed = b""
-    content = sealed[: -len(SEAL) - 62]
-    if content and sealed == content + _seal(path, content):
-        return content
-    tell("damaged", f"damaged in the kernel cache, made again: {path.name}")
+def _read(name: str) -> bytes | None:
+    """Content of a file of the cache or of the package; None if no sound one is there."""
+    for root in (cache_root(), prepared_root()):
+        try:
+            sealed = b"" if root is None else (root / name).read_bytes()
+        except FileNotFoundError:
+            continue
+        except OSError:
+            sealed = b""
+        content = sealed[: -len(SEAL) - 62]
+        if content and sealed == content + _seal(name, content):
+            return content
+        if root is not None:
+            tell("damaged", f"damaged in the kernel cache, made again: {Path(name).name}")
     return None
 
 
-def _write(path: Path, content: bytes) -> None:
-    """Write a file of the cache, whole."""
-    with _dispensable():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(path) as temporary:
-            temporary.write_bytes(content + _seal(path, content))
+def _write(name: str, content: bytes) -> None:
+    """Write a file of the cache, whole, where there is one."""
+    root = cache_root()
+    if root is not None:
+        with _dispensable():
+            path = root / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with whole_file(path) as temporary:
+                temporary.write_bytes(content + _seal(name, content))
 
 
 @contextmanager
@@ -183,12 +212,12 @@ def _dispensable() -> Iterator[None]:
         tell("not kept", f"compiled kernels are not kept for the next run: {error}")
 
 
-def kept(path: Path, make: Callable[[], bytes]) -> bytes:
+def kept(name: str, make: Callable[[], bytes]) -> bytes:
     """Content of a file of the cache, made if need be."""
-    content = _read(path)
+    content = _read(name)
     if content is None:
         content = make()
-        _write(path, content)
+        _write(name, content)
     return content
 
 
@@ -197,20 +226,18 @@ _codes: dict[str, bytes] = {}  # read or written by this process
 
 def keep_code(name: str, code: bytes) -> None:
     """Keep code of a kernel, whose hash is its name."""
-    root = cache_root()
-    if root is not None and name not in _codes:
-        _codes[name] = kept(root / "parts" / f"{name}.bc", lambda: code)
+    if name not in _codes:
+        _codes[name] = kept(f"parts/{name}.bc", lambda: code)
 
 
 def kept_code(name: str) -> bytes | None:
     """Code that `keep_code` kept; None if it is lost."""
-    root = cache_root()
-    if root is not None and name not in _codes:
-        code = _read(root / "parts" / f"{name}.bc")
+    if name not in _codes:
+        code = _read(f"parts/{name}.bc")
         if code is None:
             return None
         _codes[name] = code
-    return _codes.get(name)
+    return _codes[name]
 
 
 def tell(what: str, text: str) -> None:
@@ -220,58 +247,55 @@ def tell(what: str, text: str) -> None:
         print(f"stickslip: {text}", file=sys.stderr, flush=True)
 
 
-LOCATOR: Any = vars(caching).get("UserProvidedCacheLocator")  # private in numba 0.61
-LOCATOR = LOCATOR or vars(caching)["_UserProvidedCacheLocator"]
+def _known_by_name(function: Callable[..., Any]) -> bool:
+    """Whether the hash of the sources, or the name of a generated module, tells what it does."""
+    code: CodeType = function.__code__
+    inside = Path(code.co_filename).is_relative_to(PACKAGE)
+    return inside or function.__module__.startswith(GENERATED)
 
 
-class Place(caching.CompileResultCacheImpl):
-    """Where numba would keep a kernel: in our folder, or nowhere."""
+class KernelCache(caching.NullCache):
+    """What numba compiled of a function: of each signature, for each machine, a sealed file."""
 
     MARK = ""
-    _locator_classes: ClassVar = [LOCATOR]  # type: ignore[misc]
 
+    def __init__(self, function: Callable[..., Any], folder: str | None) -> None:
+        code = function.__code__
+        self._enabled = folder is not None and _known_by_name(function)
+        self._function = (
+            sys.implementation.cache_tag,
+            function.__module__,
+            code.co_firstlineno,
+            hashlib.sha256(code.co_code).hexdigest(),
+        )
+        self._name = f"{folder}/{function.__name__}{self.MARK}"
 
-class _Files:
-    """A sealed file for each signature of a kernel, in the place of numba's index and data."""
+    def load_overload(self, sig: Any, target: Any) -> Any:
+        """Return what was compiled on this machine, or prepared for its level, or None."""
+        target.refresh()
+        if not self._enabled:
+            return None
+        machine = target.codegen().magic_tuple()
+        levels = ((machine[0], level, "") for level in prepared_levels())
+        for known in (machine, *levels):
+            content = _read(self._file(sig, known))
+            if content is not None:
+                return self.rebuild(target, pickle.loads(content))
+        return None
 
-    def __init__(self, base: str, stamp: bytes) -> None:
-        self._base, self._stamp = base, stamp
+    def save_overload(self, sig: Any, made: Any) -> None:
+        """Keep what was compiled, unless it holds addresses of this process."""
+        if self._enabled and not made.library.has_dynamic_globals:
+            _write(self._file(sig, made.codegen.magic_tuple()), dumps(self.reduce(made)))
 
-    def load(self, key: Any) -> Any:
-        content = _read(self._path(key))
-        found, data = (None, None) if content is None else pickle.loads(content)
-        return data if found == key else None
+    def _file(self, sig: Any, machine: tuple[str, str, str]) -> str:
+        name = hashlib.sha256(repr((self._function, sig, machine)).encode()).hexdigest()[:16]
+        return f"{self._name}-{name}.nbc"
 
-    def save(self, key: Any, data: Any) -> None:
-        _write(self._path(key), dumps((key, data)))
+    def reduce(self, made: Any) -> Any:
+        """Take apart what was compiled, for a file."""
+        return made._replace(type_annotation="")._reduce()  # a text as long as the code
 
-    def _path(self, key: Any) -> Path:
-        name = hashlib.sha256(repr((self._stamp, key)).encode()).hexdigest()[:16]
-        return Path(f"{self._base}.{name}.nbc")
-
-
-class _KernelCache(caching.FunctionCache):
-    """Numba's cache of a kernel, with files that cannot be mistaken."""
-
-    def __init__(self, function: Callable[..., Any], place: type[Place]) -> None:
-        self._impl_class = place
-        super().__init__(function)  # type: ignore[no-untyped-call]
-        base = os.path.join(self.cache_path, f"{self._impl.filename_base}{place.MARK}")
-        self._cache_file: Any = _Files(base, self._impl.locator.get_source_stamp())
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        with _dispensable():
-            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
-
-
-def enable(dispatcher: Any, key: str, place: type[Place] = Place) -> None:
-    """Keep what `dispatcher` compiles in the folder of `key`."""
-    root = cache_root()
-    if root is not None:
-        previous = config.CACHE_DIR
-        config.CACHE_DIR = str(root / key)
-        try:
-            with suppress(RuntimeError):  # no file: typed by hand
-                dispatcher._cache = _KernelCache(dispatcher.py_func, place)
-        finally:
-            config.CACHE_DIR = previous
+    def rebuild(self, target: Any, payload: Any) -> Any:
+        """Make a compiled function; None if something that it needs is lost."""
+        return compiler.CompileResult._rebuild(target, *payload)

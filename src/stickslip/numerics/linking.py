@@ -98,7 +98,7 @@ class _PartCompiler(compiler.Compiler):
         super().__init__(typing, target, library, args, result, _Flags.equal_to(flags), names)
 
 
-class _PartPlace(kernel_cache.Place):
+class _PartCache(kernel_cache.KernelCache):
     """Keeps a part: its type, and the code of all that it needs, each in a file for all parts."""
 
     MARK = "-part"
@@ -138,8 +138,7 @@ class _Part(CPUDispatcher):
         super().__init__(
             entry.py_func, targetoptions=entry.targetoptions, pipeline_class=_PartCompiler
         )
-        if entry.folder is not None:
-            kernel_cache.enable(self, entry.folder, _PartPlace)
+        self._cache: Any = _PartCache(entry.py_func, entry.folder)
 
     def add_overload(self, made: Any) -> None:
         if made.entry_point is None:
@@ -178,8 +177,7 @@ class Kernel(CPUDispatcher):
         super().__init__(function, targetoptions=options)
         self._compiler = _EntryCompiler(self)
         self.folder = folder
-        if folder is not None:
-            kernel_cache.enable(self, folder)
+        self._cache: Any = kernel_cache.KernelCache(function, folder)
 
     @cached_property
     def part(self) -> Any:

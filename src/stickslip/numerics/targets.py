@@ -148,19 +148,16 @@ def generated_module(stem: str, key: str, make_text: Callable[[], str]) -> Modul
 
     The `key` must identify the text among those that this version of the sources generates.
     """
-    name = f"stickslip_generated_{stem}_{key}"
+    name = f"{kernel_cache.GENERATED}{stem}_{key}"
     with _making:
         if name in sys.modules:
             return sys.modules[name]
-        root = kernel_cache.cache_root()
-        path = Path(f"{name}.py") if root is None else root / "generated" / f"{name}.py"
-        kept = kernel_cache.kept if root else lambda _, make: make()
-        text = kept(path, lambda: make_text().encode())
-        code = kept(
-            path.with_suffix(f".{sys.implementation.cache_tag}.code"),
-            lambda: marshal.dumps(compile(text, path, "exec")),
+        text = kernel_cache.kept(f"generated/{name}.py", lambda: make_text().encode())
+        code = kernel_cache.kept(
+            f"generated/{name}.{sys.implementation.cache_tag}.code",
+            lambda: marshal.dumps(compile(text, f"{name}.py", "exec")),
         )
-        return _executed(name, str(path), marshal.loads(code), key if root else None, {})
+        return _executed(name, f"{name}.py", marshal.loads(code), key, {})
 
 
 class _Announcer(event.Listener):

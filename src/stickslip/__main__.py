@@ -1,0 +1,5 @@
+"""The command line as ``python -m stickslip``."""
+
+from stickslip.cli import main
+
+main()
