@@ -229,7 +229,9 @@ def _ask_two_blocks(model: TwoBlock, ranges: dict[str, Any]) -> None:
     as_system(model).follow({}, np.array([[middle]]), Run(1, 1, 2, 1), 1)
     for name in model.parameters:
         f.parameter_derivative(middle, name)
-    ss.simulate(model, d=middle, t_end=1.0)
+    trajectory = ss.simulate(model, d=middle, t_end=20.0)
+    trajectory.x([1.0]), trajectory.friction([1.0]), trajectory.energy([1.0])
+    ss.branches(f)
     ss.periodic_orbits(f, max_period=2)
     ss.basins(f, resolution=0.01)
     ss.lyapunov_exponent(f, middle, 100)
@@ -245,7 +247,7 @@ def _ask_chain(model: Chain) -> None:
     f.evaluate([start])
     f.iterate(start, 1)
     f.parameter_derivative(start, "V")
-    ss.simulate(model, d=start, t_end=1.0)
+    ss.simulate(model, d=start, t_end=20.0)
 
 
 def _ask_oscillator(law: FrictionLaw) -> None:

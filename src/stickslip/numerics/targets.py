@@ -152,7 +152,7 @@ def generated_module(stem: str, key: str, make_text: Callable[[], str]) -> Modul
     with _making:
         if name in sys.modules:
             return sys.modules[name]
-        text = kernel_cache.kept(f"generated/{name}.py", lambda: make_text().encode())
+        text = kernel_cache.kept(f"generated/{name}.txt", lambda: make_text().encode())
         code = kernel_cache.kept(
             f"generated/{name}.{sys.implementation.cache_tag}.code",
             lambda: marshal.dumps(compile(text, f"{name}.py", "exec")),
