@@ -31,6 +31,13 @@ export class LawView extends View {
     this.plot.setView(/** @type {Box} */ ([-reach, reach, -1.15, 1.15]));
   }
 
+  /** @override */
+  sentence() {
+    const part = this.answer("law")?.parts[0];
+    const last = part?.arrays.s.length - 1;
+    return part ? `Up to 1 in stick, ${short(part.arrays.forward[last], 3)} at w = ${short(part.arrays.s[last], 2)}.` : "";
+  }
+
   paint() {
     const part = this.answer("law")?.parts[0];
     const { plot } = this;
