@@ -70,6 +70,7 @@ class Compiler:
         assert self._process.stdout is not None
         timer = threading.Timer(LONGEST, self._process.kill)
         timer.start()
+        report(0, len(todo))
         with self._process:
             with suppress(BrokenPipeError), self._process.stdin as pipe:
                 pipe.write(content)

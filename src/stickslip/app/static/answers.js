@@ -46,8 +46,9 @@ export class Answers {
   /**
    * Take a part; tell its answer.
    * @param {string} slot @param {Question} question @param {Part} part
+   * @param {Question} present  what the page asks now
    */
-  receive(slot, question, part) {
+  receive(slot, question, part, present) {
     let answer = this.newest.get(slot);
     const shown = this.shown.get(slot);
     if (answer?.question !== question) {
@@ -60,7 +61,8 @@ export class Answers {
     answer.done = Boolean(part.last && !part.error && !part.cancelled);
     answer.progress = part.progress ?? answer.progress;
     if (!part.error && !part.cancelled && !EMPTY.has(part.data.part_name)) answer.parts.push(part);
-    if (this.#takesOver(slot, answer, shown)) this.shown.set(slot, answer);
+    const late = shown && alike(shown.question, present) && !alike(question, present);
+    if (!late && this.#takesOver(slot, answer, shown)) this.shown.set(slot, answer);
     return answer;
   }
 
@@ -91,15 +93,24 @@ export class Answers {
     const asked = newest && alike(newest.question, present) ? newest : undefined;
     const fits = shown && alike(shown.question, present);
     const progress = running && open ? (asked?.progress ?? 0) : null;
-    const as = (/** @type {Standing["kind"]} */ kind, reason = "", error = asked?.error) => ({ kind, reason, progress, error });
-    if (asked?.error) return as("failed", asked.error.field ? "not with these values" : asked.error.message);
+    const as = (/** @type {Standing["kind"]} */ kind, reason = "", error = asked?.error) => ({
+      kind,
+      reason,
+      progress,
+      error,
+    });
+    if (asked?.error)
+      return as("failed", asked.error.field ? "not with these values" : asked.error.message);
     if (fits && shown.shipped)
-      return as("example", running && open ? "shipped; yours is being computed" : "shipped with the package");
+      return as(
+        "example",
+        running && open ? "shipped; yours is being computed" : "shipped with the package",
+      );
     if (fits && shown.done) return as("current");
     const why = reason({ running, open, alone, stopped: Boolean(asked?.cancelled) });
     if (!shown) return as(why ? "stale" : "empty", why);
     if (fits && !why) return as("computing", `${Math.round(100 * (progress ?? 0))} %`);
-    return as("stale", why || "of the values before");
+    return as("stale", why || "computing");
   }
 }
 

@@ -153,7 +153,8 @@ export class App {
 
   /** Where nothing is computed, presets and the tour are all there is. */
   #onlyLooks() {
-    if (this.alone) this.announce("This page does not compute. stickslip explore does, on your machine.");
+    if (this.alone)
+      this.announce("This page does not compute. stickslip explore does, on your machine.");
     return this.alone;
   }
 
@@ -225,7 +226,9 @@ export class App {
       .find(question)
       ?.then((parts) => parts.length && this.#offer(slot, text, { ...base, parts }))
       .catch(() => {}); // the live answer comes all the same
-    this.connection.ask(slot, question, (/** @type {Part} */ part) => this.receive(slot, question, part));
+    this.connection.ask(slot, question, (/** @type {Part} */ part) =>
+      this.receive(slot, question, part),
+    );
   }
 
   /**
@@ -234,7 +237,7 @@ export class App {
    */
   #offer(slot, text, answer) {
     if (this.asked.get(slot) !== text || !this.known.offer(slot, answer)) return;
-    if (slot === "motion") this.#move(answer);
+    if (slot === "motion") this.#move();
     this.#tell(slot);
   }
 
@@ -246,8 +249,8 @@ export class App {
 
   /** @param {string} slot @param {Question} question @param {Part} part */
   receive(slot, question, part) {
-    const answer = this.known.receive(slot, question, part);
-    if (slot === "motion" && answer.parts[0] === part) this.#move(answer);
+    const answer = this.known.receive(slot, question, part, this.question(slot));
+    if (slot === "motion") this.#move();
     if (answer.done && PATIENT.has(slot)) this.#keep(JSON.stringify(question), answer);
     this.#tell(slot);
     if (answer.done || part.error || part.cancelled) this.#idle(slot);
@@ -282,11 +285,10 @@ export class App {
     this.showError(wrong?.field ?? null, wrong?.message ?? "");
   }
 
-  /**
-   * A motion from elsewhere starts anew; after a change of the model it goes on.
-   * @param {Answer} answer
-   */
-  #move(answer) {
+  /** A motion from elsewhere starts anew; after a change of the model it goes on. */
+  #move() {
+    const answer = this.answers.get("motion");
+    if (!answer || answer === this.clock.motion) return;
     const same = JSON.stringify(this.start) === JSON.stringify(answer.question.request.start);
     const { t } = this.clock;
     this.start = answer.question.request.start;

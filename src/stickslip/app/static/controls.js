@@ -48,7 +48,9 @@ export class Controls {
       this.#motion(),
       this.error,
     );
-    if (app.alone) for (const group of host.querySelectorAll("fieldset.changes")) group.setAttribute("disabled", "");
+    if (app.alone)
+      for (const group of host.querySelectorAll("fieldset.changes"))
+        group.setAttribute("disabled", "");
     app.store.subscribe((state) => this.sync(state));
     app.showError = (field, message) => {
       this.told = { field, message };
@@ -95,7 +97,9 @@ export class Controls {
     const get = (/** @type {State} */ state) => valueOf(this.app.limits, state.model, one.name);
     const set = (/** @type {any} */ value) => this.app.setParameter(one.name, value);
     if (one.values) return this.#choice(one, get, set);
-    return one.per_block ? this.#list(one, get, set, this.changing) : this.#number(one, get, set, this.changing);
+    return one.per_block
+      ? this.#list(one, get, set, this.changing)
+      : this.#number(one, get, set, this.changing);
   }
 
   /**
@@ -131,7 +135,14 @@ export class Controls {
       if (typed.valueAsNumber !== value || typed.value === "") typed.value = String(value);
     });
     const word = element("span", { class: "word", "aria-hidden": "true" }, one.meaning);
-    return element("div", { class: "row worded", title: one.meaning }, symbolOf(one), word, slider.input, typed);
+    return element(
+      "div",
+      { class: "row worded", title: one.meaning },
+      symbolOf(one),
+      word,
+      slider.input,
+      typed,
+    );
   }
 
   /**
@@ -233,7 +244,12 @@ export class Controls {
   /** @param {string} name @param {(Node | string)[]} children */
   #group(name, ...children) {
     const looks = ["Preset", "Motion"].includes(name);
-    return element("fieldset", { class: looks ? "looks" : "changes" }, element("legend", {}, name), ...children);
+    return element(
+      "fieldset",
+      { class: looks ? "looks" : "changes" },
+      element("legend", {}, name),
+      ...children,
+    );
   }
 
   // --- groups ----------------------------------------------------------------------------------
@@ -282,12 +298,7 @@ export class Controls {
   #law() {
     return this.#group(
       "Friction",
-      this.#switch(
-        "a law for each block",
-        hasLaws,
-        withLaws,
-        (model) => blockCount(model) > 1,
-      ),
+      this.#switch("a law for each block", hasLaws, withLaws, (model) => blockCount(model) > 1),
       this.lawRows,
       this.lawHost,
     );

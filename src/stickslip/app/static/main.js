@@ -77,7 +77,7 @@ function toggleTable(app, table, main) {
   app.changed();
   if (!table.isFor(app.state)) return;
   table.panel.section.scrollIntoView({ block: "nearest" });
-  table.panel.body.querySelector("button")?.focus();
+  table.panel.body.querySelector("button.name")?.focus();
 }
 
 async function start() {
@@ -86,12 +86,18 @@ async function start() {
   );
   const status = /** @type {HTMLElement} */ (document.querySelector(".connection"));
   const toast = /** @type {HTMLElement} */ (document.querySelector(".toast"));
-  const app = new App(limits, stateOfAddress(limits, presets), new Shipped(entries), (open, steps) => {
-    status.textContent = open ? preparing(steps) : "No connection to the server; trying again …";
-    status.classList.toggle("error", !open);
-  });
+  const app = new App(
+    limits,
+    stateOfAddress(limits, presets),
+    new Shipped(entries),
+    (open, steps) => {
+      status.textContent = open ? preparing(steps) : "No connection to the server; trying again …";
+      status.classList.toggle("error", !open);
+    },
+  );
   if (app.alone)
-    status.textContent = "Computed before, to be looked at. To change values: pip install \"stickslip[app]\"";
+    status.textContent =
+      'Computed before, to be looked at. To change values: pip install "stickslip[app]"';
   let toastTimer = 0;
   app.announce = (message) => {
     toast.textContent = message;
@@ -142,10 +148,19 @@ function addTools(app, does) {
   app.store.subscribe(able);
   able();
   /** @type {["tour" | "legend" | "table", string][]} */
-  const named = [["tour", "Tour"], ["table", "Table"], ["legend", "Legend"]];
+  const named = [
+    ["tour", "Tour"],
+    ["table", "Table"],
+    ["legend", "Legend"],
+  ];
   document.querySelector(".tools")?.append(
     ...named.map(([name, text]) =>
-      element("button", { type: "button", class: "tool", onclick: does[name] }, icon(name), element("span", {}, text)),
+      element(
+        "button",
+        { type: "button", class: "tool", "aria-label": text, onclick: does[name] },
+        icon(name),
+        element("span", {}, text),
+      ),
     ),
     undo,
     redo,

@@ -22,12 +22,17 @@ export function modeBar(itinerary) {
   const blocks = phases[0].length;
   const svg = document.createElementNS(space, "svg");
   const size = { width: WIDE * phases.length, height: HIGH * blocks };
-  for (const [name, value] of Object.entries({ class: "modes", role: "img", "aria-label": spoken(phases), ...size }))
+  for (const [name, value] of Object.entries({
+    class: "modes",
+    role: "img",
+    "aria-label": spoken(phases),
+    ...size,
+  }))
     svg.setAttribute(name, String(value));
   phases.forEach((phase, k) =>
     [...phase].forEach((mode, block) => {
       const path = document.createElementNS(space, "path");
-      path.setAttribute("class", mode === "." ? "sticks" : "slips");
+      if (mode === ".") path.setAttribute("class", "sticks");
       path.setAttribute("d", `M${k * WIDE + 0.5},${block * HIGH + 0.5}${SHAPES[mode] ?? "v12"}`);
       svg.append(path);
     }),
@@ -38,5 +43,7 @@ export function modeBar(itinerary) {
 /** @param {string[]} phases */
 const spoken = (phases) =>
   phases
-    .map((phase) => [...phase].map((mode, k) => (NAMES[mode] ? `${k + 1} ${NAMES[mode]}` : "or")).join(", "))
+    .map((phase) =>
+      [...phase].map((mode, k) => (NAMES[mode] ? `${k + 1} ${NAMES[mode]}` : "or")).join(", "),
+    )
     .join("; ");

@@ -6,7 +6,7 @@
  * @import {Orbit} from "./types.js"
  * @import {Plot} from "./plot.js"
  */
-import { BIFURCATIONS, orbitName } from "./marks.js";
+import { orbitName } from "./marks.js";
 import { modeBar } from "./modes.js";
 import { short, spelled } from "./numbers.js";
 
@@ -53,9 +53,16 @@ export function orbitsOf(app) {
 export function orbitThing(app, orbit) {
   const { points, period, kind, multiplier, itinerary } = orbit;
   return {
-    ...{ key: `orbit ${period} ${points[0]}`, sort: "orbit", name: orbitName(orbit), what: `${kind}, period ${period}` },
-    ...{ at: points[0], along: "d", factor: multiplier, modes: itinerary ?? [], of: orbit },
+    key: `orbit ${period} ${points[0]}`,
+    sort: "orbit",
+    name: orbitName(orbit),
+    what: `${kind}, period ${period}`,
+    at: points[0],
+    along: "d",
+    factor: multiplier,
     why: points.map((point) => short(point, 6)).join(", "),
+    modes: itinerary ?? [],
+    of: orbit,
     go: (side) => startAt(app, points[0], side),
   };
 }
@@ -64,9 +71,8 @@ export function orbitThing(app, orbit) {
 export function breakThings(app) {
   const values = app.answers.get("map")?.parts.findLast((part) => part.arrays.x)?.data;
   return (values?.breakpoints ?? []).map((/** @type {any} */ one) => ({
-    ...{ key: `break ${one.at}`, sort: "break", name: one.kind, what: `breakpoint, from ${short(one.left)} to ${short(one.right)}` },
-    ...{ at: one.at, along: "d", factor: null, modes: [], of: one },
-    why: spelled(one.mechanism ?? ""),
+    ...plain("break", one.kind, one.at, "d", one),
+    what: `breakpoint, from ${short(one.left)} to ${short(one.right)}`,
     go: (/** @type {number} */ side) => startAt(app, one.at, side),
   }));
 }
@@ -76,14 +82,24 @@ export function bifurcationThings(app) {
   const part = app.answers.get("diagram")?.parts.find(({ data }) => data.bifurcations);
   const { parameter, range } = app.state.diagram;
   return (part?.data.bifurcations ?? []).map((/** @type {any} */ one) => ({
-    ...{ key: `bifurcation ${one.short} ${one.value}`, sort: "bifurcation", name: one.short },
-    what: `${BIFURCATIONS[one.short]?.[2] ?? one.kind.replaceAll("_", " ")}${one.period ? `, period ${one.period}` : ""}`,
-    ...{ at: one.value, along: parameter, factor: null, modes: [], of: one },
-    why: spelled(one.mechanism ?? ""),
+    ...plain("bifurcation", one.short, one.value, parameter, one),
+    what: `${one.kind.replaceAll("_", " ")}${one.period ? `, period ${one.period}` : ""}`,
     go: (/** @type {number} */ side) =>
       app.goTo(one.value + side * BESIDE * (range[1] - range[0]), one.points[0]),
   }));
 }
+
+/** What has a place and a mechanism, but no multiplier. */
+const plain = (
+  /** @type {Thing["sort"]} */ sort,
+  /** @type {string} */ name,
+  /** @type {number} */ at,
+  /** @type {string} */ along,
+  /** @type {any} */ of,
+) => {
+  const why = spelled(of.mechanism ?? "");
+  return { key: `${sort} ${name} ${at}`, sort, name, at, along, factor: null, why, modes: [], of };
+};
 
 /** @param {App} app @param {number} d @param {number} side */
 function startAt(app, d, side) {
@@ -95,11 +111,14 @@ function startAt(app, d, side) {
 export function told({ sort, name, what, at, factor, why, modes }) {
   const lines = [sort === "orbit" ? `${name}: ${what}` : `${name}: ${what} at ${short(at, 10)}`];
   if (factor !== null) lines.push(`multiplier ${short(factor, 6)}`);
-  return [[...lines, why].filter(Boolean).join("\n"), ...modes.flatMap((one) => ["\n", modeBar(one)])];
+  return [
+    [...lines, why].filter(Boolean).join("\n"),
+    ...modes.flatMap((one) => ["\n", modeBar(one)]),
+  ];
 }
 
 /**
- * The thing whose mark is under the pointer.
+ * The thing whose mark is under the pointer; orbits come before breaks and what goes through jumps.
  * @param {Plot} plot @param {number} x @param {number} y
  * @param {{thing: Thing, spots: number[][]}[]} marks  y is NaN for a line over the whole height
  */
@@ -107,9 +126,10 @@ export function under(plot, x, y, marks) {
   const [px, py] = [plot.x(x), plot.y(y)];
   let [best, least] = [/** @type {Thing | null} */ (null), NEAR];
   for (const { thing, spots } of marks) {
+    const behind = thing.sort === "break" || isThrough(thing.of) ? NEAR / 2 : 0;
     for (const [ax, ay] of spots) {
-      const line = Number.isNaN(ay);
-      const far = line ? 4 + Math.abs(plot.x(ax) - px) : Math.hypot(plot.x(ax) - px, plot.y(ay) - py);
+      const dy = Number.isNaN(ay) ? 0 : plot.y(ay) - py;
+      const far = behind + Math.hypot(plot.x(ax) - px, dy);
       if (far < least) [best, least] = [thing, far];
     }
   }

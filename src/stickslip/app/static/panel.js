@@ -45,7 +45,12 @@ export class Panel {
     );
     this.section = element(
       "section",
-      { class: `panel panel-${id}`, "data-panel": id, "aria-labelledby": `title-${id}`, "aria-describedby": `sentence-${id}` },
+      {
+        class: `panel panel-${id}`,
+        "data-panel": id,
+        "aria-labelledby": `title-${id}`,
+        "aria-describedby": `sentence-${id}`,
+      },
       header,
       this.bar,
       this.sentence,
@@ -80,7 +85,12 @@ export class Panel {
 }
 
 /** @type {Record<string, string>} */
-const LABELS = { computing: "computing", example: "shipped answer", stale: "older values", failed: "failed" };
+const LABELS = {
+  computing: "computing",
+  example: "shipped answer",
+  stale: "older values",
+  failed: "failed",
+};
 
 /** @type {Record<string, string>} */
 const FORMATS = {

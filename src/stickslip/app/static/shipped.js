@@ -10,8 +10,13 @@ const FINENESS = new Set(["points", "values", "samples", "resolution", "range", 
 
 /** What a question is about: not how finely it is answered. @param {Question} question */
 function essence({ view, request }) {
-  const kept = Object.entries(request).filter(([name]) => view === "diagram" ? name !== "values" : !FINENESS.has(name));
-  return { view, request: Object.fromEntries(kept.filter(([, value]) => value !== undefined)) };
+  // The range of a law is how far it is drawn, that of a diagram is what it is about.
+  const fine = (/** @type {string} */ name) =>
+    view === "diagram" ? name === "values" : FINENESS.has(name);
+  return {
+    view,
+    request: Object.fromEntries(Object.entries(request).filter(([name]) => !fine(name))),
+  };
 }
 
 /**
@@ -31,8 +36,9 @@ export class Shipped {
   /** The parts of an answer, if there is one to this. @param {Question} question */
   find(question) {
     const file = this.entries.find((entry) => alike(entry, question))?.file;
-    if (file && !this.read.has(file)) this.read.set(file, load(file));
-    return file && this.read.get(file);
+    if (!file) return undefined;
+    if (!this.read.has(file)) this.read.set(file, load(file));
+    return this.read.get(file);
   }
 }
 

@@ -63,42 +63,39 @@ export class Tour {
   constructor(app, presets, host) {
     this.app = app;
     this.presets = presets;
-    this.at = 0;
-    this.section = element("section", { class: "tour", "aria-labelledby": "tour-title", hidden: true });
+    const named = { class: "tour", "aria-labelledby": "tour-title", "aria-live": "polite" };
+    this.section = element("section", { ...named, hidden: true });
     host.prepend(this.section);
   }
 
   toggle() {
-    if (this.section.hidden) this.show(0);
-    else this.end();
+    if (this.section.hidden) this.#show(0);
+    else this.#end();
   }
 
-  end() {
+  #end() {
     this.section.hidden = true;
   }
 
   /** @param {number} at */
-  show(at) {
-    this.at = at;
+  #show(at) {
     const { preset, title, text } = STEPS[at];
     const state = this.presets.find(({ name }) => name === preset)?.state ?? {};
     this.app.store.update(completeState(this.app.limits, state), "tour");
-    const heading = element("h2", { id: "tour-title", tabindex: "-1" }, `${at + 1} of ${STEPS.length}: ${title}`);
     const last = at === STEPS.length - 1;
+    const next = last
+      ? [button("Done", () => this.#end())]
+      : [button("Next", () => this.#show(at + 1)), button("End", () => this.#end())];
+    const back = button("Back", () => this.#show(at - 1), at === 0);
+    const pieces = text.map((piece) => (typeof piece === "string" ? piece : this.#move(piece)));
     this.section.replaceChildren(
-      heading,
-      element("p", {}, ...text.map((piece) => (typeof piece === "string" ? piece : this.#move(piece)))),
-      element(
-        "div",
-        { class: "row buttons" },
-        button("Back", () => this.show(at - 1), at === 0),
-        button(last ? "Done" : "Next", () => (last ? this.end() : this.show(at + 1))),
-        ...(last ? [] : [button("End", () => this.end())]),
-      ),
+      element("h2", { id: "tour-title" }, `${at + 1} of ${STEPS.length}: ${title}`),
+      element("p", {}, ...pieces),
+      element("div", { class: "row buttons" }, back, ...next),
     );
     this.section.hidden = false;
-    heading.scrollIntoView({ block: "nearest" });
-    this.section.querySelectorAll(".buttons button")[1].focus();
+    this.section.scrollIntoView({ block: "nearest" });
+    next[0].focus();
   }
 
   /** @param {readonly [string, number]} to */

@@ -24,7 +24,9 @@ export class CycleView extends View {
   /** @override */
   sentence() {
     const cycle = this.answer("cycle")?.parts[0]?.data;
-    return cycle ? `The motion ends on a ${cycle.stable ? "stable" : "unstable"} cycle that repeats every ${short(cycle.period, 4)}.` : "";
+    return cycle
+      ? `The motion ends on a ${cycle.stable ? "stable" : "unstable"} cycle that repeats every ${short(cycle.period, 4)}.`
+      : "";
   }
 
   update() {

@@ -34,8 +34,10 @@ export class LawView extends View {
   /** @override */
   sentence() {
     const part = this.answer("law")?.parts[0];
-    const last = part?.arrays.s.length - 1;
-    return part ? `Up to 1 in stick, ${short(part.arrays.forward[last], 3)} at w = ${short(part.arrays.s[last], 2)}.` : "";
+    if (!part) return "";
+    const { s, forward } = part.arrays;
+    const [w, force] = [s, forward].map((values) => short(values.at(-1), 3));
+    return `Up to 1 in stick, ${force} at w = ${w}.`;
   }
 
   paint() {

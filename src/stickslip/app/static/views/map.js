@@ -52,7 +52,9 @@ export class MapView extends View {
   get orbits() {
     const known = orbitsOf(this.app);
     const { power } = this.app.state;
-    return this.main ? known : { ...known, orbits: known.orbits.filter(({ period }) => power % period === 0) };
+    return this.main
+      ? known
+      : { ...known, orbits: known.orbits.filter(({ period }) => power % period === 0) };
   }
 
   update() {
@@ -77,8 +79,12 @@ export class MapView extends View {
     const proper = this.orbits.orbits.filter((orbit) => !isThrough(orbit));
     const stable = proper.filter((orbit) => orbit.stable).map(orbitName);
     const open = proper.length - stable.length;
-    const settles = stable.length ? `${listed(stable)} attract${stable.length > 1 ? "" : "s"}` : "no orbit attracts";
-    const known = proper.length ? `${settles}, ${open || "none"} repel${open === 1 ? "s" : ""}.` : "";
+    const settles = stable.length
+      ? `${listed(stable)} attract${stable.length > 1 ? "" : "s"}`
+      : "no orbit attracts";
+    const known = proper.length
+      ? `${settles}, ${open || "none"} repel${open === 1 ? "s" : ""}.`
+      : "";
     if (!this.main) return `On the diagonal motions repeat after ${power} sticks: ${known}`;
     const jumps = breakThings(this.app).filter(({ of }) => of.kind !== "smooth");
     const [near] = jumps.sort((a, b) => Math.abs(a.at - d) - Math.abs(b.at - d));
@@ -184,8 +190,13 @@ export class MapView extends View {
   /** What is marked there. @param {number} x @param {number} y */
   thing(x, y) {
     const { app } = this;
-    const orbits = this.orbits.orbits.map((orbit) => ({ thing: orbitThing(app, orbit), spots: this.spots(orbit) }));
-    const breaks = this.main ? breakThings(app).map((thing) => ({ thing, spots: [[thing.at, NaN]] })) : [];
+    const orbits = this.orbits.orbits.map((orbit) => ({
+      thing: orbitThing(app, orbit),
+      spots: this.spots(orbit),
+    }));
+    const breaks = this.main
+      ? breakThings(app).map((thing) => ({ thing, spots: [[thing.at, NaN]] }))
+      : [];
     return under(this.plot, x, y, [...orbits, ...breaks]);
   }
 

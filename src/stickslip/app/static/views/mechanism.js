@@ -53,11 +53,12 @@ export class MechanismView extends View {
     const data = clock.motion?.parts[0]?.data;
     if (k < 0 || !data) return "";
     const count = data.limits.length;
-    const doing = ["rides on the belt", "slips forward", "slips back"];
+    const doing = ["riding on the belt", "slipping forward", "slipping back"];
     const blocks = Array.from({ length: count }, (_, b) => doing[clock.arrays.mode[k * count + b]]);
-    const text = blocks.every((one) => one === blocks[0])
-      ? `Now ${count === 1 ? "the block" : count === 2 ? "both blocks" : "all blocks"} ${blocks[0].replace(/^(rides|slips)/, count === 1 ? "$1" : (word) => word.slice(0, -1))}.`
-      : `Now ${listed(blocks.map((one, b) => `block ${b + 1} ${one}`))}.`;
+    const same = count > 1 && blocks.every((one) => one === blocks[0]);
+    const text = same
+      ? `Now ${count === 2 ? "both" : "all"} blocks are ${blocks[0]}.`
+      : `Now ${listed(blocks.map((one, b) => `block ${b + 1} is ${one}`))}.`;
     return data.status ? `${text} ${data.message}` : text;
   }
 

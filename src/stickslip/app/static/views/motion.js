@@ -169,7 +169,9 @@ export class PlaneView extends View {
 
   /** @override */
   sentence() {
-    return this.locus ? "Shaded: both can ride; at the green edge block 1 slips, at the red block 2." : "";
+    return this.locus
+      ? "Shaded: both can ride; at the green edge block 1 slips, at the red block 2."
+      : "";
   }
 
   paint() {

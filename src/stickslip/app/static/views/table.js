@@ -24,22 +24,28 @@ export class TableView extends View {
   /** @param {App} app */
   constructor(app) {
     const help = "Select one to go there; the arrows go just before and just after.";
-    super(app, { id: "table", title: "Orbits, breaks, bifurcations", help, slots: ["map", "diagram"], export: "" });
+    super(app, {
+      id: "table",
+      title: "Orbits, breaks, bifurcations",
+      help,
+      slots: ["map", "diagram"],
+      export: "",
+    });
     this.open = false;
     this.sorted = { column: 1, down: true };
     this.shape = "";
-    this.body = element("tbody", { onkeydown: (/** @type {KeyboardEvent} */ event) => this.#walk(event) });
-    this.heads = COLUMNS.map(([title], column) =>
-      element("th", { scope: "col" }, element("button", { type: "button", onclick: () => this.#sort(column) }, title)),
-    );
-    const label = "Orbits, breakpoints and bifurcations";
-    this.panel.body.append(
-      element(
-        "div",
-        { class: "table-holder", tabindex: "0", role: "region", "aria-label": label },
-        element("table", { "aria-label": label }, element("thead", {}, element("tr", {}, ...this.heads)), this.body),
-      ),
-    );
+    this.body = element("tbody", {
+      onkeydown: (/** @type {KeyboardEvent} */ event) => this.#walk(event),
+    });
+    this.heads = COLUMNS.map(([title], column) => {
+      const onclick = () => this.#sort(column);
+      return element("th", { scope: "col" }, element("button", { type: "button", onclick }, title));
+    });
+    const named = { "aria-label": "Orbits, breakpoints and bifurcations" };
+    const head = element("thead", {}, element("tr", {}, ...this.heads));
+    const table = element("table", named, head, this.body);
+    const holder = { class: "table-holder", tabindex: "0", role: "region", ...named };
+    this.panel.body.append(element("div", holder, table));
   }
 
   /** @override @param {any} state */
@@ -51,7 +57,7 @@ export class TableView extends View {
   sentence() {
     const { things } = this;
     const count = (/** @type {string} */ sort) => things.filter((one) => one.sort === sort).length;
-    return `${count("orbit")} orbits, ${count("break")} breaks of the map, ${count("bifurcation")} bifurcations along ${this.app.state.diagram.parameter}. Select one to go there.`;
+    return `Orbits: ${count("orbit")}, breaks of the map: ${count("break")}, bifurcations along ${this.app.state.diagram.parameter}: ${count("bifurcation")}. Select one to go there; the arrows go just beside it.`;
   }
 
   /** @returns {Thing[]} */
@@ -88,7 +94,9 @@ export class TableView extends View {
     if (shape === this.shape) return;
     this.shape = shape;
     const held = /** @type {HTMLElement | null} */ (document.activeElement)?.dataset.held;
-    this.heads.forEach((head, k) => head.setAttribute("aria-sort", k !== column ? "none" : down ? "ascending" : "descending"));
+    this.heads.forEach((head, k) =>
+      head.setAttribute("aria-sort", k !== column ? "none" : down ? "ascending" : "descending"),
+    );
     this.body.replaceChildren(...things.map((thing) => this.#row(thing)));
     if (held) this.body.querySelector(`[data-held="${CSS.escape(held)}"]`)?.focus();
   }
@@ -96,12 +104,20 @@ export class TableView extends View {
   /** @param {Thing} thing */
   #row(thing) {
     const { key, sort, name, what, along, at, factor, why, modes } = thing;
-    const button = (/** @type {string} */ text, /** @type {string} */ label, /** @type {number} */ side, kind = "beside") =>
-      element("button", { type: "button", class: kind, "aria-label": label, title: label, "data-held": key + side, onclick: () => thing.go(side) }, text);
     const place = `${name} at ${along} = ${short(at, 8)}`;
+    const [before, there, after] = [-1, 0, 1].map((side) => {
+      const label = `${["Just before", "Go to", "Just after"][side + 1]} ${place}`;
+      const named = { "aria-label": label, title: label, "data-held": key + side };
+      const look = { type: "button", class: side ? "beside" : "name", ...named };
+      return element(
+        "button",
+        { ...look, onclick: () => thing.go(side) },
+        ["◂", name, "▸"][side + 1],
+      );
+    });
     const cells = [
-      [button(name, `Go to ${place}`, 0, "name"), button("◂", `Just before ${place}`, -1), button("▸", `Just after ${place}`, 1)],
-      [sort === "break" ? what : `${sort === "orbit" ? "orbit, " : ""}${what}`],
+      [there, before, after],
+      [sort === "orbit" ? `orbit, ${what}` : what],
       [`${this.app.symbol(along).replace(/_\{?\w+\}?/, "")} = ${short(at, 10)}`],
       [factor === null ? "" : short(factor, 6)],
       [...modes.map(modeBar), why],
