@@ -45,11 +45,11 @@ export function showLegend() {
     "dialog",
     { class: "help legend", "aria-labelledby": "legend-title", onclose: () => dialog.remove() },
     element("h2", { id: "legend-title" }, "What the marks mean"),
+    element("button", { type: "button", class: "close", onclick }, "Close"),
     ...Object.entries(GROUPS).flatMap(([title, rows]) => [
       element("h3", {}, title),
       element("dl", {}, ...rows.map(line)),
     ]),
-    element("button", { type: "button", class: "close", onclick }, "Close"),
   );
   document.body.append(dialog);
   dialog.showModal();

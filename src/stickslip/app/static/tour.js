@@ -94,6 +94,7 @@ export class Tour {
       element("div", { class: "row buttons" }, back, ...next),
     );
     this.section.hidden = false;
+    document.querySelector(".panel-map")?.scrollIntoView();
     this.section.scrollIntoView({ block: "nearest" });
     next[0].focus();
   }

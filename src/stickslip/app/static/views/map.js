@@ -89,7 +89,7 @@ export class MapView extends View {
     const jumps = breakThings(this.app).filter(({ of }) => of.kind !== "smooth");
     const [near] = jumps.sort((a, b) => Math.abs(a.at - d) - Math.abs(b.at - d));
     const breaks = near?.why
-      ? ` Nearest ${near.name} ${near.at < d ? "left" : "right"} of d = ${short(d, 4)}, at ${short(near.at, 4)}: ${near.why.split(":")[0]}.`
+      ? ` Nearest ${near.name} ${near.at < d ? "left" : "right"} of d = ${short(d, 4)}, at ${short(near.at, 4)}: ${near.why.split(/, X|:/)[0]}.`
       : "";
     return `Each stick of both blocks, at d, leads to the next, at f(d): ${known}${breaks}`;
   }
