@@ -50,6 +50,8 @@ export class BasinsView extends View {
     if (!shares) return "";
     const parts = this.attractors.map((one, k) => `${percent(shares[k])} end on ${name(one)}`);
     const rest = 1 - shares.reduce((sum, share) => sum + share, 0);
+    if (!parts.length)
+      return "No attractor is known: from no start do the blocks go on sticking together.";
     if (rest > 5e-4) parts.push(`${percent(rest)} on none known`);
     return `Of all starts d ${listed(parts)}.`;
   }

@@ -75,6 +75,8 @@ export class MapView extends View {
   sentence() {
     const { values } = this;
     if (!values) return "";
+    if (!values.arrays.branch.some((/** @type {number} */ branch) => branch >= 0))
+      return "No value: from no d shown do both blocks stick together again.";
     const { power, d } = this.app.state;
     const proper = this.orbits.orbits.filter((orbit) => !isThrough(orbit));
     const stable = proper.filter((orbit) => orbit.stable).map(orbitName);
